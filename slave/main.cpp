@@ -1,4 +1,6 @@
 // palpate-slave: the command line.
+#include <iostream>
+
 #include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "slave/commands/check/check.h"
@@ -8,6 +10,7 @@
 #include "slave/commands/program.h"
 #include "slave/commands/serve/serve.h"
 #include "slave/commands/solve/solve.h"
+#include "slave/scene/keys.h"
 
 namespace palpate {
 namespace {
@@ -24,7 +27,6 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave export slave.mcap --out build/slave
   palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
-  palpate-slave evaluate deploy/scenes/foam-cube.yaml --materials --out build/cube
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube
   palpate-slave train simulated --out build/fingertip
   palpate-slave identify compression=EF10.csv --diameter 50mm --height 30mm --ends bonded \
@@ -128,6 +130,9 @@ int Main(int argc, char** argv) {
                           "Also write mx,my,mz: moment of the force about the displaced centre of "
                           "the contact, empty where it is unknown");
 
+  CLI::App* keys_command =
+      app.add_subcommand("keys", "Print the reference of the keys of a scene (Markdown)");
+
   CheckOptions check;
   add_command("check", "Report what will run and why, and the expected rate and error", &check);
 
@@ -163,6 +168,10 @@ int Main(int argc, char** argv) {
     if (export_command->parsed()) return RunExportRecording(exported, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (health_command->parsed()) return RunHealth(health);
+    if (keys_command->parsed()) {
+      std::cout << SceneKeysPage();
+      return 0;
+    }
     return RunCheck(check);
   });
 }

@@ -69,7 +69,7 @@ def runs():
             ("Budday_2017 corona_radiata", "kPa",
              ("tension=UT_T_corona_radiata", "compression=UT_C_corona_radiata", "shear=SS_corona_radiata"))):
         yield name, tables(curves / name.split()[0], tests) + ["--stress-unit", unit], NOT_GIVEN
-    yield ("foam_leap", tables(DATA / "foam_curves/foam_leap", ("tension=UT", "compression=UC", "shear=SS")) + ["--foam"],
+    yield ("foam_leap", tables(DATA / "foam_curves/foam_leap", ("tension=UT", "compression=UC", "shear=SS")),
            NOT_GIVEN)
     for file in ("shear_relaxation", "shear_relaxation_1", "loading_2d0_unloading_0d03"):
         yield ("adhesive " + file, tables(DATA / "viscoelastic_adhesive", ("relaxation=" + file,)), NOT_GIVEN)
@@ -143,7 +143,7 @@ def print_wrong_units():
             ("brain, kPa read as Pa", [f"uniaxial={curves / 'Budday_2017/UT_T_corona_radiata.csv'}"]),
             ("brain, kPa read as GPa",
              [f"uniaxial={curves / 'Budday_2017/UT_T_corona_radiata.csv'}", "--stress-unit", "GPa"]),
-            ("foam, MPa labelled Pa", [f"compression={changed(folder, foam, 'P_MPa', 'P_Pa')}", "--foam"]),
+            ("foam, MPa labelled Pa", [f"compression={changed(folder, foam, 'P_MPa', 'P_Pa')}"]),
             ("adhesive, kPa labelled Pa", [f"relaxation={changed(folder, adhesive, 'kPa', 'Pa')}"]))
         print()
         rejected = 0

@@ -31,11 +31,10 @@ ConnectRecorder::ConnectRecorder(const std::filesystem::path& file, const std::s
   link->on_sent = [this](const OperatorCommand& command) { recording_.OnCommand(command); };
 }
 
-void ConnectRecorder::Begin(const SlaveLink::Options& link, McapMap session) {
+void ConnectRecorder::Begin(const std::string& target, McapMap session) {
   session["version"] = Version();
-  session["target"] = link.target;
+  session["target"] = target;
   recording_.Begin(session);
-  bulk_.emplace(link, [this](const auto& message) { recording_.OnBulk(message); });
 }
 
 void ConnectRecorder::AddOnlooker(Recorder::Onlooker* onlooker) {
@@ -56,7 +55,6 @@ RecordingMoment ConnectRecorder::moment() const {
 }
 
 bool ConnectRecorder::Finish(Console* console, Report* report) {
-  bulk_.reset();
   recording_.Finish();
   const Recording::Stats stats = recording_.stats();
   console->Print(Formatted("recorded %.1f MB to ", kMegabytes * static_cast<double>(stats.bytes)) +

@@ -2,12 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
-#include <optional>
+#include <functional>
 #include <string>
 
-#include "master/link/slave_link.h"
-#include "master/recording/bulk_watch.h"
+#include "master/link/observer.h"
 #include "master/recording/session_recording.h"
 #include "master/session/session.h"
 #include "master/station/moment_json.h"
@@ -24,8 +22,12 @@ class ConnectRecorder {
   ConnectRecorder(const std::filesystem::path& file, const std::string& limit, double part,
                   SlaveLink::Options* link);
 
-  // Starts after the connection: writes the session's settings, then images, shapes and status.
-  void Begin(const SlaveLink::Options& link, McapMap session);
+  // Starts after the connection to `target`: writes the session's settings.
+  void Begin(const std::string& target, McapMap session);
+  // Records images, shapes, traces and status that the observer hands on. Must outlive it.
+  [[nodiscard]] std::function<void(const google::protobuf::Message&)> on_message() {
+    return [this](const auto& message) { recording_.OnObserved(message); };
+  }
   // Adds itself to the callback of ticks.
   void AddOnlooker(Recorder::Onlooker* onlooker);
   // Switches the recording on or off. Thread-safe, like the functions below.
@@ -38,7 +40,6 @@ class ConnectRecorder {
  private:
   const std::filesystem::path file_;
   SessionRecording recording_;
-  std::optional<BulkWatch> bulk_;
 };
 
 }  // namespace palpate

@@ -67,7 +67,6 @@ class Keys {
 };
 
 constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the last command to leave
-constexpr double kExamined = 1;  // duration of each measurement during a session [s]
 constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
 // Gives up at a signal.
@@ -116,20 +115,25 @@ std::optional<double> CertificateUntil(const std::filesystem::path& folder) {
   return std::chrono::duration<double>(facts->until.time_since_epoch()).count();
 }
 
-// A second link beside the operating one: it only observes, and does not wait.
-SlaveLink::Options LineToExamine(const SlaveLink::Options& line) {
-  SlaveLink::Options watched;
-  watched.target = line.target;
-  watched.wait = 0;
-  watched.insecure = line.insecure;
-  watched.tls = line.tls;
-  return watched;
+// Observes what loop, page and recording need, all on one connection.
+std::unique_ptr<Observer> OpenObserver(const Arguments& a, RenderMode render, Line* line,
+                                       ConnectRecorder* recorder) {
+  SlaveLink::Options link = a.link;
+  link.longest_round_trip = line->link.longest_round_trip();
+  Observer::Options options;
+  if (render == RenderMode::kLocal || a.views) options.patches = &line->patches;
+  options.states = a.views;
+  if (recorder != nullptr) options.on_message = recorder->on_message();
+  auto observer = std::make_unique<Observer>(link, std::move(options));
+  if (recorder != nullptr) observer->Need(Observer::User::kRecording, SessionRecording::kViews);
+  return observer;
 }
 
 // Null: no --view.
 std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
                                          SlaveLink* link, Device* device,
-                                         OperatorRequests* requests, ConnectRecorder* recorder) {
+                                         OperatorRequests* requests, ConnectRecorder* recorder,
+                                         Observer* observer) {
   if (!a.views) return nullptr;
   StationHello hello;
   hello.scene = scene;
@@ -141,19 +145,15 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   hello.pointer = IsPointer(a);
   hello.certificate_until = CertificateUntil(a.link.tls);
   LiveStation::Controls controls{
-      [] { g_emergency = true; },
-      [link] { return link->Reset(); },
+      [] { g_emergency = true; }, [link] { return link->Reset(); },
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
       [link](const std::string& kind) { return link->SetModel(kind); },
-      [link] { return link->ReinitializeTracking(); },
-      [line = LineToExamine(a.link), found = FoundOf(*device)](const std::stop_token& stop) {
-        return Examine(found, line, kExamined, stop);
-      }};
+      [link] { return link->ReinitializeTracking(); }};
   if (recorder != nullptr) {
     controls.record = [recorder](bool on) { recorder->Switch(on); };
     controls.recording = [recorder] { return recorder->moment(); };
   }
-  LiveStation::Options options{ViewPlace(a.view, a.link.tls), a.link, hello,
+  LiveStation::Options options{ViewPlace(a.view, a.link.tls), hello, observer,
                                dynamic_cast<Pointer*>(device), requests};
   return std::make_unique<LiveStation>(std::move(options), std::move(controls));
 }
@@ -195,21 +195,16 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   }
   console.Print("device " + device->description() + "; rendering " + a.render);
 
-  if (recorder) recorder->Begin(a.link, NoteOf(a, scene, *device));
+  if (recorder) recorder->Begin(a.link.target, NoteOf(a, scene, *device));
   line->link.Start(&line->states, &line->commands, &line->settings);
   SessionOptions options;
   options.loop = LoopOptions(a, scene);
   options.settings = &line->settings;
   OperatorRequests requests(options.loop.render);
   options.requests = &requests;
-  SlaveLink::Options told = a.link;
-  told.longest_round_trip = line->link.longest_round_trip();
-  std::optional<PatchWatch> patch;
-  if (options.loop.render == RenderMode::kLocal || a.views) {
-    patch.emplace(told, &line->patches);
-    options.patches = &line->patches;
-    options.patch_stats = [&patch] { return patch->stats(); };
-  }
+  auto observer = OpenObserver(a, options.loop.render, line, recorder);
+  options.patches = &line->patches;
+  options.patch_stats = [&observer] { return observer->patch_stats(); };
   options.emergency = {[] { return g_emergency.exchange(false); },
                        [line] { return line->link.EmergencyStop("by the operator's station"); },
                        [line] { line->link.GiveUpStop(); }};
@@ -220,7 +215,8 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   if (health->page) {
     console.Print("metrics at http://" + ToString(health->page->endpoint()) + "/metrics");
   }
-  auto station = OpenStation(a, scene, &line->link, device.get(), &requests, recorder);
+  auto station =
+      OpenStation(a, scene, &line->link, device.get(), &requests, recorder, observer.get());
   options.notify = [&](const std::string& notice) {
     console.Print(notice);
     if (station) station->Notify(notice);
@@ -243,7 +239,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   }
   std::optional<Keys> keys;
   keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
-  ShapeWatch shape(told, scene, a.shapes, console.live());
+  ShapeWatch shape(observer.get(), scene, a.shapes, console.live());
   if (recorder) recorder->AddOnlooker(&options.see_tick);
   // A reset may take seconds on a slow line, while this thread must go on reading the ticks.
   constexpr int kNoAnswer = -1;
@@ -252,7 +248,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
       [&] { return g_stop.load() || line->link.denied(); },
-      [&](const Status& status) {
+      [&](const SessionStatus& status) {
         if (g_reset.exchange(false)) {
           calls.Submit([&](const std::stop_token&) { was_reset = line->link.Reset(); });
         }
@@ -269,8 +265,8 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   station.reset();
   std::this_thread::sleep_for(kLastWords);
   line->link.Stop();
-  patch.reset();
   const bool shapes_written = shape.Finish(&report);
+  observer.reset();
   const bool recorded = !recorder || recorder->Finish(&console, &report);
 
   report.scene = scene.name;

@@ -41,7 +41,7 @@ int RunReplay(const ReplayOptions& options, const std::stop_token& stop) {
   for (const std::string& line : Introduction(replay.span(), options.file.string())) {
     console.Print(line);
   }
-  Status status;
+  SessionStatus status;
   status.badge = "REPLAY";
   const auto limit = replay.span().session.find("force_limit_N");
   if (limit != replay.span().session.end()) {

@@ -141,7 +141,7 @@ Findings ExamineTimer(double seconds, const std::stop_token& stop) {
   PeriodicStats bare;
   // A separate thread, so that the caller keeps its priority.
   std::jthread([&] {
-    priority = MakeThreadRealtime(kBarePriority);
+    priority = MakeThreadRealtime(kHapticPriority);
     RunPeriodically(Seconds(seconds), stop, &bare, [] { return true; });
   }).join();
   return {CheckTimer(bare), Allowed("real-time priority", priority),

@@ -10,14 +10,14 @@
 #include "master/haptics/operator_machine.h"
 #include "master/haptics/operator_requests.h"
 #include "master/haptics/periodic.h"
+#include "master/haptics/received.h"
 #include "master/haptics/renderer.h"
 #include "master/haptics/spsc_ring.h"
 #include "master/haptics/stop_path.h"
 #include "master/haptics/tare.h"
 #include "master/haptics/tick_record.h"
-#include "master/link/patch_watch.h"
-#include "master/link/slave_link.h"
 #include "master/motion/operator_motion.h"
+#include "shared/link/latest_value.h"
 
 namespace palpate {
 

@@ -2,12 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <thread>
 
 #include "shared/state/clock.h"
 #include "shared/telemetry/latency_histogram.h"
@@ -49,23 +47,6 @@ void RunPeriodically(Clock::duration length, const std::stop_token& stop, Period
 
 // Locks the memory of the process. Returns the reason if that fails, else an empty string.
 std::string LockMemory();
-
-// Three empty timer loops beside the haptic loop, just below its priority. They measure what this
-// machine misses without any work. The haptic loop is compared with their median.
-class BareLoops {
- public:
-  static constexpr std::size_t kCount = 3;
-  // Starts the loops. They end after `length` or with Stop.
-  BareLoops(Clock::duration length, int priority);
-  // Ends and joins the loops. Idempotent.
-  void Stop();
-  // Missed periods of each loop, sorted. Call it after Stop.
-  [[nodiscard]] std::array<std::uint64_t, kCount> missed() const;
-
- private:
-  std::array<PeriodicStats, kCount> stats_;
-  std::array<std::jthread, kCount> threads_;  // last: they use stats_
-};
 
 // Time of the haptic loop: since its first tick, and between two ticks.
 class TickClock {

@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-#include "master/link/slave_link.h"
+#include "master/haptics/received.h"
 #include "shared/state/clock.h"
 
 namespace palpate {

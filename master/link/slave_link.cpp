@@ -102,7 +102,7 @@ class RunningCalls {
   }
 
  private:
-  std::mutex mutex_;  // guards what follows
+  PriorityInheritanceMutex mutex_;  // guards what follows
   std::set<grpc::ClientContext*> running_;
   bool is_over_ = false;
 };

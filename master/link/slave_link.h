@@ -10,28 +10,12 @@
 #include <optional>
 #include <string>
 
+#include "master/haptics/received.h"
 #include "master/link/remote_scene.h"
 #include "shared/link/latest_value.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
-
-// A received state.
-struct ReceivedState {
-  SlaveState state;
-  Time received_at{};       // master's clock
-  double clock_offset = 0;  // slave's clock minus master's [s], by the best of recent round trips
-  double round_trip = 0;    // of the newest echoed command [s]
-  bool ended = false;       // the stream ended after this one
-};
-
-// Settings of the slave that the master uses.
-struct RemoteSettings {
-  std::uint32_t revision = 0;           // 0: the slave sends none
-  TeleopTransform transform;            // offset zero
-  double force_limit = 0;               // on the device [N], > 0
-  double dead_after = kUsualDeadAfter;  // link timeout without a state [s]
-};
 
 struct LinkStats {
   bool connected = false;

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -21,6 +20,7 @@
 
 #include "master/link/channel.h"
 #include "master/link/slave_link.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/link/thread_priority.h"
 
 namespace palpate {
@@ -92,7 +92,8 @@ class StreamKeeper {
     Backoff backoff(kFirstRetry, kLongestRetry);
     while (Watch(&backoff)) {
       std::unique_lock lock(mutex_);
-      if (stopped_.wait_for(lock, backoff.Next(), [this] { return stopping_; })) return;
+      const auto due = std::chrono::steady_clock::now() + backoff.Next();
+      if (stopped_.wait_until(lock, due, [this] { return stopping_; })) return;
     }
   }
   // Reads one stream until its end. False: no other follows.
@@ -131,8 +132,8 @@ class StreamKeeper {
 
   const Open open_;
   const Take take_;
-  mutable std::mutex mutex_;  // guards what follows
-  std::condition_variable stopped_;
+  mutable PriorityInheritanceMutex mutex_;  // guards what follows
+  PriorityInheritanceCondition stopped_;
   bool stopping_ = false;
   grpc::ClientContext* context_ = nullptr;  // of the stream that is open
   Stats stats_;

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kMicro = 1e-6;
 
-Metric StateOf(const Status& status) {
+Metric StateOf(const SessionStatus& status) {
   Metric metric{"palpate_master_state", "State of the operator.", Metric::Type::kGauge, {}};
   for (std::size_t i = 0; i < kOperatorStateCount; ++i) {
     const auto state = static_cast<OperatorState>(i);
@@ -27,7 +27,7 @@ Metric RoundTripOf(const LinkStats& link) {
 
 }  // namespace
 
-Metrics MetricsOf(const Status& status) {
+Metrics MetricsOf(const SessionStatus& status) {
   const LinkStats& link = status.link;
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
   return {

@@ -8,12 +8,12 @@
 
 namespace palpate {
 
-Metrics MetricsOf(const Status& status);
+Metrics MetricsOf(const SessionStatus& status);
 
 // Passes the status from the session's slow thread to the metrics page.
 class SessionMetrics {
  public:
-  void Update(const Status& status) {
+  void Update(const SessionStatus& status) {
     const std::scoped_lock lock(mutex_);
     newest_ = status;
   }
@@ -24,7 +24,7 @@ class SessionMetrics {
 
  private:
   mutable std::mutex mutex_;  // guards the next one
-  Status newest_;
+  SessionStatus newest_;
 };
 
 }  // namespace palpate

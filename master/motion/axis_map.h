@@ -36,7 +36,6 @@ class AxisMap {
     return P_.determinant() * (P_.transpose() * t_M);
   }
   [[nodiscard]] const Eigen::Matrix3d& P() const noexcept { return P_; }
-  [[nodiscard]] bool is_mirrored() const noexcept { return P_.determinant() < 0; }
 
  private:
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Identity();

@@ -7,7 +7,7 @@
 #include "palpate/v1/teleoperation.pb.h"
 
 #include "foxglove/schemas.pb.h"
-#include "master/haptics/record/tick_words.h"
+#include "master/session/tick_words.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 
@@ -23,6 +23,14 @@ foxglove::CompressedImage ImageOf(const v1::VideoFrame& frame) {
   image.set_frame_id("camera");
   image.set_data(frame.jpeg());
   return image;
+}
+
+// Whether a message received `now` is kept, at about `rate` [Hz] after the one `*kept` before.
+bool IsDue(Time now, double rate, Time* kept) {
+  constexpr double kJitter = 0.9;  // of a period: messages at this very rate are all kept
+  if (SecondsBetween(*kept, now) < kJitter / rate) return false;
+  *kept = now;
+  return true;
 }
 
 Eigen::Vector3d FiniteOrZero(const v1::Vec3f& message) {
@@ -96,7 +104,7 @@ void SessionRecording::OnCommand(const OperatorCommand& command) {
   recording_.Put(command_, command.sent_at, message);
 }
 
-void SessionRecording::OnBulk(const google::protobuf::Message& message) {
+void SessionRecording::OnObserved(const google::protobuf::Message& message) {
   const Time now = Clock::now();
   const auto* type = message.GetDescriptor();
   if (type == v1::SceneDescription::descriptor()) {
@@ -106,6 +114,7 @@ void SessionRecording::OnBulk(const google::protobuf::Message& message) {
   } else if (!is_on_) {
     return;
   } else if (type == v1::VideoFrame::descriptor()) {
+    if (!IsDue(now, kViews.image_rate, &image_kept_)) return;
     recording_.Put(picture_, now, ImageOf(static_cast<const v1::VideoFrame&>(message)));
   } else if (type == v1::MeshState::descriptor()) {
     PutMesh(now, static_cast<const v1::MeshState&>(message));
@@ -118,10 +127,13 @@ void SessionRecording::OnBulk(const google::protobuf::Message& message) {
 }
 
 void SessionRecording::PutMesh(Time now, const v1::MeshState& mesh) {
-  const int before = std::exchange(topology_part_, recording_.part());
-  if (mesh.rest_size() > 0) {
+  const bool has_topology = mesh.rest_size() > 0;
+  const bool begins_part = topology_part_ != recording_.part();
+  if (!IsDue(now, kViews.mesh_rate, &mesh_kept_) && !has_topology && !begins_part) return;
+  topology_part_ = recording_.part();
+  if (has_topology) {
     topology_ = std::make_unique<v1::MeshState>(mesh);
-  } else if (before != topology_part_ && topology_) {
+  } else if (begins_part && topology_) {
     v1::MeshState whole = mesh;
     *whole.mutable_elements() = topology_->elements();
     *whole.mutable_rest() = topology_->rest();

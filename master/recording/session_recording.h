@@ -3,7 +3,7 @@
 //   /master/tick           palpate.v1.ForceTick, 1000 a second: the force chain
 //   /master/command        palpate.v1.OperatorCommand, as sent
 //   /slave/state           palpate.v1.SlaveState, as received: time of arrival, master's clock
-//   /slave/picture         foxglove.CompressedImage, JPEG, at most two a second
+//   /slave/picture         foxglove.CompressedImage, JPEG with overlays, at most two a second
 //   /slave/mesh            palpate.v1.MeshState, at most two a second
 //   /slave/trace           palpate.v1.TraceUpdate: times of each sample in the stages of the slave
 //   /slave/scene, /capabilities   at each change
@@ -24,7 +24,7 @@
 #include "palpate/v1/recording.pb.h"
 
 #include "master/haptics/tick_record.h"
-#include "master/link/slave_link.h"
+#include "master/link/observer.h"
 #include "shared/recording/recording.h"
 
 namespace palpate {
@@ -63,8 +63,10 @@ class SessionRecording {
   void OnTick(const TickRecord& record);
   void OnState(const ReceivedState& received);
   void OnCommand(const OperatorCommand& command);
-  // Takes a message of a BulkWatch.
-  void OnBulk(const google::protobuf::Message& message);
+  // Views of the slave that a recording needs.
+  static constexpr ObservedViews kViews{.image_rate = 2, .mesh_rate = 2, .traction = true};
+  // Takes a message of an Observer. Keeps at most kViews of the images and meshes.
+  void OnObserved(const google::protobuf::Message& message);
   // Writes a line of the log. `is_alarm`: it is a warning.
   void Log(const std::string& line, bool is_alarm = false, Time at = Clock::now());
 
@@ -88,7 +90,9 @@ class SessionRecording {
   TickRecord last_;
   Time hand_told_{};
   std::set<std::string> alarms_;  // of the last status; used by the status thread
+  Time image_kept_{};             // used by the image thread
   // Used by the mesh thread.
+  Time mesh_kept_{};
   std::unique_ptr<v1::MeshState> topology_;  // the last mesh with a topology
   int topology_part_ = 1;                    // part of the recording that contains it
 };

@@ -170,7 +170,6 @@ std::string ToJson(const Report& report) {
   json["ticks"] = report.ticks;
   json["missed"] = report.missed;
   json["rate_hz"] = Tidy(report.rate());
-  json["bare_loop"] = {{"missed", report.bare_median()}, {"missed_each", report.bare_missed}};
   json["wake_us"] = Times(report.wake_us);
   json["compute_us"] = Times(report.compute_us);
   json["rtt_us"] = {{"p50", Tidy(report.link.rtt_p50_us)},
@@ -224,7 +223,7 @@ void WriteReport(const Report& report, const std::filesystem::path& file) {
 Report RunSession(const SessionOptions& options, Device& device, LatestValue<ReceivedState>* states,
                   LatestValue<OperatorCommand>* commands, const std::function<LinkStats()>& link,
                   const std::function<bool()>& stop_wanted,
-                  const std::function<void(const Status&)>& show) {
+                  const std::function<void(const SessionStatus&)>& show) {
   SpscRing<TickRecord> ring(kRingCapacity);
   HapticLoop::Options limited = options.loop;
   device.LowerForceLimit(limited.force_limit);
@@ -250,7 +249,6 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.realtime = LockMemory();
   const Time begin = Clock::now();
   const auto length = Seconds(options.duration > 0 ? options.duration : kForever);
-  BareLoops bare(length, kBarePriority);
   std::atomic<bool> done{false};
   std::string refused;  // read after the join
   std::jthread haptic([&](const std::stop_token& stop) {
@@ -271,18 +269,17 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     shown = t;
     LinkStats told = link();
     if (loop.stops().is_wanted()) told.trouble = Join(kUnanswered, told.trouble);
-    Status status{t,
-                  recorder.newest(),
-                  meter.Update(t, recorder.taken()),
-                  recorder.newest().force_limit,
-                  Named(recorder.newest(), options.finger_names),
-                  told};
+    SessionStatus status{t,
+                         recorder.newest(),
+                         meter.Update(t, recorder.taken()),
+                         recorder.newest().force_limit,
+                         Named(recorder.newest(), options.finger_names),
+                         told};
     status.device = device.description();
     show(status);
   }
   haptic.join();
   emergency.reset();
-  bare.Stop();
   recorder.Finish();
 
   report.realtime = Join(refused, report.realtime);
@@ -291,7 +288,6 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.duration = loop.stats().periodic.duration;
   report.ticks = loop.stats().periodic.ticks;
   report.missed = loop.stats().periodic.missed;
-  report.bare_missed = bare.missed();
   report.wake_us = loop.stats().periodic.wake_us;
   report.compute_us = loop.stats().compute_us;
   report.link = link();

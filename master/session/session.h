@@ -1,7 +1,6 @@
-// A whole run: haptic loop, bare loops, the slow thread that records and displays, and the report.
+// A whole run: haptic loop, the slow thread that records and displays, and the report.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -11,9 +10,10 @@
 
 #include "master/haptics/haptic_loop.h"
 #include "master/haptics/periodic.h"
-#include "master/haptics/record/recorder.h"
-#include "master/haptics/record/tick_summary.h"
 #include "master/haptics/stop_path.h"
+#include "master/link/slave_link.h"
+#include "master/session/recorder.h"
+#include "master/session/tick_summary.h"
 
 namespace palpate {
 
@@ -35,7 +35,6 @@ struct Report {
   std::string scene, model, device, render, realtime;  // text
   double duration = 0;
   std::uint64_t ticks = 0, missed = 0;
-  std::array<std::uint64_t, BareLoops::kCount> bare_missed{};  // sorted
   LatencyHistogram wake_us, compute_us;
   LinkStats link;
   double force_peak = 0;       // S: largest true force, else largest estimated
@@ -45,7 +44,7 @@ struct Report {
   std::uint64_t let_go_ticks = 0;  // part of force_error, see TickSummary
   std::optional<TickSummary::DelayCompensated> force_error_delay_compensated;
   std::optional<TickSummary::Breaking> breaking;  // excluded from both; empty without a puncture
-  PatchWatch::Stats patch;                        // received patches
+  PatchStats patch;                               // received patches
   std::vector<FingerReport> fingers;              // empty: one tool
   std::optional<ShapeReport> shape;
   double energy_min = 0;  // least balance of the passivity control [J]
@@ -61,7 +60,6 @@ struct Report {
   [[nodiscard]] double rate() const {
     return duration > 0 ? static_cast<double>(ticks) / duration : 0;
   }
-  [[nodiscard]] std::uint64_t bare_median() const { return bare_missed[bare_missed.size() / 2]; }
 };
 
 // The content of report.json, with finite numbers.
@@ -79,7 +77,7 @@ struct NamedFinger {
 std::vector<NamedFinger> Named(const TickRecord& record, const std::vector<std::string>& names);
 
 // Status of a running session, for the operator.
-struct Status {
+struct SessionStatus {
   double t = 0;  // [s] since the run began
   TickRecord tick;
   double rate = 0;                   // recent ticks per second [Hz]
@@ -94,7 +92,7 @@ struct SessionOptions {
   HapticLoop::Options loop;
   LatestValue<RemoteSettings>* settings = nullptr;  // must outlive the run; null: fixed settings
   LatestValue<ReceivedPatch>* patches = nullptr;    // must outlive the run; null: no patches
-  std::function<PatchWatch::Stats()> patch_stats;   // called at the end; may be empty
+  std::function<PatchStats()> patch_stats;          // called at the end; may be empty
   StopPath::Ways emergency;                         // may be empty
   Recorder::Onlooker see_tick;  // called for every tick on the calling thread; may be empty
   std::vector<std::string>
@@ -113,6 +111,6 @@ struct SessionOptions {
 Report RunSession(const SessionOptions& options, Device& device, LatestValue<ReceivedState>* states,
                   LatestValue<OperatorCommand>* commands, const std::function<LinkStats()>& link,
                   const std::function<bool()>& stop_wanted,
-                  const std::function<void(const Status&)>& show);
+                  const std::function<void(const SessionStatus&)>& show);
 
 }  // namespace palpate

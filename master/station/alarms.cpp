@@ -105,8 +105,8 @@ class Alarms {
                      100 * moment_.ticks.late_share),
            "The link is slow or the machine is busy: see the charts.");
     }
-    if (moment_.picture_stands > 0 && moment_.felt.state.validity != Validity::kStale) {
-      Note(Formatted("The image has been frozen for %.0f s.", moment_.picture_stands),
+    if (moment_.frozen_for > 0 && moment_.felt.state.validity != Validity::kStale) {
+      Note(Formatted("The image has been frozen for %.0f s.", moment_.frozen_for),
            "The force is independent of it: check its age. If this persists, reload the page.");
     }
     for (const std::string& text : moment_.slave_alarms) Note("The slave reports: " + text + ".");

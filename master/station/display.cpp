@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-void Display::PutPicture(const std::string& jpeg, double t) {
+void Display::PutImage(const std::string& jpeg, double t) {
   board_->Put(Topic::kPicture, Framed({static_cast<std::uint32_t>(Topic::kPicture), 0, t}, jpeg));
 }
 

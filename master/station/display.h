@@ -17,7 +17,7 @@ class Display {
   explicit Display(NoticeBoard* board) : board_(board) {}
 
   // `t`: sample time since the start of the run [s].
-  void PutPicture(const std::string& jpeg, double t);
+  void PutImage(const std::string& jpeg, double t);
   // Puts a shape. A changed topology is put before it.
   void PutShape(const RemoteMesh& mesh, double t);
 

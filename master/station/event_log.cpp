@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "master/haptics/record/tick_words.h"
+#include "master/session/tick_words.h"
 
 namespace palpate {
 namespace {

@@ -6,8 +6,6 @@
 #include <thread>
 #include <utility>
 
-#include "master/link/mesh_watch.h"
-#include "master/link/video_watch.h"
 #include "master/station/display.h"
 #include "master/station/event_log.h"
 #include "master/station/pointer_control_lock.h"
@@ -23,38 +21,27 @@ namespace {
 
 constexpr std::chrono::milliseconds kFrame(33);
 constexpr std::chrono::seconds kLookAway(2);  // time without a page before streams end
-constexpr double kMeshRate = 15;              // [Hz]
-constexpr double kMeshError = 1e-4;           // of the object: a tenth of a pixel of a page
-constexpr double kFrozen = 1;                 // an older image is frozen [s]
-constexpr double kFrozenPeriods = 3;          // the same in sensor periods, for slow sensors [-]
-constexpr double kTraceShown = 1;             // of a tick a while ago [s]
+// A mesh error of 1e-4 of the object is a tenth of a pixel of a page.
+constexpr ObservedViews kPageViews{
+    .image_rate = 15, .mesh_rate = 15, .traction = true, .mesh_error = 1e-4};
+constexpr double kFrozen = 1;         // an older image is frozen [s]
+constexpr double kFrozenPeriods = 3;  // the same in sensor periods, for slow sensors [-]
+constexpr double kTraceShown = 1;     // of a tick a while ago [s]
 
-// Streams that the slave sends only while a page is open.
-struct Views {
-  explicit Views(const SlaveLink::Options& line)
-      : video(line, {}),
-        meshes(line, {.rate = kMeshRate, .relative_error = kMeshError, .traction = true}) {}
-  VideoWatch video;
-  MeshWatch meshes;
-};
-
-// Views while a page is open, and what was shown of them last.
+// Streams of the slave while a page is open, and what was shown of them last.
 struct PageViews {
-  // `somebody_looks`: a page is open now.
-  void Update(bool somebody_looks, const SlaveLink::Options& line) {
+  // `is_open`: a page is open now.
+  void Update(bool is_open, Observer* observer) {
     const auto now = std::chrono::steady_clock::now();
-    if (somebody_looks) looked = now;
-    const bool looks = now - looked < kLookAway;
-    if (looks && !views) {
-      views = std::make_unique<Views>(line);
-      picture = shape = 0;
-    }
-    if (!looks) views.reset();
+    if (is_open) opened = now;
+    const bool wanted = now - opened < kLookAway;
+    if (std::exchange(streams, wanted) == wanted) return;
+    observer->Need(Observer::User::kPage, wanted ? kPageViews : ObservedViews());
   }
 
-  std::unique_ptr<Views> views;  // null: nobody looks
-  std::chrono::steady_clock::time_point looked{};
-  std::uint64_t picture = 0, shape = 0;
+  bool streams = false;
+  std::chrono::steady_clock::time_point opened{};
+  std::uint64_t image = 0, shape = 0;
 };
 
 // The slave's health as it was shown last.
@@ -85,7 +72,7 @@ Match(Cases...) -> Match<Cases...>;
 
 struct LiveStation::Parts {
   Parts(Options chosen, Controls given)
-      : options(std::move(chosen)), controls(std::move(given)), poller(options.line) {
+      : options(std::move(chosen)), controls(std::move(given)), observer(*options.observer) {
     StationHello hello = options.hello;
     hello.libraries = FindPageFile("/lib/three.module.js") && FindPageFile("/lib/uPlot.esm.js");
     board.Put(Topic::kHello, HelloJson(hello));
@@ -96,7 +83,7 @@ struct LiveStation::Parts {
   // Of the newest tick whose sample's trace has come.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
   // Time since the image is frozen [s]; 0: not frozen, or no image.
-  double PutPicture(const TickDigest::Moment& ticks);
+  double PutImage(const TickDigest::Moment& ticks);
   void PutShape(const TickDigest::Moment& ticks);
   void PutHealth();
   // When the slave sensed, on the session's clock [s].
@@ -114,19 +101,18 @@ struct LiveStation::Parts {
   void Set(const MappingCommand& command);
   void SetWhenFree(const StationMoment& moment);
   void Replace(const ModelCommand& command);
-  std::string Examine();
   // Queues `task`, which logs its outcome.
   void SubmitTask(std::function<void()> task);
   void Log(bool is_trouble, std::string text);
 
   const Options options;
   const Controls controls;
+  Observer& observer;
   NoticeBoard board;
   TickDigest ticks;
   EventLog event_log;
-  SlaveStatusPoller poller;
   mutable std::mutex mutex;  // guards these two
-  Status status;
+  SessionStatus status;
   SlaveLink::Mapping waiting;
   PointerControlLock lead;  // the server's thread
   // What the editor alone uses.
@@ -137,15 +123,14 @@ struct LiveStation::Parts {
   bool told_to_wait = false;  // what waits now
   Display display{&board};
 
-  std::atomic<bool> examines{false};
-  TaskQueue tasks, doctor;
+  TaskQueue tasks;
   std::unique_ptr<PageServer> server;
   std::jthread editor;  // last: it uses all of the above
 };
 
 void LiveStation::Parts::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    page_views.Update(server->pages() > 0, options.line);
+    page_views.Update(server->pages() > 0, &observer);
     PutMoment();
     server->Notify();
     std::this_thread::sleep_for(kFrame);
@@ -161,22 +146,22 @@ void LiveStation::Parts::PutMoment() {
     moment.status = status;
     moment.waiting = waiting;
   }
-  moment.felt = poller.felt();
+  moment.felt = observer.state();
   if (moment.felt.state.sequence > 0) {
     moment.felt_age = SecondsBetween(moment.felt.received_at, Clock::now());
   }
   SetWhenFree(moment);
   moment.trace = TraceNow(moment.ticks);
-  event_log.AppendEvents(moment.ticks.t, poller.TakeEvents());
+  event_log.AppendEvents(moment.ticks.t, observer.TakeEvents());
   if (controls.recording) moment.recording = controls.recording();
   if (options.pointer != nullptr) {
     moment.pointer_holds = options.pointer->holds();
     moment.pointer_used = options.pointer->used();
   }
-  if (page_views.views) {
-    moment.video_trouble = page_views.views->video.trouble();
-    moment.mesh_trouble = page_views.views->meshes.stats().trouble;
-    moment.picture_stands = PutPicture(moment.ticks);
+  if (page_views.streams) {
+    moment.video_trouble = observer.image_trouble();
+    moment.mesh_trouble = observer.mesh_stats().trouble;
+    moment.frozen_for = PutImage(moment.ticks);
     PutShape(moment.ticks);
   }
   PutHealth();
@@ -192,7 +177,7 @@ void LiveStation::Parts::PutMoment() {
 }
 
 std::optional<HandTrace> LiveStation::Parts::TraceNow(const TickDigest::Moment& moment) {
-  const auto sample = poller.TraceOf(moment.newest.sensed_at);
+  const auto sample = observer.TraceOf(moment.newest.sensed_at);
   const auto newest = sample ? TraceOf(moment.newest, moment.t, *sample) : std::nullopt;
   if (newest) trace = newest;
   if (trace && moment.t - trace->t > kTraceShown) trace.reset();
@@ -204,28 +189,28 @@ double LiveStation::Parts::SinceBegin(const TickDigest::Moment& moment, Time sen
   return SecondsBetween(moment.begin, sensed_at - Seconds(status.link.clock_offset));
 }
 
-double LiveStation::Parts::PutPicture(const TickDigest::Moment& moment) {
-  const auto newest = page_views.views->video.newest();
+double LiveStation::Parts::PutImage(const TickDigest::Moment& moment) {
+  const auto newest = observer.image();
   if (!newest) return 0;
   const double sensed_at = SinceBegin(moment, newest->sensed_at);
-  if (newest->number != page_views.picture) display.PutPicture(newest->jpeg, sensed_at);
-  page_views.picture = newest->number;
+  if (newest->number != page_views.image) display.PutImage(newest->jpeg, sensed_at);
+  page_views.image = newest->number;
   const double age = moment.t - sensed_at, rate = options.hello.scene.sensor_rate;
   return age > std::max(kFrozen, kFrozenPeriods / rate) ? age : 0;
 }
 
 void LiveStation::Parts::PutShape(const TickDigest::Moment& moment) {
-  const auto mesh = page_views.views->meshes.newest();
+  const auto mesh = observer.mesh();
   if (!mesh || mesh->sequence == page_views.shape) return;
   page_views.shape = mesh->sequence;
   display.PutShape(*mesh, SinceBegin(moment, mesh->sensed_at));
 }
 
 void LiveStation::Parts::PutHealth() {
-  const SlaveStatusPoller::Words words = poller.words();
-  if (words.version == health.version) return;
-  health = {words.version, AlarmsIn(words), words.trouble};
-  board.Put(Topic::kHealth, HealthJson(words));
+  const SlaveTexts texts = observer.texts();
+  if (texts.version == health.version) return;
+  health = {texts.version, AlarmsIn(texts), texts.trouble};
+  board.Put(Topic::kHealth, HealthJson(texts));
 }
 
 std::string LiveStation::Parts::Do(std::uint64_t page, const PageCommand& asked) {
@@ -243,7 +228,6 @@ std::string LiveStation::Parts::Do(std::uint64_t page, const PageCommand& asked)
                    [&](const MarkCommand&) { ++options.requests->marks; },
                    [&](const TareCommand&) { ++options.requests->tares; },
                    [&](const ReinitializeTrackingCommand&) { ReinitializeTracking(); },
-                   [&](const ExamineCommand&) { answer = Examine(); },
                    [&](const ClutchCommand& command) { options.requests->clutched = command.on; },
                    [&](const RenderCommand& command) { options.requests->render = command.mode; },
                    [&](const RecordCommand& command) { answer = Record(command); },
@@ -325,17 +309,6 @@ void LiveStation::Parts::SetWhenFree(const StationMoment& moment) {
   });
 }
 
-std::string LiveStation::Parts::Examine() {
-  if (examines.exchange(true))
-    return RefusedJson("the doctor is already running: wait for its result");
-  board.Put(Topic::kFindings, FindingsJson({}, false));
-  doctor.Submit([this](const std::stop_token& stop) {
-    board.Put(Topic::kFindings, FindingsJson(controls.examine(stop), true));
-    examines = false;
-  });
-  return {};
-}
-
 void LiveStation::Parts::Replace(const ModelCommand& command) {
   Log(false, "the slave builds the model " + command.kind);
   SubmitTask([this, kind = command.kind] {
@@ -380,7 +353,7 @@ void LiveStation::Notify(const std::string& notice) {
   parts_->Log(true, notice);
 }
 
-void LiveStation::Update(const Status& status) {
+void LiveStation::Update(const SessionStatus& status) {
   const std::scoped_lock lock(parts_->mutex);
   parts_->status = status;
 }

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "master/device/pointer.h"
-#include "master/link/slave_link.h"
+#include "master/link/observer.h"
 #include "master/session/session.h"
 #include "master/station/moment_json.h"
 #include "master/station/server/page_access.h"
@@ -19,11 +19,12 @@ namespace palpate {
 class LiveStation {
  public:
   struct Options {
-    PagePlace at;             // address of the page
-    SlaveLink::Options line;  // to the slave
+    PagePlace at;  // address of the page
     StationHello hello;
-    Pointer* pointer = nullptr;  // must outlive this object; null: the page cannot move the tool
-    OperatorRequests* requests = nullptr;  // must outlive this object
+    // These must outlive this object.
+    Observer* observer = nullptr;  // with states
+    Pointer* pointer = nullptr;    // null: the page cannot move the tool
+    OperatorRequests* requests = nullptr;
   };
   // Actions that pages and keys may trigger. Called on threads of the station.
   struct Controls {
@@ -33,10 +34,8 @@ class LiveStation {
         set_mapping;                                                // empty: done, else the reason
     std::function<std::string(const std::string& kind)> set_model;  // empty: done
     std::function<std::string()> reinitialize_tracking;             // empty: done
-    // Runs the doctor; takes seconds, or until it is stopped.
-    std::function<Findings(const std::stop_token&)> examine;
-    std::function<void(bool on)> record = {};         // empty: no recording
-    std::function<RecordingMoment()> recording = {};  // empty: no recording
+    std::function<void(bool on)> record = {};                       // empty: no recording
+    std::function<RecordingMoment()> recording = {};                // empty: no recording
   };
 
   // Throws std::runtime_error if the address cannot be used.
@@ -47,7 +46,7 @@ class LiveStation {
   [[nodiscard]] std::string address() const;
   // Called on the session's slow thread.
   void OnTick(const TickRecord& tick);
-  void Update(const Status& status);
+  void Update(const SessionStatus& status);
   // Adds a sentence to the list of events.
   void Notify(const std::string& notice);
 

@@ -1,6 +1,5 @@
 #include "master/station/moment_json.h"
 
-#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -281,30 +280,18 @@ std::string StatusJson(const StationMoment& moment) {
                {"samples", SamplesOf(moment.ticks.samples)}});
 }
 
-std::string FindingsJson(const Findings& findings, bool is_done) {
-  constexpr std::array<const char*, 3> kLevels{"ok", "warn", "bad"};
-  Json list = Json::array();
-  for (auto found = findings.rbegin(); found != findings.rend(); ++found) {
-    list.push_back({{"level", kLevels[static_cast<std::size_t>(found->grade)]},
-                    {"what", found->what},
-                    {"measured", found->measured},
-                    {"advice", found->advice}});
-  }
-  return Text({{"kind", "findings"}, {"done", is_done}, {"findings", list}});
-}
-
-std::string HealthJson(const SlaveStatusPoller::Words& words) {
+std::string HealthJson(const SlaveTexts& texts) {
   return Text({{"kind", "health"},
-               {"scene", Parsed(words.scene)},
-               {"capabilities", Parsed(words.capabilities)},
-               {"status", Parsed(words.status)},
-               {"trouble", words.trouble}});
+               {"scene", Parsed(texts.scene)},
+               {"capabilities", Parsed(texts.capabilities)},
+               {"status", Parsed(texts.status)},
+               {"trouble", texts.trouble}});
 }
 
-std::vector<std::string> AlarmsIn(const SlaveStatusPoller::Words& words) {
+std::vector<std::string> AlarmsIn(const SlaveTexts& texts) {
   constexpr std::size_t kMost = 8;
   std::vector<std::string> alarms;
-  const Json status = Parsed(words.status);
+  const Json status = Parsed(texts.status);
   if (!status.is_object()) return alarms;
   for (const Json& alarm : status.value("alarms", Json::array())) {
     if (alarm.is_string() && alarms.size() < kMost) alarms.push_back(alarm.get<std::string>());

@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "master/doctor/finding.h"
+#include "master/link/observer.h"
 #include "master/link/remote_mesh.h"
 #include "master/link/remote_scene.h"
-#include "master/link/slave_status_poller.h"
 #include "master/session/session.h"
 #include "master/station/tick_digest.h"
 
@@ -46,11 +45,11 @@ struct RecordingMoment {
 // Data of one status message.
 struct StationMoment {
   TickDigest::Moment ticks;
-  Status status;                          // from the session's slow thread
-  SlaveStatusPoller::ObservedState felt;  // newest observed state
+  SessionStatus status;  // from the session's slow thread
+  ObservedState felt;    // newest observed state
   bool pointer_holds = false;
-  double pointer_used = 0;    // stamp of the last applied target of the page; 0: none
-  double picture_stands = 0;  // time since the image is frozen [s]; 0: not frozen, or no image
+  double pointer_used = 0;  // stamp of the last applied target of the page; 0: none
+  double frozen_for = 0;    // time since the image is frozen [s]; 0: not frozen, or no image
   std::string video_trouble, mesh_trouble;
   std::vector<std::string> slave_alarms;     // of the slave's status
   std::string health_trouble;                // why no status is received
@@ -65,12 +64,9 @@ struct StationMoment {
 void LeaveOutOld(StationMoment* moment);
 std::string StatusJson(const StationMoment& moment);
 
-// Findings of the doctor, bad ones first; empty while it runs.
-std::string FindingsJson(const Findings& findings, bool is_done);
-
 // Messages of the slave as JSON; and the alarms in its status.
-std::string HealthJson(const SlaveStatusPoller::Words& words);
-std::vector<std::string> AlarmsIn(const SlaveStatusPoller::Words& words);
+std::string HealthJson(const SlaveTexts& texts);
+std::vector<std::string> AlarmsIn(const SlaveTexts& texts);
 
 // An event. Lists have the newest last.
 struct LogEntry {

@@ -16,8 +16,8 @@
 
 #include "palpate/v1/teleoperation.pb.h"
 
+#include "master/link/observer.h"
 #include "master/link/remote_scene.h"
-#include "master/link/slave_status_poller.h"
 #include "master/recording/replay.h"
 #include "master/station/display.h"
 #include "master/station/moment_json.h"
@@ -73,7 +73,7 @@ class ReplayScene {
     return "Recorded by palpate-master " + hello_.version + ", played by " + own + ".";
   }
   // Messages of the slave up to `t` [s].
-  [[nodiscard]] SlaveStatusPoller::Words WordsAt(double t) const {
+  [[nodiscard]] SlaveTexts TextsAt(double t) const {
     return {0, NewestBy(t, scenes_), NewestBy(t, capabilities_), NewestBy(t, health_), {}};
   }
   // The newest log entries up to `t` [s], newest last.
@@ -190,7 +190,7 @@ ReplayFeed ReplayStation::Parts::Feed() {
   told.on_tick = [this](const TickRecord& tick) { Update(tick); };
   told.on_state = [this](const SlaveState& state, Time) { Update(state); };
   told.on_picture = [this](const std::string& jpeg, Time sensed_at) {
-    display.PutPicture(jpeg, Since(sensed_at));
+    display.PutImage(jpeg, Since(sensed_at));
   };
   told.on_trace = [this](const SampleTrace& trace) { Update(trace); };
   told.on_mesh = [this](const auto& mesh) { display.PutShape(*mesh, Since(mesh->sensed_at)); };
@@ -305,9 +305,9 @@ void ReplayStation::Parts::Put() {
   if (!moment.ticks.any) return;
   if (health_told < 0 || std::abs(at - health_told) >= kHealthEvery) {
     health_told = at;
-    const SlaveStatusPoller::Words words = scene.WordsAt(at);
-    moment.slave_alarms = AlarmsIn(words);
-    board.Put(Topic::kHealth, HealthJson(words));
+    const SlaveTexts texts = scene.TextsAt(at);
+    moment.slave_alarms = AlarmsIn(texts);
+    board.Put(Topic::kHealth, HealthJson(texts));
     board.Put(Topic::kSaid, SaidJson(scene.SaidBy(at)));
   }
   {

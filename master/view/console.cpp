@@ -69,11 +69,9 @@ class Table {
 
 void AddTiming(const Report& r, Table* table) {
   table->Row("duration", Formatted("%.1f s", r.duration));
-  table->Row("haptic loop",
-             Formatted("%.1f Hz, %llu of %llu periods missed; bare loop: %llu missed", r.rate(),
-                       static_cast<unsigned long long>(r.missed),
-                       static_cast<unsigned long long>(r.ticks + r.missed),
-                       static_cast<unsigned long long>(r.bare_median())));
+  table->Row("haptic loop", Formatted("%.1f Hz, %llu of %llu periods missed", r.rate(),
+                                      static_cast<unsigned long long>(r.missed),
+                                      static_cast<unsigned long long>(r.ticks + r.missed)));
   table->Row("wake-up delay",
              Formatted("median %.0f us, 99 %% below %.0f us, maximum %.0f us",
                        r.wake_us.Quantile(0.5), r.wake_us.Quantile(0.99), r.wake_us.max()));
@@ -151,7 +149,7 @@ void Console::Print(const std::string& line) {
   std::fflush(out_);
 }
 
-void Console::Show(const Status& status, const RemoteMesh* mesh) {
+void Console::Show(const SessionStatus& status, const RemoteMesh* mesh) {
   if (live_) {
     std::vector<std::string> lines{FormatStatus(status)};
     const auto table = FingerTable(status.fingers, mesh);
@@ -180,7 +178,7 @@ void Console::EndLine() {
   open_ = 0;
 }
 
-std::string FormatStatus(const Status& status) {
+std::string FormatStatus(const SessionStatus& status) {
   const TickRecord& tick = status.tick;
   const double force = tick.chain.sent.norm();
   const bool timed = status.link.rtt_p50_us > 0;

@@ -26,7 +26,7 @@ class Console {
   void Print(const std::string& line);
   // Live: replaces the status line and the table of fingertips below it. In a pipe: prints a line
   // each second and at each change of state. `mesh`: the object's shape; null: unknown.
-  void Show(const Status& status, const RemoteMesh* mesh = nullptr);
+  void Show(const SessionStatus& status, const RemoteMesh* mesh = nullptr);
   [[nodiscard]] bool live() const { return live_; }
 
  private:
@@ -47,7 +47,7 @@ std::string ForceBar(double force, double limit, int width);
 //   clamped`
 // The bar is full at the force limit. The reasons of changes come last, then problems of the link.
 // Unknown numbers are shown as `-`.
-std::string FormatStatus(const Status& status);
+std::string FormatStatus(const SessionStatus& status);
 
 // Forces of the fingertips and deflection of the object: one line per fingertip and one for the
 // object, for example

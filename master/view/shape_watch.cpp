@@ -137,30 +137,28 @@ void ShapeFile::Write() {
   if (deeper) deepest_ = std::move(moment);
 }
 
-ShapeWatch::ShapeWatch(const SlaveLink::Options& link, const RemoteScene& scene,
+ShapeWatch::ShapeWatch(Observer* observer, const RemoteScene& scene,
                        const std::vector<std::filesystem::path>& files, bool table) {
   if (files.empty() && !(table && !scene.fingertips.empty())) return;
-  MeshWatch::Options options;
-  options.nodal_forces = !files.empty();
-  meshes_ = std::make_unique<MeshWatch>(link, options);
+  observer_ = observer;
+  observer_->Need(Observer::User::kShapes, {.mesh_rate = 5, .nodal_forces = !files.empty()});
   for (const auto& file : files) {
-    files_.push_back(
-        std::make_unique<ShapeFile>(file, [meshes = meshes_.get()] { return meshes->newest(); }));
+    files_.push_back(std::make_unique<ShapeFile>(file, [observer] { return observer->mesh(); }));
   }
 }
 
 std::shared_ptr<const RemoteMesh> ShapeWatch::newest() const {
-  return meshes_ ? meshes_->newest() : nullptr;
+  return observer_ != nullptr ? observer_->mesh() : nullptr;
 }
 
-void ShapeWatch::Update(const Status& status) {
+void ShapeWatch::Update(const SessionStatus& status) {
   for (const auto& file : files_) file->Update(status.fingers);
 }
 
 bool ShapeWatch::Finish(Report* report) {
-  if (!meshes_) return true;
-  meshes_->Stop();
-  const MeshWatch::Stats stats = meshes_->stats();
+  if (observer_ == nullptr) return true;
+  observer_->Need(Observer::User::kShapes, {});
+  const Observer::MeshStats stats = observer_->mesh_stats();
   report->shape = ShapeReport{stats.meshes, stats.deflection_peak};
   bool all_there = true;
   for (const auto& file : files_) {

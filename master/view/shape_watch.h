@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "master/link/mesh_watch.h"
+#include "master/link/observer.h"
 #include "master/session/session.h"
 
 namespace palpate {
@@ -68,20 +68,20 @@ class ShapeFile {
 class ShapeWatch {
  public:
   // Requests meshes if there are `files`, or if the scene has fingertips and their `table` is
-  // shown. Throws like MeshWatch and CheckShapeFile.
-  ShapeWatch(const SlaveLink::Options& link, const RemoteScene& scene,
+  // shown. Throws like CheckShapeFile. `observer` must outlive this object.
+  ShapeWatch(Observer* observer, const RemoteScene& scene,
              const std::vector<std::filesystem::path>& files, bool table);
 
   // Null: none received, or not requested.
   [[nodiscard]] std::shared_ptr<const RemoteMesh> newest() const;
-  void Update(const Status& status);
+  void Update(const SessionStatus& status);
   // Ends the stream, writes the files a last time and completes the report. False: a file is
   // missing.
   bool Finish(Report* report);
 
  private:
-  std::unique_ptr<MeshWatch> meshes_;              // null: not requested
-  std::vector<std::unique_ptr<ShapeFile>> files_;  // after `meshes_`, which they use
+  Observer* observer_ = nullptr;  // null: no meshes requested
+  std::vector<std::unique_ptr<ShapeFile>> files_;
 };
 
 }  // namespace palpate

@@ -9,9 +9,7 @@
 namespace palpate {
 
 // SCHED_FIFO priorities, of 1 to 99.
-inline constexpr int kHapticPriority = 80;  // the 1 kHz loop
-// Empty loops that measure what the machine misses: they never delay the 1 kHz loop.
-inline constexpr int kBarePriority = 79;
+inline constexpr int kHapticPriority = 80;     // the 1 kHz loop
 inline constexpr int kLinkPriority = 40;       // commands, states, manipulator, watchdogs
 inline constexpr int kSensingPriority = 30;    // images and tactile samples
 inline constexpr int kAdmissionPriority = 25;  // admission control, above readers, against floods

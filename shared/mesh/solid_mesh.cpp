@@ -42,13 +42,6 @@ Eigen::Vector3d BoxOf(const std::vector<Eigen::Vector3d>& nodes) {
 
 }  // namespace
 
-std::vector<char> AnyHeld(const HeldNodes& held) {
-  std::vector<char> any;
-  any.reserve(held.size());
-  for (const auto& [x, y, z] : held) any.push_back(x || y || z ? 1 : 0);
-  return any;
-}
-
 SurfaceMesh SurfaceOf(const SolidMesh& mesh) {
   std::map<Triangle, int> uses;
   for (const auto& tet : mesh.tets) {

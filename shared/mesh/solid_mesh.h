@@ -31,8 +31,6 @@ struct SurfaceMesh {
 
 // Which components x, y, z of each node or triangle are fixed at zero.
 using HeldNodes = std::vector<std::array<bool, 3>>;
-// Which are fixed in any component.
-std::vector<char> AnyHeld(const HeldNodes& held);
 
 // The faces that belong to one tetrahedron only, in the order of the tetrahedra, outward. Node
 // numbers stay. O(N log N).

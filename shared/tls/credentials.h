@@ -14,6 +14,8 @@
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/security/server_credentials.h>
 
+#include "shared/link/priority_inheritance_mutex.h"
+
 namespace palpate {
 
 // Validity period and revocation of certificates.
@@ -52,7 +54,7 @@ class RevocationList {
   void Refresh();
 
   const std::filesystem::path file_, ca_;
-  std::mutex mutex_;  // guards what follows
+  PriorityInheritanceMutex mutex_;  // guards what follows
   std::chrono::steady_clock::time_point looked_at_{};
   std::filesystem::file_time_type written_at_{};
   std::unique_ptr<List> list_;  // null: no list

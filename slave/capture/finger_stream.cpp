@@ -50,7 +50,7 @@ FingerStream::FingerStream(std::string name, Clock::duration period, std::size_t
 std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sensed_at,
                                               const FingerReading& reading, Time arrived_at,
                                               SenderId sender) {
-  if (sensed_at_ && sender != sender_ && arrived_at - heard_at_ < SilenceAllowed()) {
+  if (sensed_at_ && sender != sender_ && arrived_at - arrived_at_ < SilenceAllowed()) {
     return "is already fed by a stream: accepted is one stream, or a new one a second after the "
            "last sample";
   }
@@ -59,15 +59,8 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
     return "pose: accepted is a finite position and a rotation";
   }
   if (sender != sender_) Restart();
-  if (sensed_at_ && sensed_at < *sensed_at_) {
-    return "sensed_at: accepted is a time that does not decrease; this one decreased by " +
-           std::to_string(SecondsBetween(sensed_at, *sensed_at_)) + " s";
-  }
+  if (auto why = RefuseOrder(sequence, sensed_at)) return why;
   if (sensed_at_ && sensed_at == *sensed_at_) return std::nullopt;  // the same sample again
-  if (sensed_at_ && sequence != 0 && sequence <= sequence_) {
-    return "sequence = " + std::to_string(sequence) + ": accepted is one above the last, " +
-           std::to_string(sequence_);
-  }
   Sample sample{clock_.Map(sensed_at, arrived_at), !sensed_at_, reading};
   sample.reading.present = true;
   if (sensed_at_) {
@@ -81,11 +74,23 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
   if (newest() != nullptr) sample.at = std::max(sample.at, newest()->at + Clock::duration(1));
   run_ = sample.begins ? 1 : std::min(run_ + 1, kDrivers);
   sender_ = sender;
-  heard_at_ = arrived_at;
+  arrived_at_ = arrived_at;
   sequence_ = sequence;
   sensed_at_ = sensed_at;
   Push(sample);
   return std::nullopt;
+}
+
+// Within the present sender's samples.
+std::optional<std::string> FingerStream::RefuseOrder(std::uint64_t sequence, Time sensed_at) const {
+  if (!sensed_at_ || sensed_at == *sensed_at_) return std::nullopt;
+  if (sensed_at < *sensed_at_) {
+    return "sensed_at: accepted is a time that does not decrease; this one decreased by " +
+           std::to_string(SecondsBetween(sensed_at, *sensed_at_)) + " s";
+  }
+  if (sequence == 0 || sequence > sequence_) return std::nullopt;
+  return "sequence = " + std::to_string(sequence) + ": accepted is one above the last, " +
+         std::to_string(sequence_);
 }
 
 void FingerStream::Leave(SenderId sender) noexcept {

@@ -2,17 +2,20 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <exception>
 #include <filesystem>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "slave/capture/codecs/codecs.h"
+#include "slave/capture/image_queue.h"
 #include "slave/capture/live_cameras.h"
+#include "slave/capture/pair_images.h"
 #include "slave/capture/picture_files.h"
 
 namespace palpate {
@@ -20,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A size is part of what a scene says a pixel shows: pictures of another one have other pixels.
+// A size is part of what a scene says a pixel shows: images of another one have other pixels.
 void RequireSize(const Camera& camera, const cv::Size& first) {
   const auto [width, height] = camera.size;
   if (width == 0 || (width == first.width && height == first.height)) return;
@@ -30,36 +33,90 @@ void RequireSize(const Camera& camera, const cv::Size& first) {
                            std::to_string(first.height) + "], or no size");
 }
 
-// Gives `first`, where there is one, and then what `read` reads, both as `filter` makes them, if
-// there is one: it is tried at once, so that pictures it refuses are refused here, not in the loop.
-template <typename Read>
-DecodeAhead::Decode Decoder(cv::Mat first, Read read, const PictureFilter& filter = {}) {
-  if (filter && !first.empty()) static_cast<void>(filter(first));
-  return [first = std::move(first), read = std::move(read), filter]() mutable {
-    cv::Mat picture = first.empty() ? read() : std::exchange(first, cv::Mat());
-    return filter && !picture.empty() ? filter(picture) : picture;
+// The next images, as their cameras gave them, without number and timestamp; empty ones: no more.
+using ReadImages = std::function<StereoPair()>;
+
+struct ReadOptions {
+  std::string description;
+  double rate = 60;  // timestamps are 1 / rate apart [Hz], > 0,
+  // or these multiples of it from the first, one per image; empty: no gaps
+  std::vector<std::uint64_t> instants = {};
+  bool paced = false;  // images arrive at their timestamps
+};
+
+// Decodes recorded images in a separate thread, a few ahead of the reader, and assigns timestamps.
+// The first images are read at once: wrong ones are found here, not in the loop.
+class DecodeAhead final : public StereoSource {
+ public:
+  DecodeAhead(ReadImages read, ReadOptions options)
+      : read_(std::move(read)),
+        options_(std::move(options)),
+        first_(read_()),
+        start_(Clock::now()),
+        thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+
+  std::optional<StereoPair> Next(const std::stop_token& stop) override {
+    auto images = queue_.Take(stop);
+    if (images && options_.paced) queue_.WaitUntil(images->sensed_at, stop);
+    if (stop.stop_requested()) return std::nullopt;
+    return images;
+  }
+  [[nodiscard]] std::string description() const override { return options_.description; }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    constexpr std::size_t kAhead = 4;  // images: at 60 Hz a disk may be late by 67 ms
+    std::exception_ptr failure;
+    try {
+      StereoPair images = std::move(first_);
+      for (std::uint64_t k = 0; !images.left.empty(); ++k) {
+        images.sequence = k + 1;
+        const std::uint64_t instant = k < options_.instants.size() ? options_.instants[k] : k;
+        images.sensed_at = start_ + Seconds(static_cast<double>(instant) / options_.rate);
+        if (!queue_.Push(std::move(images), kAhead, stop)) break;
+        images = read_();
+      }
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    queue_.Close(failure);
+  }
+
+  ReadImages read_;
+  ReadOptions options_;
+  StereoPair first_;
+  Time start_;
+  ImageQueue queue_;
+  std::jthread thread_;  // last member: it stops and joins before the others are destroyed
+};
+
+// What `read` reads, as `filter` makes it, if there is one: in the decoding thread.
+std::unique_ptr<FrameSource> OpenRecorded(std::function<cv::Mat()> read, PictureFilter filter,
+                                          ReadOptions options) {
+  auto filtered = [read = std::move(read), filter = std::move(filter)] {
+    const cv::Mat image = read();
+    return StereoPair{.left = filter && !image.empty() ? filter(image) : image};
   };
+  return LeftImages(std::make_unique<DecodeAhead>(std::move(filtered), std::move(options)));
 }
 
 std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced,
                                        const PictureFilter& filter) {
   auto files = ListPictures(camera.pattern, {});
   const auto instants = InstantsOf(files);
-  const DecodeAhead::Options options{.description = "files " + camera.pattern + " (" +
-                                                    std::to_string(files.size()) +
-                                                    MissingInWords(instants) + ")",
-                                     .rate = camera.rate,
-                                     .instants = instants,
-                                     .paced = paced};
-  // Read at once: a wrong file is found here, not in the loop.
-  cv::Mat first =
-      ReadPicture(files.front(), 1, [&](const cv::Size& size) { RequireSize(camera, size); });
-  auto read = [files = std::move(files), count = std::size_t{1}]() mutable {
+  ReadOptions options{.description = fmt::format("files {} ({}{})", camera.pattern, files.size(),
+                                                 MissingInWords(instants)),
+                      .rate = camera.rate,
+                      .instants = instants,
+                      .paced = paced};
+  auto read = [camera, files = std::move(files), count = std::size_t{0}]() mutable {
     if (count == files.size()) return cv::Mat();
     ++count;
-    return ReadPicture(files[count - 1], count);
+    return ReadPicture(files[count - 1], count, [&](const cv::Size& size) {
+      if (count == 1) RequireSize(camera, size);
+    });
   };
-  return std::make_unique<DecodeAhead>(Decoder(std::move(first), std::move(read), filter), options);
+  return OpenRecorded(std::move(read), filter, std::move(options));
 }
 
 std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
@@ -71,10 +128,12 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
   if (first.empty())
     throw std::runtime_error(file.string() + ": not a video, or a video without images");
   RequireSize(camera, first.size());
-  const DecodeAhead::Options options{
-      .description = "video " + file.string(), .rate = camera.rate, .paced = paced};
-  auto read = [video] { return video->Next(); };
-  return std::make_unique<DecodeAhead>(Decoder(std::move(first), std::move(read), filter), options);
+  auto read = [video, first]() mutable {
+    return first.empty() ? video->Next() : std::exchange(first, cv::Mat());
+  };
+  return OpenRecorded(
+      std::move(read), filter,
+      {.description = "video " + file.string(), .rate = camera.rate, .paced = paced});
 }
 
 std::unique_ptr<FrameSource> OpenLive(const Camera& camera, const PictureFilter& filter) {
@@ -83,84 +142,58 @@ std::unique_ptr<FrameSource> OpenLive(const Camera& camera, const PictureFilter&
   return FramesOf({InputOf(eye, {camera.size[0], camera.size[1]}, camera.rate)}, filter);
 }
 
-[[noreturn]] void Refuse(const fs::path& file, std::size_t number, const std::string& why) {
-  throw std::runtime_error(fmt::format("{}: image {}: {}", file.string(), number, why));
-}
-
 void RequireRate(double rate) {
   if (rate > 0 && rate < 1e6) return;
   throw std::runtime_error(fmt::format("sense.camera.rate = {:g} Hz: accepted is > 0", rate));
 }
 
-// The pictures of one eye, in order, all of one size.
-class PictureRow {
+// The image files of one camera, in order, all of one size.
+class ImageFiles {
  public:
-  explicit PictureRow(const std::string& pattern) : files_(ListPictures(pattern, {})) {}
+  explicit ImageFiles(const std::string& pattern) : files_(ListPictures(pattern, {})) {}
 
   [[nodiscard]] const std::vector<fs::path>& files() const { return files_; }
   [[nodiscard]] std::size_t count() const { return files_.size(); }
   [[nodiscard]] bool ended() const { return index_ == files_.size(); }
-  [[nodiscard]] const fs::path& last_file() const { return files_[index_ - 1]; }
-  [[nodiscard]] std::size_t last_number() const { return index_; }
+  [[nodiscard]] std::string next_file() const { return files_[index_].string(); }
+  [[nodiscard]] std::size_t next_number() const { return index_ + 1; }
 
   cv::Mat ReadNext() {
     const fs::path& file = files_[index_++];
-    return ReadPicture(file, index_, [this](const cv::Size& size) {
+    return ReadPicture(file, index_, [&](const cv::Size& size) {
       if (size_.empty()) size_ = size;
-      RequireSize(size, size_, "the first one's");
+      if (size == size_) return;
+      throw std::runtime_error(
+          fmt::format("{}: image {}: {} x {} px: accepted is the first one's size, {} x {} px",
+                      file.string(), index_, size.width, size.height, size_.width, size_.height));
     });
-  }
-  // Of the picture read last.
-  void RequireSize(const cv::Size& is, const cv::Size& accepted, const std::string& whose) const {
-    if (is == accepted) return;
-    Refuse(last_file(), index_,
-           fmt::format("{} x {} px: accepted is {} size, {} x {} px", is.width, is.height, whose,
-                       accepted.width, accepted.height));
   }
 
  private:
   std::vector<fs::path> files_;
-  std::size_t index_ = 0;  // pictures read
+  std::size_t index_ = 0;  // images read
   cv::Size size_;          // of the first
 };
 
-cv::Mat Grey(const cv::Mat& picture, const PictureRow& row) {
-  if (picture.depth() != CV_8U) {
-    Refuse(row.last_file(), row.last_number(),
-           "16 bit: accepted for a pair of cameras is 8 bit, grey or colour");
-  }
-  if (picture.channels() == 1) return picture;
-  cv::Mat grey;
-  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-  return grey;
-}
-
-cv::Mat Depth(const cv::Mat& picture, const PictureRow& row) {
-  if (picture.type() == CV_16UC1) return picture;
-  Refuse(
-      row.last_file(), row.last_number(),
-      fmt::format("{} channel{} of {} bit: accepted for depth is one channel of 16 bit",
-                  picture.channels(), picture.channels() == 1 ? "" : "s", 8 * picture.elemSize1()));
-}
-
-// A pair travels through DecodeAhead as one picture, the left above the right.
-cv::Mat ReadPair(PictureRow& left, PictureRow& right) {
+StereoPair ReadPair(ImageFiles& left, ImageFiles& right) {
   if (left.ended()) return {};
-  const cv::Mat of_left = Grey(left.ReadNext(), left);
-  const cv::Mat of_right = Grey(right.ReadNext(), right);
-  right.RequireSize(of_right.size(), of_left.size(), "the left image's");
-  cv::Mat both;
-  cv::vconcat(of_left, of_right, both);
-  return both;
+  const std::string name =
+      fmt::format("{} | {}: image {}", left.next_file(), right.next_file(), left.next_number());
+  StereoPair images;
+  images.left = left.ReadNext();
+  images.right = right.ReadNext();
+  return Arranged(std::move(images), PairLayout::kTwoCameras, name);
 }
 
-cv::Mat ReadDepth(PictureRow& row) {
-  return row.ended() ? cv::Mat() : Depth(row.ReadNext(), row);
+StereoPair ReadDepth(ImageFiles& files) {
+  if (files.ended()) return {};
+  const std::string name = fmt::format("{}: image {}", files.next_file(), files.next_number());
+  return Arranged({.left = files.ReadNext()}, PairLayout::kDepth, name);
 }
 
-// Where the first two bear the same number, all must: a picture missing on the left and another one
+// Where the first two bear the same number, all must: a image missing on the left and another one
 // on the right would pair what does not belong together.
-void RequireSameNumbers(const PictureRow& left, const PictureRow& right) {
+void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
   if (LastNumber(left.files().front()) != LastNumber(right.files().front())) return;
   for (std::size_t k = 0; k < left.count(); ++k) {
     const fs::path &a = left.files()[k], &b = right.files()[k];
@@ -172,38 +205,7 @@ void RequireSameNumbers(const PictureRow& left, const PictureRow& right) {
   }
 }
 
-class StereoFiles final : public StereoSource {
- public:
-  StereoFiles(DecodeAhead::Decode decode, DecodeAhead::Options options, bool pairs)
-      : ahead_(std::move(decode), std::move(options)), pairs_(pairs) {}
-
-  std::optional<StereoPair> Next(const std::stop_token& stop) override {
-    auto frame = ahead_.Next(stop);
-    if (!frame) return std::nullopt;
-    const int height = pairs_ ? frame->image.rows / 2 : frame->image.rows;
-    StereoPair pair;
-    pair.left = frame->image.rowRange(0, height);
-    if (pairs_) pair.right = frame->image.rowRange(height, 2 * height);
-    pair.sequence = frame->sequence;
-    pair.sensed_at = frame->sensed_at;
-    return pair;
-  }
-  [[nodiscard]] std::string description() const override { return ahead_.description(); }
-
- private:
-  DecodeAhead ahead_;
-  bool pairs_;
-};
-
-// `read` gives one picture after the other; the first is read at once, so that a wrong file is
-// found here and not in the loop.
-template <typename Read>
-std::unique_ptr<StereoSource> Open(Read read, const DecodeAhead::Options& options, bool pairs) {
-  cv::Mat first = read();
-  return std::make_unique<StereoFiles>(Decoder(std::move(first), std::move(read)), options, pairs);
-}
-
-// The pictures of films in step, which are paired by their number: they travel one above the other.
+// The images of films in step, which are paired by their number.
 std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& eyes, PairLayout layout,
                                         double rate, bool paced) {
   std::vector<std::shared_ptr<Film>> films;
@@ -213,22 +215,18 @@ std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& eyes, PairLayout
     if (!films.back()) throw std::runtime_error(eye.address + ": not a video");
     names += (names.empty() ? "" : " | ") + eye.address;
   }
-  const auto read = [films, layout, names] {
-    std::vector<cv::Mat> pictures;
-    for (const auto& film : films) {
-      pictures.push_back(film->Next());
-      if (pictures.back().empty()) return cv::Mat();
-    }
-    const StereoPair pair = PairFrom(pictures, layout, names);
-    cv::Mat both;
-    cv::vconcat(pair.left, pair.right, both);
-    return both;
+  const auto read = [films, layout, names]() -> StereoPair {
+    StereoPair images;
+    images.left = films.front()->Next();
+    if (films.size() > 1) images.right = films.back()->Next();
+    const bool ended = images.left.empty() || (films.size() > 1 && images.right.empty());
+    return ended ? StereoPair() : Arranged(std::move(images), layout, names);
   };
-  const DecodeAhead::Options options{.description = "video " + names, .rate = rate, .paced = paced};
-  return Open(read, options, true);
+  return std::make_unique<DecodeAhead>(
+      read, ReadOptions{.description = "video " + names, .rate = rate, .paced = paced});
 }
 
-// `size`: of each camera's pictures; empty: its own.
+// `size`: of each camera's images; empty: its own.
 std::unique_ptr<StereoSource> OpenCameras(const std::vector<Eye>& eyes, PairLayout layout,
                                           const cv::Size& size, double rate, double sync,
                                           bool paced) {
@@ -242,7 +240,7 @@ std::unique_ptr<StereoSource> OpenCameras(const std::vector<Eye>& eyes, PairLayo
 
 std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced) {
   RequireRate(cameras.rate);
-  PictureRow left(cameras.left), right(cameras.right);
+  ImageFiles left(cameras.left), right(cameras.right);
   if (left.count() != right.count()) {
     throw std::runtime_error(
         fmt::format("sense.camera.stereo: left = {} has {} images, right = {} has {}: accepted is "
@@ -250,27 +248,30 @@ std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced
                     cameras.left, left.count(), cameras.right, right.count()));
   }
   RequireSameNumbers(left, right);
-  const DecodeAhead::Options options{
+  const auto instants = InstantsOf(left.files());
+  ReadOptions options{
       .description = fmt::format("files {} | {} ({} pairs{})", cameras.left, cameras.right,
-                                 left.count(), MissingInWords(InstantsOf(left.files()))),
+                                 left.count(), MissingInWords(instants)),
       .rate = cameras.rate,
-      .instants = InstantsOf(left.files()),
+      .instants = instants,
       .paced = paced};
-  return Open([left = std::move(left),
-               right = std::move(right)]() mutable { return ReadPair(left, right); },
-              options, true);
+  auto read = [left = std::move(left), right = std::move(right)]() mutable {
+    return ReadPair(left, right);
+  };
+  return std::make_unique<DecodeAhead>(std::move(read), std::move(options));
 }
 
 std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth, bool paced) {
   RequireRate(depth.rate);
-  PictureRow row(depth.pattern);
-  const DecodeAhead::Options options{
-      .description = fmt::format("files {} ({} depth images{})", depth.pattern, row.count(),
-                                 MissingInWords(InstantsOf(row.files()))),
-      .rate = depth.rate,
-      .instants = InstantsOf(row.files()),
-      .paced = paced};
-  return Open([row = std::move(row)]() mutable { return ReadDepth(row); }, options, false);
+  ImageFiles files(depth.pattern);
+  const auto instants = InstantsOf(files.files());
+  ReadOptions options{.description = fmt::format("files {} ({} depth images{})", depth.pattern,
+                                                 files.count(), MissingInWords(instants)),
+                      .rate = depth.rate,
+                      .instants = instants,
+                      .paced = paced};
+  return std::make_unique<DecodeAhead>(
+      [files = std::move(files)]() mutable { return ReadDepth(files); }, std::move(options));
 }
 
 }  // namespace

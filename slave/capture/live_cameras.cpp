@@ -13,16 +13,17 @@
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
+
+#include "slave/capture/image_queue.h"
 
 namespace palpate {
 namespace {
 
-constexpr std::size_t kKept = 4;  // pictures per eye that may still find theirs
-constexpr auto kRetry = std::chrono::milliseconds(250);  // until an eye that went is looked for
+constexpr std::size_t kKept = 4;  // images per camera that may still find their partner
+constexpr auto kRetry = std::chrono::milliseconds(250);  // until a lost camera is opened again
 constexpr auto kEnds = std::chrono::seconds(3);          // a thread that is asked to
 constexpr auto kAnswers = std::chrono::seconds(5);       // a stream that is opened
-constexpr double kNoPair = 1;                            // [s] without one is told
+constexpr double kNoPair = 1;                            // [s] without one is reported
 
 // Empty: there is no image any more. An exception of the library counts as a camera that is gone.
 cv::Mat NextOf(Film* film) {
@@ -33,210 +34,198 @@ cv::Mat NextOf(Film* film) {
   }
 }
 
+std::string InWords(const cv::Mat& image) {
+  return fmt::format("{} x {} px, {}", image.cols, image.rows, TypeInWords(image.type()));
+}
+
 struct Taken {
-  cv::Mat picture;
+  cv::Mat image;
   Time at{};
 };
 
-// What all pictures of an eye have in common with its first.
-struct ImageFormat {
-  cv::Size size;  // empty: none came yet
-  int type = -1;
+// One camera, as its thread left it.
+struct LiveCamera {
+  enum class Stage : std::uint8_t { kOpening, kOpened, kEnded } stage = Stage::kOpening;
+  std::exception_ptr refusal;  // of the first opening
+  bool gone = false;
+  std::deque<Taken> waiting;  // for their partners
+  cv::Mat first;              // the format of all images is that of the first
+  std::string unlike;         // why the newest image is not accepted; empty: it is
 };
-
-// Of an eye's thread.
-enum class Stage : std::uint8_t { kOpening, kOpened, kEnded };
-
-std::string InWords(const ImageFormat& image_format) {
-  return fmt::format("{} x {} px, {} channel{} of {} bit", image_format.size.width,
-                     image_format.size.height, CV_MAT_CN(image_format.type),
-                     CV_MAT_CN(image_format.type) == 1 ? "" : "s",
-                     8 * CV_ELEM_SIZE1(image_format.type));
-}
 
 }  // namespace
 
 struct LiveCameras::State {
   State(std::vector<CameraInput> of, double most_apart, std::chrono::milliseconds longest)
-      : inputs(std::move(of)), sync(most_apart), patience(longest) {
-    queues.resize(inputs.size());
-    gone.resize(inputs.size());
-    stages.resize(inputs.size(), Stage::kOpening);
-    refusals.resize(inputs.size());
-    firsts.resize(inputs.size());
-    unlike.resize(inputs.size());
-  }
+      : inputs(std::move(of)), sync(most_apart), patience(longest), cameras(inputs.size()) {}
 
-  // An eye's thread. Opening and reading it are another library's, which may never come back.
-  void Watch(std::size_t eye, const std::stop_token& stop);
-  void WatchOpened(std::size_t eye, std::unique_ptr<Film> film, const std::stop_token& stop);
-  void Reach(std::size_t eye, Stage stage);
+  // A camera's thread. Opening and reading it are another library's, which may never come back.
+  void Run(std::size_t i, const std::stop_token& stop);
+  void ReadOpened(std::size_t i, std::unique_ptr<Film> film, const std::stop_token& stop);
+  void Reach(std::size_t i, LiveCamera::Stage stage);
   // Throws std::runtime_error: it is not there, or does not answer.
-  void AwaitOpened(std::size_t eye);
-  [[nodiscard]] bool HasEnded(std::size_t eye);  // waits for it, not forever
-  void Put(std::size_t eye, cv::Mat picture, Time at);
-  void SetGone(std::size_t eye, bool is_gone);
-  // With the mutex, as those below. Whether the eye's picture is like those before; told if not.
-  bool IsLikeFirst(std::size_t eye, const cv::Mat& picture);
-  // The newest pictures that belong together, as far as they have come.
+  void AwaitOpened(std::size_t i);
+  [[nodiscard]] bool HasEnded(std::size_t i);  // waits for it, not forever
+  void Put(std::size_t i, cv::Mat image, Time at);
+  void SetGone(std::size_t i, bool is_gone);
+  // With the mutex, as those below. Whether the camera's image is like those before.
+  bool IsLikeFirst(std::size_t i, const cv::Mat& image);
+  // The newest images that belong together, as far as they have come.
   void Match();
+  void Hand(StereoPair images);
   [[nodiscard]] std::string Trouble(Time now) const;
-  // Throws std::runtime_error: what comes will not do, or nothing comes.
-  void AwaitFirst(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
+  // Throws std::runtime_error: what comes is not accepted, or nothing comes.
+  void AwaitFirst(const std::stop_token& stop);
 
   const std::vector<CameraInput> inputs;
   const double sync;
   const std::chrono::milliseconds patience;
+  ImageQueue queue;
 
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable_any changed;
-  std::vector<std::deque<Taken>> queues;
-  std::vector<bool> gone;
-  std::vector<Stage> stages;
-  std::vector<std::exception_ptr> refusals;  // of the first opening
-  std::vector<ImageFormat> firsts;
-  std::vector<std::string> unlike;  // of each eye's newest picture, in words; empty: nothing
-  std::optional<Shot> slot;
-  std::uint64_t shots = 0;
+  std::vector<LiveCamera> cameras;
   CameraHealth health;
   double apart = 0;  // of the pair dropped last [s]
   Time matched_at = Clock::now();
 };
 
-void LiveCameras::State::Watch(std::size_t eye, const std::stop_token& stop) {
-  std::unique_ptr<Film> film;
+void LiveCameras::State::Run(std::size_t i, const std::stop_token& stop) {
   try {
-    film = inputs[eye].open();
+    std::unique_ptr<Film> film = inputs[i].open();
     if (!film) {
-      throw std::runtime_error(inputs[eye].name +
+      throw std::runtime_error(inputs[i].name +
                                ": no such camera or stream, no permission, or no answer");
     }
-    Reach(eye, Stage::kOpened);
-    WatchOpened(eye, std::move(film), stop);
+    Reach(i, LiveCamera::Stage::kOpened);
+    ReadOpened(i, std::move(film), stop);
   } catch (const std::exception&) {
     const std::lock_guard lock(mutex);
-    refusals[eye] = std::current_exception();
+    cameras[i].refusal = std::current_exception();
   }
-  Reach(eye, Stage::kEnded);
+  Reach(i, LiveCamera::Stage::kEnded);
 }
 
-void LiveCameras::State::Reach(std::size_t eye, Stage stage) {
+void LiveCameras::State::Reach(std::size_t i, LiveCamera::Stage stage) {
   {
     const std::lock_guard lock(mutex);
-    stages[eye] = stage;
+    cameras[i].stage = stage;
   }
   changed.notify_all();
 }
 
-void LiveCameras::State::AwaitOpened(std::size_t eye) {
+void LiveCameras::State::AwaitOpened(std::size_t i) {
   std::unique_lock lock(mutex);
-  changed.wait_for(lock, patience, [&] { return stages[eye] != Stage::kOpening; });
-  if (stages[eye] == Stage::kOpening) {
-    throw std::runtime_error(fmt::format("{}: no answer within {:g} s", inputs[eye].name,
+  const LiveCamera& camera = cameras[i];
+  const auto answered = [&] { return camera.stage != LiveCamera::Stage::kOpening; };
+  if (!changed.wait_for(lock, patience, answered)) {
+    throw std::runtime_error(fmt::format("{}: no answer within {:g} s", inputs[i].name,
                                          std::chrono::duration<double>(patience).count()));
   }
-  if (refusals[eye]) std::rethrow_exception(refusals[eye]);
+  if (camera.refusal) std::rethrow_exception(camera.refusal);
 }
 
-bool LiveCameras::State::HasEnded(std::size_t eye) {
+bool LiveCameras::State::HasEnded(std::size_t i) {
   std::unique_lock lock(mutex);
-  return changed.wait_for(lock, kEnds, [&] { return stages[eye] == Stage::kEnded; });
+  return changed.wait_for(lock, kEnds,
+                          [&] { return cameras[i].stage == LiveCamera::Stage::kEnded; });
 }
 
-void LiveCameras::State::WatchOpened(std::size_t eye, std::unique_ptr<Film> film,
-                                     const std::stop_token& stop) {
+void LiveCameras::State::ReadOpened(std::size_t i, std::unique_ptr<Film> film,
+                                    const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    cv::Mat picture = NextOf(film.get());
-    if (!picture.empty()) {
-      Put(eye, std::move(picture), Clock::now());
+    cv::Mat image = NextOf(film.get());
+    if (!image.empty()) {
+      Put(i, std::move(image), Clock::now());
       continue;
     }
     film.reset();  // before it is opened again
-    SetGone(eye, true);
+    SetGone(i, true);
     {
       std::unique_lock lock(mutex);
       changed.wait_for(lock, stop, kRetry, [] { return false; });
     }
     if (stop.stop_requested()) return;
     try {
-      film = inputs[eye].open();
+      film = inputs[i].open();
     } catch (const std::exception&) {  // it is still not there
     }
-    if (film) SetGone(eye, false);
+    if (film) SetGone(i, false);
   }
 }
 
-void LiveCameras::State::SetGone(std::size_t eye, bool is_gone) {
+void LiveCameras::State::SetGone(std::size_t i, bool is_gone) {
   const std::lock_guard lock(mutex);
-  gone[eye] = is_gone;
-  if (is_gone) queues[eye].clear();
+  cameras[i].gone = is_gone;
+  if (is_gone) cameras[i].waiting.clear();
 }
 
-void LiveCameras::State::Put(std::size_t eye, cv::Mat picture, Time at) {
+void LiveCameras::State::Put(std::size_t i, cv::Mat image, Time at) {
   {
     const std::lock_guard lock(mutex);
-    if (IsLikeFirst(eye, picture)) {
-      auto& queue = queues[eye];
-      queue.push_back({std::move(picture), at});
-      if (queue.size() > kKept) queue.pop_front();
+    if (IsLikeFirst(i, image)) {
+      auto& waiting = cameras[i].waiting;
+      waiting.push_back({std::move(image), at});
+      if (waiting.size() > kKept) waiting.pop_front();
       Match();
     }
   }
   changed.notify_all();
 }
 
-bool LiveCameras::State::IsLikeFirst(std::size_t eye, const cv::Mat& picture) {
-  const CameraInput& input = inputs[eye];
-  const ImageFormat image_format{picture.size(), picture.type()};
-  ImageFormat& first = firsts[eye];
-  if (first.size.empty() && !input.size.empty() && image_format.size != input.size) {
-    unlike[eye] = fmt::format(
-        "{}: {} x {} px: accepted is {} x {} px, the size in the scene or its rig", input.name,
-        image_format.size.width, image_format.size.height, input.size.width, input.size.height);
+bool LiveCameras::State::IsLikeFirst(std::size_t i, const cv::Mat& image) {
+  const CameraInput& input = inputs[i];
+  LiveCamera& camera = cameras[i];
+  camera.unlike.clear();
+  if (camera.first.empty() && !input.size.empty() && image.size() != input.size) {
+    camera.unlike =
+        fmt::format("{}: {} x {} px: accepted is {} x {} px, the size in the scene or its rig",
+                    input.name, image.cols, image.rows, input.size.width, input.size.height);
     return false;
   }
-  if (first.size.empty()) first = image_format;
-  const bool is_like = image_format.size == first.size && image_format.type == first.type;
-  unlike[eye] = is_like ? std::string()
-                        : fmt::format("{}: {}: accepted is the format of the first image, {}",
-                                      input.name, InWords(image_format), InWords(first));
-  return is_like;
+  if (camera.first.empty()) camera.first = image;
+  if (image.size() == camera.first.size() && image.type() == camera.first.type()) return true;
+  camera.unlike = fmt::format("{}: {}: accepted is the format of the first image, {}", input.name,
+                              InWords(image), InWords(camera.first));
+  return false;
 }
 
 void LiveCameras::State::Match() {
-  auto& left = queues.front();
-  if (queues.size() == 1) {
-    slot = Shot{{left.back().picture}, ++shots, left.back().at, 0};
+  auto &left = cameras.front().waiting, &right = cameras.back().waiting;
+  if (cameras.size() == 1) {
+    Hand({.left = left.back().image, .sensed_at = left.back().at});
     left.clear();
-    ++health.taken;
     return;
   }
-  auto& right = queues.back();
   while (!left.empty() && !right.empty()) {
     const double skew = SecondsBetween(left.front().at, right.front().at);
     if (std::abs(skew) <= sync) {
-      slot = Shot{{left.front().picture, right.front().picture},
-                  ++shots,
-                  left.front().at + Seconds(skew / 2),
-                  skew};
-      health.skew = skew;
-      ++health.taken;
-      matched_at = Clock::now();
+      Hand({.left = left.front().image,
+            .right = right.front().image,
+            .sensed_at = left.front().at + Seconds(skew / 2),
+            .skew = skew});
       left.pop_front();
       right.pop_front();
       continue;
     }
-    // What is older finds no other any more.
+    // What is older finds no partner any more.
     ++health.dropped;
     apart = skew;
     (skew > 0 ? left : right).pop_front();
   }
 }
 
+void LiveCameras::State::Hand(StereoPair images) {
+  images.sequence = ++health.taken;
+  health.skew = images.skew;
+  matched_at = Clock::now();
+  queue.Replace(std::move(images));
+}
+
 std::string LiveCameras::State::Trouble(Time now) const {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (gone[i]) return inputs[i].name + ": disconnected; reconnecting";
-    if (!unlike[i].empty()) return unlike[i];
+    if (cameras[i].gone) return inputs[i].name + ": disconnected; reconnecting";
+    if (!cameras[i].unlike.empty()) return cameras[i].unlike;
   }
   if (inputs.size() < 2 || health.dropped == 0 || SecondsBetween(matched_at, now) < kNoPair)
     return {};
@@ -244,14 +233,16 @@ std::string LiveCameras::State::Trouble(Time now) const {
                      SecondsBetween(matched_at, now), 1e3 * std::abs(apart), 1e3 * sync);
 }
 
-void LiveCameras::State::AwaitFirst(std::unique_lock<std::mutex>& lock,
-                                    const std::stop_token& stop) {
-  const auto is_unlike = [](const std::string& why) { return !why.empty(); };
-  changed.wait_for(lock, stop, patience,
-                   [&] { return slot.has_value() || std::ranges::any_of(unlike, is_unlike); });
-  if (slot || stop.stop_requested()) return;
+void LiveCameras::State::AwaitFirst(const std::stop_token& stop) {
+  std::unique_lock lock(mutex);
+  changed.wait_for(lock, stop, patience, [&] {
+    return health.taken > 0 || std::ranges::any_of(cameras, [](const LiveCamera& camera) {
+             return !camera.unlike.empty();
+           });
+  });
+  if (health.taken > 0 || stop.stop_requested()) return;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (firsts[i].size.empty() && unlike[i].empty()) {
+    if (cameras[i].first.empty() && cameras[i].unlike.empty()) {
       throw std::runtime_error(inputs[i].name + ": no image received");
     }
   }
@@ -259,13 +250,13 @@ void LiveCameras::State::AwaitFirst(std::unique_lock<std::mutex>& lock,
   throw std::runtime_error(why.empty() ? inputs.back().name + ": no second image received" : why);
 }
 
-LiveCameras::LiveCameras(std::vector<CameraInput> inputs, double sync,
+LiveCameras::LiveCameras(std::vector<CameraInput> inputs, PairLayout layout, double sync,
                          std::chrono::milliseconds patience)
-    : state_(std::make_shared<State>(std::move(inputs), sync, patience)) {
+    : state_(std::make_shared<State>(std::move(inputs), sync, patience)), layout_(layout) {
   try {
     for (std::size_t i = 0; i < state_->inputs.size(); ++i) {
       threads_.emplace_back(
-          [state = state_, i](const std::stop_token& stop) { state->Watch(i, stop); });
+          [state = state_, i](const std::stop_token& stop) { state->Run(i, stop); });
       state_->AwaitOpened(i);
     }
   } catch (...) {
@@ -285,16 +276,14 @@ void LiveCameras::End() {
   }
 }
 
-std::optional<LiveCameras::Shot> LiveCameras::Next(const std::stop_token& stop) {
-  State& s = *state_;
-  std::unique_lock lock(s.mutex);
-  if (s.shots == 0) s.AwaitFirst(lock, stop);
-  const bool is_there = s.changed.wait(lock, stop, [&s] { return s.slot.has_value(); });
-  if (!is_there || stop.stop_requested()) return std::nullopt;
-  return std::exchange(s.slot, std::nullopt);
+std::optional<StereoPair> LiveCameras::Next(const std::stop_token& stop) {
+  state_->AwaitFirst(stop);
+  auto images = state_->queue.Take(stop);
+  if (!images) return std::nullopt;
+  return Arranged(*std::move(images), layout_, description());
 }
 
-CameraHealth LiveCameras::health() const {
+std::optional<CameraHealth> LiveCameras::health() const {
   const std::lock_guard lock(state_->mutex);
   CameraHealth health = state_->health;
   health.trouble = state_->Trouble(Clock::now());
@@ -338,99 +327,13 @@ CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate, double un
           size};
 }
 
-namespace {
-
-class LiveFrames final : public FrameSource {
- public:
-  LiveFrames(std::vector<CameraInput> inputs, PictureFilter filter)
-      : eyes_(std::move(inputs), 0), filter_(std::move(filter)) {}
-  std::optional<Frame> Next(const std::stop_token& stop) override {
-    auto shot = eyes_.Next(stop);
-    if (!shot) return std::nullopt;
-    cv::Mat& picture = shot->pictures.front();
-    return Frame{filter_ ? filter_(picture) : picture, shot->sequence, shot->sensed_at};
-  }
-  [[nodiscard]] std::string description() const override { return eyes_.description(); }
-  [[nodiscard]] std::optional<CameraHealth> health() const override { return eyes_.health(); }
-
- private:
-  LiveCameras eyes_;
-  PictureFilter filter_;
-};
-
-class LivePairs final : public StereoSource {
- public:
-  LivePairs(std::vector<CameraInput> inputs, PairLayout layout, double sync)
-      : eyes_(std::move(inputs), sync), layout_(layout) {}
-  std::optional<StereoPair> Next(const std::stop_token& stop) override {
-    const auto shot = eyes_.Next(stop);
-    if (!shot) return std::nullopt;
-    StereoPair pair = PairFrom(shot->pictures, layout_, eyes_.description());
-    pair.sequence = shot->sequence;
-    pair.sensed_at = shot->sensed_at;
-    pair.skew = shot->skew;
-    return pair;
-  }
-  [[nodiscard]] std::string description() const override { return eyes_.description(); }
-  [[nodiscard]] std::optional<CameraHealth> health() const override { return eyes_.health(); }
-
- private:
-  LiveCameras eyes_;
-  PairLayout layout_;
-};
-
-cv::Mat Grey(const cv::Mat& picture, const std::string& name) {
-  if (picture.depth() != CV_8U) {
-    throw std::runtime_error(name + ": 16 bit: accepted for a pair of cameras is 8 bit");
-  }
-  if (picture.channels() == 1) return picture;
-  cv::Mat grey;
-  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-  return grey;
-}
-
-}  // namespace
-
-StereoPair PairFrom(const std::vector<cv::Mat>& pictures, PairLayout layout,
-                    const std::string& name) {
-  StereoPair pair;
-  const cv::Mat& first = pictures.front();
-  if (layout == PairLayout::kDepth) {
-    if (first.type() != CV_16UC1) {
-      throw std::runtime_error(
-          fmt::format("{}: {} channel(s) of {} bit: accepted for depth is one channel of 16 bit",
-                      name, first.channels(), 8 * first.elemSize1()));
-    }
-    pair.left = first;
-    return pair;
-  }
-  const cv::Mat left = Grey(first, name);
-  if (layout == PairLayout::kSideBySide) {
-    if (left.cols % 2 != 0) {
-      throw std::runtime_error(
-          fmt::format("{}: {} px wide: accepted side by side is an even number", name, left.cols));
-    }
-    pair.left = left.colRange(0, left.cols / 2).clone();
-    pair.right = left.colRange(left.cols / 2, left.cols).clone();
-    return pair;
-  }
-  pair.left = left;
-  pair.right = Grey(pictures.back(), name);
-  if (pair.left.size() != pair.right.size()) {
-    throw std::runtime_error(
-        fmt::format("{}: {} x {} and {} x {} px: accepted are images of one size", name,
-                    pair.left.cols, pair.left.rows, pair.right.cols, pair.right.rows));
-  }
-  return pair;
-}
-
 std::unique_ptr<FrameSource> FramesOf(std::vector<CameraInput> inputs, PictureFilter filter) {
-  return std::make_unique<LiveFrames>(std::move(inputs), std::move(filter));
+  return LeftImages(PairsOf(std::move(inputs), PairLayout::kOneCamera, 0), std::move(filter));
 }
 
 std::unique_ptr<StereoSource> PairsOf(std::vector<CameraInput> inputs, PairLayout layout,
                                       double sync) {
-  return std::make_unique<LivePairs>(std::move(inputs), layout, sync);
+  return std::make_unique<LiveCameras>(std::move(inputs), layout, sync);
 }
 
 }  // namespace palpate

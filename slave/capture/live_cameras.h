@@ -14,6 +14,7 @@
 
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/frame_source.h"
+#include "slave/capture/pair_images.h"
 
 namespace palpate {
 
@@ -28,32 +29,24 @@ struct CameraInput {
 // installed.
 CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate, double unit = 0);
 
-// Thread-safe. The timestamp is the slave's clock at the arrival of an image: exposure and transfer
-// are before it, and a rolling shutter captures its lines at different times.
-class LiveCameras {
+// Thread-safe. The timestamp is the slave's clock at the arrival of an image, for a pair the middle
+// of both: exposure and transfer are before it, and a rolling shutter captures its lines at
+// different times.
+class LiveCameras final : public StereoSource {
  public:
-  struct Shot {
-    std::vector<cv::Mat> pictures;  // one per camera
-    std::uint64_t sequence = 0;     // from 1
-    Time sensed_at{};               // middle of the times of the two images
-    double skew = 0;                // right minus left [s]
-  };
-
   // One or two cameras. `sync`: images of two cameras that arrive farther apart are not a pair [s].
   // Opens them at once. `patience`: longest time for opening one, and for the first image or pair.
   // Throws std::runtime_error: one is missing, or does not answer.
-  LiveCameras(std::vector<CameraInput> inputs, double sync,
+  LiveCameras(std::vector<CameraInput> inputs, PairLayout layout, double sync,
               std::chrono::milliseconds patience = std::chrono::seconds(10));
-  ~LiveCameras();
-  LiveCameras(const LiveCameras&) = delete;
-  LiveCameras& operator=(const LiveCameras&) = delete;
+  ~LiveCameras() override;
 
   // Waits for the newest image that was not yet returned. nullopt: `stop`. Throws
   // std::runtime_error before the first one only: none arrives in time, or its size is not the
   // scene's. Later images with another format are dropped and reported as trouble.
-  std::optional<Shot> Next(const std::stop_token& stop);
-  [[nodiscard]] CameraHealth health() const;
-  [[nodiscard]] std::string description() const;
+  std::optional<StereoPair> Next(const std::stop_token& stop) override;
+  [[nodiscard]] std::optional<CameraHealth> health() const override;
+  [[nodiscard]] std::string description() const override;
 
  private:
   struct State;
@@ -61,13 +54,8 @@ class LiveCameras {
 
   std::shared_ptr<State> state_;       // its threads', too, as long as they live
   std::vector<std::jthread> threads_;  // one per camera
+  PairLayout layout_;
 };
-
-enum class PairLayout : std::uint8_t { kTwoCameras, kSideBySide, kDepth };
-// The pair in `pictures`, without number and timestamp. Throws std::runtime_error that begins with
-// `name`: a type that pairs or depth do not accept, two sizes.
-StereoPair PairFrom(const std::vector<cv::Mat>& pictures, PairLayout layout,
-                    const std::string& name);
 
 std::unique_ptr<FrameSource> FramesOf(std::vector<CameraInput> inputs, PictureFilter filter);
 std::unique_ptr<StereoSource> PairsOf(std::vector<CameraInput> inputs, PairLayout layout,

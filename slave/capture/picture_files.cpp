@@ -134,7 +134,7 @@ cv::Mat WithoutAlpha(const cv::Mat& image) {
   return colour;
 }
 
-// A format that only the module knows: how large its picture is, it says after decoding alone.
+// A format that only the module knows: how large its image is, it says after decoding alone.
 class OtherPicture final : public CodedPicture {
  public:
   explicit OtherPicture(Bytes bytes) : image_(WithoutAlpha(LoadFilms().Decode(bytes))) {
@@ -148,15 +148,15 @@ class OtherPicture final : public CodedPicture {
 };
 
 std::unique_ptr<CodedPicture> OpenPicture(Bytes bytes) {
-  auto picture = OpenPng(bytes);
-  if (!picture) picture = OpenJpeg(bytes);
-  if (!picture) picture = std::make_unique<OtherPicture>(bytes);
-  if (const cv::Size size = picture->size(); long{size.width} * size.height > kMostPixels) {
+  auto image = OpenPng(bytes);
+  if (!image) image = OpenJpeg(bytes);
+  if (!image) image = std::make_unique<OtherPicture>(bytes);
+  if (const cv::Size size = image->size(); long{size.width} * size.height > kMostPixels) {
     throw std::runtime_error("is " + std::to_string(size.width) + " x " +
                              std::to_string(size.height) + " px: accepted are at most " +
                              std::to_string(kMostPixels / 1'000'000) + " megapixels");
   }
-  return picture;
+  return image;
 }
 
 }  // namespace
@@ -250,77 +250,9 @@ cv::Mat ReadPicture(const fs::path& file, std::size_t number, const AcceptSize& 
       Refuse(file, which + " " + error.what());
     }
   };
-  const auto picture = told([&] { return OpenPicture(bytes); });
-  if (accept) accept(picture->size());
-  return told([&] { return picture->Decode(); });
-}
-
-DecodeAhead::DecodeAhead(Decode decode, Options options)
-    : decode_(std::move(decode)),
-      options_(std::move(options)),
-      start_(Clock::now()),
-      thread_([this](const std::stop_token& stop) { Run(stop); }) {}
-
-std::optional<Frame> DecodeAhead::Next(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, stop, [this] { return !ready_.empty() || ended_; });
-  if (stop.stop_requested()) return std::nullopt;
-  if (ready_.empty()) {
-    if (failure_) std::rethrow_exception(failure_);
-    return std::nullopt;
-  }
-  Frame frame = std::move(ready_.front());
-  ready_.pop_front();
-  lock.unlock();
-  changed_.notify_all();
-  if (options_.paced && !options_.live) WaitForStamp(frame, stop);
-  if (stop.stop_requested()) return std::nullopt;
-  return frame;
-}
-
-void DecodeAhead::WaitForStamp(const Frame& frame, const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  changed_.wait_until(lock, stop, Clock::ToSteady(frame.sensed_at), [] { return false; });
-}
-
-void DecodeAhead::Run(const std::stop_token& stop) {
-  std::exception_ptr failure;
-  try {
-    for (std::uint64_t sequence = 1; !stop.stop_requested(); ++sequence) {
-      cv::Mat image = decode_();
-      if (image.empty()) break;
-      if (!Push({std::move(image), sequence, StampOf(sequence)}, stop)) break;
-    }
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    ended_ = true;
-    failure_ = failure;
-  }
-  changed_.notify_all();
-}
-
-Time DecodeAhead::StampOf(std::uint64_t sequence) const {
-  if (options_.live) return Clock::now();
-  const std::uint64_t k = sequence - 1;
-  const std::uint64_t instant = k < options_.instants.size() ? options_.instants[k] : k;
-  return start_ + Seconds(static_cast<double>(instant) / options_.rate);
-}
-
-bool DecodeAhead::Push(Frame frame, const std::stop_token& stop) {
-  {
-    std::unique_lock lock(mutex_);
-    if (options_.live) {
-      while (ready_.size() >= kLiveAhead) ready_.pop_front();
-    } else if (!changed_.wait(lock, stop, [this] { return ready_.size() < kRecordedAhead; })) {
-      return false;
-    }
-    ready_.push_back(std::move(frame));
-  }
-  changed_.notify_all();
-  return true;
+  const auto image = told([&] { return OpenPicture(bytes); });
+  if (accept) accept(image->size());
+  return told([&] { return image->Decode(); });
 }
 
 }  // namespace palpate

@@ -2,18 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
 #include <mutex>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "shared/state/pace_limit.h"
 #include "shared/state/sender_clock.h"
 #include "slave/capture/codecs/codecs.h"
+#include "slave/capture/image_queue.h"
+#include "slave/capture/pair_images.h"
 
 namespace palpate {
 namespace {
@@ -80,15 +80,9 @@ cv::Mat Decoded(const PushedPicture& pushed, const Accepts& accepts) {
   }
 }
 
-std::string InWords(int type) {
-  const int channels = CV_MAT_CN(type);
-  return fmt::format("{} channel{} of {} bit", channels, channels == 1 ? "" : "s",
-                     CV_MAT_DEPTH(type) == CV_16U ? 16 : 8);
-}
-
 // What the scene accepts.
 struct Wanted {
-  enum class Kind : std::uint8_t { kOne, kPair, kDepth } kind = Kind::kOne;
+  PairLayout layout = PairLayout::kOneCamera;
   cv::Size size;  // empty: the first one's
   double rate = 30, sync = 0;
 };
@@ -96,22 +90,16 @@ struct Wanted {
 Wanted WantedBy(const Scene& scene) {
   Wanted wanted;
   if (const auto* pair = scene.sense.Find<StereoCameras>()) {
-    return {Wanted::Kind::kPair, {pair->size[0], pair->size[1]}, pair->rate, pair->sync};
+    return {PairLayout::kTwoCameras, {pair->size[0], pair->size[1]}, pair->rate, pair->sync};
   }
   if (const auto* depth = scene.sense.Find<DepthPictures>()) {
-    return {Wanted::Kind::kDepth, {}, depth->rate, 0};
+    return {PairLayout::kDepth, {}, depth->rate, 0};
   }
   if (const auto* camera = scene.sense.Find<Camera>()) {
-    return {Wanted::Kind::kOne, {camera->size[0], camera->size[1]}, camera->rate, 0};
+    return {PairLayout::kOneCamera, {camera->size[0], camera->size[1]}, camera->rate, 0};
   }
   throw std::invalid_argument(scene.name + ": the scene has no camera");
 }
-
-struct Sample {
-  cv::Mat left, right;
-  Time sensed_at{};  // slave's clock
-  double skew = 0;   // [s]
-};
 
 }  // namespace
 
@@ -119,19 +107,19 @@ struct PictureInbox::State {
   explicit State(const Scene& scene) : wanted(WantedBy(scene)) {}
 
   // Throw std::runtime_error: what is not accepted. Without the mutex.
-  [[nodiscard]] cv::Mat Accepted(const PushedPicture& pushed) const;
-  [[nodiscard]] Sample Accepted(const PushedSample& pushed) const;
+  [[nodiscard]] cv::Mat SizedAsWanted(const PushedPicture& pushed) const;
+  [[nodiscard]] StereoPair Accepted(const PushedSample& pushed) const;
   // With the mutex.
   std::optional<std::string> TooMany(Time arrived_at);
   std::optional<std::string> OutOfOrder(const PushedSample& pushed) const;
-  std::optional<std::string> Unlike(const Sample& sample);
-  std::optional<Sample> Take(const std::stop_token& stop);
+  std::optional<std::string> Unlike(const StereoPair& sample);
+  void Stamp(const PushedSample& pushed, Time arrived_at, StereoPair* sample);
+  void Keep(StereoPair sample);
 
   const Wanted wanted;
+  ImageQueue queue;
 
   mutable std::mutex mutex;  // guards what follows
-  std::condition_variable_any fed;
-  std::optional<Sample> slot;
   SenderId sender = 0;
   SenderClock clock;
   std::optional<Time> heard_at, sensed_at;  // slave's clock; sender's
@@ -139,49 +127,32 @@ struct PictureInbox::State {
   PaceLimit pace{std::max(kLeastAllowed, kMostPerRate* wanted.rate)};
   cv::Size size;  // of the first
   int type = -1;
-  std::uint64_t frames = 0;
   Time newest_at{}, taken_at{};  // of the sample kept last, and of the one taken last
   CameraHealth health;
 };
 
-cv::Mat PictureInbox::State::Accepted(const PushedPicture& pushed) const {
-  cv::Mat picture = Decoded(pushed, [this](const cv::Size& is) {
+cv::Mat PictureInbox::State::SizedAsWanted(const PushedPicture& pushed) const {
+  return Decoded(pushed, [this](const cv::Size& is) {
     if (wanted.size.empty() || is == wanted.size) return;
     Refuse(fmt::format("{} x {} px: accepted is the scene's {} x {} px", is.width, is.height,
                        wanted.size.width, wanted.size.height));
   });
-  if (wanted.kind == Wanted::Kind::kDepth && picture.type() != CV_16UC1) {
-    Refuse(InWords(picture.type()) + ": accepted is one channel of 16 bit, the scene's depth");
-  }
-  if (wanted.kind != Wanted::Kind::kPair) return picture;
-  if (picture.depth() != CV_8U) {
-    Refuse(InWords(picture.type()) + ": accepted for a pair of cameras is 8 bit, grey or colour");
-  }
-  if (picture.channels() == 1) return picture;
-  cv::Mat grey;
-  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-  return grey;
 }
 
-Sample PictureInbox::State::Accepted(const PushedSample& pushed) const {
-  const bool is_pair = wanted.kind == Wanted::Kind::kPair;
+StereoPair PictureInbox::State::Accepted(const PushedSample& pushed) const {
+  const bool is_pair = wanted.layout == PairLayout::kTwoCameras;
   if (is_pair && !pushed.right)
     Refuse("right is absent: accepted is a pair, because the scene has a stereo pair");
   if (!is_pair && pushed.right) {
     Refuse("right: accepted is one image, because the scene has one camera");
   }
-  Sample sample;
-  sample.left = Accepted(pushed.picture);
-  if (!is_pair) return sample;
-  sample.right = Accepted(*pushed.right);
-  if (sample.right.size() != sample.left.size()) {
-    Refuse(fmt::format("right is {} x {} px: accepted is the left one's size, {} x {} px",
-                       sample.right.cols, sample.right.rows, sample.left.cols, sample.left.rows));
-  }
-  if (pushed.right_sensed_at) {
+  StereoPair sample;
+  sample.left = SizedAsWanted(pushed.picture);
+  if (is_pair) sample.right = SizedAsWanted(*pushed.right);
+  if (is_pair && pushed.right_sensed_at) {
     sample.skew = SecondsBetween(pushed.sensed_at, *pushed.right_sensed_at);
   }
-  return sample;
+  return Arranged(std::move(sample), wanted.layout, "images");
 }
 
 std::optional<std::string> PictureInbox::State::TooMany(Time arrived_at) {
@@ -202,25 +173,42 @@ std::optional<std::string> PictureInbox::State::OutOfOrder(const PushedSample& p
                      sequence);
 }
 
-std::optional<std::string> PictureInbox::State::Unlike(const Sample& sample) {
+std::optional<std::string> PictureInbox::State::Unlike(const StereoPair& sample) {
   if (type < 0) {
     type = sample.left.type();
     size = sample.left.size();
   }
   if (sample.left.type() == type && sample.left.size() == size) return std::nullopt;
   return fmt::format("{} x {} px, {}: accepted is the format of the first image, {} x {} px, {}",
-                     sample.left.cols, sample.left.rows, InWords(sample.left.type()), size.width,
-                     size.height, InWords(type));
+                     sample.left.cols, sample.left.rows, TypeInWords(sample.left.type()),
+                     size.width, size.height, TypeInWords(type));
 }
 
-std::optional<Sample> PictureInbox::State::Take(const std::stop_token& stop) {
-  std::unique_lock lock(mutex);
-  if (!fed.wait(lock, stop, [this] { return slot.has_value(); })) return std::nullopt;
-  auto sample = std::exchange(slot, std::nullopt);
-  taken_at = sample->sensed_at;
-  health.skew = sample->skew;
-  ++frames;
-  return sample;
+// No image comes before it was taken, the later of two neither; what two cameras show together is
+// of the moment in their middle. Times rise, even where the fastest sample so far moves those after
+// it back.
+void PictureInbox::State::Stamp(const PushedSample& pushed, Time arrived_at, StereoPair* sample) {
+  heard_at = arrived_at;
+  sensed_at = pushed.sensed_at;
+  sequence = pushed.sequence;
+  const Time latest = pushed.sensed_at + Seconds(std::max(0.0, sample->skew));
+  const Time middle = clock.Map(latest + Seconds(pushed.delay), arrived_at) -
+                      Seconds(pushed.delay + std::abs(sample->skew) / 2);
+  sample->sensed_at = std::max(middle, newest_at + Clock::duration(1));
+  newest_at = sample->sensed_at;
+}
+
+void PictureInbox::State::Keep(StereoPair sample) {
+  ++health.taken;
+  if (std::abs(sample.skew) > wanted.sync) {
+    ++health.dropped;
+    health.trouble =
+        fmt::format("the images of a pair are {:.3g} ms apart and are dropped: sync is {:.3g} ms",
+                    1e3 * std::abs(sample.skew), 1e3 * wanted.sync);
+    return;
+  }
+  health.trouble.clear();
+  queue.Replace(std::move(sample));
 }
 
 PictureInbox::PictureInbox(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
@@ -247,40 +235,17 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
     if (auto why = s.TooMany(arrived_at)) return Refusal{*std::move(why)};
     if (auto why = s.OutOfOrder(pushed)) return Refusal{*std::move(why)};
   }
-  Sample sample;
+  StereoPair sample;
   try {
     sample = s.Accepted(pushed);  // takes its time
   } catch (const std::exception& error) {
     return Refusal{error.what()};
   }
-  {
-    const std::scoped_lock lock(s.mutex);
-    if (s.sender != sender)
-      return Refusal{"is fed by another stream: accepted is one stream", true};
-    if (auto why = s.Unlike(sample)) return Refusal{*std::move(why)};
-    s.heard_at = arrived_at;
-    s.sensed_at = pushed.sensed_at;
-    s.sequence = pushed.sequence;
-    // No picture comes before it was taken, the later of two neither; what two eyes show together
-    // is of the moment in their middle. Times rise, even where the fastest sample so far moves
-    // those after it back.
-    const Time latest = pushed.sensed_at + Seconds(std::max(0.0, sample.skew));
-    const Time middle = s.clock.Map(latest + Seconds(pushed.delay), arrived_at) -
-                        Seconds(pushed.delay + std::abs(sample.skew) / 2);
-    sample.sensed_at = std::max(middle, s.newest_at + Clock::duration(1));
-    s.newest_at = sample.sensed_at;
-    ++s.health.taken;
-    if (std::abs(sample.skew) > s.wanted.sync) {
-      ++s.health.dropped;
-      s.health.trouble =
-          fmt::format("the images of a pair are {:.3g} ms apart and are dropped: sync is {:.3g} ms",
-                      1e3 * std::abs(sample.skew), 1e3 * s.wanted.sync);
-      return std::nullopt;
-    }
-    s.health.trouble.clear();
-    s.slot = std::move(sample);
-  }
-  s.fed.notify_all();
+  const std::scoped_lock lock(s.mutex);
+  if (s.sender != sender) return Refusal{"is fed by another stream: accepted is one stream", true};
+  if (auto why = s.Unlike(sample)) return Refusal{*std::move(why)};
+  s.Stamp(pushed, arrived_at, &sample);
+  s.Keep(std::move(sample));
   return std::nullopt;
 }
 
@@ -290,13 +255,12 @@ void PictureInbox::Leave(SenderId sender) {
 }
 
 bool PictureInbox::Wait(const std::stop_token& stop) {
-  std::unique_lock lock(state_->mutex);
-  return state_->fed.wait(lock, stop, [this] { return state_->slot.has_value(); });
+  return state_->queue.Wait(stop);
 }
 
 void PictureInbox::Drop() {
   const std::scoped_lock lock(state_->mutex);
-  state_->slot.reset();
+  state_->queue.Clear();
   state_->type = -1;
 }
 
@@ -310,30 +274,8 @@ CameraHealth PictureInbox::health() const {
   return state_->health;
 }
 
-namespace {
-
-constexpr const char* kDescription = "images from a driver (FeedPictures)";
-
-}  // namespace
-
 std::unique_ptr<FrameSource> PictureInbox::OpenFrames(PictureFilter filter) {
-  class Frames final : public FrameSource {
-   public:
-    Frames(State& state, PictureFilter filter) : state_(state), filter_(std::move(filter)) {}
-    std::optional<Frame> Next(const std::stop_token& stop) override {
-      auto sample = state_.Take(stop);
-      if (!sample) return std::nullopt;
-      Frame frame{filter_ ? filter_(sample->left) : sample->left, ++count_, sample->sensed_at};
-      return frame;
-    }
-    [[nodiscard]] std::string description() const override { return kDescription; }
-
-   private:
-    State& state_;
-    PictureFilter filter_;
-    std::uint64_t count_ = 0;
-  };
-  return std::make_unique<Frames>(*state_, std::move(filter));
+  return LeftImages(OpenPairs(), std::move(filter));
 }
 
 std::unique_ptr<StereoSource> PictureInbox::OpenPairs() {
@@ -341,11 +283,17 @@ std::unique_ptr<StereoSource> PictureInbox::OpenPairs() {
    public:
     explicit Pairs(State& state) : state_(state) {}
     std::optional<StereoPair> Next(const std::stop_token& stop) override {
-      auto sample = state_.Take(stop);
+      auto sample = state_.queue.Take(stop);
       if (!sample) return std::nullopt;
-      return StereoPair{sample->left, sample->right, ++count_, sample->sensed_at, sample->skew};
+      sample->sequence = ++count_;
+      const std::scoped_lock lock(state_.mutex);
+      state_.taken_at = sample->sensed_at;
+      state_.health.skew = sample->skew;
+      return sample;
     }
-    [[nodiscard]] std::string description() const override { return kDescription; }
+    [[nodiscard]] std::string description() const override {
+      return "images from a driver (FeedPictures)";
+    }
 
    private:
     State& state_;

@@ -56,6 +56,8 @@ class FingerStream {
   void Forget(Time t) noexcept;
 
  private:
+  [[nodiscard]] std::optional<std::string> RefuseOrder(std::uint64_t sequence,
+                                                       Time sensed_at) const;
   [[nodiscard]] Clock::duration SilenceAllowed() const noexcept;
   [[nodiscard]] Clock::duration patience() const noexcept;
   [[nodiscard]] const Sample& Get(std::size_t i) const noexcept {
@@ -70,7 +72,7 @@ class FingerStream {
   double sender_period_;  // of the sender, smoothed [s]
   SenderClock clock_;
   SenderId sender_ = 0;            // of the newest sample
-  Time heard_at_{};                // when it arrived
+  Time arrived_at_{};              // of the newest sample
   int run_ = 0;                    // samples since the last gap, counted up to a driver's
   std::uint64_t sequence_ = 0;     // of the newest sample
   std::optional<Time> sensed_at_;  // of the newest sample, sender's clock; nullopt: a new sender

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
 #include "shared/text/text.h"
 #include "slave/identify/material_test.h"
 
@@ -19,10 +17,6 @@ using Eigen::VectorXd;
 
 constexpr int kStabilitySteps = 60;  // between rest and the ends of the range
 constexpr double kUnstable = -1e-6;  // of the work at rest
-
-double FoamExponent(double nu) {
-  return nu / (1 - 2 * nu);
-}
 
 // Kirchhoff's principal stresses, without pressure, over logarithmic strains.
 Vector3d Kirchhoff(const HyperLaw& law, const Vector3d& log_stretch) {
@@ -45,47 +39,36 @@ Matrix3d KirchhoffTangent(const HyperLaw& law, const Vector3d& log_stretch) {
 
 Vector3d HyperLaw::Derivatives(const Vector3d& l) const {
   Vector3d slope = Vector3d::Zero();
-  const double J = l.prod();
   for (const LawTerm& term : terms) {
-    const double volume = nu ? std::pow(J, -term.alpha * FoamExponent(*nu)) : 0;
-    slope.array() += 2 * term.G / term.alpha * (l.array().pow(term.alpha) - volume) / l.array();
+    slope.array() += 2 * term.G / term.alpha * l.array().pow(term.alpha) / l.array();
   }
-  if (yeoh.isZero(0)) return slope;
-  const double I1 = l.squaredNorm(), beyond = I1 - 3;
-  const Vector3d inverse = l.cwiseInverse();
-  const double I2 = inverse.squaredNorm() * J * J;
-  slope += 2 * (yeoh[0] + beyond * (2 * yeoh[1] + 3 * beyond * yeoh[2])) * l;
-  // ln I2 with J = 1, so that only the inverse stretches count.
-  const Vector3d by_second = inverse.cwiseProduct(inverse).cwiseProduct(inverse);
-  slope -= 6 * second_share * yeoh[0] / I2 * by_second;
-  return slope;
+  const double beyond = l.squaredNorm() - 3;  // I1 - 3
+  return slope + 2 * (yeoh[0] + beyond * (2 * yeoh[1] + 3 * beyond * yeoh[2])) * l;
 }
 
 double HyperLaw::ShearModulus() const {
-  double G = 2 * yeoh[0] * (1 + second_share);
+  double G = 2 * yeoh[0];
   for (const LawTerm& term : terms) G += term.G;
   return G;
 }
 
 double HyperLaw::YoungModulus() const {
-  return 2 * (1 + PoissonRatio()) * ShearModulus();
+  return 3 * ShearModulus();
 }
 
-HyperLaw LawFamily::Make(const VectorXd& c, const VectorXd& shape) const {
+HyperLaw LawFamily::Make(const VectorXd& c, const VectorXd& exponents) const {
   HyperLaw law{.name = name};
   if (!yeoh.empty()) {
     for (Eigen::Index i = 0; i < c.size(); ++i)
       law.yeoh[yeoh[static_cast<std::size_t>(i)] - 1] = c[i];
-    law.second_share = second_share;
     return law;
   }
   const auto count = static_cast<Eigen::Index>(fixed.size());
   for (Eigen::Index i = 0; i < c.size(); ++i) {
-    double alpha = i < count ? fixed[static_cast<std::size_t>(i)] : shape[i - count];
+    double alpha = i < count ? fixed[static_cast<std::size_t>(i)] : exponents[i - count];
     if (std::abs(alpha) < kLeastExponent) alpha = std::copysign(kLeastExponent, alpha);
     law.terms.push_back({c[i], alpha});
   }
-  if (foam) law.nu = std::clamp(shape[free], 0.0, kMostFoamPoisson);
   return law;
 }
 
@@ -94,21 +77,14 @@ std::vector<std::string> LawFamily::ParameterNames() const {
   for (const int power : yeoh) names.push_back("C" + std::to_string(power));
   for (int i = 1; yeoh.empty() && i <= moduli(); ++i) names.push_back("G" + std::to_string(i));
   for (int i = 1; i <= free; ++i) names.push_back("alpha" + std::to_string(i));
-  if (foam) names.emplace_back("nu");
   return names;
 }
 
 const std::vector<LawFamily>& OfferedLaws() {
   static const std::vector<LawFamily> laws{
-      {.name = "neo-hookean", .fixed = {2}},
-      {.name = "mooney-rivlin", .fixed = {2, -2}},
-      {.name = "ogden-1", .free = 1},
-      {.name = "yeoh", .yeoh = {1, 2, 3}},
-      {.name = "ogden-2", .free = 2},
-      {.name = "ogden-3", .free = 3},
-      {.name = "foam-1", .free = 1, .foam = true},
-      {.name = "foam-2", .free = 2, .foam = true},
-      {.name = "foam-3", .free = 3, .foam = true},
+      {.name = "neo-hookean", .fixed = {2}}, {.name = "mooney-rivlin", .fixed = {2, -2}},
+      {.name = "ogden-1", .free = 1},        {.name = "yeoh", .yeoh = {1, 2, 3}},
+      {.name = "ogden-2", .free = 2},        {.name = "ogden-3", .free = 3},
   };
   return laws;
 }
@@ -118,7 +94,6 @@ double LeastStability(const HyperLaw& law, const Vector3d& stretches) {
   const Matrix3d tangent = KirchhoffTangent(law, log_stretch);
   const double at_rest = 2 * law.ShearModulus();
   if (!tangent.allFinite() || !(at_rest > 0)) return -1;
-  if (law.nu) return Eigen::SelfAdjointEigenSolver<Matrix3d>(tangent).eigenvalues()[0] / at_rest;
   Eigen::Matrix<double, 3, 2> isochoric;
   isochoric << 1, 1, -1, 1, 0, -2;
   isochoric.colwise().normalize();
@@ -136,7 +111,7 @@ std::string FirstInstability(const HyperLaw& law, double low, double high) {
     for (const double end : {low, high}) {
       for (int i = 0; i <= kStabilitySteps; ++i) {
         const double stretch = std::pow(end, static_cast<double>(i) / kStabilitySteps);
-        const Vector3d l = PrincipalStretches(kind, stretch, law.nu);
+        const Vector3d l = PrincipalStretches(kind, stretch);
         if (LeastStability(law, l) > kUnstable) continue;
         return Formatted("unstable from a stretch of %.4g on under %s", stretch, words);
       }

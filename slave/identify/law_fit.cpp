@@ -14,8 +14,7 @@
 #include <unsupported/Eigen/NonLinearOptimization>
 #include <unsupported/Eigen/NumericalDiff>
 
-#include "shared/text/text.h"
-#include "slave/identify/identifiability.h"
+#include "shared/geometry/symmetric_eigen.h"
 
 namespace palpate::identify {
 namespace {
@@ -28,7 +27,7 @@ constexpr double kLeastShare = 0.1;  // of the highest peak: a test's weight is 
 constexpr std::size_t kStarts = 4;   // of the grid's best that are refined
 constexpr int kMostEvaluations = 200;
 constexpr double kWide = 1.96;         // sigmas of a 95 % interval
-constexpr double kEffectiveRows = 40;  // of one test: neighbours on a curve tell the same
+constexpr double kEffectiveRows = 40;  // of one test: neighbours on a curve repeat each other
 constexpr Index kNeighbours = 10;      // of the rows of a test one tenth counts as neighbours,
 constexpr double kFewRows = 1.33;  // which widens bands: (2.26 / 1.96)^2 (Kiefer, Vogelsang 2005)
 constexpr double kFloor = 1e-4;    // of the peak: no data are better known
@@ -79,14 +78,7 @@ class Projection {
   }
 
   [[nodiscard]] VectorXd Bounded(const VectorXd& free) const {
-    VectorXd shape = free;
-    for (Index i = 0; i < family_.free; ++i) {
-      shape[i] = kMostExponent * std::tanh(free[i] / kMostExponent);
-    }
-    if (family_.foam) {
-      shape[family_.free] = kMostFoamPoisson / (1 + std::exp(-free[family_.free]));
-    }
-    return shape;
+    return free.unaryExpr([](double x) { return kMostExponent * std::tanh(x / kMostExponent); });
   }
   // Nothing where the law overflows.
   std::optional<VectorXd> Moduli(const VectorXd& shape, VectorXd* left) const {
@@ -129,19 +121,16 @@ struct ShapeResidual {
   }
 };
 
-// Every free exponent over a few values, in rising order, with some Poisson ratios.
+// Every free exponent over a few values, in rising order.
 std::vector<VectorXd> Grid(const LawFamily& family) {
   static constexpr std::array kExponents{-25.0, -12.0, -5.0, -2.0, -0.8, 0.8,
                                          1.5,   2.5,   4.5,  8.0,  14.0, 25.0};
-  static constexpr std::array kPoisson{-4.0, -1.0, 0.5, 2.0};
-  std::vector<VectorXd> grid{VectorXd::Zero(family.shapes())};
-  for (Index i = 0; i < family.shapes(); ++i) {
-    const bool is_nu = i == family.free;
+  std::vector<VectorXd> grid{VectorXd::Zero(family.free)};
+  for (Index i = 0; i < family.free; ++i) {
     std::vector<VectorXd> longer;
     for (const VectorXd& start : grid) {
-      for (const double value : is_nu ? std::vector<double>(kPoisson.begin(), kPoisson.end())
-                                      : std::vector<double>(kExponents.begin(), kExponents.end())) {
-        if (!is_nu && i > 0 && value <= start[i - 1]) continue;
+      for (const double value : kExponents) {
+        if (i > 0 && value <= start[i - 1]) continue;
         longer.push_back(start);
         longer.back()[i] = value;
       }
@@ -162,10 +151,10 @@ VectorXd BestShape(const LawFamily& family, const Projection& projection) {
   }
   if (starts.empty()) throw std::runtime_error(family.name + ": overflows");
   std::ranges::stable_sort(starts, {}, [](const auto& start) { return start.first; });
-  if (family.shapes() == 0) return {};
+  if (family.free == 0) return {};
   starts.resize(std::min(starts.size(), kStarts));
   for (auto& [misfit, free] : starts) {
-    const ShapeResidual residual{&projection, family.shapes()};
+    const ShapeResidual residual{&projection, family.free};
     Eigen::NumericalDiff<ShapeResidual, Eigen::Central> differences(residual, 1e-12);
     Eigen::LevenbergMarquardt search(differences);
     search.parameters.maxfev = kMostEvaluations;
@@ -174,6 +163,70 @@ VectorXd BestShape(const LawFamily& family, const Projection& projection) {
   }
   return projection.Bounded(
       std::ranges::min_element(starts, {}, [](const auto& start) { return start.first; })->second);
+}
+
+HyperLaw LawOf(const LawFamily& family, const VectorXd& values) {
+  return family.Make(values.head(family.moduli()), values.tail(family.free));
+}
+
+// Sizes of the constants. A modulus that is zero has the size of the others, an exponent that of
+// one hundredth.
+VectorXd ScalesOf(const LawFamily& family, const VectorXd& values) {
+  VectorXd scales = values.cwiseAbs();
+  const double moduli = values.head(family.moduli()).cwiseAbs().maxCoeff();
+  for (Index i = 0; i < scales.size(); ++i) {
+    if (i >= family.moduli()) {
+      scales[i] = std::max(scales[i], 1e-2);
+    } else if (scales[i] < 1e-9 * moduli) {
+      scales[i] = moduli;
+    }
+  }
+  return scales;
+}
+
+// Derivatives of all predicted stresses by the constants, by differences [Pa per unit].
+MatrixXd Sensitivities(const LawFamily& family, const VectorXd& values,
+                       const std::vector<MaterialTest>& tests) {
+  constexpr double kStep = 1e-5;  // relative
+  const VectorXd scales = ScalesOf(family, values);
+  MatrixXd J(static_cast<Index>(ValuesOf(tests)), values.size());
+  for (Index i = 0; i < values.size(); ++i) {
+    const double step = kStep * scales[i];
+    VectorXd up = values, down = values;
+    up[i] += step, down[i] -= step;
+    J.col(i) =
+        (Predict(LawOf(family, up), tests) - Predict(LawOf(family, down), tests)) / (2 * step);
+  }
+  return J;
+}
+
+// Inverse of J^T J without the combinations of constants that the data do not determine, and the
+// covariance of those combinations, which is large.
+struct Inverse {
+  MatrixXd determined, open;
+};
+
+// In columns of length one, so that units and sizes of constants play no part.
+Inverse Invert(const MatrixXd& J, const VectorXd& scales) {
+  constexpr double kNothing = 1e-10;  // of the largest eigenvalue
+  constexpr double kOpen = 10;        // relative sigma of a constant that is not determined
+  const VectorXd sizes = J.colwise().norm().transpose().cwiseProduct(scales);
+  const VectorXd unit = scales.cwiseQuotient(sizes.cwiseMax(kNothing * sizes.maxCoeff()));
+  const MatrixXd even = J * unit.asDiagonal();
+  const SymmetricEigen eigen = EigenOf(even.transpose() * even);
+  const MatrixXd zero = MatrixXd::Zero(J.cols(), J.cols());
+  Inverse inverse{zero, zero};
+  for (Index i = 0; i < J.cols(); ++i) {
+    const VectorXd direction = unit.cwiseProduct(VectorXd(eigen.vectors.col(i)));
+    if (eigen.values[i] > kNothing * eigen.values.maxCoeff()) {
+      inverse.determined += direction * direction.transpose() / eigen.values[i];
+    } else {
+      const VectorXd open =
+          kOpen / direction.cwiseQuotient(scales).cwiseAbs().maxCoeff() * direction;
+      inverse.open += open * open.transpose();
+    }
+  }
+  return inverse;
 }
 
 // Meat of the sandwich: what neighbours along a curve have in common is counted.
@@ -209,8 +262,7 @@ double YoungSigma(const LawFit& fit) {
     VectorXd up = fit.values;
     const double step = 1e-6 * std::max(std::abs(up[i]), 1e-3);
     up[i] += step;
-    const HyperLaw law = family.Make(up.head(family.moduli()), up.tail(family.shapes()));
-    slope[i] = (law.YoungModulus() - fit.law.YoungModulus()) / step;
+    slope[i] = (LawOf(family, up).YoungModulus() - fit.law.YoungModulus()) / step;
   }
   return std::sqrt(std::max(0.0, slope.dot(fit.covariance * slope)));
 }
@@ -294,25 +346,22 @@ LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
   fit.rms = RelativeRms(fit.law, tests, &shares);
   fit.bic = Bic(left.squaredNorm(), tests, projection.rows(), family.parameters());
   const MatrixXd J = projection.weights().asDiagonal() * Sensitivities(family, fit.values, tests);
-  const auto free = static_cast<double>(projection.rows());
-  const double spread = std::max(left.squaredNorm() / free, kFloor * kFloor);
-  const Identifiability told = Identify(family, fit.values, J, spread, tests);
-  fit.untold = told.untold, fit.extra = told.extra;
   const MatrixXd meat = Scores(J, left, tests) + kFloor * kFloor * (J.transpose() * J);
-  fit.covariance = kFewRows * (told.inverse * meat * told.inverse) + told.open;
+  const Inverse inverse = Invert(J, ScalesOf(family, fit.values));
+  fit.covariance = kFewRows * (inverse.determined * meat * inverse.determined) + inverse.open;
   fit.young_sigma = YoungSigma(fit);
   const auto [low, high] = StretchRange(tests);
   fit.unstable = FirstInstability(fit.law, low, high);
   return fit;
 }
 
-std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam,
+std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests,
                             std::vector<std::string>* dropped) {
   const std::size_t rows = ValuesOf(tests);
   std::vector<LawFit> fits;
   const LawFamily* simplest = nullptr;
   for (const LawFamily& family : OfferedLaws()) {
-    if (family.foam != foam || rows < 2 * static_cast<std::size_t>(family.parameters())) continue;
+    if (rows < 2 * static_cast<std::size_t>(family.parameters())) continue;
     auto fit = FitNeeded(family, tests, dropped);
     if (simplest == nullptr) simplest = &family;
     if (fit && fit->law.ShearModulus() > 0) fits.push_back(std::move(*fit));
@@ -333,11 +382,6 @@ std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam,
       fits.begin(), alike, {}, [](const LawFit& fit) { return fit.family.parameters(); });
   std::rotate(fits.begin(), fewest, fewest + 1);
   return fits;
-}
-
-VectorXd PredictionHalfWidths(const LawFit& fit, const MaterialTest& one) {
-  const MatrixXd J = Sensitivities(fit.family, fit.values, {one});
-  return kWide * (J * fit.covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
 }  // namespace palpate::identify

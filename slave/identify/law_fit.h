@@ -1,5 +1,4 @@
-// A law's constants from tests, by least squares: how well they fit, how sure they are, and what
-// cannot be told.
+// A law's constants from tests, by least squares, with the quality of the fit and intervals.
 //
 // For given exponents the stresses are linear in the moduli, which are found exactly, none negative
 // (but Yeoh's higher ones); the exponents are sought by Levenberg and Marquardt's method (MINPACK
@@ -21,17 +20,15 @@ struct LawFit {
   LawFamily family;
   HyperLaw law;
   std::vector<std::string> names;  // of the constants
-  Eigen::VectorXd values;          // moduli [Pa], exponents, nu
+  Eigen::VectorXd values;          // moduli [Pa], exponents
   // Sandwich estimate: correlated residuals, as of a wrong model, count as such (Newey and West
   // 1987), so that the intervals are valid for the model and not only for the noise.
   Eigen::MatrixXd covariance;
   double young_sigma = 0;  // of the modulus at rest, from the covariance [Pa]
   double rms = 0;          // of the residuals over the peak of all tests [-]
   double bic = 0;          // of Schwarz
-  std::string
-      unstable;        // range of the instability, as text; empty: none within the data's stretches
-  std::string untold;  // combination that the data do not determine; empty: all are determined
-  std::string extra;   // further test that would determine it
+  // Range of the instability, as text; empty: none within the data's stretches.
+  std::string unstable;
 };
 
 // All tests of one material. Throws std::runtime_error: no constitutive model can be evaluated over
@@ -39,11 +36,11 @@ struct LawFit {
 LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests);
 
 // Those of OfferedLaws() that this number of rows can determine, the best first: stable ones before
-// others, then by BIC; the simplest of those that BIC does not tell from the least comes first.
-// `foam`: compressible models instead of incompressible ones. A modulus whose 95 % interval
-// includes zero is dropped and the model fitted without it. What is then a simpler model of the
-// list is not repeated. `dropped`: model and modulus of each, unless null.
-std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam,
+// others, then by BIC; the simplest of those that BIC does not separate from the least comes first.
+// A modulus whose 95 % interval includes zero is dropped and the model fitted without it. What is
+// then a simpler model of the list is not repeated. `dropped`: model and modulus of each, unless
+// null.
+std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests,
                             std::vector<std::string>* dropped = nullptr);
 
 // Relative to the peak of all tests; `shares`: of every test relative to its own peak.
@@ -53,9 +50,5 @@ double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
 // Residuals over the rows of small strain, relative to the largest stress among them; 0: none.
 inline constexpr double kSmallStrain = 0.1;  // [-]
 double SmallStrainRms(const HyperLaw& law, const std::vector<MaterialTest>& tests);
-
-// Half widths of the 95 % bands of the model's stresses in the only row of `one` due to the
-// covariance of the constants, one per component [Pa].
-Eigen::VectorXd PredictionHalfWidths(const LawFit& fit, const MaterialTest& one);
 
 }  // namespace palpate::identify

@@ -27,7 +27,7 @@ VectorXd Stacked(const std::vector<MaterialTest>& tests, const auto& of) {
   return all;
 }
 
-// Nominal stress; the third direction of an incompressible law is free.
+// Nominal stress; the third direction is free.
 Matrix3d Nominal(const HyperLaw& law, const Matrix3d& F) {
   Matrix3d P;
   if (F.isDiagonal(0)) {  // most tests: without a decomposition ten times as fast
@@ -37,7 +37,6 @@ Matrix3d Nominal(const HyperLaw& law, const Matrix3d& F) {
     P = svd.matrixU() * law.Derivatives(svd.singularValues()).asDiagonal() *
         svd.matrixV().transpose();
   }
-  if (law.nu) return P;
   const Matrix3d cofactor = F.inverse().transpose();
   return P - P(2, 2) / cofactor(2, 2) * cofactor;
 }
@@ -50,25 +49,18 @@ std::string_view NameOf(TestKind kind) {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-Vector3d PrincipalStretches(TestKind kind, double stretch, std::optional<double> nu,
-                            double across) {
-  const bool foam = nu.has_value();
-  const double b = foam ? *nu / (1 - 2 * *nu) : 0;
-  // Free stretch where the given ones multiply to `area`, and `free` directions are free.
-  const auto through = [&](double area, int free) {
-    return std::pow(area, foam ? -b / (1 + free * b) : -1.0 / free);
-  };
+Vector3d PrincipalStretches(TestKind kind, double stretch, double across) {
   switch (kind) {
     case TestKind::kUniaxial: {
-      const double free = through(stretch, 2);
+      const double free = std::pow(stretch, -0.5);
       return {stretch, free, free};
     }
     case TestKind::kEquibiaxial:
-      return {stretch, stretch, through(stretch * stretch, 1)};
+      return {stretch, stretch, 1 / (stretch * stretch)};
     case TestKind::kPlanar:
-      return {stretch, 1, through(stretch, 1)};
+      return {stretch, 1, 1 / stretch};
     case TestKind::kBiaxial:
-      return {stretch, across, through(stretch * across, 1)};
+      return {stretch, across, 1 / (stretch * across)};
     case TestKind::kShear: {
       const double half = stretch / 2, root = std::sqrt(1 + half * half);
       return {root + half, root - half, 1};
@@ -78,19 +70,14 @@ Vector3d PrincipalStretches(TestKind kind, double stretch, std::optional<double>
   }
 }
 
-Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row, std::optional<double> nu) {
+Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row) {
   if (test.kind == TestKind::kTensor) return row.F;
   if (test.kind == TestKind::kShear) {
     Matrix3d F = Matrix3d::Identity();
     F(0, 1) = row.abscissa;
     return F;
   }
-  return PrincipalStretches(test.kind, row.abscissa, nu, row.across).asDiagonal();
-}
-
-double AbscissaOf(const MaterialTest& test, const TestRow& row, std::size_t component) {
-  const auto [i, j] = test.components[component];
-  return test.kind == TestKind::kTensor ? row.F(i, j) : row.abscissa;
+  return PrincipalStretches(test.kind, row.abscissa, row.across).asDiagonal();
 }
 
 double MaterialTest::Peak() const {
@@ -102,15 +89,15 @@ double MaterialTest::Peak() const {
 }
 
 VectorXd Predict(const HyperLaw& law, const MaterialTest& test, std::size_t index) {
-  const Matrix3d F = DeformationOf(test, test.rows[index], law.nu);
+  const Matrix3d F = DeformationOf(test, test.rows[index]);
   Matrix3d stress = test.end_factor * Nominal(law, F);
   if (test.cauchy) stress = stress * F.transpose() / F.determinant();
-  VectorXd said(static_cast<Eigen::Index>(test.components.size()));
+  VectorXd stresses(static_cast<Eigen::Index>(test.components.size()));
   for (std::size_t c = 0; c < test.components.size(); ++c) {
-    said[static_cast<Eigen::Index>(c)] =
+    stresses[static_cast<Eigen::Index>(c)] =
         stress(test.components[c].first, test.components[c].second);
   }
-  return said;
+  return stresses;
 }
 
 VectorXd Predict(const HyperLaw& law, const MaterialTest& test) {
@@ -156,7 +143,7 @@ std::string AgainstIsotropy(const MaterialTest& test) {
   const std::vector<std::pair<int, int>> both{{0, 0}, {1, 1}};
   if (test.components != both) return {};
   for (const TestRow& row : test.rows) {
-    const Matrix3d F = DeformationOf(test, row, std::nullopt);
+    const Matrix3d F = DeformationOf(test, row);
     const bool alike = F.isDiagonal(0) && std::abs(F(0, 0) - F(1, 1)) < kAlike * F(0, 0);
     const double apart = std::abs(row.measured[0] - row.measured[1]);
     if (!alike || std::abs(F(0, 0) - 1) < kStrained || apart < kOtherwise * test.Peak()) continue;
@@ -168,12 +155,11 @@ std::string AgainstIsotropy(const MaterialTest& test) {
   return {};
 }
 
-std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests,
-                                       std::optional<double> nu) {
+std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests) {
   std::pair<double, double> range{1, 1};
   for (const MaterialTest& test : tests) {
     for (const TestRow& row : test.rows) {
-      const Vector3d l = Eigen::JacobiSVD<Matrix3d>(DeformationOf(test, row, nu)).singularValues();
+      const Vector3d l = Eigen::JacobiSVD<Matrix3d>(DeformationOf(test, row)).singularValues();
       range = {std::min(range.first, l.minCoeff()), std::max(range.second, l.maxCoeff())};
     }
   }

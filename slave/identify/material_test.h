@@ -1,7 +1,6 @@
 // A material test: rows of a deformation and the measured stresses.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,11 +16,8 @@ enum class TestKind { kUniaxial, kEquibiaxial, kPlanar, kBiaxial, kShear, kTenso
 std::string_view NameOf(TestKind kind);
 
 // Stretches along, across and through the specimen under a load of this kind with free faces;
-// planar keeps the second at 1. `nu`: of the foam model, whose free stretches do not depend on its
-// other constants (with b of hyper_law.h they are J^-b); nullopt: incompressible. `across`: for
-// kBiaxial.
-Eigen::Vector3d PrincipalStretches(TestKind kind, double stretch, std::optional<double> nu,
-                                   double across = 1);
+// planar keeps the second at 1. The volume is kept. `across`: for kBiaxial.
+Eigen::Vector3d PrincipalStretches(TestKind kind, double stretch, double across = 1);
 
 struct TestRow {
   double abscissa = 1;           // stretch, amount of shear
@@ -43,12 +39,8 @@ struct MaterialTest {
   [[nodiscard]] std::size_t values() const { return rows.size() * components.size(); }
 };
 
-// Deformation gradient of a row. `nu`: as above.
-Eigen::Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row,
-                              std::optional<double> nu);
-
-// Where a component is drawn: stretch, amount of shear, or of kTensor the entry of F.
-double AbscissaOf(const MaterialTest& test, const TestRow& row, std::size_t component);
+// Deformation gradient of a row.
+Eigen::Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row);
 
 // The model's stress in row `row`, with as many entries as `components` [Pa], bonded ends included.
 Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test, std::size_t row);
@@ -71,8 +63,7 @@ std::string AgainstIsotropy(const MaterialTest& test);
 // is within a tenth of its uniaxial stress.
 std::pair<double, double> LinearRange(const HyperLaw& law);
 
-// Smallest and largest principal stretch of all deformations. `nu`: as above.
-std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests,
-                                       std::optional<double> nu = std::nullopt);
+// Smallest and largest principal stretch of all deformations.
+std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests);
 
 }  // namespace palpate::identify

@@ -28,14 +28,9 @@ constexpr double kWide = 1.96;        // sigmas of a 95 % interval
 constexpr double kStill = 0.01, kHold = 0.03;
 constexpr double kReturn = 0.1;   // of the range: a strain that returns [-]
 constexpr double kOtherRate = 2;  // ratio of rates that differ [-]
-// Logarithm of the factor between a record and what one other record predicts of it, rms [-]
-// [recorded: viscoelastic_adhesive, 80 pairs of a record that holds or returns with another].
-constexpr double kOneRecord = 0.49;
-constexpr double kLeastFactor = 0.1;  // also of records that part in sign [-]
-constexpr int kRampRows = 40;
 
 // Times two per decade. The first is the usual step of the densest record, the last short enough
-// for the record to tell it from what stays.
+// for the record to separate it from what stays.
 std::vector<double> Times(const std::vector<RelaxationTable>& tables) {
   double shortest = std::numeric_limits<double>::infinity(), longest = 0;
   for (const RelaxationTable& table : tables) {
@@ -140,19 +135,19 @@ bool HoldsOrReturns(const RelaxationTable& table) {
 
 void RequireFading(const std::vector<RelaxationTable>& tables) {
   double slowest = std::numeric_limits<double>::infinity(), fastest = 0;
-  bool told = false;
+  bool is_determined = false;
   for (const RelaxationTable& table : tables) {
     if (table.shear != tables.front().shear) {
       throw InputError(table.name + ": shear and other strains together: accepted is one of them");
     }
     const double rate = RateOf(table);
     slowest = std::min(slowest, rate), fastest = std::max(fastest, rate);
-    told |= HoldsOrReturns(table);
+    is_determined |= HoldsOrReturns(table);
   }
-  if (told || fastest > kOtherRate * slowest) return;
+  if (is_determined || fastest > kOtherRate * slowest) return;
   throw InputError(
       tables.front().name +
-      ": the strain only rises, at one rate, so that fading cannot be told from a curved "
+      ": the strain only rises, at one rate, so that fading cannot be separated from a curved "
       "stress-strain law: accepted for relaxation is a strain that is held or returns, or records "
       "of several rates; for one ramp use tension, compression or shear");
 }
@@ -205,7 +200,6 @@ PronyFit Fit(const std::vector<RelaxationTable>& tables) {
   fit.rms = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())) /
             data.b.cwiseAbs().maxCoeff();
   fit.fitted = {fitted.begin(), fitted.end()};
-  fit.covariance = solved.covariance;
   const VectorXd sigma = solved.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Index last = solved.x.size() - 1;
   for (Index i = 0; i < last; ++i) {
@@ -215,41 +209,6 @@ PronyFit Fit(const std::vector<RelaxationTable>& tables) {
   fit.equilibrium = solved.x[last], fit.sigma = sigma[last];
   fit.instant = solved.x.sum();
   return fit;
-}
-
-// Stress that every modulus of a fit answers to a strain, the last that of G_inf.
-MatrixXd Answers(const PronyFit& fit, const RelaxationTable& table) {
-  MatrixXd A(static_cast<Index>(table.time.size()), static_cast<Index>(fit.terms.size()) + 1);
-  for (std::size_t k = 0; k < fit.terms.size(); ++k) {
-    A.col(static_cast<Index>(k)) = Branch(table, fit.terms[k].time);
-  }
-  A.rightCols(1) = Eigen::Map<const VectorXd>(table.strain.data(), A.rows());
-  return A;
-}
-
-VectorXd Moduli(const PronyFit& fit) {
-  VectorXd moduli(static_cast<Index>(fit.terms.size()) + 1);
-  for (std::size_t k = 0; k < fit.terms.size(); ++k) {
-    moduli[static_cast<Index>(k)] = fit.terms[k].modulus;
-  }
-  moduli[moduli.size() - 1] = fit.equilibrium;
-  return moduli;
-}
-
-// Logarithm of the factor between a record and what the others predict of it, rms over the records.
-// The value of one record alone counts as one more.
-double ErrorOfOthers(const std::vector<RelaxationTable>& tables) {
-  double sum = kOneRecord * kOneRecord;
-  for (std::size_t i = 0; tables.size() > 1 && i < tables.size(); ++i) {
-    std::vector<RelaxationTable> others = tables;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-    const PronyFit fit = Fit(others);
-    const VectorXd said = Answers(fit, tables[i]) * Moduli(fit);
-    const Eigen::Map<const VectorXd> stress(tables[i].stress.data(), said.size());
-    const double factor = said.dot(stress) / std::max(said.squaredNorm(), 1e-300);
-    sum += std::pow(std::log(std::max(factor, kLeastFactor)), 2);
-  }
-  return std::sqrt(sum / (tables.size() > 1 ? static_cast<double>(tables.size()) + 1 : 1));
 }
 
 }  // namespace
@@ -262,52 +221,7 @@ double PronyFit::At(double time) const {
 
 PronyFit FitProny(const std::vector<RelaxationTable>& tables) {
   RequireFading(tables);
-  PronyFit fit = Fit(tables);
-  fit.other_rate = ErrorOfOthers(tables);
-  return fit;
-}
-
-std::vector<PredictedCurve> PredictRates(const PronyFit& fit,
-                                         const std::vector<RelaxationTable>& tables) {
-  double slowest = std::numeric_limits<double>::infinity(), fastest = 0, end = 0;
-  std::vector<double> rates;
-  for (const RelaxationTable& table : tables) {
-    rates.push_back(RateOf(table));
-    slowest = std::min(slowest, rates.back()), fastest = std::max(fastest, rates.back());
-    for (const double strain : table.strain) {
-      if (std::abs(strain) > std::abs(end)) end = strain;
-    }
-  }
-  std::vector<PredictedCurve> curves;
-  if (!(slowest > 0)) return curves;
-  for (double decade = std::round(std::log10(slowest)) - 1;
-       decade <= std::round(std::log10(fastest)) + 1; ++decade) {
-    const double rate = std::pow(10, decade);
-    if (std::ranges::any_of(rates, [&](double r) { return std::abs(std::log2(r / rate)) < 1; })) {
-      continue;
-    }
-    RelaxationTable ramp;
-    for (int i = 0; i <= kRampRows; ++i) {
-      ramp.strain.push_back(end * i / kRampRows);
-      ramp.time.push_back(std::abs(ramp.strain.back()) / rate);
-    }
-    PredictedCurve curve{TestKind::kRelaxation,
-                         Formatted("ramp at %g /s", rate),
-                         tables.front().shear ? "P12" : "P11",
-                         {}};
-    const MatrixXd A = Answers(fit, ramp);
-    const VectorXd stress = A * Moduli(fit);
-    const double factor = std::exp(kWide * fit.other_rate);
-    for (Index i = 0; i < stress.size(); ++i) {
-      const double own = std::max(0.0, (A.row(i) * fit.covariance * A.row(i).transpose())(0));
-      const double half = kWide * std::hypot(std::sqrt(own), fit.rms * stress[kRampRows]);
-      const auto [low, high] = std::minmax({stress[i] / factor, stress[i] * factor});
-      curve.rows.push_back({ramp.strain[static_cast<std::size_t>(i)], stress[i], low - half,
-                            high + half, std::nullopt});
-    }
-    curves.push_back(std::move(curve));
-  }
-  return curves;
+  return Fit(tables);
 }
 
 }  // namespace palpate::identify

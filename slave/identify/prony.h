@@ -11,7 +11,6 @@
 
 #include <Eigen/Core>
 
-#include "slave/identify/prediction.h"
 #include "slave/identify/test_table.h"
 
 namespace palpate::identify {
@@ -26,23 +25,14 @@ struct PronyFit {
   double instant = 0;                 // G_inf + sum of G_i [Pa]
   double rms = 0;                     // over the peak [-]
   std::vector<double> fitted;         // [Pa], per row
-  Eigen::MatrixXd covariance;         // of the terms' moduli and G_inf [Pa^2]
-  // Logarithm of the factor by which records that were not fitted differ, rms [-].
-  double other_rate = 0;
-  int dropped = 0;  // terms whose interval includes zero
+  int dropped = 0;                    // terms whose interval includes zero
 
   [[nodiscard]] double At(double time) const;  // G(time) [Pa]
 };
 
 // All records of one material, whatever their strain histories. Throws InputError: no strain; shear
-// and other strains together; records that cannot tell fading from a curved stress-strain law,
+// and other strains together; records that cannot separate fading from a curved stress-strain law,
 // because the strain only rises at one rate, without a hold or a return.
 PronyFit FitProny(const std::vector<RelaxationTable>& tables);
-
-// Stress of straight ramps to the largest strain, a curve per decade of the strain rate from a
-// tenth of the slowest rate to ten times the fastest, but for those of the records, with bands of
-// 95 %. Abscissa: the strain.
-std::vector<PredictedCurve> PredictRates(const PronyFit& fit,
-                                         const std::vector<RelaxationTable>& tables);
 
 }  // namespace palpate::identify

@@ -45,8 +45,8 @@ MembraneLimits::MembraneLimits(const Scene& scene) : scene_(scene) {
 
 Rule MembraneLimits::width_rule() const {
   const bool are_limits = apply() && allows_thickness();
-  return are_limits ? Between(Dimension::kLength, least_width_, most_width_, widths_)
-                    : Positive(Dimension::kLength);
+  return are_limits ? Rule{Dimension::kLength, least_width_, most_width_, widths_}
+                    : SceneKeyAt("tool.width").rule;
 }
 
 bool MembraneLimits::allows_thickness() const {

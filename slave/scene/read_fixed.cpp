@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <string_view>
 
 #include "slave/scene/sections.h"
@@ -33,9 +31,8 @@ FixedArc ReadArc(Section& section, const Geometry& geometry) {
     section.Refuse("arc", "no arc with this geometry: use side, plane or nodes");
   }
   Section arc = section.Open("arc");
-  const double centre = arc.Number("centre", Angle());
-  const Rule half = Between(Dimension::kAngle, kSmallest, std::numbers::pi, "> 0, at most 180 deg");
-  return {centre, arc.Number("half_angle", half)};
+  const double centre = arc.Number("centre");
+  return {centre, arc.Number("half_angle")};
 }
 
 FixedPlane ReadPlane(Section& section, const Geometry& geometry) {
@@ -46,17 +43,16 @@ FixedPlane ReadPlane(Section& section, const Geometry& geometry) {
   }
   const int axis = is_planar ? plane.OneOf<int>("axis", {{"x", 0}, {"y", 1}})
                              : plane.OneOf<int>("axis", {{"x", 0}, {"y", 1}, {"z", 2}});
-  return {axis, plane.Number("at", Any(Dimension::kLength))};
+  return {axis, plane.Number("at")};
 }
 
 FixedNodes ReadNodes(Section& section) {
-  constexpr int kMostNodes = 10'000'000;
   constexpr const char* kAccepted = "a list of element (in 3D node) indices from 0";
   Section list = section.OpenList("nodes", kAccepted);
   FixedNodes fixed;
   if (list.present() && list.size() == 0) section.Refuse("nodes", kAccepted);
   for (std::size_t i = 0; i < list.size(); ++i) {
-    fixed.nodes.push_back(list.Integer(std::to_string(i), 0, kMostNodes));
+    fixed.nodes.push_back(list.Integer(std::to_string(i)));
   }
   return fixed;
 }
@@ -80,7 +76,7 @@ Fixed ReadFixedEntry(Section& section, const Geometry& geometry) {
   constexpr const char* kOneOf = "exactly one of side, arc, plane, nodes";
   constexpr std::array kKinds{"side", "arc", "plane", "nodes"};
   Fixed fixed;
-  if (!section.present()) return fixed;  // no map, as was said
+  if (!section.present()) return fixed;  // no map, which is reported already
   fixed.components = ReadComponents(section, IsPlanar(geometry));
   const auto found =
       std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });

@@ -13,12 +13,8 @@ namespace {
 
 using Fem = FemOptions;
 
-Rule Share() {
-  return Between(Dimension::kNumber, 1e-6, 1, "> 0 (1e-6 to 1)");
-}
-
 void ReadPlanar(Section& model, ModelOptions* options) {
-  options->elements = model.Integer("elements", 3, 4000, options->elements);
+  options->elements = model.Integer("elements");
   options->order = model.OneOf<ElementOrder>("order", {{"constant", ElementOrder::kConstant},
                                                        {"linear", ElementOrder::kLinear},
                                                        {"quadratic", ElementOrder::kQuadratic}});
@@ -35,19 +31,14 @@ void ReadDamping(Section& model, Fem* fem) {
     return;
   }
   Section damping = model.Open("damping");
-  fem->damping_mass = damping.Number("mass", NotNegative(Dimension::kRate), 0.0);
-  fem->damping_stiffness = damping.Number("stiffness", NotNegative(Dimension::kTime), 0.0);
-}
-
-void ReadStep(Section& model, Fem* fem) {
-  fem->step =
-      model.Number("step", Between(Dimension::kTime, 1e-9, 1e3, "1 ns to 1000 s"), fem->step);
+  fem->damping_mass = damping.Number("mass");
+  fem->damping_stiffness = damping.Number("stiffness");
 }
 
 void ReadMotion(Section& model, Fem* fem) {
   fem->time = model.OneOf<Fem::Time>(
       "time", {{"static", Fem::Time::kStatic}, {"dynamic", Fem::Time::kDynamic}});
-  ReadStep(model, fem);
+  fem->step = model.Number("step");
   ReadDamping(model, fem);
 }
 
@@ -63,10 +54,10 @@ std::vector<OgdenTerm> ReadTerms(Section& model) {
   std::vector<OgdenTerm> terms;
   double sum = 0;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const std::array rules{Between(Dimension::kNumber, 0, 1, "a share (0 to 1)"),
-                           Between(Dimension::kNumber, -50, 50, "an exponent (-50 to 50)")};
+    const std::array rules{Rule{Dimension::kNumber, 0, 1, "a share (0 to 1)"},
+                           Rule{Dimension::kNumber, -50, 50, "an exponent (-50 to 50)"}};
     const auto term = list.Numbers(std::to_string(i), rules);
-    if (term.size() != 2) continue;  // told already
+    if (term.size() != 2) continue;  // a mistake that is reported already
     if (std::abs(term[1]) < 1e-3) list.Refuse(std::to_string(i), "an exponent that is not zero");
     terms.push_back({term[0], term[1]});
     sum += term[0];
@@ -91,8 +82,7 @@ void ReadLaw(Section& model, Fem* fem) {
   if (word == "mooney-rivlin" || word == "ogden") fem->law = Fem::Law::kOgden;
   if (word == "ogden") fem->terms = ReadTerms(model);
   if (word != "mooney-rivlin") return;
-  const double second = model.Number(
-      "second_share", Between(Dimension::kNumber, 0, 1, "a share of the shear modulus (0 to 1)"));
+  const double second = model.Number("second_share");
   fem->terms = {{1 - second, 2}, {second, -2}};
 }
 
@@ -100,11 +90,9 @@ void ReadFem(Section& model, Fem* fem) {
   ReadElement(model, fem);
   ReadLaw(model, fem);
   ReadMotion(model, fem);
-  fem->residual = model.Number("residual", Between(Dimension::kNumber, 1e-14, 0.1, "1e-14 to 0.1"),
-                               fem->residual);
-  fem->gravity_O = model.Vector3(
-      "gravity", Between(Dimension::kNumber, -1e6, 1e6, "m/s^2 (-1e6 to 1e6)"), fem->gravity_O);
-  fem->threads = model.Integer("threads", 1, 64, fem->threads);
+  fem->residual = model.Number("residual");
+  fem->gravity_O = model.Vector3("gravity");
+  fem->threads = model.Integer("threads");
 }
 
 // Of `fem-zone`: one element and one law.
@@ -123,8 +111,7 @@ void ReadContact(Section& model, const ModelKind& kind, ModelOptions* options) {
   const char* note = kind.shapes_tools || kind.name == "auto" ? "" : " with this kind";
   options->contact = model.OneOfTable<ContactLaw>("contact", std::span(kLaws).first(count), note);
   if (options->contact == ContactLaw::kFriction) {
-    options->friction =
-        model.Number("friction", Between(Dimension::kNumber, 1e-6, 100, "> 0 (1e-6 to 100)"));
+    options->friction = model.Number("friction");
   } else if (model.Has("friction")) {
     model.Refuse("friction", kind.shapes_tools ? "nothing without `contact: friction`"
                                                : "nothing with this kind: use fem-zone");
@@ -180,16 +167,16 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   } else if (kind.has_tets) {
     ReadElement(model, &options.fem);
   }
-  if (kind.takes_relaxation) ReadStep(model, &options.fem);
-  if (is_membrane && kind.takes_tension) options.modes = model.Integer("modes", 2, 40, 0);
+  if (kind.takes_relaxation) options.fem.step = model.Number("step");
+  if (is_membrane && kind.takes_tension) options.modes = model.Integer("modes");
   if (kind.takes_tension) {
-    options.prestress = model.Number("prestress", NotNegative(Dimension::kTension), 0.0);
+    options.prestress = model.Number("prestress");
   } else if (is_membrane && model.Has("prestress")) {
     model.Refuse("prestress", "nothing with this kind: use plate-large for tension at rest");
   }
   if (!is_membrane) ReadContact(model, kind, &options);
   if (kind.estimates_error || (kind.iterates && TakesSteps(options.fem))) {
-    options.deadline = model.Number("deadline", Positive(Dimension::kTime), 0.0);
+    options.deadline = model.Number("deadline");
   } else if (model.Has("deadline")) {
     model.Refuse("deadline",
                  "nothing here: use fem with element: tet4, time: static, any law but "
@@ -199,17 +186,15 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     const std::string folder = model.Text("cache", "a folder", std::string());
     if (!folder.empty()) options.cache = context.folder / folder;
   }
-  options.tolerance = model.Number("tolerance", Share(), options.tolerance);
-  options.rate = model.Number("rate", Positive(Dimension::kFrequency), options.rate);
+  options.tolerance = model.Number("tolerance");
+  options.rate = model.Number("rate");
   // Plates have ranges of their own, in thicknesses.
-  if (!is_membrane) {
-    options.range = model.Number("range", Share(), 0.10);
-  }
+  if (!is_membrane) options.range = model.Number("range");
   Section puncture = model.Open("puncture");
   const bool has_from = puncture.Has("from");
-  if (has_from) options.puncture_from = puncture.Number("from", Positive(Dimension::kLength));
+  if (has_from) options.puncture_from = puncture.Number("from");
   if (puncture.Has("depth") || !has_from) {
-    options.puncture_depth = puncture.Number("depth", Positive(Dimension::kLength));
+    options.puncture_depth = puncture.Number("depth");
   }
   return options;
 }

@@ -14,20 +14,19 @@ namespace {
 constexpr std::size_t kMostPoints = 4000;
 
 double ReadThickness(Section& section) {
-  return section.Number("thickness", Positive(Dimension::kLength));
+  return section.Number("thickness");
 }
 
 Geometry ReadPolygon(Section& geometry) {
   Section section = geometry.Open("polygon");
-  const Rule place = Any(Dimension::kLength);
   PolygonGeometry polygon;
   polygon.thickness = ReadThickness(section);
   const std::size_t mistakes_before = section.mistakes()->count();
-  polygon.outline.outer = section.Points("points", place);
+  polygon.outline.outer = section.Points("points");
   std::size_t points = polygon.outline.outer.size();
   Section holes = section.OpenList("holes");
   for (std::size_t i = 0; i < holes.size() && points <= kMostPoints; ++i) {
-    polygon.outline.holes.push_back(holes.Points(std::to_string(i), place));
+    polygon.outline.holes.push_back(holes.Points(std::to_string(i)));
     points += polygon.outline.holes.back().size();
   }
   if (section.mistakes()->count() > mistakes_before) return polygon;
@@ -43,7 +42,7 @@ Geometry ReadPolygon(Section& geometry) {
   return polygon;
 }
 
-// `contour` and `thickness` stand side by side in `geometry`.
+// `contour` and `thickness` are side by side in `geometry`.
 Geometry ReadContourGeometry(Section& geometry, const SceneContext& context) {
   constexpr const char* kAccepted = "from-image, or a CSV file of x,y";
   const std::string source = geometry.Text("contour", kAccepted);
@@ -62,18 +61,16 @@ Geometry ReadContourGeometry(Section& geometry, const SceneContext& context) {
 
 // Flat with a radius, domed with semi-axes.
 Geometry ReadMembrane(Section& geometry) {
-  const Rule size = Positive(Dimension::kLength);
   Section membrane = geometry.Open("membrane");
   if (!membrane.Has("semi_axes") && !membrane.Has("inflation")) {
-    return MembraneGeometry{membrane.Number("radius", size), ReadThickness(membrane)};
+    return MembraneGeometry{membrane.Number("radius"), ReadThickness(membrane)};
   }
   DomeGeometry dome;
   const std::size_t before = membrane.mistakes()->count();
-  const std::vector<double> axes = membrane.Numbers("semi_axes", std::array{size, size, size});
-  dome.semi_axes = {axes[0], axes[1], axes[2]};
-  dome.inflation = membrane.Number("inflation", size);
+  dome.semi_axes = membrane.Vector3("semi_axes");
+  dome.inflation = membrane.Number("inflation");
   dome.thickness = ReadThickness(membrane);
-  dome.air = membrane.Number("air", Positive(Dimension::kVolume), 0.0);
+  dome.air = membrane.Number("air");
   if (membrane.mistakes()->count() > before) return dome;
   constexpr double kLongest = 10;  // to the shortest
   if (dome.semi_axes.maxCoeff() > kLongest * dome.semi_axes.minCoeff()) {
@@ -89,30 +86,22 @@ Geometry ReadMembrane(Section& geometry) {
 }
 
 BoxGeometry ReadBox(Section& geometry) {
-  constexpr int kMostCells = 4000;
   Section section = geometry.Open("box");
-  const Rule size = Positive(Dimension::kLength);
-  const Rule count = Between(Dimension::kNumber, 1, kMostCells, "a whole number, 1 to 4000");
-  const std::array sizes{size, size, size};
-  const std::array counts{count, count, count};
   BoxGeometry box;
-  const std::vector<double> lengths = section.Numbers("size", sizes);
-  box.size = {lengths[0], lengths[1], lengths[2]};
-  const std::vector<double> cells = section.Numbers("cells", counts);
-  double total = 1;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (cells[i] != std::floor(cells[i])) section.Refuse("cells", "three whole numbers");
-    box.cells[i] = static_cast<int>(cells[i]);
-    total *= cells[i];
-  }
+  box.size = section.Vector3("size");
+  const Eigen::Vector3d cells = section.Vector3("cells");
+  if (cells != cells.array().floor().matrix()) section.Refuse("cells", "three whole numbers");
+  for (int i = 0; i < 3; ++i) box.cells[static_cast<std::size_t>(i)] = static_cast<int>(cells[i]);
   constexpr double kMostTets = 4e6;
-  if (6 * total > kMostTets) section.Refuse("cells", "cells with at most 4 million tetrahedra");
+  if (6 * cells.prod() > kMostTets)
+    section.Refuse("cells", "cells with at most 4 million tetrahedra");
   return box;
 }
 
 // One unit of the file: `mm` or `1 mm`.
 double ReadUnit(Section& geometry) {
-  const std::string accepted = "a unit such as mm, or " + AcceptedBy(Positive(Dimension::kLength));
+  const std::string accepted =
+      "a unit such as mm, or " + AcceptedUnits(Dimension::kLength) + ", > 0";
   const std::string text = geometry.Text("unit", accepted, "1 m");
   const auto bare = ParseQuantity("1 " + text, Dimension::kLength);
   const auto unit = bare ? bare : ParseQuantity(text, Dimension::kLength);
@@ -121,16 +110,14 @@ double ReadUnit(Section& geometry) {
   return 1;
 }
 
-// `mesh`, `unit` and `resolution` stand side by side in `geometry`.
+// `mesh`, `unit` and `resolution` are side by side in `geometry`.
 MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   constexpr const char* kAccepted =
       "a file that can be read: .veg .node .ele .msh, or a surface .stl .ply; other formats are "
       "converted by meshio";
   constexpr std::array kEndings{".veg", ".node", ".ele", ".msh", ".stl", ".ply"};
   const std::string name = geometry.Text("mesh", kAccepted);
-  const Rule length = Positive(Dimension::kLength);
-  MeshFileGeometry mesh{context.folder / name, ReadUnit(geometry),
-                        geometry.Number("resolution", length, 0.0)};
+  MeshFileGeometry mesh{context.folder / name, ReadUnit(geometry), geometry.Number("resolution")};
   if (name.empty()) return mesh;
   std::error_code error;
   std::string ending = mesh.file.extension().string();
@@ -151,8 +138,7 @@ std::vector<RelaxationTerm> ReadRelaxation(Section& material) {
   double left = 1;
   for (std::size_t i = 0; i < list.size(); ++i) {
     Section term = list.Open(std::to_string(i));
-    const Rule share = Between(Dimension::kNumber, 1e-6, 1 - 1e-6, "0 to 1, without both");
-    terms.push_back({term.Number("share", share), term.Number("time", Positive(Dimension::kTime))});
+    terms.push_back({term.Number("share"), term.Number("time")});
     left -= terms.back().share;
   }
   if (!list.present() || list.mistakes()->count() > before) return terms;
@@ -164,33 +150,25 @@ std::vector<RelaxationTerm> ReadRelaxation(Section& material) {
 Material ReadMaterial(Section& object) {
   Section section = object.Open("material", "a map of young_modulus, poisson_ratio, ...");
   Material material;
-  material.young_modulus = section.Number("young_modulus", Positive(Dimension::kPressure));
-  // Just above -1 the plane's stiffness is still a number.
-  material.poisson_ratio =
-      section.Number("poisson_ratio",
-                     Between(Dimension::kNumber, std::nextafter(-1.0, 0.0), 0.5, "-1 < nu <= 0.5"));
-  material.density = section.Number("density", Positive(Dimension::kDensity), 0.0);
-  material.young_modulus_tolerance =
-      section.Number("tolerance", Between(Dimension::kNumber, 0, 1, "0 to 1"), 0.0);
+  material.young_modulus = section.Number("young_modulus");
+  material.poisson_ratio = section.Number("poisson_ratio");
+  material.density = section.Number("density");
+  material.young_modulus_tolerance = section.Number("tolerance");
   material.relaxation = ReadRelaxation(section);
   return material;
 }
 
 Ball ReadBall(Section& region) {
   Section ball = region.Open("sphere");
-  const Rule place = Any(Dimension::kLength);
-  const std::vector<double> c = ball.Numbers("centre", std::array{place, place, place});
-  return {{c[0], c[1], c[2]}, ball.Number("radius", Positive(Dimension::kLength))};
+  const Eigen::Vector3d centre = ball.Vector3("centre");
+  return {centre, ball.Number("radius")};
 }
 
 Eigen::AlignedBox3d ReadRegionBox(Section& region) {
   Section box = region.Open("box");
-  const Rule place = Any(Dimension::kLength);
   const std::size_t before = box.mistakes()->count();
-  const std::vector<double> a = box.Numbers("from", std::array{place, place, place});
-  const std::vector<double> b = box.Numbers("to", std::array{place, place, place});
-  const Eigen::AlignedBox3d read(Eigen::Vector3d(a[0], a[1], a[2]),
-                                 Eigen::Vector3d(b[0], b[1], b[2]));
+  const Eigen::Vector3d from = box.Vector3("from"), to = box.Vector3("to");
+  const Eigen::AlignedBox3d read(from, to);
   const bool is_mistaken = box.mistakes()->count() > before;
   if (!is_mistaken && !((read.sizes().array() > 0).all())) {
     box.Refuse("to", "more than `from` in every component");
@@ -202,9 +180,8 @@ Eigen::AlignedBox3d ReadLayer(Section& region) {
   Section layer = region.Open("layer");
   if (layer.present() && !layer.Has("axis")) layer.Refuse("axis", "x, y or z");
   const int axis = layer.OneOf<int>("axis", {{"x", 0}, {"y", 1}, {"z", 2}});
-  const Rule place = Any(Dimension::kLength);
   const std::size_t before = layer.mistakes()->count();
-  const double from = layer.Number("from", place), to = layer.Number("to", place);
+  const double from = layer.Number("from"), to = layer.Number("to");
   if (layer.mistakes()->count() == before && !(from < to)) layer.Refuse("to", "more than `from`");
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(-kLargest), upper = -lower;
   lower[axis] = from;
@@ -215,9 +192,9 @@ Eigen::AlignedBox3d ReadLayer(Section& region) {
 Region ReadRegion(Section& section) {
   constexpr std::array kKinds{"sphere", "box", "layer"};
   Region region;
-  if (!section.present()) return region;  // no map, as was said
+  if (!section.present()) return region;  // no map, which is reported already
   region.line = section.node()->is_override ? 0 : section.node()->line;
-  region.young_modulus = section.Number("young_modulus", Positive(Dimension::kPressure));
+  region.young_modulus = section.Number("young_modulus");
   const auto found =
       std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });
   if (found != 1) {
@@ -257,18 +234,17 @@ Geometry ReadGeometry(Section& object, const SceneContext& context) {
     if (found > 1 || section.size() == 0) object.Refuse("geometry", kOneOf);
     return RectangleGeometry{};
   }
-  const Rule size = Positive(Dimension::kLength);
   if (section.Has("membrane")) return ReadMembrane(section);
   if (section.Has("box")) return ReadBox(section);
   if (section.Has("mesh")) return ReadMeshFile(section, context);
   if (section.Has("disc")) {
     Section disc = section.Open("disc");
-    return DiscGeometry{disc.Number("radius", size), ReadThickness(disc)};
+    return DiscGeometry{disc.Number("radius"), ReadThickness(disc)};
   }
   if (section.Has("polygon")) return ReadPolygon(section);
   if (section.Has("contour")) return ReadContourGeometry(section, context);
   Section rectangle = section.Open("rectangle");
-  return RectangleGeometry{rectangle.Number("width", size), rectangle.Number("height", size),
+  return RectangleGeometry{rectangle.Number("width"), rectangle.Number("height"),
                            ReadThickness(rectangle)};
 }
 

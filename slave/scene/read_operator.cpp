@@ -1,6 +1,5 @@
-// The hand's side of a scene, the tool it moves, and the simulated world.
+// Operator, manipulator, tool, link, simulated environment and study of a scene.
 #include <cmath>
-#include <limits>
 
 #include "slave/scene/sections.h"
 
@@ -36,7 +35,7 @@ ManipulatorOptions DefaultManipulator(const Object& object, const std::optional<
 }
 
 // The axis along which `home` lies farthest outside the box, towards the box. Without a box only
-// the picture will tell: zero.
+// the image determines it: zero.
 Eigen::Vector2d TowardsBox(const std::optional<BoundingBox>& box, const Eigen::Vector3d& home) {
   if (!box) return {0, 0};
   const Eigen::Vector2d below = (box->lower - home).head<2>();  // > 0: home lies left of / under it
@@ -49,14 +48,10 @@ Eigen::Vector2d TowardsBox(const std::optional<BoundingBox>& box, const Eigen::V
 }
 
 void ReadGuards(Section& section, ManipulatorOptions* options) {
-  const auto guard = [&](const char* key, Dimension dimension, double* limit) {
-    if (section.Has(key)) *limit = section.Number(key, Positive(dimension));
-  };
-  guard("force_guard", Dimension::kForce, &options->force_guard);
-  guard("depth_guard", Dimension::kLength, &options->depth_guard);
+  options->force_guard = section.Number("force_guard", options->force_guard);
+  options->depth_guard = section.Number("depth_guard", options->depth_guard);
   options->guard_retracts = section.OneOf<bool>("guard", {{"hold", false}, {"retract", true}});
-  options->blind_after =
-      section.Number("blind_after", Positive(Dimension::kTime), options->blind_after);
+  options->blind_after = section.Number("blind_after");
 }
 
 void ReadArm(Section& section, ManipulatorOptions* options) {
@@ -64,8 +59,7 @@ void ReadArm(Section& section, ManipulatorOptions* options) {
   options->source = section.OneOf<Source>(
       "source", {{"simulated", Source::kSimulated}, {"stream", Source::kStream}});
   if (section.Has("silence")) {
-    options->silence = section.Number(
-        "silence", Between(Dimension::kTime, 0.01, 0.1, "10 to 100 ms"), options->silence);
+    options->silence = section.Number("silence");
     if (options->source != Source::kStream) {
       section.Refuse("silence", "nothing here: it applies to `source: stream` only");
     }
@@ -75,7 +69,6 @@ void ReadArm(Section& section, ManipulatorOptions* options) {
 }  // namespace
 
 OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& box) {
-  const auto depth_rule = Positive(Dimension::kLength);
   OperatorOptions options;
   if (box) {
     options.press_depth = kPressDepth * box->larger_side();
@@ -83,24 +76,21 @@ OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& b
   }
   Section section = scene.Open("operator");
   TeleopTransform& transform = options.transform;
-  transform.position_scale = section.Number("position_scale", Positive(Dimension::kNumber), 1.0);
-  transform.force_scale = section.Number("force_scale", Positive(Dimension::kNumber), 1.0);
-  options.force_limit =
-      section.Number("force_limit", Positive(Dimension::kForce), options.force_limit);
-  transform.R_SM = FixedAxesRotation(section.Vector3("rotation", Angle(), Eigen::Vector3d::Zero()));
+  transform.position_scale = section.Number("position_scale");
+  transform.force_scale = section.Number("force_scale");
+  options.force_limit = section.Number("force_limit");
+  transform.R_SM = FixedAxesRotation(section.Vector3("rotation"));
   Section press = section.Open("press");
   options.press_told = press.Has("depth");
-  options.press_depth = press.Number("depth", depth_rule, options.press_depth);
-  options.press_speed = press.Number("speed", Positive(Dimension::kSpeed), options.press_speed);
+  options.press_depth = press.Number("depth", options.press_depth);
+  options.press_speed = press.Number("speed", options.press_speed);
   return options;
 }
 
 LinkOptions ReadLink(Section& scene) {
   LinkOptions options;
   Section section = scene.Open("link");
-  options.dead_after = section.Number(
-      "dead_after", Between(Dimension::kTime, kLeastDeadAfter, kMostDeadAfter, "10 to 500 ms"),
-      options.dead_after);
+  options.dead_after = section.Number("dead_after");
   return options;
 }
 
@@ -117,12 +107,11 @@ void PlaceFingers(const std::optional<BoundingBox>& box, Tactile* tactile) {
 ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
                                    const std::optional<BoundingBox>& box, double press_speed,
                                    const std::optional<Eigen::Vector3d>& pad) {
-  const Rule place = Any(Dimension::kLength);
   ManipulatorOptions options = DefaultManipulator(object, box, press_speed);
   Section section = scene.Open("manipulator");
   ReadArm(section, &options);
   if (!pad) {
-    options.home = section.Vector3("home", place, options.home);
+    options.home = section.Vector3("home", options.home);
   } else {
     options.home = *pad;
     options.workspace_min = options.workspace_min.cwiseMin(*pad);
@@ -131,13 +120,12 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
       section.Refuse("home", "nothing here: home is the pad of the first finger, from its pose");
     }
   }
-  options.max_speed = section.Number("max_speed", Positive(Dimension::kSpeed), options.max_speed);
-  options.max_angular_speed = section.Number(
-      "max_angular_speed", Positive(Dimension::kAngularSpeed), options.max_angular_speed);
+  options.max_speed = section.Number("max_speed", options.max_speed);
+  options.max_angular_speed = section.Number("max_angular_speed");
   ReadGuards(section, &options);
   Section workspace = section.Open("workspace");
-  options.workspace_min = workspace.Vector3("min", place, options.workspace_min);
-  options.workspace_max = workspace.Vector3("max", place, options.workspace_max);
+  options.workspace_min = workspace.Vector3("min", options.workspace_min);
+  options.workspace_max = workspace.Vector3("max", options.workspace_max);
   if ((options.workspace_min.array() > options.workspace_max.array()).any()) {
     workspace.Refuse("max", "a corner with no coordinate below that of workspace.min");
   } else if ((options.home.array() < options.workspace_min.array()).any() ||
@@ -153,12 +141,11 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
 
 namespace {
 
-// Tools other than flat ones are told by width, radius or both; one is twice the other unless both
-// stand.
+// Tools other than flat ones have a width, a radius or both. One follows from the other.
 void ReadEnd(Section& section, const Rule& width, Tool* tool) {
   if (tool->shape == Tool::Shape::kCapsule) {
-    tool->length = section.Number("length", Positive(Dimension::kLength));
-    tool->axis_O = section.Vector3("axis", Any(Dimension::kNumber), tool->axis_O);
+    tool->length = section.Number("length");
+    tool->axis_O = section.Vector3("axis");
     if (!(tool->axis_O.norm() > kSmallest)) section.Refuse("axis", "a vector other than [0, 0, 0]");
     tool->axis_O.stableNormalize();
   } else {
@@ -168,15 +155,15 @@ void ReadEnd(Section& section, const Rule& width, Tool* tool) {
   }
   if (tool->shape == Tool::Shape::kFlat) {
     if (section.Has("radius")) section.Refuse("radius", "nothing with a flat tool");
-    tool->width = section.Number("width", width);
+    tool->width = section.NumberWithin("width", width);
     return;
   }
   std::optional<double> across;
   if (section.Has("radius")) {
-    tool->radius = section.Number("radius", Positive(Dimension::kLength));
+    tool->radius = section.Number("radius");
     across = 2 * tool->radius;
   }
-  tool->width = section.Number("width", width, across);
+  tool->width = section.NumberWithin("width", width, across);
   if (!across) tool->radius = tool->width / 2;
   if (tool->radius < tool->width / 2) section.Refuse("radius", "at least half of tool.width");
 }
@@ -193,7 +180,7 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
                                                     {"capsule", Tool::Shape::kCapsule}});
   ReadEnd(section, width, &tool);
   const Eigen::Vector2d usual = TowardsBox(box, home);
-  const Eigen::Vector2d direction = section.Vector2("direction", Any(Dimension::kNumber), usual);
+  const Eigen::Vector2d direction = section.Vector2("direction", usual);
   if (direction.norm() < kSmallest && !usual.isZero(0))
     section.Refuse("direction", "a direction [x, y] other than [0, 0]");
   tool.direction = direction.stableNormalized();
@@ -208,20 +195,17 @@ Tool UsualTool(const BoundingBox& box) {
 namespace {
 
 EmbryoSite ReadEmbryo(Section& section) {
-  const Rule length = Positive(Dimension::kLength);
   EmbryoSite embryo;
-  if (section.Has("radius")) embryo.radius = section.Number("radius", length);
-  embryo.linear_to = section.Number("linear_to", length, embryo.linear_to);
-  embryo.stiffening = section.Number("stiffening", Between(Dimension::kNumber, 0, 10, "0 to 10"),
-                                     embryo.stiffening);
-  embryo.puncture = section.Vector2("puncture", length, embryo.puncture);
+  embryo.radius = section.Number("radius");
+  embryo.linear_to = section.Number("linear_to");
+  embryo.stiffening = section.Number("stiffening");
+  embryo.puncture = section.Vector2("puncture");
   if (embryo.puncture[0] > embryo.puncture[1]) {
     section.Refuse("puncture", "two depths, the smaller one first");
   }
-  embryo.drag = section.Number("drag", NotNegative(Dimension::kNumber), embryo.drag);
-  embryo.debris = section.Integer("debris", 0, 1000, embryo.debris);
-  embryo.defocus =
-      section.Number("defocus", Between(Dimension::kPixels, 0, 20, "0 to 20"), embryo.defocus);
+  embryo.drag = section.Number("drag");
+  embryo.debris = section.Integer("debris");
+  embryo.defocus = section.Number("defocus");
   return embryo;
 }
 
@@ -230,22 +214,18 @@ EmbryoSite ReadEmbryo(Section& section) {
 SiteOptions ReadSite(Section& scene) {
   Section section = scene.Open("site");
   SiteOptions site;
-  const Rule share = Between(Dimension::kNumber, 0, 1, "0 to 1");
-  site.seed = static_cast<std::uint32_t>(
-      section.Integer("seed", 0, std::numeric_limits<int>::max(), static_cast<int>(site.seed)));
-  site.noise = section.Number("noise", Between(Dimension::kNumber, 0, 255, "0 to 255 grey levels"),
-                              site.noise);
-  site.blur = section.Number("blur", Between(Dimension::kPixels, 0, 100, "0 to 100"), site.blur);
-  site.lighting = section.Number("lighting", share, site.lighting);
-  site.flicker = section.Number("flicker", share, site.flicker);
-  site.pace =
-      section.Number("pace", Between(Dimension::kNumber, 1e-3, 1e3, "0.001 to 1000"), site.pace);
-  site.lamp = section.Number("lamp", Between(Dimension::kTime, 0, 3600, "0 to 1 hour"), site.lamp);
-  site.misplacement = section.Vector2("misplacement", Any(Dimension::kLength), site.misplacement);
+  site.seed = static_cast<std::uint32_t>(section.Integer("seed"));
+  site.noise = section.Number("noise");
+  site.blur = section.Number("blur");
+  site.lighting = section.Number("lighting");
+  site.flicker = section.Number("flicker");
+  site.pace = section.Number("pace");
+  site.lamp = section.Number("lamp");
+  site.misplacement = section.Vector2("misplacement");
   Section motion = section.Open("motion");
   if (motion.present()) {
-    site.motion.amplitude = motion.Vector2("amplitude", Any(Dimension::kLength));
-    site.motion.period = motion.Number("period", Positive(Dimension::kTime), site.motion.period);
+    site.motion.amplitude = motion.Vector2("amplitude");
+    site.motion.period = motion.Number("period");
   }
   Section embryo = section.Open("embryo");
   if (embryo.present()) site.embryo = ReadEmbryo(embryo);
@@ -262,8 +242,7 @@ std::vector<Eigen::Vector3d> ReadStudyContacts(Section& scene) {
   if (!list.present()) return places;
   if (list.size() == 0 || list.size() > kMost) study.Refuse("contacts", kAccepted);
   for (std::size_t i = 0; i < list.size(); ++i) {
-    places.push_back(
-        list.Vector3(std::to_string(i), Any(Dimension::kLength), Eigen::Vector3d::Zero()));
+    places.push_back(list.Vector3(std::to_string(i)));
   }
   return places;
 }

@@ -21,9 +21,9 @@ const MembraneGeometry* MembraneOf(const Object& object) {
   return std::get_if<MembraneGeometry>(&object.geometry);
 }
 
-Track ReadTrack(Section& points, const Object& object, const StereoOrDepth& eyes) {
+Track ReadTrack(Section& points, const Object& object, const StereoOrDepth& cameras) {
   using Choice = Section::Choice<Track>;
-  const auto* pair = std::get_if<StereoCameras>(&eyes);
+  const auto* pair = std::get_if<StereoCameras>(&cameras);
   const bool is_simulated = pair != nullptr && pair->source == StereoCameras::Source::kSimulated;
   const bool has_array = MembraneOf(object) != nullptr || points.Has("layout");
   const Track fallback = pair == nullptr ? Track::kSurface
@@ -103,9 +103,9 @@ std::vector<Vector2d> ReadLayout(Section& points, const SceneContext& context,
 // The distance between neighbours; 0 after a mistake.
 double ReadArray(Section& points, const Object& object, PointTracking* tracking) {
   const std::size_t before = points.mistakes()->count();
-  tracking->count = points.Integer("count", kFewestDots, kMostDots, tracking->count);
-  tracking->spacing = points.Vector2("spacing", Positive(Dimension::kLength),
-                                     DefaultSpacing(object, tracking->count));
+  tracking->count = points.IntegerWithin("count", {Dimension::kNumber, kFewestDots, kMostDots, ""},
+                                         tracking->count);
+  tracking->spacing = points.Vector2("spacing", DefaultSpacing(object, tracking->count));
   if (points.mistakes()->count() > before) return 0;
   if (tracking->spacing.maxCoeff() >= 1e3 * tracking->spacing.minCoeff()) {
     points.Refuse("spacing", "two lengths, less than 1000 to 1");
@@ -127,7 +127,7 @@ void ReadDots(Section& points, const SceneContext& context, const Object& object
   }
   const double usual = apart > 0 ? kRadiusPerSpacing * apart : tracking->dot_radius;
   const std::size_t before = points.mistakes()->count();
-  const double radius = points.Number("radius", Positive(Dimension::kLength), usual);
+  const double radius = points.Number("radius", usual);
   tracking->dot_radius = radius;
   if (apart == 0 || points.mistakes()->count() > before) return;
   const bool has_layout = !places.empty();
@@ -150,15 +150,16 @@ void ReadDots(Section& points, const SceneContext& context, const Object& object
 }
 
 void ReadWindows(Section& points, const std::array<int, 2>& size, PointTracking* tracking) {
-  tracking->window = points.Integer("window", 9, 255, tracking->window, Dimension::kPixels);
+  tracking->window = points.Integer("window");
   if (tracking->window % 2 == 0) points.Refuse("window", "an odd number of pixels, 9 to 255");
   if (!points.Has("at")) {
-    tracking->count = points.Integer("count", 1, kMostWindows, tracking->count);
+    tracking->count =
+        points.IntegerWithin("count", {Dimension::kNumber, 1, kMostWindows, ""}, tracking->count);
     return;
   }
   if (points.Has("count")) points.Refuse("count", "nothing with `at`, which lists each window");
   const std::size_t before = points.mistakes()->count();
-  tracking->at = points.Points("at", Between(Dimension::kPixels, 0, kLargestPicture, "0 to 16384"));
+  tracking->at = points.Points("at");
   tracking->count = static_cast<int>(tracking->at.size());
   if (tracking->at.empty() || tracking->at.size() > kMostWindows) {
     points.Refuse("at", "1 to 10000 positions [u, v] in the first left image");
@@ -175,20 +176,18 @@ void ReadWindows(Section& points, const std::array<int, 2>& size, PointTracking*
 
 }  // namespace
 
-PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const StereoOrDepth& eyes) {
+PointTracking ReadPoints(Section& sense, const SenseSetting& setting,
+                         const StereoOrDepth& cameras) {
   const Object& object = setting.object;
   Section points = sense.Open("points");
   PointTracking tracking;
-  tracking.track = ReadTrack(points, object, eyes);
+  tracking.track = ReadTrack(points, object, cameras);
   if (tracking.track == Track::kDots) ReadDots(points, setting.context, object, &tracking);
   if (tracking.track == Track::kTexture) {
-    const auto* pair = std::get_if<StereoCameras>(&eyes);
+    const auto* pair = std::get_if<StereoCameras>(&cameras);
     ReadWindows(points, pair != nullptr ? pair->size : std::array{0, 0}, &tracking);
   }
-  if (tracking.track != Track::kSurface) {
-    tracking.sigma = points.Number(
-        "sigma", Between(Dimension::kPixels, 1e-3, 100, "> 0 (0.001 to 100)"), tracking.sigma);
-  }
+  if (tracking.track != Track::kSurface) tracking.sigma = points.Number("sigma");
   return tracking;
 }
 

@@ -23,11 +23,8 @@ struct PoseParts {
 };
 
 PoseParts ReadParts(Section& pose, const Eigen::Isometry3d& fallback) {
-  constexpr double kFarthest = 1e3;  // [m]
-  return {pose.Vector3("translation",
-                       Between(Dimension::kLength, -kFarthest, kFarthest, "-1 km to 1 km"),
-                       fallback.translation()),
-          pose.Vector3("rotation", Angle(), Eigen::Vector3d::Zero())};
+  return {pose.Vector3("translation", Eigen::Vector3d(fallback.translation())),
+          pose.Vector3("rotation")};
 }
 
 Eigen::Isometry3d PoseOf(const PoseParts& parts) {

@@ -54,7 +54,7 @@ void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
     ReadFiles(section, context, camera);
   } else if (section.Has("device")) {
     camera->source = Camera::Source::kDevice;
-    camera->device = section.Integer("device", 0, 1000);
+    camera->device = section.Integer("device");
   } else if (section.Has("url")) {
     camera->source = Camera::Source::kUrl;
     camera->pattern = ReadAddress(section);
@@ -64,7 +64,7 @@ void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
   }
 }
 
-// What stands there when the scene does not say it: of files and videos it comes with the pictures.
+// Size without the key. Files and videos have that of their images.
 std::array<int, 2> DefaultSize(const Camera& camera) {
   const bool comes_with_pictures =
       camera.source != Camera::Source::kSimulated && camera.source != Camera::Source::kDevice;
@@ -78,11 +78,9 @@ std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
   if (!section.present()) return std::nullopt;
   Camera camera;
   ReadSource(section, context, &camera);
-  camera.rate = section.Number(
-      "rate", Between(Dimension::kFrequency, 1e-3, 1e5, "> 0 (1e-3 to 1e5)"), camera.rate);
+  camera.rate = section.Number("rate");
   camera.size = ReadSize(section, DefaultSize(camera));
-  const Rule pixel = Positive(Dimension::kLength);
-  camera.pixel = is_needed ? section.Number("pixel", pixel) : section.Number("pixel", pixel, 0.0);
+  camera.pixel = section.Number("pixel", is_needed ? std::nullopt : std::optional(0.0));
   camera.X_SC = ReadPlanarPose(section, X_SC);
   camera.lens = ReadExistingFile(section, "intrinsics", context);
   return camera;
@@ -96,18 +94,15 @@ std::optional<TipTracking> ReadTip(Section& sense, const SceneContext& context) 
   section.OneOf<int>("track", {{"template", 0}}, " in this version");
   tip.template_file = ReadExistingFile(section, "template", context);
   if (section.Has("anchor")) {
-    tip.anchor = section.Vector2("anchor", Between(Dimension::kPixels, -kLargestPicture,
-                                                   kLargestPicture, "-16384 to 16384"));
+    tip.anchor = section.Vector2("anchor");
   }
-  tip.roi = section.Integer("roi", 8, kLargestPicture, tip.roi, Dimension::kPixels);
-  tip.min_score =
-      section.Number("min_score", Between(Dimension::kNumber, 0, 1, "0 to 1"), tip.min_score);
+  tip.roi = section.Integer("roi");
+  tip.min_score = section.Number("min_score");
   return tip;
 }
 
 void ReadStart(Section& section, ContourTracking* contour) {
   constexpr const char* kStart = "auto, {circle: {centre, radius}} or {polygon: [[x, y], ...]}";
-  const Rule px = Between(Dimension::kPixels, -kLargestPicture, kLargestPicture, "-16384 to 16384");
   const DocumentNode* node = section.Has("start") ? section.node()->Find("start") : nullptr;
   if (node == nullptr || node->text == "auto") return;
   if (node->kind != DocumentNode::Kind::kMap) return section.Refuse("start", kStart);
@@ -117,13 +112,11 @@ void ReadStart(Section& section, ContourTracking* contour) {
   if (has_circle == has_polygon) return section.Refuse("start", kStart);
   if (has_circle) {
     Section circle = start.Open("circle");
-    const Eigen::Vector2d centre = circle.Vector2("centre", px);
-    contour->start = ContourTracking::Circle{
-        centre,
-        circle.Number("radius", Between(Dimension::kPixels, 1, kLargestPicture, "1 to 16384"))};
+    const Eigen::Vector2d centre = circle.Vector2("centre");
+    contour->start = ContourTracking::Circle{centre, circle.Number("radius")};
     return;
   }
-  ContourTracking::Polygon polygon{start.Points("polygon", px)};
+  ContourTracking::Polygon polygon{start.Points("polygon")};
   if (polygon.points.size() < 3) start.Refuse("polygon", "three points [x, y] or more");
   contour->start = std::move(polygon);
 }
@@ -131,28 +124,25 @@ void ReadStart(Section& section, ContourTracking* contour) {
 std::optional<ContourTracking> ReadContour(Section& sense) {
   Section section = sense.Open("contour");
   if (!section.present()) return std::nullopt;
-  const Rule weight = Between(Dimension::kNumber, 0, 1e6, "0 to 1e6");
   ContourTracking contour;
   section.OneOf<int>("track", {{"snake", 0}}, " in this version");
-  contour.control_points = section.Integer("control_points", 8, 1000, contour.control_points);
-  contour.alpha = section.Number("alpha", weight, contour.alpha);
-  contour.beta = section.Number("beta", weight, contour.beta);
-  contour.gamma = section.Number("gamma", weight, contour.gamma);
+  contour.control_points = section.Integer("control_points");
+  contour.alpha = section.Number("alpha");
+  contour.beta = section.Number("beta");
+  contour.gamma = section.Number("gamma");
   ReadStart(section, &contour);
   return contour;
 }
 
-// Where the virtual or real depth camera stands must be said: nothing of the scene tells it.
+// The pose of the depth camera is required: nothing else in the scene determines it.
 std::optional<DepthCamera> ReadDepthCamera(Section& sense) {
   Section section = sense.Open("depth_camera");
   if (!section.present()) return std::nullopt;
   DepthCamera camera;
   camera.X_SD = ReadKnownPose(section);
   camera.size = ReadSize(section, camera.size);
-  camera.focal =
-      section.Number("focal", Between(Dimension::kPixels, 1, 1e6, "1 to 1e6"), camera.focal);
-  camera.noise =
-      section.Number("noise", Between(Dimension::kLength, 0, 1, "0 to 1 m"), camera.noise);
+  camera.focal = section.Number("focal");
+  camera.noise = section.Number("noise");
   return camera;
 }
 
@@ -181,8 +171,8 @@ std::optional<SenseChoice> ReadOneCamera(Section& sense, const SenseSetting& set
   return options;
 }
 
-// The ways of feeling, each read by its own function, nullopt if the scene does not name it; a
-// scene feels in the first of them that it names.
+// One reader for each kind of sensing; nullopt: the scene does not have it. The first kind that the
+// scene has is used.
 constexpr std::array kSenseReaders{
     &ReadFingertips,
     &ReadStereoOrDepth,
@@ -193,8 +183,7 @@ constexpr std::array kSenseReaders{
 
 std::array<int, 2> ReadSize(Section& section, const std::array<int, 2>& fallback) {
   if (!section.Has("size")) return fallback;
-  const Rule edge = Between(Dimension::kPixels, 16, kLargestPicture, "16 to 16384, whole");
-  const Eigen::Vector2d size = section.Vector2("size", edge);
+  const Eigen::Vector2d size = section.Vector2("size", Eigen::Vector2d(0, 0));
   if (size != size.array().floor().matrix()) section.Refuse("size", "whole numbers of pixels");
   return {static_cast<int>(size.x()), static_cast<int>(size.y())};
 }
@@ -271,9 +260,9 @@ SenseOptions ReadSense(Section& scene, const SenseSetting& setting) {
       "sense", is_needed ? "a map of camera, tip, contour, of camera, points, or of tactile" : "");
   SenseOptions sense;
   for (const auto read : kSenseReaders) {
-    auto way = read(section, setting);
-    if (!way) continue;
-    sense.Set(std::move(*way));
+    auto choice = read(section, setting);
+    if (!choice) continue;
+    sense.Set(std::move(*choice));
     break;
   }
   sense.depth_camera = ReadDepthCamera(section);

@@ -11,10 +11,7 @@ namespace {
 
 constexpr double kDistance = 0.25;  // of a simulated pair from the object [m]: paper C, 5.1
 
-constexpr Rule kRate = Between(Dimension::kFrequency, 1e-3, 1e5, "> 0 (1e-3 to 1e5)");
-constexpr Rule kFocal = Between(Dimension::kPixels, 1, 1e6, "1 to 1e6");
-
-// The left one of two cameras that stand inside, side by side along x of O, and look at O's origin.
+// The left one of two cameras inside, side by side along x of O, that look at O's origin.
 Eigen::Isometry3d LeftOfPair(const Eigen::Isometry3d& X_SO, double baseline) {
   const double vergence = std::atan2(0.5 * baseline, kDistance);
   return X_SO * Eigen::Translation3d(-0.5 * baseline, 0, -kDistance) *
@@ -30,9 +27,8 @@ StereoCameras ReadSimulated(Section& camera, const Object& object) {
     camera.Refuse("size", "[width, height], 16 to 8192 px each with a simulated pair");
   }
   Section section = camera.Open("pair");
-  pair.focal = section.Number("focal", kFocal, pair.focal);
-  pair.baseline = section.Number(
-      "baseline", Between(Dimension::kLength, 1e-6, 1e3, "> 0 (1 um to 1 km)"), pair.baseline);
+  pair.focal = section.Number("focal");
+  pair.baseline = section.Number("baseline");
   pair.X_SL = ReadPose(camera, LeftOfPair(object.X_SO, pair.baseline));
   return pair;
 }
@@ -82,45 +78,45 @@ std::string ReadDepthPipeline(Section& section) {
 }
 
 // One of `device`, `file`, `url`, of depth `openni` or `url`, below `section`; refused where none
-// or several stand there.
-Eye ReadEye(Section& section, const SceneContext& context, bool is_depth) {
+// or several are given.
+Eye ReadCameraSource(Section& section, const SceneContext& context, bool is_depth) {
   constexpr std::array kKeys{"device", "file", "url", "openni"};
   const auto has = [&](const char* key) { return section.Has(key); };
   const auto named = std::ranges::count_if(kKeys, has);
   const bool is_wrong_kind = is_depth ? has("device") || has("file") : has("openni");
-  Eye eye;
+  Eye source;
   if (named != 1 || is_wrong_kind) {
     const auto key = std::ranges::find_if(kKeys, has);
     section.Refuse(key == kKeys.end() ? "device" : *key,
                    is_depth ? "exactly one of `openni: NUMBER` and `url`, a GStreamer pipeline"
                             : "exactly one of `device: NUMBER`, `file` (a video) and `url`");
   } else if (section.Has("url")) {
-    eye = {Eye::Kind::kUrl, 0, is_depth ? ReadDepthPipeline(section) : ReadAddress(section)};
+    source = {Eye::Kind::kUrl, 0, is_depth ? ReadDepthPipeline(section) : ReadAddress(section)};
   } else if (section.Has("file")) {
-    eye = {Eye::Kind::kVideo, 0, ReadExistingFile(section, "file", context).string()};
+    source = {Eye::Kind::kVideo, 0, ReadExistingFile(section, "file", context).string()};
   } else {
     const bool is_openni = section.Has("openni");
-    eye.kind = is_openni ? Eye::Kind::kOpenNi : Eye::Kind::kDevice;
-    eye.device = section.Integer(is_openni ? "openni" : "device", 0, 1000);
+    source.kind = is_openni ? Eye::Kind::kOpenNi : Eye::Kind::kDevice;
+    source.device = section.Integer(is_openni ? "openni" : "device");
   }
-  return eye;
+  return source;
 }
 
 bool IsSame(const Eye& a, const Eye& b) {
   return a.kind == b.kind && a.device == b.device && a.address == b.address;
 }
 
-// Two eyes, or one with both pictures side by side.
+// Two cameras, or one with both pictures side by side.
 void ReadCamerasOfPair(Section& section, const SceneContext& context, StereoCameras* pair) {
   pair->source = StereoCameras::Source::kEyes;
   if (!section.Has("layout")) {
     for (const char* key : {"left", "right"}) {
-      Section eye = section.Open(key, "a map of `device: NUMBER`, `file` (a video) or `url`");
-      if (eye.present()) pair->eyes.push_back(ReadEye(eye, context, false));
+      Section one = section.Open(key, "a map of `device: NUMBER`, `file` (a video) or `url`");
+      if (one.present()) pair->eyes.push_back(ReadCameraSource(one, context, false));
     }
-    const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
-    const auto films = std::ranges::count_if(pair->eyes, is_film);
-    if (films == 1) section.Refuse("left", "two videos, or two cameras or streams");
+    const auto is_video = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
+    const auto videos = std::ranges::count_if(pair->eyes, is_video);
+    if (videos == 1) section.Refuse("left", "two videos, or two cameras or streams");
     if (pair->eyes.size() == 2 && IsSame(pair->eyes[0], pair->eyes[1])) {
       section.Refuse(
           "right", "another camera than `left`; for both in one image use `layout: side-by-side`");
@@ -128,7 +124,7 @@ void ReadCamerasOfPair(Section& section, const SceneContext& context, StereoCame
     return;
   }
   section.OneOf<int>("layout", {{"side-by-side", 0}});
-  pair->eyes.push_back(ReadEye(section, context, false));
+  pair->eyes.push_back(ReadCameraSource(section, context, false));
 }
 
 void ReadPairSource(Section& section, const SceneContext& context, StereoCameras* pair) {
@@ -144,8 +140,7 @@ void ReadPairSource(Section& section, const SceneContext& context, StereoCameras
     pair->right = ReadPictures(section, "right", context);
   }
   if (!section.Has("sync")) return;
-  pair->sync =
-      section.Number("sync", Between(Dimension::kTime, 1e-6, 1, "> 0 (1 us to 1 s)"), pair->sync);
+  pair->sync = section.Number("sync");
   if (!is_live) section.Refuse("sync", "nothing with files, because their names pair them");
 }
 
@@ -179,22 +174,19 @@ void ReadDepthSource(Section& camera, const SceneContext& context, DepthPictures
     depth->source = DepthPictures::Source::kStream;
   } else {
     depth->source = DepthPictures::Source::kEye;
-    depth->eye = ReadEye(section, context, true);
+    depth->eye = ReadCameraSource(section, context, true);
   }
 }
 
 DepthPictures ReadDepthPictures(Section& camera, const SceneContext& context) {
-  const Rule centre = Between(Dimension::kPixels, -1e6, 1e6, "-1e6 to 1e6");
   DepthPictures depth;
   ReadDepthSource(camera, context, &depth);
-  depth.unit = camera.Number(
-      "unit", Between(Dimension::kLength, 1e-9, 1, "> 0 (1 nm to 1 m), of one count"), depth.unit);
-  depth.fx = camera.Number("fx", kFocal);
-  depth.fy = camera.Number("fy", kFocal);
-  depth.cx = camera.Number("cx", centre);
-  depth.cy = camera.Number("cy", centre);
-  depth.sigma = camera.Number("sigma", Between(Dimension::kLength, 1e-9, 1, "> 0 (1 nm to 1 m)"),
-                              depth.sigma);
+  depth.unit = camera.Number("unit");
+  depth.fx = camera.Number("fx");
+  depth.fy = camera.Number("fy");
+  depth.cx = camera.Number("cx");
+  depth.cy = camera.Number("cy");
+  depth.sigma = camera.Number("sigma");
   depth.X_SD =
       context.use == SceneUse::kFull ? ReadKnownPose(camera) : ReadPose(camera, depth.X_SD);
   return depth;
@@ -231,7 +223,7 @@ std::optional<SenseChoice> ReadStereoOrDepth(Section& sense, const SenseSetting&
     sense.Has("points");
     return std::nullopt;
   }
-  const double rate = camera.Number("rate", kRate, StereoCameras().rate);
+  const double rate = camera.Number("rate", StereoCameras().rate);
   if (camera.Has("pixel")) {
     camera.Refuse("pixel", "nothing here: the focal length defines the scale");
   }

@@ -116,25 +116,20 @@ Finger ReadOnlyFinger(Section& tactile) {
   return finger;
 }
 
-// Refuses a percentage, which has no meaning for a count.
-void RefusePercent(Section& section, std::string_view key, const Rule& counts) {
-  const DocumentNode* node = section.Has(key) ? section.node()->Find(key) : nullptr;
+// A percentage has no meaning for a count.
+void RefusePercentOfCounts(Section& section) {
+  const DocumentNode* node = section.Has("threshold") ? section.node()->Find("threshold") : nullptr;
   if (node == nullptr || !node->text.ends_with('%')) return;
-  section.Refuse(key, "a plain number, " + std::string(counts.range));
+  section.Refuse("threshold", "a plain number of counts");
 }
 
 void ReadMeasures(Section& section, Tactile* tactile) {
-  const Rule counts = Between(Dimension::kNumber, 1e-6, 200, "> 0 counts (1e-6 to 200)");
-  tactile->rate = section.Number("rate", Between(Dimension::kFrequency, 1, 1e4, "1 Hz to 10 kHz"),
-                                 tactile->rate);
-  tactile->threshold = section.Number("threshold", counts, tactile->threshold);
-  RefusePercent(section, "threshold", counts);
-  tactile->finger_radius = section.Number(
-      "radius", Between(Dimension::kLength, 1e-3, 0.05, "1 mm to 50 mm"), tactile->finger_radius);
-  tactile->pose_tolerance = section.Number(
-      "pose_tolerance", Between(Dimension::kAngle, 0, 0.5, "0 to 28 deg"), tactile->pose_tolerance);
-  tactile->patch =
-      section.Number("patch", Between(Dimension::kLength, 0, 1, "0 to 1 m"), tactile->patch);
+  tactile->rate = section.Number("rate");
+  tactile->threshold = section.Number("threshold");
+  RefusePercentOfCounts(section);
+  tactile->finger_radius = section.Number("radius");
+  tactile->pose_tolerance = section.Number("pose_tolerance");
+  tactile->patch = section.Number("patch");
 }
 
 void ReadWays(Section& section, Tactile* tactile) {

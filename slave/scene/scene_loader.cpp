@@ -29,7 +29,7 @@ int ElementCount(const Scene& scene) {
   return std::max(scene.model.elements, static_cast<int>(edges));
 }
 
-// What no section can tell by itself.
+// Checks that depend on several sections.
 class CrossCheck {
  public:
   CrossCheck(const Scene& scene, const DocumentNode& document, SceneUse use, Mistakes* mistakes)
@@ -54,7 +54,7 @@ class CrossCheck {
   }
 
  private:
-  // Which senses tell of which objects.
+  // Which kinds of sensing measure which objects.
   void CheckGeometry() {
     if (use_ != SceneUse::kFull) return;
     const Geometry& geometry = scene_.object.geometry;
@@ -141,7 +141,7 @@ class CrossCheck {
            "nothing with this model.kind: use " + KindsWith(&ModelKind::takes_relaxation));
   }
 
-  // A fingertip feels the force itself: no model sets it to zero.
+  // A fingertip measures the force itself: no model sets it to zero.
   void CheckPuncture() {
     if (scene_.sense.Find<Tactile>() && scene_.model.puncture_depth > 0) {
       Refuse("model.puncture.depth", "nothing with fingertips: only cameras detect a puncture");
@@ -182,7 +182,7 @@ class CrossCheck {
     }
   }
 
-  // Where a recording tells the poses, what stands here is not used.
+  // A recording with poses replaces those of the scene.
   void CheckFingers() {
     const auto* box = std::get_if<BoxGeometry>(&scene_.object.geometry);
     const auto* tactile = scene_.sense.Find<Tactile>();
@@ -197,7 +197,7 @@ class CrossCheck {
     }
   }
 
-  // Cameras look at the object, and a simulated pair stands closer together than it is far.
+  // Cameras look at the object, and the baseline of a simulated pair is less than its distance.
   void CheckSight() {
     const auto* stereo = scene_.sense.Find<StereoCameras>();
     const bool is_simulated = stereo && stereo->source == StereoCameras::Source::kSimulated;
@@ -332,14 +332,6 @@ Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string
   CrossCheck(scene, document, use, &mistakes).Run();
   stop_at_mistakes();
   return scene;
-}
-
-Scene Changed(const Scene& scene, const std::vector<std::string>& overrides) {
-  std::vector<std::string> all = scene.overrides;
-  all.insert(all.end(), overrides.begin(), overrides.end());
-  Scene changed = LoadScene(scene.file, all);
-  changed.model = scene.model;
-  return changed;
 }
 
 }  // namespace palpate

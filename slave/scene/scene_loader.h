@@ -29,9 +29,6 @@ enum class SceneUse { kSolve, kFull };
 Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
                 SceneUse use = SceneUse::kFull);
 
-// The scene with more overrides and, as `kind: auto` may have been decided, the same model.
-Scene Changed(const Scene& scene, const std::vector<std::string>& overrides);
-
 // As scenes are written: `pose: {translation: [...], rotation: [...]}`, rotation about fixed x, y,
 // z.
 std::string ScenePose(const Eigen::Isometry3d& X);

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <utility>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -110,25 +113,44 @@ std::optional<double> Section::Read(const DocumentNode& node, const std::string&
   return std::nullopt;
 }
 
-double Section::Number(std::string_view key, const Rule& rule, std::optional<double> fallback) {
+double Section::Number(std::string_view key, std::optional<double> fallback) {
+  const SceneKey& row = SceneKeyAt(PathOf(key));
+  if (!fallback && !row.defaults.empty()) fallback = row.defaults.front();
+  if (!fallback && !row.is_required) fallback = 0;
+  return NumberWithin(key, row.rule, fallback);
+}
+
+double Section::NumberWithin(std::string_view key, const Rule& rule,
+                             std::optional<double> fallback) {
   const DocumentNode* child = Require(key, AcceptedBy(rule), !fallback.has_value());
   const auto value = child == nullptr ? std::nullopt : Read(*child, PathOf(key), rule);
   return value.value_or(fallback.value_or(0));
 }
 
-int Section::Integer(std::string_view key, int least, int most, std::optional<int> fallback,
-                     Dimension dimension) {
-  const std::string accepted =
-      "a whole number from " + std::to_string(least) + " to " + std::to_string(most);
+int Section::Integer(std::string_view key, std::optional<int> fallback) {
+  const SceneKey& row = SceneKeyAt(PathOf(key));
+  if (!fallback && !row.defaults.empty()) fallback = static_cast<int>(row.defaults.front());
+  if (!fallback && !row.is_required) fallback = 0;
+  return IntegerWithin(key, row.rule, fallback);
+}
+
+int Section::IntegerWithin(std::string_view key, const Rule& rule, std::optional<int> fallback) {
+  const std::string accepted = Formatted("a whole number from %.0f to %.0f", rule.least, rule.most);
   const DocumentNode* child = Require(key, accepted, !fallback.has_value());
   if (child == nullptr) return fallback.value_or(0);
-  const bool is_plain = ParseInteger(child->text).has_value() || dimension != Dimension::kNumber;
-  const auto value = is_plain ? ParseQuantity(child->text, dimension) : std::nullopt;
-  if (value && *value == std::floor(*value) && *value >= least && *value <= most) {
+  const bool is_plain =
+      ParseInteger(child->text).has_value() || rule.dimension != Dimension::kNumber;
+  const auto value = is_plain ? ParseQuantity(child->text, rule.dimension) : std::nullopt;
+  if (value && *value == std::floor(*value) && *value >= rule.least && *value <= rule.most) {
     return static_cast<int>(*value);
   }
   mistakes_->Add(*child, PathOf(key), accepted);
   return fallback.value_or(0);
+}
+
+std::string Section::Text(std::string_view key) {
+  const SceneKey& row = SceneKeyAt(PathOf(key));
+  return Text(key, row.range, row.is_required ? std::nullopt : std::optional(row.default_text));
 }
 
 std::string Section::Text(std::string_view key, std::string_view accepted,
@@ -160,27 +182,32 @@ std::vector<double> Section::Numbers(std::string_view key, std::span<const Rule>
   return values;
 }
 
-Eigen::Vector3d Section::Vector3(std::string_view key, const Rule& rule,
-                                 const Eigen::Vector3d& fallback) {
-  const std::array rules{rule, rule, rule};
-  const auto v = Numbers(key, rules, std::vector{fallback.x(), fallback.y(), fallback.z()});
+std::vector<double> Section::Vector(std::string_view key, std::size_t size,
+                                    std::optional<std::vector<double>> fallback) {
+  const SceneKey& row = SceneKeyAt(PathOf(key));
+  if (!fallback && row.defaults.size() == size) fallback = row.defaults;
+  return Numbers(key, std::vector(size, row.rule), fallback);
+}
+
+Eigen::Vector3d Section::Vector3(std::string_view key, std::optional<Eigen::Vector3d> fallback) {
+  std::optional<std::vector<double>> numbers;
+  if (fallback) numbers.emplace(fallback->begin(), fallback->end());
+  const auto v = Vector(key, 3, std::move(numbers));
   return {v[0], v[1], v[2]};
 }
 
-Eigen::Vector2d Section::Vector2(std::string_view key, const Rule& rule,
-                                 std::optional<Eigen::Vector2d> fallback) {
-  const std::array rules{rule, rule};
-  const auto v = fallback ? Numbers(key, rules, std::vector{fallback->x(), fallback->y()})
-                          : Numbers(key, rules);
+Eigen::Vector2d Section::Vector2(std::string_view key, std::optional<Eigen::Vector2d> fallback) {
+  std::optional<std::vector<double>> numbers;
+  if (fallback) numbers.emplace(fallback->begin(), fallback->end());
+  const auto v = Vector(key, 2, std::move(numbers));
   return {v[0], v[1]};
 }
 
-std::vector<Eigen::Vector2d> Section::Points(std::string_view key, const Rule& rule) {
-  Section list = OpenList(key, "a list of points [x, y], each " + AcceptedBy(rule));
+std::vector<Eigen::Vector2d> Section::Points(std::string_view key) {
+  Section list =
+      OpenList(key, "a list of points [x, y], each " + AcceptedBy(SceneKeyAt(PathOf(key)).rule));
   std::vector<Eigen::Vector2d> points;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    points.push_back(list.Vector2(std::to_string(i), rule));
-  }
+  for (std::size_t i = 0; i < list.size(); ++i) points.push_back(list.Vector2(std::to_string(i)));
   return points;
 }
 

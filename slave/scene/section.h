@@ -1,5 +1,5 @@
-// Typed reading of one map of a scene: every value has a dimension and a range, all mistakes are
-// collected, and every key that was not read is reported when the section ends.
+// Typed reading of one map of a scene by the table of keys: all mistakes are collected, and every
+// key that was not read is reported when the section ends.
 #pragma once
 
 #include <array>
@@ -15,35 +15,10 @@
 #include <Eigen/Core>
 
 #include "slave/scene/document.h"
-#include "slave/scene/units.h"
+#include "slave/scene/keys.h"
 
 namespace palpate {
 
-// Requirement for a number: its dimension and `least` <= x <= `most`.
-struct Rule {
-  Dimension dimension = Dimension::kNumber;
-  double least = 0, most = 0;
-  std::string_view range;  // as text: "> 0"
-};
-
-// Beyond these no product of two or three of them stays a number; nothing real is near them.
-constexpr double kSmallest = 1e-15, kLargest = 1e15;
-constexpr Rule Positive(Dimension dimension) {
-  return {dimension, kSmallest, kLargest, "> 0 (1e-15 to 1e15 SI)"};
-}
-constexpr Rule NotNegative(Dimension dimension) {
-  return {dimension, 0, kLargest, ">= 0 (up to 1e15 SI)"};
-}
-constexpr Rule Any(Dimension dimension) {
-  return {dimension, -kLargest, kLargest, "(-1e15 to 1e15 SI)"};
-}
-constexpr Rule Between(Dimension dimension, double least, double most, std::string_view range) {
-  return {dimension, least, most, range};
-}
-// Radians: an angle beyond a full turn is one in degrees without its unit.
-constexpr Rule Angle() {
-  return Between(Dimension::kAngle, -6.2832, 6.2832, "at most 2 pi rad; degrees as 90 deg");
-}
 // "a length > 0 ..., in m mm um nm km".
 std::string AcceptedBy(const Rule& rule);
 
@@ -66,21 +41,25 @@ class Section {
   Section OpenList(std::string_view key, std::string_view required = {});
   [[nodiscard]] std::size_t size() const { return node_ == nullptr ? 0 : node_->children.size(); }
 
-  // Without a default the key is required. After a mistake the default, or zero, is returned.
-  double Number(std::string_view key, const Rule& rule, std::optional<double> fallback = {});
+  // Unit, range and default are those of the table. `fallback`: a default that the reader computes;
+  // without one in either place the key is required, or zero where the table says so. After a
+  // mistake the default, or zero, is returned.
+  double Number(std::string_view key, std::optional<double> fallback = {});
+  // A range that depends on other keys.
+  double NumberWithin(std::string_view key, const Rule& rule, std::optional<double> fallback = {});
   // A whole number, with its unit if it has one.
-  int Integer(std::string_view key, int least, int most, std::optional<int> fallback = {},
-              Dimension dimension = Dimension::kNumber);
+  int Integer(std::string_view key, std::optional<int> fallback = {});
+  int IntegerWithin(std::string_view key, const Rule& rule, std::optional<int> fallback = {});
+  std::string Text(std::string_view key);
   std::string Text(std::string_view key, std::string_view accepted,
                    const std::optional<std::string>& fallback = {});
   // One number per rule, as a list.
   std::vector<double> Numbers(std::string_view key, std::span<const Rule> rules,
                               const std::optional<std::vector<double>>& fallback = {});
-  Eigen::Vector3d Vector3(std::string_view key, const Rule& rule, const Eigen::Vector3d& fallback);
-  Eigen::Vector2d Vector2(std::string_view key, const Rule& rule,
-                          std::optional<Eigen::Vector2d> fallback = {});
+  Eigen::Vector3d Vector3(std::string_view key, std::optional<Eigen::Vector3d> fallback = {});
+  Eigen::Vector2d Vector2(std::string_view key, std::optional<Eigen::Vector2d> fallback = {});
   // A list of [x, y].
-  std::vector<Eigen::Vector2d> Points(std::string_view key, const Rule& rule);
+  std::vector<Eigen::Vector2d> Points(std::string_view key);
 
   // A word of a table; the first row is the default.
   template <typename Value>
@@ -121,6 +100,8 @@ class Section {
   const DocumentNode* Lookup(std::string_view key);
   const DocumentNode* Require(std::string_view key, std::string_view accepted, bool is_required);
   std::optional<double> Read(const DocumentNode& node, const std::string& path, const Rule& rule);
+  std::vector<double> Vector(std::string_view key, std::size_t size,
+                             std::optional<std::vector<double>> fallback);
 
   const DocumentNode* node_;
   std::string path_;

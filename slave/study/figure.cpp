@@ -1,8 +1,6 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -30,25 +28,14 @@ svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 12px; }
 .grid { stroke: #d9dee6; stroke-width: 1; } .frame { fill: none; stroke: #8a94a6; }
 .target { fill: #2f9e62; fill-opacity: 0.12; stroke: #2f9e62; stroke-dasharray: 4 3; }
 .front { fill: none; stroke: #5b6576; stroke-width: 1.5; stroke-dasharray: 7 3; }
-.leader { stroke: #8a94a6; stroke-width: 0.8; }
-.choice { fill: none; stroke: #d6336c; stroke-width: 2; } .choice-ink { fill: #d6336c; }
+.choice { fill: none; stroke: #d6336c; stroke-width: 2; }
 .mark { stroke-width: 1.5; fill-opacity: 0.75; } .bar { stroke-width: 1.2; fill: none; }
 .c0 { fill: #2f6fd6; stroke: #2f6fd6; } .c1 { fill: #e0701c; stroke: #e0701c; }
 .c2 { fill: #2f9e62; stroke: #2f9e62; } .c3 { fill: #a64fc9; stroke: #a64fc9; }
 .c4 { fill: #c98a00; stroke: #c98a00; } .c5 { fill: #149aa8; stroke: #149aa8; }
 .c6 { fill: #d14545; stroke: #d14545; } .c7 { fill: #76808f; stroke: #76808f; }
-@media (prefers-color-scheme: dark) {
-.paper { fill: #14181f; } .ink { fill: #e8ecf2; } .soft { fill: #a9b3c2; }
-.grid { stroke: #2a313c; } .frame { stroke: #6b7586; } .front { stroke: #a9b3c2; }
-.choice { stroke: #ff6b9a; } .choice-ink { fill: #ff6b9a; }
-.c0 { fill: #6ea4ff; stroke: #6ea4ff; } .c1 { fill: #ff9a4d; stroke: #ff9a4d; }
-.c2 { fill: #58c98c; stroke: #58c98c; } .c3 { fill: #cd85ec; stroke: #cd85ec; }
-.c4 { fill: #ecb53a; stroke: #ecb53a; } .c5 { fill: #4cc4d1; stroke: #4cc4d1; }
-.c6 { fill: #f07676; stroke: #f07676; } .c7 { fill: #a2acba; stroke: #a2acba; }
-}
 )";
-constexpr std::size_t kColours = 8;
-const Vector2d kMark(6.5, 6.5);  // half of what a mark needs [px]
+constexpr double kRadius = 5;  // of a mark [px]
 
 bool IsDrawn(const StudyRow& row) {
   return row.outcome == Outcome::kAnswered && std::isfinite(row.error.value) &&
@@ -91,51 +78,6 @@ std::string Seconds(double s) {
   if (s >= 0.999e-3) return Formatted("%g ms", 1e3 * s);
   if (s >= 0.999e-6) return Formatted("%g us", 1e6 * s);
   return Formatted("%g ns", 1e9 * s);
-}
-
-// Rectangles that are taken, by words and marks.
-class Taken {
- public:
-  [[nodiscard]] bool IsFree(const Vector2d& corner, const Vector2d& size) const {
-    return std::ranges::none_of(boxes_, [&](const auto& box) {
-      return (corner.array() < box.second.array()).all() &&
-             (box.first.array() < (corner + size).array()).all();
-    });
-  }
-  void Add(const Vector2d& corner, const Vector2d& size) {
-    boxes_.emplace_back(corner, corner + size);
-  }
-
- private:
-  std::vector<std::pair<Vector2d, Vector2d>> boxes_;
-};
-
-Points Star(const Vector2d& at, int corners, double radius, double inner, double turn) {
-  Points points;
-  const int count = inner < 1 ? 2 * corners : corners;
-  for (int i = 0; i < count; ++i) {
-    const double angle = turn + 2 * std::numbers::pi * i / count;
-    const double r = radius * (inner < 1 && i % 2 == 1 ? inner : 1);
-    points.emplace_back(at + r * Vector2d(std::sin(angle), -std::cos(angle)));
-  }
-  return points;
-}
-
-void Mark(Svg* svg, std::size_t family, const Vector2d& at, std::string_view tooltip) {
-  const std::string style = "mark c" + std::to_string(family % kColours);
-  constexpr double kQuarter = std::numbers::pi / 4;
-  struct Shape {
-    int corners;
-    double radius, inner, turn;
-  };
-  constexpr std::array<Shape, 5> kShapes{{{4, 6.4, 1, kQuarter},
-                                          {3, 6.6, 1, 0},
-                                          {4, 6.4, 1, 0},
-                                          {3, 6.6, 1, std::numbers::pi},
-                                          {5, 7.4, 0.45, 0}}};
-  if (family % 6 == 0) return svg->Circle(at, 5, style, tooltip);
-  const auto& [corners, radius, inner, turn] = kShapes[family % 6 - 1];
-  svg->Polygon(Star(at, corners, radius, inner, turn), style, tooltip);
 }
 
 std::string Tooltip(const StudyRow& row) {
@@ -262,66 +204,29 @@ class Figure {
     svg_.Polyline(points, "front");
   }
 
-  // Marks that would hide each other go beside their place, to which a line leads; words stand
-  // where neither they nor marks are. What is not dominated is named, as far as there is room.
   void DrawRows(const Panel& panel) {
-    Taken taken;
-    std::vector<std::pair<const StudyRow*, Vector2d>> marks;
     for (const StudyRow* row : drawn_) {
-      const Vector2d at = At(panel, *row), mark = BesideOthers(panel, at, taken);
-      taken.Add(mark - kMark, 2 * kMark);
-      marks.emplace_back(row, mark);
-      const auto family =
-          static_cast<std::size_t>(std::ranges::find(families_, row->family) - families_.begin());
-      const std::string style = "bar c" + std::to_string(family % kColours);
-      svg_.Line({mark.x(), Y(row->error.value + row->error.bar)},
-                {mark.x(), Y(row->error.value - row->error.bar)}, style);
-      if (mark != at) svg_.Line(at, mark, "leader");
-      Mark(&svg_, family, mark, Tooltip(*row));
-      if (row->recommended) svg_.Circle(mark, 11, "choice");
-    }
-    std::ranges::stable_sort(marks, {}, [](const auto& one) { return !one.first->recommended; });
-    for (const auto& [row, mark] : marks) {
-      if (row->recommended || row->on_front) Name(panel, *row, mark, &taken);
+      const Vector2d at = At(panel, *row);
+      const std::string colour = ColourOf(row->family);
+      svg_.Line({at.x(), Y(row->error.value + row->error.bar)},
+                {at.x(), Y(row->error.value - row->error.bar)}, "bar" + colour);
+      svg_.Circle(at, kRadius, "mark" + colour, Tooltip(*row));
+      if (row->recommended) svg_.Circle(at, 2 * kRadius, "choice");
     }
   }
 
-  [[nodiscard]] static Vector2d BesideOthers(const Panel& panel, const Vector2d& at,
-                                             const Taken& taken) {
-    constexpr int kSteps = 12;
-    const double step = 2 * kMark.x();
-    for (int i = 0; i <= 2 * kSteps; ++i) {
-      const double aside = step * ((i + 1) / 2) * (i % 2 == 0 ? 1 : -1);
-      const Vector2d mark = at + Vector2d(aside, 0);
-      const bool inside = mark.x() >= panel.left && mark.x() <= panel.right;
-      if (inside && taken.IsFree(mark - kMark, 2 * kMark)) return mark;
-    }
-    return at;
-  }
-
-  void Name(const Panel& panel, const StudyRow& row, const Vector2d& mark, Taken* taken) {
-    constexpr double kLetter = 6.2, kLine = 12, kGap = 12;  // of small words [px]
-    const std::string words = row.recommended ? row.name() : row.resolution;
-    const Vector2d size(kLetter * static_cast<double>(words.size()), kLine);
-    for (const double up : {-6.0, -22.0, 10.0, -38.0, 26.0, -54.0, 42.0}) {
-      for (const double left : {kGap, -kGap - size.x(), -0.5 * size.x()}) {
-        const Vector2d corner = mark + Vector2d(left, up);
-        const bool inside = corner.x() >= panel.left && corner.x() + size.x() <= panel.right &&
-                            corner.y() >= kTop && corner.y() + size.y() <= kBottom - 2 * kLine;
-        if (!inside || !taken->IsFree(corner, size)) continue;
-        taken->Add(corner, size);
-        svg_.Text(corner + Vector2d(0, kLine - 2), words,
-                  row.recommended ? "choice-ink small" : "soft small");
-        return;
-      }
-    }
+  [[nodiscard]] std::string ColourOf(const std::string& family) const {
+    constexpr int kColours = 8;
+    const auto index = std::ranges::find(families_, family) - families_.begin();
+    return " c" + std::to_string(index % kColours);
   }
 
   void DrawLegend() {
     double y = kTop + 10;
-    for (std::size_t f = 0; f < families_.size(); ++f, y += 22) {
-      Mark(&svg_, f, {kLegend + 10, y}, {});
-      svg_.Text({kLegend + 24, y + 4}, families_[f], "ink");
+    for (const std::string& family : families_) {
+      svg_.Circle({kLegend + 10, y}, kRadius, "mark" + ColourOf(family));
+      svg_.Text({kLegend + 24, y + 4}, family, "ink");
+      y += 22;
     }
     svg_.Line({kLegend, y}, {kLegend + 20, y}, "front");
     svg_.Text({kLegend + 24, y + 4}, "not dominated", "soft");

@@ -32,9 +32,8 @@ std::string ToTable(const StudyResult& study);
 void WriteStudy(const StudyResult& study, const std::filesystem::path& folder);
 
 // The results as an image: error over update time and over precompute time, all logarithmic. An SVG
-// document: one colour and marker per family, error bars, the Pareto front as a line, a box for the
-// scene's requirements, a ring around the recommended row. Rows without a known error are not
-// drawn. Dark on light or light on dark, as the reader's system prefers.
+// document: one colour per family, error bars, the Pareto front as a line, a box for the scene's
+// requirements, a ring around the recommended row. Rows without a known error are not drawn.
 std::string DrawFigure(const StudyResult& study);
 
 }  // namespace palpate::study

@@ -1,4 +1,4 @@
-// Electrodes that jump away from what is expected of them.
+// Electrodes whose signal jumps between two samples.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,8 @@ class ElectrodeJumps {
 
   void Reset() noexcept { *this = {}; }
   // Processes the next sample; `noise` of the electrodes, over the usual one.
-  void Take(const Signals& x, double noise) noexcept {
-    if (known_) Note(x, noise);
+  void Update(const Signals& x, double noise) noexcept {
+    if (known_) FindJumps(x, noise);
     for (std::size_t i = 0; i < jumped_.size(); ++i) calm_[i] = is_out(i) ? 0 : calm_[i] + 1;
     last_ = x;
     known_ = true;
@@ -56,7 +56,7 @@ class ElectrodeJumps {
   static constexpr double kAsExpected = 1.5;  // standard deviations, for so many samples:
   static constexpr int kReinstated = 20;
 
-  void Note(const Signals& x, double noise) noexcept {
+  void FindJumps(const Signals& x, double noise) noexcept {
     std::array<double, kElectrodeCount> moved;
     Eigen::Map<Eigen::Array<double, kElectrodeCount, 1>>(moved.data()) =
         (x - last_).head<kElectrodeCount>().cwiseAbs();

@@ -11,7 +11,7 @@ namespace {
 
 // Of the error's size. [-] [tuned: AForceWithinTheNetworksErrorIsNoTouch]
 constexpr double kBeginShare = 0.5, kEndShare = 0.25;
-constexpr double kStirs = 3;       // 0.02 N [counts]
+constexpr double kRises = 3;       // 0.02 N [counts]
 constexpr double kRestSigmas = 2;  // that the pressure's rest value may be off, besides
 // Samples that may be missing, unflagged. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
 constexpr int kBelieved = 2;
@@ -44,13 +44,13 @@ Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
       miss_patience_(Samples(kMissing, tactile.rate)),
       release_patience_(Samples(kRelease, tactile.rate)),
       kept_(KeptSamples(tactile, network)) {
-  if (this->network().pattern.known()) pattern_.emplace(this->network().pattern, tactile.rate);
+  if (this->network().pattern.known()) model_.emplace(this->network().pattern, tactile.rate);
 }
 
 void Fingertip::Reset() noexcept {
   baseline_.Reset();
   stuck_.Reset();
-  if (pattern_) pattern_->Reset();
+  if (model_) model_->Reset();
   ForgetWindow();
   missed_ = quiet_ = 0;
   pressure_ = 0;
@@ -75,59 +75,62 @@ const FingerTouch& Fingertip::Estimate(const FingerReading& reading, bool after_
     return touch_;
   }
   const bool was_known = baseline_.known();
-  if (!was_known) Keep(reading);
-  if (!baseline_.known()) {
-    Lose(FailedCheck::kNone, "the baseline is being measured");
-    touch_.takes_rest = true;
-    return touch_;
-  }
-  touch_.takes_rest = false;
-  if (!was_known) LearnKeptNoise();
-  baseline_.FollowSteps(reading, pattern_ && was_known && looks_back && missed == 0);
-  if (was_known && is_clear) baseline_.Follow(reading);
-  FingerReading mended = reading;
-  const TactileSignals change = Mend(baseline_.Change(reading), &mended);
+  if (!UpdateBaseline(reading, is_clear)) return touch_;
+  FingerReading corrected = reading;
+  const TactileSignals change = Correct(baseline_.Change(reading), &corrected);
   if (was_known && looks_back) force_.Bridge(change, missed);
-  const bool is_full = was_known ? force_.Push(change) : PushKept();
-  const auto [force_F, sigma] = force_.Take(change, is_full, touch_.force_F, pattern());
-  touch_.force_F = force_F;
-  touch_.sigma = sigma;
-  pressure_ += WindowForce::kBriskly * (change[kElectrodeCount + 1] - pressure_);
-  if (pattern_) {
-    touch_.stirs = PressureFluctuates();
-    // What the pressure does not show may as well be nothing.
-    const bool shows = touch_.stirs.value_or(false);
-    if (touch_.force_F && !shows) Widen(touch_.force_F->norm() / 2);
-    touch_.drift = pattern_->drift();
-  }
-  const TouchPlace place = localiser_->Locate(change, mended);
+  EstimateForce(change, was_known ? force_.Push(change) : PushKept());
+  const TouchPlace place = localiser_->Locate(change, corrected);
   DecideTouch(place);
   NoteFlaws(place);
   touch_.Set(VerdictOfForce());
   return touch_;
 }
 
-// Between what noise may be and what its absence may be nobody knows.
-std::optional<bool> Fingertip::PressureFluctuates() const noexcept {
-  const double noise = std::max(1.0, pattern_->noise().relative());
-  const double rest = kRestSigmas * std::sqrt(baseline_.pressure_variance());
-  if (pressure_ > kStirs * noise + rest) return true;
-  if (pressure_ < kStirs * (2 - noise) - rest) return false;
-  return std::nullopt;
+bool Fingertip::UpdateBaseline(const FingerReading& reading, bool is_clear) noexcept {
+  const bool was_known = baseline_.known();
+  if (!was_known) Keep(reading);
+  if (!baseline_.known()) {
+    Lose(FailedCheck::kNone, "the baseline is being measured");
+    touch_.is_baseline = true;
+    return false;
+  }
+  touch_.is_baseline = false;
+  if (!was_known) LearnKeptNoise();
+  if (was_known && is_clear) baseline_.Follow(reading);
+  return true;
 }
 
-// Signals as they should be used; `reading` has replaced electrodes as they should have read.
-TactileSignals Fingertip::Mend(const TactileSignals& change, FingerReading* reading) noexcept {
-  if (!pattern_) return change;
+void Fingertip::EstimateForce(const TactileSignals& change, bool is_full) noexcept {
+  const auto [force_F, sigma] = force_.Take(change, is_full, touch_.force_F, signals());
+  touch_.force_F = force_F;
+  touch_.sigma = sigma;
+  pressure_ += WindowForce::kBriskly * (change[kElectrodeCount + 1] - pressure_);
+  if (!model_) return;
+  touch_.drift = model_->drift();
+  // What the pressure does not show may as well be nothing.
+  if (touch_.force_F && !PressureRises()) Widen(touch_.force_F->norm() / 2);
+}
+
+// Known before the force.
+bool Fingertip::PressureRises() const noexcept {
+  const double noise = std::max(1.0, model_->noise().relative());
+  return pressure_ > kRises * noise + kRestSigmas * std::sqrt(baseline_.pressure_variance());
+}
+
+// Signals to use; `reading` gets the expected values of replaced electrodes.
+TactileSignals Fingertip::Correct(const TactileSignals& change, FingerReading* reading) noexcept {
+  if (!model_) return change;
   Stopwatch lap;
-  pattern_->Take(change, stuck_.which(), stuck_.still(), baseline_.variance(), baseline_.astray());
+  model_->Update(change, stuck_.which(), stuck_.still(), baseline_.variance(),
+                 baseline_.drift_sigma());
   checks_us_ = lap.Lap();
-  const TactileSignals& mended = pattern_->mended();
+  const TactileSignals& corrected = model_->corrected();
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    if (!pattern_->is_replaced(i)) continue;
-    reading->electrodes[i] += static_cast<float>(mended[i] - change[i]);
+    if (!model_->is_replaced(i)) continue;
+    reading->electrodes[i] += static_cast<float>(corrected[i] - change[i]);
   }
-  return mended;
+  return corrected;
 }
 
 void Fingertip::Miss() noexcept {
@@ -163,11 +166,11 @@ void Fingertip::Keep(const FingerReading& reading) noexcept {
 
 // All but the newest, whose turn comes.
 void Fingertip::LearnKeptNoise() noexcept {
-  if (!pattern_) return;
+  if (!model_) return;
   const std::size_t oldest = kept_.size() + kept_next_ - kept_count_;
   for (std::size_t k = 0; k + 1 < kept_count_; ++k) {
     const FingerReading& reading = kept_[(oldest + k) % kept_.size()];
-    pattern_->Take(baseline_.Change(reading, static_cast<double>(kept_count_ - 1 - k)), {}, {}, 0);
+    model_->Update(baseline_.Change(reading, static_cast<double>(kept_count_ - 1 - k)), {}, {}, 0);
   }
 }
 
@@ -188,9 +191,9 @@ void Fingertip::Widen(double by) noexcept {
 
 void Fingertip::DecideTouch(const TouchPlace& place) noexcept {
   const double share = touch_.touching ? kEndShare : kBeginShare;
-  const bool is_felt = place.usable() &&
-                       (!touch_.force_F || touch_.force_F->norm() > share * network().sigma.norm());
-  if (is_felt) {
+  const bool is_contact = place.usable() && (!touch_.force_F || touch_.force_F->norm() >
+                                                                    share * network().sigma.norm());
+  if (is_contact) {
     quiet_ = 0;
     touch_.touching = true;
   } else if (touch_.touching && ++quiet_ >= release_patience_) {
@@ -200,7 +203,7 @@ void Fingertip::DecideTouch(const TouchPlace& place) noexcept {
 }
 
 void Fingertip::NoteFlaws(const TouchPlace& place) noexcept {
-  const bool is_unmended = stuck_.count() > 0 && !pattern_;
+  const bool is_unmended = stuck_.count() > 0 && !model_;
   if (place.status == TouchPlace::Status::kFlawed || is_unmended) {
     flawed_left_ = network().window;
   } else if (flawed_left_ > 0) {

@@ -11,9 +11,9 @@
 #include "shared/state/verdict.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
+#include "slave/tactile/baseline.h"
 #include "slave/tactile/localise/localiser.h"
-#include "slave/tactile/pattern_check.h"
-#include "slave/tactile/rest_trend.h"
+#include "slave/tactile/signal_model.h"
 #include "slave/tactile/stuck_electrodes.h"
 #include "slave/tactile/window_force.h"
 
@@ -27,16 +27,13 @@ struct FingerTouch : Verdict {
   double sigma = 0;                        // rms that its vector may be off by [N]
   TouchPlace place;                        // of this sample; while touching the last usable one
   bool touching = false;
-  // Its pressure has changed, which is known before the force; nullopt: the size of such a change
-  // is unknown for this fingertip.
-  std::optional<bool> stirs;
   std::optional<double> drift;  // of all electrodes together since the baseline [counts]
-  bool takes_rest = false;      // it was a sample of the baseline
+  bool is_baseline = false;     // the sample belongs to the baseline
 };
 
-// Samples that are missing for less than 60 ms are made up for when the next one comes, linear
-// between both, so that the network's window stays full. So are those that are the last one again,
-// where electrodes have noise.
+// Samples that are missing for less than 60 ms are interpolated linearly when the next one comes,
+// so that the network's window stays full. So are those that repeat the last one, where electrodes
+// have noise.
 //
 // Validity: kTrackingLost while the baseline is measured, until the network's window is full, after
 // samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, from the
@@ -69,10 +66,9 @@ class Fingertip {
 
   // What the checks compare.
   [[nodiscard]] const NetworkInfo& network() const { return force_.network(); }
-  [[nodiscard]] const RestTrend& baseline() const { return baseline_; }
   [[nodiscard]] const StuckElectrodes& stuck() const { return stuck_; }
   // Null: the network does not know the pattern of its signals.
-  [[nodiscard]] const PatternCheck* pattern() const { return pattern_ ? &*pattern_ : nullptr; }
+  [[nodiscard]] const SignalModel* signals() const { return model_ ? &*model_ : nullptr; }
   // Above its baseline, averaged over some samples [counts].
   [[nodiscard]] double pressure() const { return pressure_; }
   // The network's window contains a sample with electrodes that do not work.
@@ -80,8 +76,11 @@ class Fingertip {
 
  private:
   void Miss() noexcept;
-  [[nodiscard]] std::optional<bool> PressureFluctuates() const noexcept;
-  TactileSignals Mend(const TactileSignals& change, FingerReading* reading) noexcept;
+  // False: the baseline is not known yet.
+  bool UpdateBaseline(const FingerReading& reading, bool is_clear) noexcept;
+  void EstimateForce(const TactileSignals& change, bool is_full) noexcept;
+  [[nodiscard]] bool PressureRises() const noexcept;
+  TactileSignals Correct(const TactileSignals& change, FingerReading* reading) noexcept;
   void Lose(FailedCheck check, std::string_view why) noexcept;
   void ForgetWindow() noexcept;
   void Keep(const FingerReading& reading) noexcept;
@@ -94,12 +93,12 @@ class Fingertip {
 
   const Localiser* localiser_;
   WindowForce force_;
-  RestTrend baseline_;
+  Baseline baseline_;
   StuckElectrodes stuck_;
-  std::optional<PatternCheck> pattern_;  // for networks that know their pattern
-  int miss_patience_;                    // samples
-  int release_patience_;                 // samples
-  std::vector<FingerReading> kept_;      // ring of readings whose baseline is not known yet
+  std::optional<SignalModel> model_;  // for networks that know the pattern of their signals
+  int miss_patience_;                 // samples
+  int release_patience_;              // samples
+  std::vector<FingerReading> kept_;   // ring of readings whose baseline is not known yet
   std::size_t kept_count_ = 0, kept_next_ = 0;
   int missed_ = 0, quiet_ = 0;
   double pressure_ = 0;

@@ -10,11 +10,9 @@ namespace {
 
 // Of networks that do not say their error: paper B, table I, rnn_21 [N].
 const Eigen::Vector3d kPaperSigma{0.01807, 0.03107, 0.05171};
-constexpr double kLag = 3;             // samples that a recurrent network's answer is late, about
-constexpr double kPromptLag = 0.25;    // that another one's is
-constexpr double kLeap = 0.5;          // of what changes unlike before, that may be an error
-constexpr double kHardlyAgrees = 1.5;  // standard deviations between pressure and electrodes
-constexpr double kUsualScatter = 0.5;  // of the misfit of one sample
+constexpr double kLag = 3;           // samples that a recurrent network's answer is late, about
+constexpr double kPromptLag = 0.25;  // that another one's is
+constexpr double kLeap = 0.5;        // of what changes unlike before, that may be an error
 
 }  // namespace
 
@@ -28,7 +26,6 @@ WindowForce::WindowForce(const ForceNetwork* network) {
 
 void WindowForce::Reset() noexcept {
   if (estimate_) estimate_->Reset();
-  steady_.Reset();
   pace_F_.setZero();
 }
 
@@ -46,38 +43,30 @@ void WindowForce::Bridge(const TactileSignals& change, int missed) noexcept {
 
 WindowForce::Estimate WindowForce::Take(const TactileSignals& change, bool is_full,
                                         const std::optional<Eigen::Vector3d>& before_F,
-                                        const PatternCheck* pattern) noexcept {
+                                        const SignalModel* signals) noexcept {
   last_ = change;
   if (!is_full) return {};
-  Eigen::Vector3d force_F(outputs_[0], outputs_[1], outputs_[2]);
+  const Eigen::Vector3d force_F(outputs_[0], outputs_[1], outputs_[2]);
   if (!force_F.allFinite()) return {};
-  if (pattern != nullptr) {
-    const double size = Eigen::Map<const Eigen::VectorXd>(last_.data(), kElectrodeCount).norm();
-    force_F = steady_.Take(force_F, size, pattern->noise().relative());
-  }
   step_ = before_F ? (force_F - *before_F).norm() : 0;
   leap_ = before_F ? (force_F - *before_F - pace_F_).norm() : 0;
   if (before_F) pace_F_ += kBriskly * (force_F - *before_F - pace_F_);
-  const double sigma = SigmaOf(force_F, pattern);
-  if (pattern == nullptr) return {force_F, sigma};
-  const double gain_sigma = pattern->noise().gain_sigma() * force_F.norm();
-  // Signals that hardly go together any more are none that the network's error was measured on.
-  const double misfit = std::max({1.0, pattern->misfit(), pattern->misfit_now() - kUsualScatter,
-                                  pattern->disagreement() / kHardlyAgrees});
-  return {force_F, std::hypot(sigma * misfit,
-                              std::hypot(pattern->force_sigma(), gain_sigma, steady_.left_out()))};
+  const double sigma = SigmaOf(force_F, signals);
+  if (signals == nullptr) return {force_F, sigma};
+  const double gain_sigma = signals->noise().gain_sigma() * force_F.norm();
+  return {force_F, std::hypot(sigma, signals->force_sigma(), gain_sigma)};
 }
 
 // Beyond what was learnt it grows with the force, and it grows with how fast that changes. Where it
 // is not known how it does before, it is that along the force; components whose error is not known
 // are taken for as wrong as the worst that is.
 double WindowForce::SigmaOf(const Eigen::Vector3d& force_F,
-                            const PatternCheck* pattern) const noexcept {
+                            const SignalModel* signals) const noexcept {
   const double size = force_F.norm(), largest = network_.sigma.maxCoeff();
   if (network_.error.known()) {
     const double lag = IsRecurrent(network_.architecture) ? kLag : kPromptLag;
     const ForceErrorLaw of_kind =
-        pattern != nullptr ? network_.pattern.kinds[pattern->kind()].error : ForceErrorLaw{};
+        signals != nullptr ? network_.pattern.kinds[signals->kind()].error : ForceErrorLaw{};
     const double learnt = (of_kind.known() ? of_kind : network_.error).At(size);
     // It was learnt of forces that change, too: only what more of that there is now counts.
     const double changing = std::hypot(lag * pace_F_.norm(), kLeap * leap_);

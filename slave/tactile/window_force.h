@@ -9,8 +9,7 @@
 
 #include "slave/scene/scene.h"
 #include "slave/tactile/network/force_network.h"
-#include "slave/tactile/pattern_check.h"
-#include "slave/tactile/steady_force.h"
+#include "slave/tactile/signal_model.h"
 
 namespace palpate {
 
@@ -36,10 +35,10 @@ class WindowForce {
     double sigma = 0;                        // rms that its vector may be off by [N]
   };
   // Once per sample, after Push, which returned `is_full`. `before_F`: force of the last sample;
-  // `pattern`: of the same samples, null: unknown.
+  // `signals`: model of the same samples, null: unknown.
   [[nodiscard]] Estimate Take(const TactileSignals& change, bool is_full,
                               const std::optional<Eigen::Vector3d>& before_F,
-                              const PatternCheck* pattern) noexcept;
+                              const SignalModel* signals) noexcept;
   // Change of the force per sample, at present [N].
   [[nodiscard]] double pace() const noexcept { return std::max(pace_F_.norm(), step_); }
   [[nodiscard]] bool has_network() const { return estimate_ != nullptr; }
@@ -47,12 +46,11 @@ class WindowForce {
 
  private:
   [[nodiscard]] double SigmaOf(const Eigen::Vector3d& force_F,
-                               const PatternCheck* pattern) const noexcept;
+                               const SignalModel* signals) const noexcept;
 
   NetworkInfo network_;
   std::unique_ptr<ForceEstimate> estimate_;
   std::vector<double> outputs_;
-  SteadyForce steady_;               // for networks that know their pattern
   TactileSignals last_{};            // of the last sample
   Eigen::Vector3d pace_F_{0, 0, 0};  // of the force, averaged over some samples [N/sample]
   double step_ = 0;                  // of the force, in the last sample [N]

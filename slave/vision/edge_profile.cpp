@@ -52,10 +52,8 @@ bool EdgeProfile::Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eig
     for (int j = -kAside; j <= kAside; ++j) {
       const std::int32_t x = p_x + k * n_x - j * n_y, y = p_y + k * n_y + j * n_x;
       const float u = PartOf(x), v = PartOf(y);
-      const std::int16_t* upper = window_.data() + (y >> kPlaces) * box.width + (x >> kPlaces);
-      const std::int16_t* lower = upper + box.width;
-      sum +=
-          (1 - v) * ((1 - u) * upper[0] + u * upper[1]) + v * ((1 - u) * lower[0] + u * lower[1]);
+      const std::int16_t* at = window_.data() + (y >> kPlaces) * box.width + (x >> kPlaces);
+      sum += Bilinear(at, box.width, u, v);
     }
     level_[static_cast<std::size_t>(k + half)] = sum / (2 * kAside + 1);
   }

@@ -24,6 +24,9 @@ struct GreyPatch {
   [[nodiscard]] std::int16_t* Row(int y) { return levels.data() + Index(0, y); }
   [[nodiscard]] const std::int16_t* Row(int y) const { return levels.data() + Index(0, y); }
   [[nodiscard]] std::int16_t At(int x, int y) const { return levels[Index(x, y)]; }
+  [[nodiscard]] cv::Mat Mat() const {  // its levels, not a copy; only to be read
+    return {height, width, CV_16SC1, const_cast<std::int16_t*>(levels.data())};
+  }
 
  private:
   [[nodiscard]] std::size_t Index(int x, int y) const {
@@ -60,6 +63,15 @@ class GreyFormat {
   int shift_ = 0;         // 16 bit only
   int full_scale_ = 255;  // the largest level
 };
+
+// Bilinear level between four pixels, `u` and `v` [px] right of and below the pixel `at`, [0, 1).
+template <typename Pixel>
+float Bilinear(const Pixel* at, std::ptrdiff_t stride, float u, float v) noexcept {
+  const auto a = static_cast<float>(at[0]), b = static_cast<float>(at[1]);
+  const auto c = static_cast<float>(at[stride]), d = static_cast<float>(at[stride + 1]);
+  const float above = a + u * (b - a), below = c + u * (d - c);
+  return above + v * (below - above);
+}
 
 // Standard deviation of white noise [levels], from the part of the image that no plane and no
 // straight edge along an axis explains (J. Immerkaer, CVIU 64, 1996). At least 3 x 3.

@@ -70,7 +70,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
       height_(tip.pixels.height),
       step_(static_cast<int>(std::lround(kStep * tip.along.x())),
             static_cast<int>(std::lround(kStep * tip.along.y()))),
-      trust_(tip.pixels.levels.size(), 1.0F) {
+      trust_(height_ - 2, width_ - 2) {
   Differentiate(tip.pixels, step_, most_, change_);
   // What lies beyond the template is not known, so its border tells no difference.
   const cv::Point inset(std::abs(step_.x), std::abs(step_.y));
@@ -165,14 +165,13 @@ double TemplateParts::ScoreNear(const GreyPatch& window, const cv::Point& at) {
 }
 
 void TemplateParts::MarkFitting(const cv::Point& at) {
-  std::fill(trust_.begin(), trust_.end(), 1.0F);
+  trust_ = 1;
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     const cv::Point& corner = parts_[k].corner;
     if (parts_[k].ncc.map()(at + corner) >= kFits) continue;
     const GreyPatch& pattern = parts_[k].ncc.pattern();
-    for (int y = 0; y < pattern.height; ++y) {
-      std::fill_n(trust_.begin() + (corner.y + y) * width_ + corner.x, pattern.width, 0.0F);
-    }
+    const cv::Rect part(corner - cv::Point(1, 1), cv::Size(pattern.width, pattern.height));
+    trust_(part & cv::Rect({}, trust_.size())) = 0;
   }
 }
 

@@ -9,7 +9,6 @@
 #include <opencv2/core.hpp>
 
 #include "slave/capture/picture_files.h"
-#include "slave/vision/template_match.h"
 #include "slave/vision/tip_tracker.h"
 
 namespace palpate {
@@ -61,8 +60,8 @@ double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, doub
 // Does the template tell where along `d` the tool is? Noise has gradients too, which tell nothing:
 // a central difference of it has half its variance.
 bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width) {
-  const TemplateAligner aligner(tip.pixels, tip.weights);
-  if (!aligner.determined()) return false;
+  const PatchAligner aligner = tip.Aligner();
+  if (!aligner.textured()) return false;
   const double noise = std::max(NoiseOf(tip.pixels), 0.5);
   double used = 0;
   for (const float w : tip.weights) used += w;
@@ -134,6 +133,21 @@ double SidesOf(const GreyPatch& picture, const Eigen::Vector2d& p_tip, const Eig
 }
 
 }  // namespace
+
+PatchAligner TipTemplate::Aligner() const {
+  std::vector<float> inside;
+  for (int y = 1; y + 1 < pixels.height; ++y) {
+    const auto row = weights.begin() + y * pixels.width;
+    inside.insert(inside.end(), row + 1, row + pixels.width - 1);
+  }
+  PatchAligner aligner({pixels.width - 2, pixels.height - 2}, inside);
+  aligner.Cut(pixels.Mat(), {Eigen::Matrix2d::Identity(), Centre()}, PatchAligner::Freedom::kShift);
+  return aligner;
+}
+
+Eigen::Vector2d TipTemplate::Centre() const {
+  return 0.5 * Eigen::Vector2d(pixels.width - 1, pixels.height - 1);
+}
 
 Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format,
                                   const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& towards,

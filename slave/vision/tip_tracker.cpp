@@ -7,8 +7,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "slave/vision/template_match.h"
-
 namespace palpate {
 namespace {
 
@@ -19,7 +17,9 @@ constexpr std::size_t kCandidates = 6;  // of the coarse search, looked at close
 constexpr double kCovered = 0.03;       // of the template: fewer pixels than that are only noise
 // A small thing over the tip that pulls the fine alignment by so much is left out [px], sigmas.
 constexpr double kPulled = 0.1, kPulledSigmas = 2;
-constexpr double kMuchCovered = 0.4;  // of the template: its parts are asked
+// Of a peak of the scores in whole pixels: sigma at worst, and farthest place that belongs to it.
+constexpr double kSigmaOfPeak = 0.5, kReachOfPeak = 2;  // [px]
+constexpr double kMuchCovered = 0.4;                    // of the template: its parts are asked
 constexpr double kMostCovered = 0.65;
 // Scores of the parts, in parts of the usual one: what confirms a place, what does not speak
 // against it, what is enough for a place of their own; and of the next best place in parts of the
@@ -71,6 +71,10 @@ bool OnBorder(const ScoreMap& map, const cv::Point& at) {
   return at.x == 0 || at.y == 0 || at.x == map.cols - 1 || at.y == map.rows - 1;
 }
 
+double SigmaOf(const PatchAligner::Match& match) {  // the worse axis [px]
+  return std::sqrt(match.covariance.diagonal().maxCoeff());
+}
+
 Ncc MakeNcc(const TipTemplate& tip, const GreyFormat& format) {
   const cv::Size size = format.size();
   if (tip.pixels.width > size.width || tip.pixels.height > size.height) {
@@ -107,9 +111,10 @@ TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const O
     : format_(format),
       options_(options),
       anchor_(tip.anchor),
+      centre_(tip.Centre()),
       lever_(LeverOf(tip)),
       ncc_(MakeNcc(tip, format)),
-      aligner_(tip.pixels, tip.weights),
+      aligner_(tip.Aligner()),
       parts_(tip),
       last_(start_I) {
   const int edge = std::min(tip.pixels.width, tip.pixels.height);
@@ -191,7 +196,7 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
     return match;
   }
   if (best.score >= options_.min_score && !HasEqual(map, best)) {
-    match.tip = Measure(map, window, best.at);
+    match.tip = Measure(best.score, window, best.at);
   }
   match.fit = Confirm(window, best.at, match.tip);
   return match;
@@ -236,38 +241,42 @@ TipObservation TipTracker::MeasureByParts(const cv::Rect& window, double usual) 
   if (place.on_border || place.score < kPartsFit * usual ||
       place.second > kPartsSecond * place.score)
     return tip;
-  const TemplateAligner::Result fine =
-      aligner_.AlignAround(window_, Eigen::Vector2d(place.at.x, place.at.y), parts_.trust());
+  const PatchAligner::Match fine =
+      aligner_.AlignRobustly(window_.Mat(), PatchAt(place.at), parts_.trust());
   if (!fine.converged) return tip;
+  SetPosition(fine, window, &tip);
   tip.found = true;
   tip.score = place.score;
-  tip.p_I = fine.p + anchor_ + Eigen::Vector2d(window.x, window.y);
-  tip.sigma = fine.sigma;
-  tip.covered = fine.covered;
-  tip.aligned = true;
   return tip;
 }
 
-TipObservation TipTracker::Measure(const ScoreMap& map, const cv::Rect& window,
-                                   const cv::Point& peak) {
-  const double score = map(peak);
-  const auto at = [&](int dx, int dy) -> double { return map(peak.y + dy, peak.x + dx); };
-  const Eigen::Vector2d rough(peak.x + FitParabola(at(-1, 0), score, at(1, 0)).offset,
-                              peak.y + FitParabola(at(0, -1), score, at(0, 1)).offset);
-  TemplateAligner::Result fine = aligner_.Align(window_, rough);
-  const TemplateAligner::Result around =
-      aligner_.AlignAround(window_, fine.converged ? fine.p : rough, {});
-  const double apart = (around.p - fine.p).cwiseAbs().maxCoeff();
-  const bool pulled = apart > kPulled + kPulledSigmas * around.sigma;
+TipObservation TipTracker::Measure(double score, const cv::Rect& window, const cv::Point& peak) {
+  const PatchWarp start = PatchAt(peak);
+  PatchAligner::Match fine = aligner_.Align(window_.Mat(), start, PatchAligner::Freedom::kShift);
+  fine.converged &= (fine.warp.p - start.p).cwiseAbs().maxCoeff() <= kReachOfPeak;
+  const PatchAligner::Match around =
+      aligner_.AlignRobustly(window_.Mat(), fine.converged ? fine.warp : start, {});
+  const double apart = (around.warp.p - fine.warp.p).cwiseAbs().maxCoeff();
+  const bool pulled = apart > kPulled + kPulledSigmas * SigmaOf(around);
   if (around.converged && (!fine.converged || around.covered > kCovered || pulled)) fine = around;
+  if (!fine.converged) fine.warp = start;
   TipObservation tip;
+  SetPosition(fine, window, &tip);
   tip.found = true;
   tip.score = score;
-  tip.p_I = (fine.converged ? fine.p : rough) + anchor_ + Eigen::Vector2d(window.x, window.y);
-  tip.covered = fine.covered;
-  tip.aligned = fine.converged;
-  tip.sigma = fine.converged ? fine.sigma : 0.5;  // the parabola is good to half a pixel at worst
   return tip;
+}
+
+PatchWarp TipTracker::PatchAt(const cv::Point& corner) const {
+  return {.p = centre_ + Eigen::Vector2d(corner.x, corner.y)};
+}
+
+void TipTracker::SetPosition(const PatchAligner::Match& fine, const cv::Rect& window,
+                             TipObservation* tip) const {
+  tip->p_I = fine.warp.p - centre_ + anchor_ + Eigen::Vector2d(window.x, window.y);
+  tip->covered = fine.covered;
+  tip->aligned = fine.converged;
+  tip->sigma = fine.converged ? SigmaOf(fine) : kSigmaOfPeak;
 }
 
 TipObservation TipTracker::SearchPicture(const cv::Mat& image) {

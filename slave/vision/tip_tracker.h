@@ -10,8 +10,9 @@
 
 #include "slave/scene/scene.h"
 #include "slave/vision/grey.h"
+#include "slave/vision/ncc.h"
 #include "slave/vision/observation.h"
-#include "slave/vision/template_match.h"
+#include "slave/vision/patch_aligner.h"
 
 namespace palpate {
 
@@ -23,6 +24,10 @@ struct TipTemplate {
   // Per pixel: how far the fine alignment trusts it, 0 or 1.
   std::vector<float> weights;
   Eigen::Vector2d along{0, 0};  // unit vector along which the tool points [px]; zero: not known
+
+  // Aligns its pixels but the outermost ones, which have no central difference.
+  [[nodiscard]] PatchAligner Aligner() const;
+  [[nodiscard]] Eigen::Vector2d Centre() const;  // from the upper left pixel's centre [px]
 };
 
 // Reads the scene's template file. Without an anchor, the tip is in the middle of its lower edge.
@@ -72,8 +77,11 @@ class TemplateParts {
   double ScoreNear(const GreyPatch& window, const cv::Point& at);
   // Score that a perfect match has under white noise [levels]. With usable parts only.
   [[nodiscard]] double Attenuation(double noise) const;
-  // At the last position: per pixel of the template 1 if its part fits, else 0.
-  [[nodiscard]] std::span<const float> trust() const { return trust_; }
+  // At the last position: 1 if a pixel's part fits, else 0. Per pixel of the template but the
+  // outermost ones.
+  [[nodiscard]] std::span<const float> trust() const {
+    return {trust_.ptr<float>(), trust_.total()};
+  }
 
  private:
   struct Part {
@@ -92,7 +100,7 @@ class TemplateParts {
   std::vector<Part> parts_;
   std::vector<double> scores_;  // of the parts at one position
   GreyPatch change_, crop_;
-  std::vector<float> trust_;
+  cv::Mat_<float> trust_;
 };
 
 // Tracks the tool's tip from image to image: normalised cross-correlation in a moving window (paper
@@ -137,16 +145,19 @@ class TipTracker {
   TipObservation SearchPicture(const cv::Mat& image);
   [[nodiscard]] bool IsSureAgain(const TipObservation& tip) const;
   void FindCandidates(const cv::Mat& image);
-  TipObservation Measure(const ScoreMap& map, const cv::Rect& window, const cv::Point& peak);
+  TipObservation Measure(double score, const cv::Rect& window, const cv::Point& peak);
+  [[nodiscard]] PatchWarp PatchAt(const cv::Point& corner) const;
+  void SetPosition(const PatchAligner::Match& fine, const cv::Rect& window,
+                   TipObservation* tip) const;
   double Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip);
   TipObservation MeasureByParts(const cv::Rect& window, double usual);
 
   GreyFormat format_;
   Options options_;
-  Eigen::Vector2d anchor_;
-  Eigen::Vector2d lever_;  // TipObservation::lever
+  Eigen::Vector2d anchor_, centre_;  // of the template [px]
+  Eigen::Vector2d lever_;            // TipObservation::lever
   Ncc ncc_;
-  TemplateAligner aligner_;
+  PatchAligner aligner_;
   TemplateParts parts_;
   int shrink_ = 1;  // of a search in the whole image
   std::optional<Ncc> coarse_;

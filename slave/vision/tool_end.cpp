@@ -34,14 +34,13 @@ class Lines {
     format.Read(first, cv::Rect(0, 0, first.cols, first.rows), picture_);
   }
 
-  // Bilinear; outside the picture that of its border.
+  // Bilinear; outside the image that of its border.
   [[nodiscard]] double At(const Vector2d& p) const {
     const double x = std::clamp(p.x(), 0.0, picture_.width - 1.001);
     const double y = std::clamp(p.y(), 0.0, picture_.height - 1.001);
     const int left = static_cast<int>(x), top = static_cast<int>(y);
-    const double u = x - left, v = y - top;
-    return (1 - v) * ((1 - u) * picture_.At(left, top) + u * picture_.At(left + 1, top)) +
-           v * ((1 - u) * picture_.At(left, top + 1) + u * picture_.At(left + 1, top + 1));
+    return Bilinear(picture_.Row(top) + left, picture_.width, static_cast<float>(x - left),
+                    static_cast<float>(y - top));
   }
 
   // How far from `p` along the unit vector `out` the tool ends, seen from outside; `step`: usual

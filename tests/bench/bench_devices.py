@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Haptic devices with force feedback, each by a fake of its vendor's software, in real time:
-  1. The demo's press with each: missed ticks beside the bare loop of the same run, and the largest force beside sim-hand's.
+  1. The demo's press with each: missed ticks and the largest force beside sim-hand's of the same round.
   2. Ten presses with each, unplugged at ten instants: how long force and motion of the tool last.
   3. `palpate-master devices` without any device.
-Fails where a line does not hold: missed at most 1.2 times the bare loop's plus 5, force within 1 %, force zero 25 ms and tool
+Fails where a line does not hold: missed at most 1.2 times sim-hand's plus 5, force within 1 %, force zero 25 ms and tool
 still 40 ms after unplugging, each driver with its reason in 2 s.
 
 tests/bench/bench_devices.py [--rounds N] [--seconds S]      needs build/release with its tests
@@ -154,19 +154,19 @@ def press_with_each(rounds, seconds):
                 reports[device.name] = replay(device, motion, pathlib.Path(folder))
         for name, report in reports.items():
             share = report["force_sent_peak_N"] / reference["force_sent_peak_N"]
-            runs.setdefault(name, []).append((report["missed"], report["bare_loop"]["missed"], report["force_sent_peak_N"], share))
-    print(f"{'device':10} {'missed':>7} {'bare':>5} {'at most':>8}   {'each round: missed/bare':30} {'force [N]':>10} {'of sim-hand':>12}  {'worst':>8}")
+            runs.setdefault(name, []).append((report["missed"], reference["missed"], report["force_sent_peak_N"], share))
+    print(f"{'device':10} {'missed':>7} {'sim-hand':>8} {'at most':>8}   {'each round: missed/sim-hand':30} {'force [N]':>10} {'of sim-hand':>12}  {'worst':>8}")
     held = True
     for name, rows in runs.items():
-        missed, bare = (statistics.mean(row[i] for row in rows) for i in (0, 1))
+        missed, others = (statistics.mean(row[i] for row in rows) for i in (0, 1))
         force, share = (statistics.median(row[i] for row in rows) for i in (2, 3))
-        most = LIMITS["ratio"] * bare + LIMITS["more"]
+        most = LIMITS["ratio"] * others + LIMITS["more"]
         worst = max((share for *_, share in rows), key=lambda share: abs(share - 1))
         fine = missed <= most and abs(share - 1) <= LIMITS["force"]
         held = held and fine
-        print(f"{name:10} {missed:7.1f} {bare:5.1f} {most:8.1f}   {' '.join(f'{row[0]}/{row[1]}' for row in rows):30} {force:10.3f} "
+        print(f"{name:10} {missed:7.1f} {others:8.1f} {most:8.1f}   {' '.join(f'{row[0]}/{row[1]}' for row in rows):30} {force:10.3f} "
               f"{100 * share:10.2f} %  {100 * worst:6.1f} %{'' if fine else '  NOT HELD'}", flush=True)
-    print("missed and bare: means of the rounds; force: medians")
+    print("missed: means of the rounds; force: medians")
     return held
 
 

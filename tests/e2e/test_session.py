@@ -18,7 +18,7 @@ import grpc
 from delaying_line import DelayingLine
 from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, deep, run, wait_until
 
-REPORT_KEYS = {"duration_s", "ticks", "missed", "rate_hz", "bare_loop", "wake_us", "compute_us", "rtt_us", "states",
+REPORT_KEYS = {"duration_s", "ticks", "missed", "rate_hz", "wake_us", "compute_us", "rtt_us", "states",
                "reconnects", "force_peak_N", "force_sent_peak_N", "force_error", "energy_min_J", "clamped_ticks",
                "stale_ticks", "state", "render"}
 LOG_START = ["t", "state", "p_M_x", "p_M_y", "p_M_z", "p_S_x", "p_S_y", "p_S_z"]

@@ -289,16 +289,6 @@ describe('a scripted hand presses the block', () => {
     await pressed();
   });
 
-  deepTest('the doctor examines beside the session', async () => {
-    await stage.page.keyboard.press('j');
-    await stage.sees('#examine');
-    await until(async () => /ready to operate|not ready/.test(await stage.text('examined')), 'what it found');
-    const found = await stage.text('findings');
-    for (const what of ['timer', 'real-time priority', 'device', 'round trip', 'clocks', 'version']) assert.ok(found.includes(`: ${what}: `), `${what}: ${found}`);
-    await stage.shoot('block-examined');
-    await stage.page.keyboard.press('a');
-  });
-
   test('alarms that were seen stay and no longer count', async () => {
     await stage.page.keyboard.press('Space');
     await until(async () => /^[■▲] Stop: Emergency stop/m.test(await stage.text('alarm-list')), 'an alarm');

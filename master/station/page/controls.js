@@ -19,7 +19,7 @@ export class Controls {
     byId('colours').addEventListener('click', () => this.view.toggleColours());
     byId('acknowledge').addEventListener('click', () => this.acknowledge());
     byId('theme').addEventListener('click', () => this.toggleTheme());
-    for (const [id, act] of [['let-go', 'clutch'], ['mark', 'mark'], ['tare', 'tare'], ['recording', 'record'], ['reinitialize-tracking', 'reinitializeTracking'], ['examine', 'examine']]) byId(id).addEventListener('click', () => this[act]());
+    for (const [id, act] of [['let-go', 'clutch'], ['mark', 'mark'], ['tare', 'tare'], ['recording', 'record'], ['reinitialize-tracking', 'reinitializeTracking']]) byId(id).addEventListener('click', () => this[act]());
     byId('render').addEventListener('change', () => this.link.send({ do: 'render', mode: byId('render').value }));
     byId('replace').addEventListener('submit', (event) => this.replace(event));
     for (const tab of document.querySelectorAll('[role=tab]')) {
@@ -49,10 +49,6 @@ export class Controls {
   }
   reinitializeTracking() {
     this.link.send({ do: 'find' });
-  }
-  examine() {
-    this.show('health');
-    this.link.send({ do: 'examine' });
   }
   record() {
     if (this.status?.recording) this.link.send({ do: 'record', on: !this.status.recording.on });
@@ -89,7 +85,7 @@ export class Controls {
   }
   actions() {
     const live = this.replay.active ? {} : { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), c: () => this.clutch(), m: () => this.mark(),
-      n: () => this.tare(), k: () => this.acknowledge(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus(), u: () => this.reinitializeTracking(), j: () => this.examine() };
+      n: () => this.tare(), k: () => this.acknowledge(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus(), u: () => this.reinitializeTracking() };
     return { ...live, f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
       z: () => this.view.look('Z'), w: () => this.view.toggleWire(), q: () => this.view.toggleColours(), p: () => this.pause(), d: () => this.charts.download(), i: () => saveImage(this.view), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
       a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };

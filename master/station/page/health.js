@@ -50,14 +50,6 @@ function groupsOf(hello, health, status) {
   return groups;
 }
 
-// Findings of the doctor, the bad ones first.
-export function showFindings({ done, findings }) {
-  const bad = findings.filter(({ level }) => level === 'bad').length;
-  document.getElementById('examine').disabled = !done;
-  document.getElementById('examined').textContent = !done ? 'measuring, a few seconds ...' : bad ? `not ready: ${bad} to correct` : 'ready to operate';
-  document.getElementById('findings').replaceChildren(...findings.map(({ level, what, measured, advice }) => noteItem(level, `${what}: ${measured}`, advice)));
-}
-
 export function showHealth(panel, hello, health, status) {
   panel.replaceChildren(...groupsOf(hello, health, status).map(([name, rows]) => {
     const group = document.createElement('section'), title = document.createElement('h3'), list = document.createElement('dl');

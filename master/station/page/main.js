@@ -3,7 +3,7 @@ import { AlarmPanel, alarmsOf } from './alarms.js';
 import { Charts } from './charts.js';
 import { Controls } from './controls.js';
 import { ForcePanel } from './force.js';
-import { showFindings, showHealth } from './health.js';
+import { showHealth } from './health.js';
 import { Link } from './link.js';
 import { Pace } from './pace.js';
 import { PicturePanel } from './picture.js';
@@ -61,7 +61,6 @@ const takers = {
   },
   past(message) { charts.takePast(message); },
   said(message) { alarms.showSaid(message.said); },
-  findings(message) { showFindings(message); },
   refused(message) {
     told.why = message.text;
     showHint();

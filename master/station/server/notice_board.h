@@ -22,9 +22,8 @@ enum class Topic : std::uint8_t {
   kStatus,    // text: status, 30 times a second
   kPicture,   // binary: a JPEG
   kShape,     // binary: the deformed object
-  kFindings,  // text: findings of the doctor, on request
 };
-inline constexpr std::size_t kTopicCount = 8;
+inline constexpr std::size_t kTopicCount = 7;
 constexpr bool IsBinary(Topic topic) {
   return topic == Topic::kTopology || topic == Topic::kPicture || topic == Topic::kShape;
 }

@@ -94,14 +94,13 @@ PageCommand ReadObject(const Json& command) {
   if (what == "mark") return MarkCommand{};
   if (what == "tare") return TareCommand{};
   if (what == "find") return ReinitializeTrackingCommand{};
-  if (what == "examine") return ExamineCommand{};
   if (what == "clutch") return ClutchCommand{Flag(command, "on")};
   if (what == "record") return RecordCommand{Flag(command, "on")};
   if (what == "render") return ReadRender(command);
   if (what == "replay") return ReadReplay(command);
   RefuseCommand(
       "do: accepted are stop, reset, ping, past, pointer, set, model, mark, tare, find, "
-      "examine, clutch, record, render, replay");
+      "clutch, record, render, replay");
 }
 
 }  // namespace

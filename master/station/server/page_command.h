@@ -44,8 +44,6 @@ struct MarkCommand {};
 struct TareCommand {};
 // {"do": "find"}: reinitializes tracking; an emergency stop stays active.
 struct ReinitializeTrackingCommand {};
-// {"do": "examine"}: runs the doctor; all pages receive its findings.
-struct ExamineCommand {};
 // {"do": "clutch", "on": true}: opens the clutch, regardless of the device.
 struct ClutchCommand {
   bool on = true;
@@ -64,10 +62,10 @@ struct ReplayCommand {
   std::optional<double> speed;  // relative to real time; finite, > 0
   std::optional<double> to;     // time in the recording [s]; finite
 };
-using PageCommand = std::variant<StopCommand, ResetCommand, PingCommand, PointerCommand,
-                                 MappingCommand, ModelCommand, MarkCommand, TareCommand,
-                                 ClutchCommand, RenderCommand, RecordCommand, ReplayCommand,
-                                 PastCommand, ReinitializeTrackingCommand, ExamineCommand>;
+using PageCommand =
+    std::variant<StopCommand, ResetCommand, PingCommand, PointerCommand, MappingCommand,
+                 ModelCommand, MarkCommand, TareCommand, ClutchCommand, RenderCommand,
+                 RecordCommand, ReplayCommand, PastCommand, ReinitializeTrackingCommand>;
 
 // Throws std::invalid_argument with the problem and what is accepted.
 PageCommand ReadPageCommand(std::string_view message);

@@ -126,7 +126,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   const PageServer::Listener* const listener_;
   boost::beast::flat_buffer heard_;
   NoticeBoard::Seen seen_{};
-  Topic last_ = Topic::kFindings;    // the first topic comes first
+  Topic last_ = Topic::kShape;       // the first topic comes first
   NoticeBoard::Bytes writing_;       // null: no pending write
   std::deque<std::string> answers_;  // not sent yet, at most kMostAnswers
   bool open_ = false;

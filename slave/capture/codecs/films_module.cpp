@@ -12,8 +12,8 @@ class OpenCvFilm final : public Film {
  public:
   explicit OpenCvFilm(const cv::VideoCapture& capture) : capture_(capture) {}
   cv::Mat Next() override {
-    cv::Mat picture;
-    return capture_.read(picture) ? picture : cv::Mat();
+    cv::Mat image;
+    return capture_.read(image) ? image : cv::Mat();
   }
 
  private:
@@ -42,7 +42,7 @@ class OpenCvFilms final : public Films {
     if (!capture.isOpened()) return nullptr;
     capture.set(cv::CAP_PROP_FPS, rate);
     capture.set(cv::CAP_PROP_BUFFERSIZE, 1);
-    // Where the driver allows: light that is put right from picture to picture is no light at all.
+    // Where the driver allows: light that is put right from image to image is no light at all.
     constexpr double kManual = 1;  // V4L2's V4L2_EXPOSURE_MANUAL
     capture.set(cv::CAP_PROP_AUTO_EXPOSURE, kManual);
     capture.set(cv::CAP_PROP_AUTO_WB, 0);

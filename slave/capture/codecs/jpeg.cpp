@@ -18,7 +18,7 @@ struct JpegComplaint : jpeg_error_mgr {
   char text[JMSG_LENGTH_MAX] = "";  // empty: none
   bool ends_early = false;
   bool has_one_scan = false;
-  bool has_end = true;  // the marker, without which a picture may be whole all the same
+  bool has_end = true;  // the marker, without which a image may be whole all the same
 
   JpegComplaint() {
     jpeg_std_error(this);
@@ -149,9 +149,9 @@ struct JpegWriter {
 
 std::unique_ptr<CodedPicture> OpenJpeg(Bytes bytes) {
   if (bytes.size() < 3 || bytes[0] != 0xff || bytes[1] != 0xd8 || bytes[2] != 0xff) return nullptr;
-  auto picture = std::make_unique<JpegPicture>(bytes);
-  if (picture->colours() != 1 && picture->colours() != 3) return nullptr;
-  return picture;
+  auto image = std::make_unique<JpegPicture>(bytes);
+  if (image->colours() != 1 && image->colours() != 3) return nullptr;
+  return image;
 }
 
 void RequireEncodable(const cv::Mat& image, const char* format) {

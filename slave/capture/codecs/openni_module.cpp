@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kPatienceMs = 1000;  // for a picture, before the camera counts as gone
+constexpr int kPatienceMs = 1000;  // for a image, before the camera counts as gone
 
 class OpenNiFilm final : public Film {
  public:
@@ -37,14 +37,14 @@ class OpenNiFilm final : public Film {
         depth_.readFrame(&frame) != openni::STATUS_OK) {
       return {};
     }
-    cv::Mat picture(frame.getHeight(), frame.getWidth(), CV_16UC1);
+    cv::Mat image(frame.getHeight(), frame.getWidth(), CV_16UC1);
     const auto* data = static_cast<const unsigned char*>(frame.getData());
-    for (int row = 0; row < picture.rows; ++row) {
-      std::memcpy(picture.ptr(row), data + std::size_t(row) * frame.getStrideInBytes(),
-                  picture.cols * picture.elemSize());
+    for (int row = 0; row < image.rows; ++row) {
+      std::memcpy(image.ptr(row), data + std::size_t(row) * frame.getStrideInBytes(),
+                  image.cols * image.elemSize());
     }
-    if (is_mirrored_) cv::flip(picture, picture, 1);
-    return picture;
+    if (is_mirrored_) cv::flip(image, image, 1);
+    return image;
   }
 
  private:

@@ -125,7 +125,7 @@ struct PngWriter {
 
   void Write(const cv::Mat& image) {
     png_set_write_fn(png, this, &Put, &Flush);
-    png_set_compression_level(png, 1);  // recordings come at picture rate
+    png_set_compression_level(png, 1);  // recordings come at image rate
     png_set_IHDR(png, info, static_cast<png_uint_32>(image.cols),
                  static_cast<png_uint_32>(image.rows), image.depth() == CV_16U ? 16 : 8,
                  image.channels() == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB,

@@ -1,6 +1,9 @@
 // Electrodes work and match each other, now and in the network's window. Samples do not repeat.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "slave/checks/fingertips/fingertip_checks.h"
 
 namespace palpate {
@@ -16,20 +19,15 @@ class ElectrodesCheck final : public Check<FingertipSample> {
     fail(tip.touch().place.is_flawed, FailedCheck::kElectrode, "electrodes are saturated or dead");
     fail(stuck.are_frozen() || stuck.count() == kElectrodeCount, FailedCheck::kFrozen,
          "all electrodes are constant: the sensor is dead or its driver repeats samples");
-    fail(stuck.count() > 0 && !tip.pattern(), FailedCheck::kElectrode,
+    fail(stuck.count() > 0 && !tip.signals(), FailedCheck::kElectrode,
          "an electrode is constant: it is dead");
-    fail(tip.baseline().steps() > kManySteps, FailedCheck::kElectrode,
-         "all electrodes step together repeatedly");
-    fail(tip.pattern() && tip.pattern()->misfit() > kMisfit, FailedCheck::kElectrode,
-         "the electrodes do not match each other");
     fail(tip.holds_flaw(), FailedCheck::kElectrode, "a faulty sample in the window");
+    if (!tip.signals() || tip.misses()) return;
+    // d^2 / n of n signals has the mean 1 and the variance 2 / n.
+    sample.consistency->Add({FailedCheck::kElectrode, "the electrodes do not match each other",
+                             std::max(0.0, tip.signals()->mahalanobis2() - 1),
+                             std::sqrt(2.0 / kPatternSignals)});
   }
-
- private:
-  // Steps of all electrodes together, in about 30 samples [-].
-  static constexpr double kManySteps = 2.5;
-  // Residual of the electrodes by its usual mean [-]. [tuned: plugged in one off]
-  static constexpr double kMisfit = 1.6;
 };
 
 }  // namespace palpate

@@ -8,22 +8,19 @@
 
 namespace palpate {
 
-class FingerEncoderCheck final : public Check<ContactSample> {
+class FingerEncoderCheck final : public Check<FingertipSample> {
  public:
-  void Examine(const ContactSample& sample, Findings* findings) noexcept override {
-    if (!sample.agrees_with_encoders) return;
-    doubts_ = *sample.agrees_with_encoders ? std::max(doubts_ - 1, 0) : kForgives;
-    if (doubts_ > 0) {
-      findings->Fail(FailedCheck::kArm, "the fingertips are not where the encoders report them");
-    }
-    findings->Widen(sample.apart);
+  void Examine(const FingertipSample& sample, Findings* /*findings*/) noexcept override {
+    if (!sample.encoder_error) return;
+    sample.consistency->Add({FailedCheck::kArm,
+                             "the fingertips are not where the encoders report them",
+                             std::max(0.0, *sample.encoder_error), kSigma});
   }
-  void Reset() noexcept override { doubts_ = 0; }
 
  private:
-  // Samples after which it is forgiven: a network looks back as far [samples]. [tuned: late]
-  static constexpr int kForgives = 15;
-  int doubts_ = 0;
+  // Of fingertip and encoder pose, beyond what their lag explains [m]: a single sample half a
+  // millimetre away fails. [tuned: late]
+  static constexpr double kSigma = 7.5e-5;
 };
 
 }  // namespace palpate

@@ -15,11 +15,6 @@ Checks<FingertipSample> MakeFingertipChecks() {
   checks.Add("response", std::make_unique<ResponseCheck>());
   checks.Add("rest_contact", std::make_unique<RestContactCheck>());
   checks.Add("pose", std::make_unique<PoseCheck>());
-  return checks;
-}
-
-Checks<ContactSample> MakeContactChecks() {
-  Checks<ContactSample> checks;
   checks.Add("model_force", std::make_unique<ModelForceCheck>());
   checks.Add("encoders", std::make_unique<FingerEncoderCheck>());
   return checks;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,10 +15,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/codecs/codecs.h"
-#include "slave/checks/camera/camera_limits.h"
 #include "slave/commands/running_scene.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/pipeline/manipulator_agreement/manipulator_agreement.h"
 #include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 
@@ -52,62 +49,6 @@ void PrintTip(const Scene& scene) {
         std::max(tip.roi - 2 * kReach, 12), std::ceil(2 * kReach + 2 * width));
   }
   PrintLine("tip", words);
-}
-
-// What the first picture is held against.
-void PrintStartChecks(const Scene& scene) {
-  const double pixel = scene.sense.Find<Camera>()->pixel;
-  const bool is_cut = scene.sense.Find<TipTracking>()->template_file.empty();
-  PrintLine("checked",
-            fmt::format(
-                "first image: size of the outline within {:g} %, its fit within {:g} px rms ({}); "
-                "{}; blur",
-                100 * CameraLimits::kMostScale, CameraLimits::kMostResidual,
-                LengthInWords(CameraLimits::kMostResidual * pixel),
-                is_cut ? fmt::format("the tool tip within {} of the encoder reading and its width "
-                                     "within {:g} %, where it contrasts with a plain background",
-                                     LengthInWords(CameraLimits::kToolElsewhere * pixel),
-                                     100 * CameraLimits::kToolWidth)
-                       : "the tool is not checked, because it has its own template"));
-}
-
-// What each picture is held against, and what nothing here can see.
-void PrintChecks(const Scene& scene) {
-  const Camera& camera = *scene.sense.Find<Camera>();
-  PrintLine(
-      "checked",
-      fmt::format("each image: the tip by parts of its template{}; a repeated image, if the "
-                  "camera has noise; interlaced rows that differ by {} px or more at the "
-                  "tip; a tip found after a loss, for three images",
-                  camera.source == Camera::Source::kSimulated
-                      ? fmt::format(" and by the manipulator, within {} and three sigma",
-                                    LengthInWords(ManipulatorAgreement::kApart * camera.pixel))
-                      : "",
-                  CameraLimits::kMostComb + 1));
-  if (!scene.sense.Find<ContourTracking>()) {
-    return PrintLine("UNDETECTED",
-                     "motion of the object or camera, a wrong size, a missing indentation: "
-                     "sense.contour detects them");
-  }
-  PrintStartChecks(scene);
-  PrintLine("checked",
-            fmt::format("object edge: indentations of {} or more, where the edge next to the tool "
-                        "is visible; occlusion; blur, by the edge width; overexposure by {:.0f} %",
-                        LengthInWords(CameraLimits::kSmallDent * camera.pixel),
-                        100 * (CameraLimits::kOverexposed - 1)));
-  PrintLine("compensated",
-            fmt::format("motion of the camera or object by up to {} ({:g} px), rotation by {:.1f} "
-                        "deg, growth by {:g} %; more is flagged",
-                        LengthInWords(CameraLimits::kMostShift * camera.pixel),
-                        CameraLimits::kMostShift, CameraLimits::kMostTurn * 180 / std::numbers::pi,
-                        100 * CameraLimits::kMostGrowth));
-  PrintLine("UNDETECTED",
-            fmt::format("a wrong young_modulus, thickness, tool.shape or `fixed`; a tip position "
-                        "error below {}; something that covers the touched edge from the start{}",
-                        LengthInWords(CameraLimits::kToolElsewhere * camera.pixel),
-                        camera.source == Camera::Source::kSimulated || ShowsArm(scene)
-                            ? ""
-                            : "; image latency, because no manipulator is visible in the images"));
 }
 
 void PrintModel(const Scene& scene) {
@@ -162,6 +103,11 @@ void PrintOff(const Scene& scene) {
 void PrintLine(const std::string& what, const std::string& text) {
   fmt::print("  {:<14} {}\n", what, text);
   std::fflush(stdout);  // what comes next may take a while
+}
+
+void PrintChecks(const std::string& which) {
+  PrintLine("checks",
+            which + "; slave/CHECKS.md lists what they flag, compensate and do not detect");
 }
 
 void PrintHand(const Scene& scene) {
@@ -226,7 +172,9 @@ int RunCheck(const CheckOptions& options) {
                                   LengthInWords(camera.pixel), lens));
   PrintManipulator(scene);
   PrintTip(scene);
-  PrintChecks(scene);
+  PrintChecks(scene.sense.Find<ContourTracking>()
+                  ? "of one camera"
+                  : "of one camera, without those of the object's edge: sense.contour adds them");
   PrintHand(scene);
   PrintModel(scene);
   PrintOff(scene);

@@ -30,6 +30,8 @@ void PrintCameras(const Scene& scene);
 bool ShowsArm(const Scene& scene);
 // Prints the manipulator and the checks that use its encoders.
 void PrintManipulator(const Scene& scene);
+// Prints which checks of slave/CHECKS.md run.
+void PrintChecks(const std::string& which);
 // Prints scales, force limit and guards of the operator.
 void PrintHand(const Scene& scene);
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -11,8 +10,6 @@
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
 #include "slave/capture/simulated_samples.h"
-#include "slave/checks/load/load_limits.h"
-#include "slave/checks/points/points_limits.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"
 #include "slave/mechanics/factory/make_model.h"
@@ -157,7 +154,7 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
   }
 }
 
-// What the eyes make of the first pictures.
+// What the tracker finds in the first images.
 struct FirstLook {
   int pictures = 0;
   int until_rest = 0;                // pictures until the rest frame was known; 0: it was not
@@ -167,7 +164,7 @@ struct FirstLook {
 };
 
 FirstLook FirstSample(const Scene& scene, const StereoRig& rig, StereoSource& source,
-                      SurfacePointTracker& eyes) {
+                      SurfacePointTracker& tracker) {
   constexpr int kPictures = 15;
   FirstLook look;
   std::chrono::duration<double, std::micro> spent(0);
@@ -176,10 +173,10 @@ FirstLook FirstSample(const Scene& scene, const StereoRig& rig, StereoSource& so
     if (!pair) break;
     if (look.pictures++ == 0) RequireRigFits(scene, rig, *pair);
     const auto began = std::chrono::steady_clock::now();
-    const SurfaceObservation& observation = eyes.Process(*pair);
+    const SurfaceObservation& observation = tracker.Process(*pair);
     if (look.pictures > 1) spent += std::chrono::steady_clock::now() - began;
-    if (look.pictures > 1) look.checks.Add(eyes.checks_us());
-    if (look.until_rest == 0 && eyes.at_rest_known()) look.until_rest = look.pictures;
+    if (look.pictures > 1) look.checks.Add(tracker.checks_us());
+    if (look.until_rest == 0 && tracker.at_rest_known()) look.until_rest = look.pictures;
     look.points = observation.points.size();
     look.seen = static_cast<std::size_t>(
         std::ranges::count_if(observation.points, [](const SurfacePoint& p) { return p.seen; }));
@@ -188,12 +185,12 @@ FirstLook FirstSample(const Scene& scene, const StereoRig& rig, StereoSource& so
   return look;
 }
 
-std::string SeenInWords(const Scene& scene, const SurfacePointTracker& eyes,
+std::string SeenInWords(const Scene& scene, const SurfacePointTracker& tracker,
                         const FirstLook& look) {
   if (look.until_rest == 0) {
-    const bool are_enough = look.pictures >= eyes.rest_pictures();
-    return fmt::format("NOTHING yet: {}; the first {} do not{}{}", RestInWords(eyes), look.pictures,
-                       are_enough ? ": " : "", are_enough ? WhyNotFound(scene) : "");
+    const bool are_enough = look.pictures >= tracker.rest_pictures();
+    return fmt::format("NOTHING yet: {}; the first {} do not{}{}", RestInWords(tracker),
+                       look.pictures, are_enough ? ": " : "", are_enough ? WhyNotFound(scene) : "");
   }
   std::string words = fmt::format(
       "{} of {} points in the last of {} images; the rest shape comes from the first {}: nothing "
@@ -216,10 +213,10 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   }
   const auto simulation = IsSimulated(scene) ? StartSimulation(scene, {}) : nullptr;
   const auto source = simulation ? simulation->OpenPairs() : OpenStereo(scene, false);
-  const auto eyes = MakeSurfacePointTracker(scene, rig);
+  const auto tracker = MakeSurfacePointTracker(scene, rig);
   PrintLine("images", source->description());
-  const FirstLook look = FirstSample(scene, rig, *source, *eyes);
-  PrintLine("detected", SeenInWords(scene, *eyes, look));
+  const FirstLook look = FirstSample(scene, rig, *source, *tracker);
+  PrintLine("detected", SeenInWords(scene, *tracker, look));
   if (look.pictures < 2) return;
   const double rate = SensorRate(scene.sense);
   PrintLine("rate",
@@ -238,82 +235,6 @@ void PrintDepthCamera(const DepthPictures& depth, const Scene& scene) {
                                  LengthInWords(depth.sigma), LengthInWords(FarthestDepth(scene))));
 }
 
-double NearestNeighbour(const std::vector<Eigen::Vector2d>& places) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) nearest = std::min(nearest, (places[i] - places[k]).norm());
-  }
-  return nearest;
-}
-
-// What each check of the eyes sees.
-void PrintCameraChecks(const Scene& scene) {
-  const PointTracking& points = *scene.sense.Find<PointTracking>();
-  PrintLine(
-      "checked",
-      fmt::format("each pair: an image that repeats, or contains parts of an old one (frozen); "
-                  "relative camera motion of {:.2g} px across the epipolar lines; an image {:.2g} "
-                  "periods late while the surface moves; at rest: a rig error of {:.2g} px",
-                  PointsLimits::kMostOffset, PointsLimits::kMostLag, PointsLimits::kMostAtRest));
-  if (points.track != PointTracking::Track::kDots) {
-    if (std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
-      PrintLine("checked", fmt::format("the membrane at rest: its distance within {:.2g} % (scale)",
-                                       100 * PointsLimits::kTrueSize));
-    }
-    return;
-  }
-  PrintLine(
-      "checked",
-      fmt::format("the dots at rest: their spacing within {:.2g} %, their position within {}",
-                  100 * PointsLimits::kTrueSize,
-                  LengthInWords(PointsLimits::kTruePlace * NearestNeighbour(DotPlaces(points)))));
-}
-
-void PrintDomeChecks(const DomeGeometry& dome, const Tool& tool) {
-  PrintLine("checked",
-            fmt::format("the membrane at rest: its shape within {} rms of the scene's (rest_shape)",
-                        LengthInWords(LoadLimits::kTrueDome * dome.inflation)));
-  PrintLine("checked",
-            fmt::format("a surface that no load explains, by {:.2g} % of the indentation depth "
-                        "(misfit); indentations deeper than {} (model_range)",
-                        100 * LoadLimits::kTrueDent, LengthInWords(tool.width / 2)));
-  PrintLine("UNDETECTED",
-            "a wrong young_modulus, thickness, prestress or pressure, which scales every force; a "
-            "wrong tool width; a contact during the rest images, until it ends");
-}
-
-// What the membrane's own checks see, and what nothing here can.
-void PrintLoadChecks(const Scene& scene) {
-  if (const auto* dome = std::get_if<DomeGeometry>(&scene.object.geometry)) {
-    return PrintDomeChecks(*dome, *scene.tool);
-  }
-  const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
-  if (membrane == nullptr) return;
-  const bool sees_tension = KindOf(scene).takes_tension;
-  PrintLine(
-      "checked",
-      fmt::format(
-          "the membrane: bulges and indentations of {} at rest{}",
-          LengthInWords(LoadLimits::kFlatHeight * membrane->thickness),
-          sees_tension ? "; indentations whose width does not fit the scene's prestress" : ""));
-  PrintLine("checked",
-            "points that deviate from every indentation of this model by more than their scatter "
-            "at rest (misfit), or have moved apart since rest (zoom: scale); a contact whose "
-            "position or depth differs from the encoder reading (arm, instants)");
-  PrintLine(
-      "compensated",
-      fmt::format("rigid motion of the rig or membrane by up to {} along the membrane, {} "
-                  "normal to it, and a tilt of {} at the rim; more is flagged",
-                  LengthInWords(PlateLimits::kMostSlide), LengthInWords(PlateLimits::kMostRise),
-                  LengthInWords(PlateLimits::kMostTilt)));
-  PrintLine(
-      "UNDETECTED",
-      fmt::format("a wrong young_modulus, thickness or poisson_ratio, which scales every force{}; "
-                  "a wrong baseline with camera angles that hide it at rest: the relative force "
-                  "error is three times that of the baseline; equal latency of both cameras",
-                  sees_tension ? "" : "; tension at rest, which `plate` does not model"));
-}
-
 }  // namespace
 
 void CheckStereo(const Scene& scene) {
@@ -326,11 +247,8 @@ void CheckStereo(const Scene& scene) {
     PrintDepthCamera(*scene.sense.Find<DepthPictures>(), scene);
   PrintPoints(scene, rig);
   PrintFirstLook(scene, rig);
-  if (scene.sense.Find<StereoCameras>()) PrintCameraChecks(scene);
-  if (EstimatesForce(scene)) {
-    PrintLoadChecks(scene);
-    PrintHand(scene);
-  }
+  PrintChecks(scene.sense.Find<StereoCameras>() ? "of a stereo pair" : "of a depth camera");
+  if (EstimatesForce(scene)) PrintHand(scene);
   PrintLine("off", "fingertips and tip tracking: only the object's points are used");
   PrintLine("on demand", "the deformed shape and the images: sent only while a client watches");
 }

@@ -68,26 +68,10 @@ void PrintNetwork(const ForceNetwork* network) {
           : "unknown for this network; the values of paper B, table I, are used");
 }
 
-// What is compared with what, and what that cannot see.
-void PrintChecks(const Scene& scene, const ForceNetwork* network) {
+void PrintChecksWith(const ForceNetwork* network) {
   if (network == nullptr) return;
-  if (!network->info().pattern.known()) {
-    PrintLine("checks", "off: the network file has no model of how its signals correlate");
-    return;
-  }
-  PrintLine("checks",
-            "each electrode against the others, which replace it; all against the pressure; drift, "
-            "noise");
-  PrintLine("", fmt::format("an electrode that is constant for {:.2g} s, or jumps; a common step "
-                            "of all electrodes, which is removed; repeated samples",
-                            kStandsStill));
-  if (MeetsObject(scene)) {
-    PrintLine("",
-              "the start of contact against the pose, within 2 mm; the force against the model's, "
-              "within a half");
-  }
-  PrintLine("UNDETECTED",
-            "all signals lower by a third; a rotated pose; samples less than 0.1 s late");
+  if (network->info().pattern.known()) return PrintChecks("of fingertips");
+  PrintLine("checks", "off: the network file has no model of how its signals correlate");
 }
 
 void PrintPlaces(const Scene& scene, const Localiser& localiser) {
@@ -140,7 +124,7 @@ void PrintPace(const Scene& scene, TactileEstimator& estimator) {
 }
 
 void PrintFelt(const Scene& scene, TactileEstimator& estimator) {
-  const LocalModel& local = estimator.felt().local_model;
+  const LocalModel& local = estimator.estimate().local_model;
   if (!local.known()) return;
   const double stiffness = local.normal.dot(local.stiffness * local.normal);
   const double depth = scene.operator_options.press_depth;
@@ -166,7 +150,7 @@ void CheckTactile(const Scene& scene) {
   TactileEstimator estimator(scene);
   PrintFingers(scene);
   PrintNetwork(estimator.network());
-  PrintChecks(scene, estimator.network());
+  PrintChecksWith(estimator.network());
   PrintPlaces(scene, estimator.localiser());
   PrintPace(scene, estimator);
   PrintFelt(scene, estimator);

@@ -16,7 +16,6 @@
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/shape/score_words.h"
-#include "slave/study/shape/simulated_experiment.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate {
@@ -112,10 +111,6 @@ std::string NotScored(const study::MeasuredQuestion& question,
 void PrintAnswer(const study::MeasuredQuestion& question, const study::MeasuredAnswer& answer) {
   std::printf("object: %zu of %zu points, %s\n", answer.object.size(),
               question.measured.cloud->size(), answer.choice.why.c_str());
-  for (const study::LabelScore& row : answer.labels) {
-    std::printf("label %u: %zu points, intersection over union %s\n", row.label, row.points,
-                study::Percent(row.iou).c_str());
-  }
   if (!question.camera) {
     std::puts("not scored: the scene has no sense.depth_camera");
     return;
@@ -134,77 +129,6 @@ void RequireOtherThanInputs(const EvaluateOptions& options, const Scene& scene) 
   inputs.insert(inputs.end(), {options.cloud, options.contacts, options.loads});
   RequireOtherThan("--out", options.out,
                    {"report.json", "object.pcd", "segmentation.pcd", "simulated.pcd"}, inputs);
-}
-
-int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
-  study::MeasuredQuestion question;
-  question.segmenting = SegmentingOf(options);
-  question.hint = Hint(options);
-  question.leaf = options.leaf;
-  question.measured = study::ReadPcd(options.cloud);
-  question.file = options.cloud.filename().string();
-  const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
-  LogRemarks(scene);
-  RequireOtherThanInputs(options, scene);
-  question.scene = scene.name;
-  question.camera = scene.sense.depth_camera;
-  {
-    ProgressBar bar("evaluate", stop);
-    const bool tables = !options.contacts.empty() || !options.loads.empty();
-    question.shape = tables ? ShapeUnderTables(scene, options.contacts, options.loads, &bar)
-                            : ShapeAfterRecording(scene, &bar);
-  }
-  const study::MeasuredAnswer answer = study::Evaluate(question);
-  std::filesystem::create_directories(options.out);
-  if (!study::WriteMeasured(question, answer, options.out)) {
-    std::fprintf(stderr, "evaluate: %s cannot be written\n", options.out.c_str());
-    return 1;
-  }
-  PrintAnswer(question, answer);
-  const std::string why = NotScored(question, answer);
-  if (why.empty()) return 0;
-  std::fprintf(stderr, "evaluate: %s: no score: %s\n", options.cloud.c_str(), why.c_str());
-  return 1;
-}
-
-std::vector<study::SimulatedObject> Experiments(const EvaluateOptions& options, const Scene& scene,
-                                                ProgressBar* bar) {
-  std::vector<study::SimulatedObject> objects;
-  study::ExperimentOptions experiment;
-  experiment.repetitions = options.repetitions;
-  experiment.leaf = options.leaf;
-  const auto run = [&](const Scene& one, std::string_view material) {
-    const std::string stage = material.empty() ? one.name : one.name + " " + std::string(material);
-    experiment.progress = [&](double done) { return bar->Report(stage, done); };
-    objects.push_back(study::RunExperiment(one, experiment));
-    objects.back().material = material;
-  };
-  if (!options.materials) run(scene, "");
-  for (const study::Foam& foam : study::kFoams) {
-    if (options.materials) run(study::MadeOf(foam, scene), foam.name);
-  }
-  return objects;
-}
-
-int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& stop) {
-  if (!options.contacts.empty() || !options.loads.empty() || !options.at.empty()) {
-    throw std::invalid_argument("--contacts, --loads, --at: accepted is these with --cloud only");
-  }
-  const Scene scene = LoadScene(options.scene, options.overrides);
-  LogRemarks(scene);
-  RequireOtherThanInputs(options, scene);
-  std::vector<study::SimulatedObject> objects;
-  {
-    ProgressBar bar("evaluate", stop);
-    objects = Experiments(options, scene, &bar);
-  }
-  std::filesystem::create_directories(options.out);
-  if (!study::WriteSimulated(objects, options.leaf, options.out)) {
-    std::fprintf(stderr, "evaluate: %s cannot be written\n", options.out.c_str());
-    return 1;
-  }
-  std::fputs(study::ToTable(objects).c_str(), stdout);
-  return 0;
 }
 
 }  // namespace
@@ -242,7 +166,34 @@ study::EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem
 int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop) {
   Require(options.leaf >= 1e-4 && options.leaf <= 1, "--leaf", std::to_string(options.leaf),
           "0.0001 to 1 m");
-  return options.cloud.empty() ? EvaluateSimulated(options, stop) : EvaluateCloud(options, stop);
+  study::MeasuredQuestion question;
+  question.segmenting = SegmentingOf(options);
+  question.hint = Hint(options);
+  question.leaf = options.leaf;
+  question.measured = study::ReadPcd(options.cloud);
+  question.file = options.cloud.filename().string();
+  const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  LogRemarks(scene);
+  RequireOtherThanInputs(options, scene);
+  question.scene = scene.name;
+  question.camera = scene.sense.depth_camera;
+  {
+    ProgressBar bar("evaluate", stop);
+    const bool tables = !options.contacts.empty() || !options.loads.empty();
+    question.shape = tables ? ShapeUnderTables(scene, options.contacts, options.loads, &bar)
+                            : ShapeAfterRecording(scene, &bar);
+  }
+  const study::MeasuredAnswer answer = study::Evaluate(question);
+  std::filesystem::create_directories(options.out);
+  if (!study::WriteMeasured(question, answer, options.out)) {
+    std::fprintf(stderr, "evaluate: %s cannot be written\n", options.out.c_str());
+    return 1;
+  }
+  PrintAnswer(question, answer);
+  const std::string why = NotScored(question, answer);
+  if (why.empty()) return 0;
+  std::fprintf(stderr, "evaluate: %s: no score: %s\n", options.cloud.c_str(), why.c_str());
+  return 1;
 }
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// `palpate-slave evaluate`: compares the estimated shape with a measured cloud, or with the truth
-// of a simulator (contracts; paper B, IV.C).
+// `palpate-slave evaluate`: compares the estimated shape with a measured cloud (contracts; paper B,
+// IV.C).
 #pragma once
 
 #include <filesystem>
@@ -16,15 +16,13 @@ namespace palpate {
 struct EvaluateOptions {
   std::filesystem::path scene;
   std::vector<std::string> overrides;  // key.path=value
-  std::filesystem::path cloud;         // PCD, frame of the camera; empty: the simulated experiment
+  std::filesystem::path cloud;         // PCD, frame of the camera
   std::filesystem::path out;           // folder
   std::filesystem::path contacts,
       loads;                         // CSV as for `solve`; empty: the estimate from the fingertips
   std::string segment = "surfaces";  // surfaces colour no
   std::vector<double> at;            // x, y, z of a point on the object, frame of the camera [m]
   double leaf = 0.01;                // of the octree [m]
-  int repetitions = 5;               // number of contacts of the simulated experiment
-  bool materials = false;            // evaluate each of the paper's three foams
 };
 
 // Returns the exit code: 0 done, 1 the files cannot be written or the cloud has no score. Throws

@@ -7,14 +7,13 @@ namespace palpate {
 namespace {
 
 constexpr const char* kExamples = R"(Examples:
-  palpate-slave evaluate deploy/scenes/foam-cube.yaml --materials --out build/cube
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube)";
 
 void AddOptions(CLI::App* command, EvaluateOptions* options) {
   AddSceneOptions(command, &options->scene, &options->overrides);
   Add(command, "--cloud", &options->cloud, "FILE",
-      "Measured points (PCD) in the frame of sense.depth_camera; without it, simulated "
-      "contacts and a virtual camera provide them");
+      "Measured points (PCD) in the frame of sense.depth_camera")
+      ->required();
   Add(command, "--out", &options->out, "DIR", "Folder for report.json and clouds")->required();
   Add(command, "--contacts", &options->contacts, "FILE",
       "Contacts that deform the object: CSV as for solve; default: the end of the "
@@ -29,10 +28,6 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
                    "A point on the object in the frame of the cloud: x,y,z [m]")
       ->delimiter(',')
       ->expected(3);
-  AddShown(command, "--repetitions", &options->repetitions,
-           "Number of simulated contacts when --cloud is absent");
-  command->add_flag("--materials", options->materials,
-                    "Evaluate the simulated object in each of paper B's three foams");
   AddShown(command, "--leaf", &options->leaf, "Edge of the octree's leaves [m]");
 }
 

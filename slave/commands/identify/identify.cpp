@@ -132,7 +132,7 @@ std::optional<Table> ReadOrLeaveOut(Table (*read)(const TableRequest&, const ide
     RequirePossible(table);
     return table;
   } catch (const identify::TooFewRows& e) {
-    report->doubts.push_back(std::string(e.what()) + "; left out");
+    report->warnings.push_back(std::string(e.what()) + "; left out");
     return std::nullopt;
   }
 }
@@ -148,15 +148,15 @@ void FindSpread(IdentifyReport* report) {
   report->specimen_sigma = identify::OtherSpecimenSigma(most);
 }
 
-void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, bool foam,
-                  Progress* progress, IdentifyReport* report) {
+void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, Progress* progress,
+                  IdentifyReport* report) {
   for (const TableRequest& request : requests.tests) {
     auto read = ReadOrLeaveOut(identify::ReadTest, request, specimen, report);
     if (!read) continue;
     const identify::MaterialTest& test = report->tests.emplace_back(std::move(*read));
-    report->doubts.insert(report->doubts.end(), test.remarks.begin(), test.remarks.end());
-    if (std::string doubt = AgainstIsotropy(test); !doubt.empty()) {
-      report->doubts.push_back(std::move(doubt));
+    report->warnings.insert(report->warnings.end(), test.remarks.begin(), test.remarks.end());
+    if (std::string warning = AgainstIsotropy(test); !warning.empty()) {
+      report->warnings.push_back(std::move(warning));
     }
     const auto chord = ChordModulusOf(test);
     if (chord && chord->modulus > 2 * chord->sigma) {  // else its interval includes zero
@@ -166,16 +166,11 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
   FindSpread(report);
   if (report->tests.empty()) return;
   ReportProgress(progress, "constitutive models", 0);
-  report->fits = identify::FitLaws(report->tests, foam, &report->dropped);
+  report->fits = identify::FitLaws(report->tests, &report->dropped);
   for (const identify::LawFit& fit : report->fits) {
     report->shares.emplace_back();
     identify::RelativeRms(fit.law, report->tests, &report->shares.back());
   }
-  ReportProgress(progress, "other tests", 0.8);
-  const identify::Predictor predictor(report->tests, foam);
-  report->predictions = predictor.OtherTests();
-  report->fitted = predictor.FittedTests();
-  report->predicted_by = predictor.laws();
 }
 
 void IdentifyRelaxation(const Requests& requests, const identify::Specimen& specimen,
@@ -186,9 +181,6 @@ void IdentifyRelaxation(const Requests& requests, const identify::Specimen& spec
   }
   if (report->relaxations.empty()) return;
   report->prony = identify::FitProny(report->relaxations);
-  for (auto& curve : identify::PredictRates(*report->prony, report->relaxations)) {
-    report->predictions.push_back(std::move(curve));
-  }
 }
 
 }  // namespace
@@ -208,15 +200,14 @@ displacements need --diameter or --area, and --height.
 
 The chord modulus is the slope of nominal stress between 10 and 20 % strain, or over the measured
 range of a shorter curve. It is divided by the stiffening due to bonded ends. The constitutive
-models are neo-Hookean, Mooney-Rivlin, Yeoh and Ogden with 1 to 3 terms. With --foam they are
-compressible. The best model is stable and has the lowest BIC. A model whose residual is above 10 %
-of the peak is only a warning. The lines for a scene are of the best model that a scene reads.
-Several tests of one kind are several specimens. Numbers that no soft solid has are rejected.
+models are neo-Hookean, Mooney-Rivlin, Yeoh and Ogden with 1 to 3 terms. The best model is stable
+and has the lowest BIC. A model whose residual is above 10 % of the peak is only a warning. The
+lines for a scene are of the best model that a scene reads. Several tests of one kind are several
+specimens. Numbers that no soft solid has are rejected.
 
 Examples:
   palpate-slave identify compression=EF10.csv --diameter 50mm --height 30mm --ends bonded --out build/ef10
   palpate-slave identify uniaxial=UT.csv equibiaxial=ET.csv planar=PS.csv --stress-unit MPa --out build/rubber
-  palpate-slave identify tension=UT.csv compression=UC.csv shear=SS.csv --foam --out build/foam
   palpate-slave identify relaxation=hold.csv --out build/adhesive
   palpate-slave identify press=answers.csv --scene deploy/scenes/foam-cube.yaml --out build/cube
   palpate-slave identify pictures=loadcell.csv --scene recorded.yaml --out build/recorded)";
@@ -227,24 +218,23 @@ int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
   std::vector<std::filesystem::path> inputs{requests.press, requests.pictures, options.scene};
   for (const TableRequest& request : requests.tests) inputs.push_back(request.file);
   for (const TableRequest& request : requests.relaxations) inputs.push_back(request.file);
-  RequireOtherThan("--out", options.out, {"report.json", "identify.svg", "predictions.csv"},
-                   inputs);
+  RequireOtherThan("--out", options.out, {"report.json"}, inputs);
   IdentifyReport report;
   {
     ProgressBar progress("identify", stop);
-    IdentifyLaws(requests, specimen, options.foam, &progress, &report);
+    IdentifyLaws(requests, specimen, &progress, &report);
     IdentifyRelaxation(requests, specimen, &report);
     const bool nothing = report.tests.empty() && report.relaxations.empty() &&
                          requests.press.empty() && requests.pictures.empty();
-    if (nothing) throw InputError(report.doubts.front());
+    if (nothing) throw InputError(report.warnings.front());
     if (!requests.press.empty()) {
       const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
       LogRemarks(scene);
       report.press = FitPress(scene, requests.press, options.width, options.fit_poisson, &progress);
       if (report.press->extrapolated > 0) {
-        report.doubts.push_back(Formatted("%s: %d of %d contacts are beyond the model's range",
-                                          requests.press.c_str(), report.press->extrapolated,
-                                          report.press->presses));
+        report.warnings.push_back(Formatted("%s: %d of %d contacts are beyond the model's range",
+                                            requests.press.c_str(), report.press->extrapolated,
+                                            report.press->presses));
       }
     }
     if (!requests.pictures.empty()) {

@@ -21,16 +21,14 @@ struct IdentifyOptions {
   std::string x, y;                    // columns; empty: found by their names
   double from = 0, to = 1e9;           // strains that are used [-]
   double poisson_ratio = 0.5;          // for bonded ends
-  bool foam = false;                   // fit compressible constitutive models
   bool fit_poisson = false;            // press: estimate nu too
   double width = 0;                    // press: width of rows without one [m]
 };
 
 extern const char* const kIdentifyHelp;  // text of --help below the options
 
-// Writes report.json, identify.svg and, if available, predictions.csv into `out`, and prints the
-// results. 0: done. Throws InputError, SceneError, std::invalid_argument, exceptions of writing,
-// and Interrupted.
+// Writes report.json into `out` and prints the results. 0: done. Throws InputError, SceneError,
+// std::invalid_argument, exceptions of writing, and Interrupted.
 int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop);
 
 }  // namespace palpate

@@ -7,7 +7,6 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "shared/text/csv.h"
 #include "shared/text/text.h"
 #include "slave/identify/specimen_spread.h"
 
@@ -76,14 +75,11 @@ Json ToJson(const LawFit& fit, const std::vector<double>& shares, const Identify
           {"shear_modulus_Pa", fit.law.ShearModulus()},
           {"young_modulus_Pa", E},
           {"half_width_Pa", HalfWidth(E, fit.young_sigma, report.specimen_sigma)},
-          {"poisson_ratio", fit.law.PoissonRatio()},
           {"rms_of_peak", fit.rms},
           {"rms_of_own_peak", per_test},
           {"bic", fit.bic},
           {"stable", fit.unstable.empty()},
           {"instability", fit.unstable},
-          {"not_told", fit.untold},
-          {"would_tell", fit.extra},
           {"scene", SceneLines(fit, report.specimen_sigma)}};
 }
 
@@ -139,7 +135,6 @@ Json ToJson(const identify::PronyFit& prony, const Faded& faded) {
           {"sigma_Pa", prony.sigma},
           {"terms", terms},
           {"rms_of_peak", prony.rms},
-          {"log_factor_at_other_rates", prony.other_rate},
           {"young_modulus_held_Pa", faded.held},
           {"half_width_Pa", faded.half_width},
           {"young_modulus_at_once_Pa", faded.at_once},
@@ -181,25 +176,6 @@ std::string ToWords(const PictureFit& fit) {
   return words;
 }
 
-void WritePredictions(const IdentifyReport& report, const std::filesystem::path& file) {
-  std::string text = "test,abscissa,nominal_stress_Pa,low_Pa,high_Pa,component,measured_Pa\n";
-  for (const auto* curves : {&report.predictions, &report.fitted}) {
-    for (const identify::PredictedCurve& curve : *curves) {
-      for (const identify::PredictedRow& row : curve.rows) {
-        text += curve.name;
-        for (const double value : {row.abscissa, row.stress, row.low, row.high}) {
-          text += ',';
-          AppendNumber(&text, value, 9);
-        }
-        text += ',' + curve.component + ',';
-        if (row.measured) AppendNumber(&text, *row.measured, 9);
-        text += '\n';
-      }
-    }
-  }
-  WriteWholeFile(file, text);
-}
-
 std::string WordsOf(const LawFit& fit) {
   std::string words;
   for (Eigen::Index i = 0; i < fit.values.size(); ++i) {
@@ -229,11 +205,10 @@ void AddScene(const IdentifyReport& report, std::string* words) {
   const auto [low, high] = identify::LinearRange(fit->law);
   *words += SceneLines(*fit, report.specimen_sigma);
   *words += fmt::format(
-      "  E at rest {:.4g} +- {:.2g} Pa: for object.material.young_modulus with this model{}\n"
+      "  E at rest {:.4g} +- {:.2g} Pa: for object.material.young_modulus with this model, or\n"
       "  for a linear model, which is within 10 % of {} from {:.1f} to {:.1f} % strain\n"
       "  residual up to {:.0f} % strain: {:.0f} % of the largest stress there\n",
-      E, HalfWidth(E, fit->young_sigma, report.specimen_sigma),
-      fit->law.nu ? " (no scene reads a foam model), and" : ", or", fit->law.name, 100 * low,
+      E, HalfWidth(E, fit->young_sigma, report.specimen_sigma), fit->law.name, 100 * low,
       100 * high, 100 * identify::kSmallStrain,
       100 * identify::SmallStrainRms(fit->law, report.tests));
   if (fit->rms > kPoorFit) *words += "  warning: these lines are of a fit worse than 10 %\n";
@@ -255,17 +230,12 @@ void AddLaws(const IdentifyReport& report, std::string* words) {
   }
   const double E = best.law.YoungModulus();
   *words += fmt::format(
-      "{}: {}; at rest E {:.4g} +- {:.2g} Pa, nu {:.4g}\n",
+      "{}: {}; at rest E {:.4g} +- {:.2g} Pa\n",
       best.rms > kPoorFit
           ? fmt::format("warning: no model fits within {:.0f} %; closest (rms {:.1f} %)",
                         100 * kPoorFit, 100 * best.rms)
           : "best",
-      best.law.name, E, HalfWidth(E, best.young_sigma, report.specimen_sigma),
-      best.law.PoissonRatio());
-  if (!best.untold.empty()) {
-    *words += fmt::format("  these data determine poorly: {}; a test that determines it: {}\n",
-                          best.untold, best.extra);
-  }
+      best.law.name, E, HalfWidth(E, best.young_sigma, report.specimen_sigma));
   AddScene(report, words);
 }
 
@@ -316,9 +286,8 @@ void AddRelaxation(const IdentifyReport& report, std::string* words) {
 
 std::string SceneLines(const LawFit& fit, double specimen_sigma) {
   if (!fit.unstable.empty() || fit.law.terms.empty()) return {};
-  const double G = fit.law.ShearModulus(), E = fit.law.YoungModulus();
-  const double sigma = std::hypot(specimen_sigma, fit.young_sigma / E);
-  if (fit.law.nu) return MaterialLine(E, *fit.law.nu, sigma) + kLinearModel;
+  const double G = fit.law.ShearModulus();
+  const double sigma = std::hypot(specimen_sigma, fit.young_sigma / fit.law.YoungModulus());
   std::string terms;
   for (const identify::LawTerm& term : fit.law.terms) {
     if (term.G < kLeastShare * G) continue;
@@ -330,7 +299,7 @@ std::string SceneLines(const LawFit& fit, double specimen_sigma) {
 
 std::string ToWords(const IdentifyReport& report) {
   std::string words;
-  for (const std::string& doubt : report.doubts) words += doubt + "\n";
+  for (const std::string& warning : report.warnings) words += warning + "\n";
   AddModuli(report, &words);
   if (!report.fits.empty()) AddLaws(report, &words);
   if (report.prony) AddRelaxation(report, &words);
@@ -347,7 +316,7 @@ std::string ToWords(const IdentifyReport& report) {
 }
 
 void WriteReport(const IdentifyReport& report, const std::filesystem::path& out) {
-  Json json = {{"doubts", report.doubts}, {"moduli", Json::array()}, {"laws", Json::array()}};
+  Json json = {{"warnings", report.warnings}, {"moduli", Json::array()}, {"laws", Json::array()}};
   for (const NamedChord& named : report.moduli) {
     json["moduli"].push_back(ToJson(named, report.specimen_sigma));
   }
@@ -360,14 +329,10 @@ void WriteReport(const IdentifyReport& report, const std::filesystem::path& out)
   if (const LawFit* fit = ReadByScenes(report)) json["scene_law"] = fit->law.name;
   json["dropped"] = report.dropped;
   json["specimens"] = {{"count", report.specimens}, {"sigma", report.specimen_sigma}};
-  if (!report.predicted_by.empty()) json["predicted_by"] = report.predicted_by;
   if (report.prony) json["relaxation"] = ToJson(*report.prony, FadedOf(report));
   if (report.press) json["press"] = ToJson(*report.press);
   if (report.pictures) json["pictures"] = ToJson(*report.pictures);
   WriteWholeFile(out / "report.json", json.dump(2) + "\n");
-  WriteWholeFile(out / "identify.svg", DrawIdentify(report));
-  if (!report.predictions.empty() || !report.fitted.empty())
-    WritePredictions(report, out / "predictions.csv");
 }
 
 }  // namespace palpate

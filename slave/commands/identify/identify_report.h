@@ -11,7 +11,6 @@
 #include "slave/commands/identify/press_fit.h"
 #include "slave/identify/chord_modulus.h"
 #include "slave/identify/law_fit.h"
-#include "slave/identify/prediction.h"
 #include "slave/identify/prony.h"
 
 namespace palpate {
@@ -24,7 +23,7 @@ struct NamedChord {
 
 struct IdentifyReport {
   std::vector<identify::MaterialTest> tests;
-  std::vector<std::string> doubts;  // of the tables, a sentence each
+  std::vector<std::string> warnings;  // of the tables, a sentence each
   std::vector<NamedChord> moduli;
   std::vector<identify::LawFit> fits;       // the best first
   std::vector<std::vector<double>> shares;  // rms of each test over its peak, per fit
@@ -32,9 +31,6 @@ struct IdentifyReport {
   // Relative standard deviation of the modulus of another specimen, from this number of them.
   double specimen_sigma = 0;
   std::size_t specimens = 1;
-  std::vector<identify::PredictedCurve> predictions;  // tests that were not made
-  std::vector<identify::PredictedCurve> fitted;       // tests that were
-  std::string predicted_by;
   std::vector<identify::RelaxationTable> relaxations;
   std::optional<identify::PronyFit> prony;
   std::optional<PressFit> press;
@@ -42,11 +38,10 @@ struct IdentifyReport {
 };
 
 // Lines of a scene for a fit; empty: `model` does not accept this constitutive model, or it is
-// unstable. A foam's are those of a linear model. `specimen_sigma`: as in the report.
+// unstable. `specimen_sigma`: as in the report.
 std::string SceneLines(const identify::LawFit& fit, double specimen_sigma);
 
 std::string ToWords(const IdentifyReport& report);
 void WriteReport(const IdentifyReport& report, const std::filesystem::path& out);
-std::string DrawIdentify(const IdentifyReport& report);
 
 }  // namespace palpate

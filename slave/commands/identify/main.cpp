@@ -7,7 +7,7 @@ namespace {
 
 void AddOptions(CLI::App* command, IdentifyOptions* options) {
   command->add_option("DATA", options->data, "Tables of tests; see below")->required();
-  command->add_option("--out", options->out, "Folder for report.json and identify.svg")
+  command->add_option("--out", options->out, "Folder for report.json")
       ->type_name("DIR")
       ->required();
   command->add_option("--diameter", options->diameter,
@@ -29,8 +29,6 @@ void AddOptions(CLI::App* command, IdentifyOptions* options) {
   command->add_option("--y", options->y, "Name of the load column");
   command->add_option("--from", options->from, "Use rows whose absolute strain is at least this");
   command->add_option("--to", options->to, "Use rows whose absolute strain is at most this");
-  command->add_flag("--foam", options->foam,
-                    "Fit compressible constitutive models instead of incompressible ones");
   command->add_option("--scene", options->scene, "For press and pictures: scene file (YAML)")
       ->type_name("FILE");
   command->add_option("--override", options->overrides,

@@ -28,6 +28,15 @@ struct Sample {
   double truth = 0, told = 0, model = 0, vision = 0;  // forces [N]; of `vision` the error
 };
 
+// The scene with further overrides and the same model, also where `auto` chose it.
+Scene Changed(const Scene& scene, const std::vector<std::string>& overrides) {
+  std::vector<std::string> all = scene.overrides;
+  all.insert(all.end(), overrides.begin(), overrides.end());
+  Scene changed = LoadScene(scene.file, all);
+  changed.model = scene.model;
+  return changed;
+}
+
 // What the master would show of `local` at a place.
 double Rendered(const LocalModel& local, const Eigen::Vector3d& p_S) {
   const Eigen::Vector3d f = local.force + local.stiffness * (local.reference - p_S);

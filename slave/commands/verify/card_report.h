@@ -1,4 +1,4 @@
-// The card as one page, as JSON and as text.
+// The card as JSON and as text.
 #pragma once
 
 #include <filesystem>
@@ -14,10 +14,10 @@ struct CardTitle {
   std::string scene, source;
 };
 
-// Writes folder/report.html and folder/report.json. Throws std::runtime_error: not writable.
+// Writes folder/report.json. Throws std::runtime_error: not writable.
 void WriteCards(const CardTitle& title, const std::vector<ForceCard>& cards,
                 const std::filesystem::path& folder);
-// The same files where the slave refuses the samples of `scene`. Throws std::runtime_error.
+// The same file where the slave refuses the samples of `scene`. Throws std::runtime_error.
 void WriteRefusal(const std::string& scene, const std::string& why,
                   const std::filesystem::path& folder);
 // A table of verdicts, and what is likely wrong.

@@ -31,7 +31,7 @@ struct ForceCard {
   std::vector<std::string> causes;  // what is likely wrong, one sentence each
   MapFit force;
   std::optional<MapFit> position;
-  std::vector<KnownAndReported> loads;  // means under load, for the drawing; `sigma`: stated
+  std::vector<KnownAndReported> loads;  // means under load; `sigma`: stated
   int states = 0;                       // compared under load
   int flagged = 0;                      // of all states under load with a force
   std::vector<int> axes;                // that were compared

@@ -28,7 +28,7 @@ void AddOptions(CLI::App* command, VerifyOptions* options) {
   AddSceneOptions(command, &options->scene, &options->overrides);
   command->get_option("scene")->description(
       "Scene file (YAML), or a recording of the slave (FILE.mcap)");
-  Add(command, "--out", &options->out, "DIR", "Folder for report.html and report.json")->required();
+  Add(command, "--out", &options->out, "DIR", "Folder for report.json")->required();
   Add(command, "--loads", &options->loads, "FILE", "Known loads: CSV, see below")
       ->check(CLI::ExistingFile);
   command->add_flag("--sensor", options->sensor,

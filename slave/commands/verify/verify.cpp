@@ -137,8 +137,7 @@ void Check(const VerifyOptions& options) {
                                 ": accepted with a recording is --loads FILE.csv");
   }
   const std::array inputs{options.scene, options.loads, options.states};
-  RequireOtherThan("--out", options.out,
-                   {"report.html", "report.json", "states.csv", "loads.csv", "summary.json"},
+  RequireOtherThan("--out", options.out, {"report.json", "states.csv", "loads.csv", "summary.json"},
                    inputs);
 }
 
@@ -164,7 +163,7 @@ int RunVerify(const VerifyOptions& options, const std::stop_token& stop) {
     } catch (const std::exception& refusal) {
       WriteRefusal(scene.name, refusal.what(), options.out);
       std::printf("does not pass: the slave refuses these samples\nlikely wrong: %s\nwritten: %s\n",
-                  refusal.what(), (options.out / "report.html").c_str());
+                  refusal.what(), (options.out / "report.json").c_str());
       return 1;
     }
     session.states = ReadStates(options.out / "states.csv");
@@ -178,8 +177,7 @@ int RunVerify(const VerifyOptions& options, const std::stop_token& stop) {
   }
   WriteCards({scene.name, session.source}, cards, options.out);
   std::fputs(ToText(cards).c_str(), stdout);
-  std::printf("written: %s, %s\n", (options.out / "report.html").c_str(),
-              (options.out / "report.json").c_str());
+  std::printf("written: %s\n", (options.out / "report.json").c_str());
   return std::ranges::all_of(cards, &ForceCard::passes) ? 0 : 1;
 }
 

@@ -26,7 +26,7 @@ struct VerifyOptions {
   double hold = 3;       // for which a load is held in answer to a question [s]
 };
 
-// Writes report.html, report.json, states.csv and loads.csv (if there were questions). 0: every
+// Writes report.json, states.csv and loads.csv (if there were questions). 0: every
 // tested quantity is right; 1: it is not, or the loads do not decide it. Throws SceneError,
 // InputError, std::invalid_argument: unusable input; std::runtime_error: the slave does not answer.
 int RunVerify(const VerifyOptions& options, const std::stop_token& stop);

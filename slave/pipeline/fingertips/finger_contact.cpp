@@ -54,16 +54,9 @@ void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF
                            const FingerTouch& touch, double largest_force) noexcept {
   acts_ = has_force_ = is_beyond_model_ = false;
   misplaced_ = {};
-  // Deeper than a radius behind the surface no pose is believed; a force that goes on there, as of
-  // something very soft, still presses where it did.
   const auto centre = surface.Find(X_OF.translation(), kAnywhere);
   if (centre && centre->inside && centre->distance > radius_) {
-    if (touch.touching && has_place_) {
-      TakeForce(X_OF, touch, largest_force);
-      ActByForce();
-    } else {
-      LetGo();
-    }
+    KeepPlace(X_OF, touch, largest_force);
     misplaced_ = "the pose puts the fingertip inside the object";
     return;
   }
@@ -90,6 +83,15 @@ void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF
   } else {
     ActByForce();
   }
+}
+
+// Deeper than a radius behind the surface no pose is believed; a force that goes on there, as of
+// something very soft, still acts where it did.
+void FingerContact::KeepPlace(const Isometry3d& X_OF, const FingerTouch& touch,
+                              double largest_force) noexcept {
+  if (!touch.touching || !has_place_) return LetGo();
+  TakeForce(X_OF, touch, largest_force);
+  ActByForce();
 }
 
 bool FingerContact::FindPlace(const SurfaceContact& surface, const Isometry3d& X_OF,

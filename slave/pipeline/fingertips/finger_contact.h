@@ -20,7 +20,7 @@ namespace palpate {
 // on the narrow side of the foam sponge the place ran away.
 //
 // Holding by displacement takes the place's depth under the fingertip's surface from the pose, and
-// lasts until the pose lets go: samples in which the contact is not felt change nothing.
+// lasts until the pose lets go: samples in which no contact is measured change nothing.
 class FingerContact {
  public:
   explicit FingerContact(const Tactile& tactile);
@@ -47,6 +47,8 @@ class FingerContact {
   [[nodiscard]] bool is_beyond_model() const { return is_beyond_model_; }
 
  private:
+  void KeepPlace(const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
+                 double largest_force) noexcept;
   bool FindPlace(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
                  const FingerTouch& touch) noexcept;
   [[nodiscard]] double DepthAtPlace(const Eigen::Isometry3d& X_OF) const noexcept;

@@ -21,9 +21,9 @@ constexpr double kVouchedFor = 0.5;   // of the larger side, where the model sta
 constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
 constexpr double kOnSurface = 1e-6;   // of the radius
 constexpr double kSpread = 0.3;  // small strain, coarse meshes: foams are off by tens of percent
-// [s], of the felt force's say in the stiffness. [tuned: TheRenderedForceBecomesTheOneFelt]
+// Of the measured force in the stiffness [s]. [tuned: TheRenderedForceBecomesTheOneFelt]
 constexpr double kLearningTime = 0.05;
-// [s], of the felt force's say in its lean, at the full depth; less deep, it has less of a say.
+// Of the measured force in the lean, at the full depth; less deep, its weight is less [s].
 // [tuned: TheRenderedForceLeansAsTheOneFelt]
 constexpr double kLeanTime = 0.2;
 // Beyond it no spring has this stiffness [-]. [by definition]
@@ -47,10 +47,10 @@ FingerLocalModel::FingerLocalModel(const Scene& scene)
       lean_rate_(LearningRate(kLeanTime, scene.sense.Find<Tactile>()->rate)) {}
 
 void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
-                              bool in_contact, const std::optional<FeltForce>& felt,
+                              bool in_contact, const std::optional<MeasuredForce>& measured,
                               LocalModel* model) noexcept {
   FindPlane(body, X_SO.inverse() * X_SF.translation());
-  if (place_.triangle >= 0) Render(body, X_SO, X_SF, in_contact, felt, model);
+  if (place_.triangle >= 0) Render(body, X_SO, X_SF, in_contact, measured, model);
 }
 
 void FingerLocalModel::Follow(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
@@ -61,7 +61,7 @@ void FingerLocalModel::Follow(TactileBody& body, const Isometry3d& X_SO, const I
 }
 
 void FingerLocalModel::Render(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
-                              bool in_contact, const std::optional<FeltForce>& felt,
+                              bool in_contact, const std::optional<MeasuredForce>& measured,
                               LocalModel* model) noexcept {
   const Matrix3d& R = X_SO.linear();
   LocalModel next;
@@ -71,13 +71,11 @@ void FingerLocalModel::Render(TactileBody& body, const Isometry3d& X_SO, const I
   next.reference = X_SO * place_.p_O + to_apex;
   const Matrix3d K_S =
       R * StiffnessOf(body, place_.triangle, place_.weights, depth_) * R.transpose();
-  Size(K_S, felt, &next);
-  if (felt && law_ != ContactLaw::kFrictionless) {
+  Size(K_S, measured, &next);
+  if (measured && law_ != ContactLaw::kFrictionless) {
     const Vector3d p_S_apex = X_SF * Vector3d(0, 0, -radius_);
-    LearnLean(*felt, next.force + next.stiffness * (next.reference - p_S_apex), R, next.normal);
+    LearnLean(*measured, next.force + next.stiffness * (next.reference - p_S_apex), R, next.normal);
   }
-  const Matrix3d alone = StiffnessOf(body, place_.triangle, place_.weights, depth_, true);
-  modelled_alone_ = std::max(0.0, depth_) * place_.n_O.dot(alone * place_.n_O);
   const double range = body.deformation->info().range;
   next.valid_radius = (range > 0 ? range : kVouchedFor) * body.larger_side;
   next.in_contact = in_contact;
@@ -99,12 +97,12 @@ void FingerLocalModel::FindPlane(const TactileBody& body, const Vector3d& p_O_ce
 }
 
 // `K_S`: of the model at this depth.
-void FingerLocalModel::Size(const Matrix3d& K_S, const std::optional<FeltForce>& felt,
+void FingerLocalModel::Size(const Matrix3d& K_S, const std::optional<MeasuredForce>& measured,
                             LocalModel* model) noexcept {
   const Vector3d& n = model->normal;
   const double depth = std::max(0.0, depth_), stiffness = n.dot(K_S * n);
   modelled_ = depth * stiffness;
-  if (felt) Learn(*felt, n, modelled_);
+  if (measured) Learn(*measured, n, modelled_);
   const StiffnessScale::Press press = scale_.Scaled({depth * stiffness, stiffness}, depth);
   const double ratio = scale_.At(depth).ratio;
   model->stiffness = ratio * K_S + (press.stiffness - ratio * stiffness) * n * n.transpose();
@@ -112,30 +110,31 @@ void FingerLocalModel::Size(const Matrix3d& K_S, const std::optional<FeltForce>&
 }
 
 // `modelled`: the normal force of the model at this depth [N].
-void FingerLocalModel::Learn(const FeltForce& felt, const Vector3d& n_S, double modelled) noexcept {
-  const RatioSample sample = CompareForces(felt.force_S.dot(n_S), felt.sigma, modelled);
+void FingerLocalModel::Learn(const MeasuredForce& measured, const Vector3d& n_S,
+                             double modelled) noexcept {
+  const RatioSample sample = CompareForces(measured.force_S.dot(n_S), measured.sigma, modelled);
   if (!sample.tells || !(depth_ > kTellingDepth * full_depth_)) return;
   scale_.Learn(depth_, sample);
 }
 
-void FingerLocalModel::LearnLean(const FeltForce& felt, const Vector3d& f_S, const Matrix3d& R_SO,
-                                 const Vector3d& n_S) noexcept {
-  const double along = n_S.dot(felt.force_S);
-  if (!(along > kStandsOut * felt.sigma) || !(depth_ > kTellingDepth * full_depth_)) return;
-  const Vector3d missing = (felt.force_S - f_S) / along;
+void FingerLocalModel::LearnLean(const MeasuredForce& measured, const Vector3d& f_S,
+                                 const Matrix3d& R_SO, const Vector3d& n_S) noexcept {
+  const double along = n_S.dot(measured.force_S);
+  if (!(along > kStandsOut * measured.sigma) || !(depth_ > kTellingDepth * full_depth_)) return;
+  const Vector3d missing = (measured.force_S - f_S) / along;
   const double share = std::min(1.0, depth_ / full_depth_);
   lean_O_ += share * lean_rate_ * (R_SO.transpose() * (missing - n_S.dot(missing) * n_S));
   lean_O_ *= std::min(1.0, kMostLean / std::max(lean_O_.norm(), kMostLean));
 }
 
 Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Vector3d& weights,
-                                       double depth, bool alone) noexcept {
+                                       double depth) noexcept {
   const double share = std::clamp(depth / full_depth_, kLeastShare, 1.0);
   const double radius = disc_radius_ * std::sqrt(share);
   const Vector3d& n = triangle == place_.triangle ? place_.n_O : Normal(body.surface, triangle);
   Matrix3d K;
   try {
-    K = body.stiffness->At(triangle, weights, radius, alone);
+    K = body.stiffness->At(triangle, weights, radius);
   } catch (const std::exception&) {  // out of memory for what is computed when first asked for
     K = DiscStiffness(material_, radius, n);
   }

@@ -2,9 +2,7 @@
 // object's stiffness there.
 #pragma once
 
-#include <algorithm>
 #include <optional>
-#include <utility>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -23,24 +21,25 @@ namespace palpate {
 // direction of approach. A bonded contact keeps its plane and place until the sphere has come out;
 // a frictionless one follows the sphere until its centre comes inside.
 //
-// The model of small strain gives the stiffness its shape; what the fingertip felt at the depths it
-// was at gives its size: the ratio of both at each depth (StiffnessScale) is learnt over tens of
-// milliseconds of contact, the slower the less the force stands out of its error, and kept for the
-// next contact. Force and slope along the normal are right at the present depth. So is its lean, of
-// what is felt across the normal by what is felt along it, which small strain and a flat disc miss.
+// The model of small strain gives the stiffness its shape; the forces measured at each depth give
+// its size: the ratio of both at each depth (StiffnessScale) is learnt over tens of milliseconds of
+// contact, the slower the less the force stands out of its error, and kept for the next contact.
+// Force and slope along the normal are right at the present depth. So is its lean, of the measured
+// force across the normal by that along it, which small strain and a flat disc miss.
 class FingerLocalModel {
  public:
   explicit FingerLocalModel(const Scene& scene);
 
   // The estimated contact of the fingertip.
-  struct FeltForce {
+  struct MeasuredForce {
     Eigen::Vector3d force_S{0, 0, 0};  // of the object on it [N]
     double sigma = 0;                  // rms that it may be off by [N]
   };
   // Sets `model` for the fingertip at `X_SF`; it keeps its plane while the pose is not finite.
-  // `felt`: absent without contact or with an unreliable force.
+  // `measured`: absent without contact or with an unreliable force.
   void Update(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
-              bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
+              bool in_contact, const std::optional<MeasuredForce>& measured,
+              LocalModel* model) noexcept;
   // The same between samples, without learning, and fast: `model` is unchanged while the stiffness
   // there is not computed yet.
   void Follow(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
@@ -50,20 +49,17 @@ class FingerLocalModel {
   // SensingPipeline::MakePatch.
   bool MakePatch(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
                  SurfacePatch* patch) noexcept;
-  // The force leans otherwise than in the last patch.
+  // The lean has changed since the last patch.
   [[nodiscard]] bool HasOutgrownPatch() const noexcept;
   void LearnLaw(TactileBody& body, PatchLaw* law) noexcept;
   // Of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }
   // Contact point on the surface at rest, frame O [m].
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return place_.p_O; }
-  // The model's force at this depth along the plane's normal: least and largest, with and without
-  // the other fingers [N].
-  [[nodiscard]] std::pair<double, double> modelled() const {
-    return std::minmax({modelled_, modelled_alone_});
-  }
+  // The model's force at this depth along the plane's normal, before it is scaled [N].
+  [[nodiscard]] double modelled() const { return modelled_; }
   // Ratio of estimated to modelled force at the present depth [-].
-  [[nodiscard]] double felt_ratio() const { return scale_.At(depth_).ratio; }
+  [[nodiscard]] double force_ratio() const { return scale_.At(depth_).ratio; }
   // Searches the plane again and clears what was learnt.
   void Forget() noexcept {
     place_.triangle = -1;
@@ -74,23 +70,23 @@ class FingerLocalModel {
  private:
   void FindPlane(const TactileBody& body, const Eigen::Vector3d& p_O_centre) noexcept;
   void Render(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
-              bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
+              bool in_contact, const std::optional<MeasuredForce>& measured,
+              LocalModel* model) noexcept;
   // Of `triangle` with `weights` for a contact at `depth`, frame O.
   [[nodiscard]] Eigen::Matrix3d StiffnessOf(TactileBody& body, int triangle,
-                                            const Eigen::Vector3d& weights, double depth,
-                                            bool alone = false) noexcept;
-  void Size(const Eigen::Matrix3d& K_S, const std::optional<FeltForce>& felt,
+                                            const Eigen::Vector3d& weights, double depth) noexcept;
+  void Size(const Eigen::Matrix3d& K_S, const std::optional<MeasuredForce>& measured,
             LocalModel* model) noexcept;
-  void Learn(const FeltForce& felt, const Eigen::Vector3d& n_S, double modelled) noexcept;
+  void Learn(const MeasuredForce& measured, const Eigen::Vector3d& n_S, double modelled) noexcept;
   // `f_S`: of the model.
-  void LearnLean(const FeltForce& felt, const Eigen::Vector3d& f_S, const Eigen::Matrix3d& R_SO,
-                 const Eigen::Vector3d& n_S) noexcept;
+  void LearnLean(const MeasuredForce& measured, const Eigen::Vector3d& f_S,
+                 const Eigen::Matrix3d& R_SO, const Eigen::Vector3d& n_S) noexcept;
 
   Material material_;
   ContactLaw law_;
   double radius_, disc_radius_, full_depth_;
   TouchedPlace place_;  // its normal is that of the plane
-  double depth_ = 0, modelled_ = 0, modelled_alone_ = 0;
+  double depth_ = 0, modelled_ = 0;
   StiffnessScale scale_;
   double lean_rate_;                      // of learning, per sample [-]
   Eigen::Vector3d lean_O_{0, 0, 0};       // across the normal, by the normal force [-]

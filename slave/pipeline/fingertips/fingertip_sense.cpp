@@ -19,10 +19,10 @@ namespace {
 using Eigen::Vector3d;
 
 // Where nobody says where a fingertip is its places are empty and its force is in frame F.
-StateRow RowOf(const FingerEstimate& finger, const std::string& name, const ContactEstimate& felt,
-               Time start) {
-  return {SecondsBetween(start, felt.sensed_at),
-          felt.sample,
+StateRow RowOf(const FingerEstimate& finger, const std::string& name,
+               const ContactEstimate& estimate, Time start) {
+  return {SecondsBetween(start, estimate.sensed_at),
+          estimate.sample,
           name,
           finger.has_pose ? finger.p_S_apex : kUnknownVector,
           finger.p_S_contact.value_or(kUnknownVector),
@@ -31,7 +31,7 @@ StateRow RowOf(const FingerEstimate& finger, const std::string& name, const Cont
           finger.validity,
           finger.check,
           std::nullopt,
-          felt.details,
+          estimate.details,
           std::nullopt,
           0};
 }
@@ -46,11 +46,11 @@ class FingertipOfflineReport final : public OfflineReport {
     for (int i = 0; i < estimator.finger_count(); ++i) {
       const auto k = static_cast<std::size_t>(i);
       const std::string& name = sense_.scene().sense.Find<Tactile>()->fingers[k].name;
-      rows.push_back(RowOf(estimator.finger(i), name, estimator.felt(), start));
+      rows.push_back(RowOf(estimator.finger(i), name, estimator.estimate(), start));
       if (truth != nullptr) rows.back().true_force = truth->fingers[k].force;
     }
-    rows.front().moment = estimator.felt().moment;
-    rows.front().moment_sigma = estimator.felt().moment_sigma;
+    rows.front().moment = estimator.estimate().moment;
+    rows.front().moment_sigma = estimator.estimate().moment_sigma;
     if (truth != nullptr) Compare(*truth);
     return rows;
   }
@@ -79,7 +79,7 @@ class FingertipOfflineReport final : public OfflineReport {
       const FingerTruth& finger = truth.fingers[static_cast<std::size_t>(i)];
       compared_.push_back({estimator.finger(i).force.value_or(kUnknownVector), finger.force});
       if (i > 0) continue;
-      compared_.back().model_at_truth = ForceAt(estimator.felt().local_model, finger.depth);
+      compared_.back().model_at_truth = ForceAt(estimator.estimate().local_model, finger.depth);
     }
   }
 

@@ -20,7 +20,10 @@ using Eigen::Vector3d;
 constexpr double kSameRate = 0.01;  // relative
 constexpr double kSilence = 100;    // periods: more is no other gap
 constexpr double kClear = 5e-3;     // between skin and object, for any pose [m]
-constexpr double kArmApart = 5e-4;  // how far arm and fingertip may part [m]
+// Of the scene's press, from where on force and model are compared [-]. [tuned: object softer than
+// told]
+constexpr double kDeep = 0.6;
+constexpr double kArmApart = 5e-4;  // distance of fingertip and encoder pose that is followed [m]
 
 Isometry3d Carried(const Finger& finger, const Vector3d& way) {
   Isometry3d X_SF = finger.X_SF;
@@ -96,7 +99,7 @@ TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
   for (std::size_t i = 0; i < checks_.size(); ++i) {
     fingertips_.emplace_back(tactile_, senses_.network.get(), *senses_.localiser);
   }
-  if (checks_.size() > 1) felt_.finger_count = finger_count();
+  if (checks_.size() > 1) estimate_.finger_count = finger_count();
   Adopt(Prepare(scene), scene);
 }
 
@@ -112,7 +115,7 @@ void TactileEstimator::Adopt(std::unique_ptr<TactileBody> body, const Scene& sce
 
 void TactileEstimator::Reset() noexcept {
   for (Fingertip& fingertip : fingertips_) fingertip.Reset();
-  for (FingerChecks& checks : checks_) checks.contact.Reset();
+  for (FingerChecks& finger : checks_) finger.consistency.Reset();
   object_.Reset();
   last_shape_ = {};
   local_touch_->Forget();
@@ -123,50 +126,50 @@ const ContactEstimate& TactileEstimator::Estimate(const TactileFrame& frame,
                                                   const Vector3d& p_S_tip,
                                                   const std::optional<double>& arm_lag) noexcept {
   Stopwatch total, lap;
-  const int missing = MissingBefore(frame);
-  double checks_us = 0;
-  for (std::size_t i = 0; i < fingertips_.size(); ++i) {
-    for (int k = 0; k < missing; ++k) fingertips_[i].Estimate(FingerReading{}, false);
-    Place(i, frame.fingers[i], p_S_tip);
-    // Even if the pose is as wrong as poses are, nothing is touched.
-    const double gap = -fingers_[i].depth.value_or(0);
-    fingertips_[i].Estimate(frame.fingers[i], frame.after_gap && missing == 0,
-                            gap > kClear && std::isfinite(gap));
-    checks_us += fingertips_[i].checks_us();
-  }
+  Observe(frame, p_S_tip);
   times_.tactile.Add(lap.Lap());
-  felt_.processed_at = Clock::now();
+  estimate_.processed_at = Clock::now();
   for (std::size_t i = 0; i < fingertips_.size(); ++i) {
     object_.Touch(i, fingers_[i].has_pose ? &fingers_[i].X_SF : nullptr, fingertips_[i].touch());
   }
   times_.contact.Add(lap.Lap());
   object_.Deform();
-  // Samples that touch nothing would hide how long those take that do.
+  // Samples without a contact would hide how long the others take.
   const double mechanics = lap.Lap();
   if (!object_.contacts().empty()) times_.mechanics.Add(mechanics);
-  for (std::size_t i = 0; i < fingertips_.size(); ++i) ReportFinger(i);
-  checks_us += lap.Lap();
-  ReportTool(frame, p_S_tip);
-  lap.Lap();
-  std::optional<EncoderReading> said;
-  if (arm_lag && frame.fingers.front().X_SF) said = {p_S_tip, *arm_lag};
-  CheckContacts(said);
-  ReportMoment();
-  times_.checks.Add(checks_us + lap.Lap());
+  const auto encoder_error = EncoderError(frame, p_S_tip, arm_lag);
+  for (std::size_t i = 0; i < fingertips_.size(); ++i) EstimateFinger(i, encoder_error);
+  double checks_us = lap.Lap();
+  for (const Fingertip& fingertip : fingertips_) checks_us += fingertip.checks_us();
+  times_.checks.Add(checks_us);
+  EstimateTool(frame, p_S_tip);
+  EstimateMoment();
   times_.total.Add(total.Lap());
-  return felt_;
+  return estimate_;
+}
+
+void TactileEstimator::Observe(const TactileFrame& frame, const Vector3d& p_S_tip) noexcept {
+  const int missing = MissingBefore(frame);
+  for (std::size_t i = 0; i < fingertips_.size(); ++i) {
+    for (int k = 0; k < missing; ++k) fingertips_[i].Estimate(FingerReading{}, false);
+    Locate(i, frame.fingers[i], p_S_tip);
+    // Even if the pose is as wrong as poses are, nothing is in contact.
+    const double gap = -fingers_[i].depth.value_or(0);
+    fingertips_[i].Estimate(frame.fingers[i], frame.after_gap && missing == 0,
+                            gap > kClear && std::isfinite(gap));
+  }
 }
 
 // Samples that did not come since the last one, as the stamps say, as many as make a silence; 0
 // where it is unknown how many.
 int TactileEstimator::MissingBefore(const TactileFrame& frame) const noexcept {
-  const double periods = SecondsBetween(felt_.sensed_at, frame.sensed_at) * tactile_.rate;
-  if (felt_.sample == 0 || !(periods > 1.5)) return 0;
+  const double periods = SecondsBetween(estimate_.sensed_at, frame.sensed_at) * tactile_.rate;
+  if (estimate_.sample == 0 || !(periods > 1.5)) return 0;
   return static_cast<int>(std::min(std::round(periods), kSilence)) - 1;
 }
 
-void TactileEstimator::Place(std::size_t i, const FingerReading& reading,
-                             const Vector3d& p_S_tip) noexcept {
+void TactileEstimator::Locate(std::size_t i, const FingerReading& reading,
+                              const Vector3d& p_S_tip) noexcept {
   FingerEstimate& finger = fingers_[i];
   const Finger& told = tactile_.fingers[i];
   finger.has_pose = reading.X_SF.has_value() || (told.has_pose && tactile_.poses.empty());
@@ -183,7 +186,17 @@ void TactileEstimator::Place(std::size_t i, const FingerReading& reading,
   finger.depth = finger.has_pose ? object_.DepthOf(finger.X_SF) : std::nullopt;
 }
 
-void TactileEstimator::ReportFinger(std::size_t i) noexcept {
+std::optional<double> TactileEstimator::EncoderError(
+    const TactileFrame& frame, const Vector3d& p_S_tip,
+    const std::optional<double>& arm_lag) noexcept {
+  const bool is_compared = arm_lag && frame.fingers.front().X_SF;
+  if (!is_compared || fingertips_.front().misses()) return std::nullopt;  // else of an old frame
+  arm_.Agree(fingers_.front().p_S_apex, {p_S_tip, *arm_lag}, kArmApart);
+  return arm_.apart();
+}
+
+void TactileEstimator::EstimateFinger(std::size_t i,
+                                      const std::optional<double>& encoder_error) noexcept {
   FingerEstimate& finger = fingers_[i];
   const FingerTouch& touch = fingertips_[i].touch();
   const FingerContact& contact = object_.contact(static_cast<int>(i));
@@ -191,20 +204,23 @@ void TactileEstimator::ReportFinger(std::size_t i) noexcept {
   finger.force.reset();
   if (touch.force_F) finger.force = -(finger.X_SF.linear() * *touch.force_F);
   finger.sigma = touch.sigma;
+  finger.Set(touch);
+  CheckFinger(i, encoder_error);
   // A pose that is turned turns the force, about the two axes across it.
   if (finger.force && finger.has_pose) {
     const double across = tactile_.pose_tolerance * finger.force->norm();
     finger.sigma = std::hypot(finger.sigma, across, across);
   }
-  const FingertipSample sample{fingertips_[i], finger.depth, contact.misplaced(),
-                               contact.is_beyond_model()};
-  finger.Set(touch);
-  finger.Add(checks_[i].signals.Examine(sample).verdict);
-  if (!tactile_.poses.empty() && !finger.has_pose) FlagLostPose(&finger);
+  if (!tactile_.poses.empty() && !finger.has_pose) {  // the force has no direction in S
+    finger.force.reset();
+    finger.sigma = 0;
+    finger.Add(
+        {Validity::kTrackingLost, FailedCheck::kPose, "the poses file has no pose for this time"});
+  }
   finger.p_S_contact.reset();
   if (contact.has_place()) finger.p_S_contact = object_.X_SO() * contact.p_O();
 
-  FingerState& state = felt_.fingers[i];
+  FingerState& state = estimate_.fingers[i];
   state.p_S_contact = finger.p_S_contact.value_or(finger.p_S_apex).cast<float>();
   state.force.reset();
   if (finger.force) state.force = finger.force->cast<float>();
@@ -212,82 +228,85 @@ void TactileEstimator::ReportFinger(std::size_t i) noexcept {
   state.validity = finger.validity;
 }
 
-// The network's force is known, but not the way it points in S.
-void TactileEstimator::FlagLostPose(FingerEstimate* finger) const noexcept {
-  finger->force.reset();
-  finger->sigma = 0;
-  finger->Add(
-      {Validity::kTrackingLost, FailedCheck::kPose, "the poses file has no pose for this time"});
+void TactileEstimator::CheckFinger(std::size_t i,
+                                   const std::optional<double>& encoder_error) noexcept {
+  FingerEstimate& finger = fingers_[i];
+  const FingerContact& contact = object_.contact(static_cast<int>(i));
+  auto& [checks, consistency] = checks_[i];
+  FingertipSample sample{fingertips_[i], &consistency, finger.depth, contact.misplaced(),
+                         contact.is_beyond_model()};
+  sample.encoder_error = encoder_error;
+  const bool is_deep = local_touch_->depth() > kDeep * press_depth_;
+  if (i == 0 && body() != nullptr && finger.force && finger.has_pose && is_deep) {
+    const double force = finger.force->dot(estimate_.local_model.normal);
+    sample.force_ratio = force / local_touch_->modelled();
+    sample.force_ratio_sigma = finger.sigma / force;
+  }
+  const Findings findings = checks.Examine(sample);
+  finger.Add(findings.verdict);
+  const auto [verdict, widening] = consistency.Close();
+  finger.Add(verdict);
+  finger.sigma *= widening;
+  // The force by the distance from the encoder pose, with the local model of the last sample.
+  const Vector3d& n = estimate_.local_model.normal;
+  const double slope = n.dot(estimate_.local_model.stiffness * n);
+  if (finger.force && std::isfinite(slope)) {
+    finger.sigma = std::hypot(finger.sigma, slope * std::max(0.0, encoder_error.value_or(0)));
+  }
 }
 
 // The first fingertip is the tool.
-void TactileEstimator::ReportTool(const TactileFrame& frame, const Vector3d& p_S_tip) noexcept {
+void TactileEstimator::EstimateTool(const TactileFrame& frame, const Vector3d& p_S_tip) noexcept {
   const FingerEstimate& first = fingers_.front();
-  const bool was_touching = felt_.local_model.in_contact;
-  felt_.sample = frame.sequence;
-  felt_.sensed_at = frame.sensed_at;
-  felt_.events.Clear();
+  const bool was_touching = estimate_.local_model.in_contact;
+  estimate_.sample = frame.sequence;
+  estimate_.sensed_at = frame.sensed_at;
+  estimate_.events.Clear();
   if (first.has_pose) {
-    felt_.p_S_tip = first.p_S_apex;
+    estimate_.p_S_tip = first.p_S_apex;
   } else if (p_S_tip.allFinite()) {
-    felt_.p_S_tip = p_S_tip;
+    estimate_.p_S_tip = p_S_tip;
   }
-  felt_.force = first.force;
-  felt_.sigma = first.sigma;
-  felt_.Set(first);
-  felt_.details.rest_drift = touch(0).drift;
-  felt_.local_model.in_contact = first.in_contact;
-  felt_.p_S_contact = first.p_S_contact.value_or(felt_.p_S_tip);
-  felt_.depth = 0;
-  if (body() != nullptr && first.has_pose) {
-    std::optional<FingerLocalModel::FeltForce> felt;
-    if (first.in_contact && first.force && first.validity == Validity::kValid) {
-      felt = {*first.force, first.sigma};
-    }
-    local_touch_->Update(*body(), object_.X_SO(), first.X_SF, first.in_contact, felt,
-                         &felt_.local_model);
-    if (!first.p_S_contact) felt_.p_S_contact = object_.X_SO() * local_touch_->p_O();
-    felt_.depth = first.in_contact ? std::max(0.0, local_touch_->depth()) : 0;
-  }
+  estimate_.force = first.force;
+  estimate_.sigma = first.sigma;
+  estimate_.Set(first);
+  estimate_.details.rest_drift = touch(0).drift;
+  UpdateLocalModel();
   if (first.in_contact != was_touching) {
-    felt_.events.Add(first.in_contact ? Event::kContact : Event::kRelease);
+    estimate_.events.Add(first.in_contact ? Event::kContact : Event::kRelease);
   }
-  const bool is_known = IsForceKnown(felt_.validity);
+  const bool is_known = IsForceKnown(estimate_.validity);
   if (is_known != was_known_) {
-    felt_.events.Add(is_known ? Event::kTrackingRegained : Event::kTrackingLost);
+    estimate_.events.Add(is_known ? Event::kTrackingRegained : Event::kTrackingLost);
     was_known_ = is_known;
   }
 }
 
-// By the local model and the encoders, where the verdicts of all other checks stand.
-void TactileEstimator::CheckContacts(const std::optional<EncoderReading>& said) noexcept {
-  FingerEstimate& first = fingers_.front();
-  ContactSample sample{.press = PressOfTool()};
-  if (said && !fingertips_.front().misses()) {  // else the frame is an old one
-    sample.agrees_with_encoders = arm_.Agree(first.p_S_apex, *said, kArmApart);
-    sample.apart = ForceApart();
+void TactileEstimator::UpdateLocalModel() noexcept {
+  const FingerEstimate& first = fingers_.front();
+  estimate_.local_model.in_contact = first.in_contact;
+  estimate_.p_S_contact = first.p_S_contact.value_or(estimate_.p_S_tip);
+  estimate_.depth = 0;
+  if (body() == nullptr || !first.has_pose) return;
+  std::optional<FingerLocalModel::MeasuredForce> measured;
+  if (first.in_contact && first.force && first.validity == Validity::kValid) {
+    measured = {*first.force, first.sigma};
   }
-  // The arm carries all of them, on the same object.
-  for (std::size_t i = 0; i < fingertips_.size(); ++i) {
-    const Findings findings = checks_[i].contact.Examine(sample);
-    fingers_[i].Add(findings.verdict);
-    fingers_[i].sigma = std::hypot(fingers_[i].sigma, findings.sigma_force);
-    felt_.fingers[i].validity = fingers_[i].validity;
-    sample.press.reset();
-  }
-  felt_.Set(first);
-  felt_.sigma = first.sigma;
+  local_touch_->Update(*body(), object_.X_SO(), first.X_SF, first.in_contact, measured,
+                       &estimate_.local_model);
+  if (!first.p_S_contact) estimate_.p_S_contact = object_.X_SO() * local_touch_->p_O();
+  estimate_.depth = first.in_contact ? std::max(0.0, local_touch_->depth()) : 0;
 }
 
 // The measured force at the measured contact point, distributed over the patch as the model
 // distributes its own.
-void TactileEstimator::ReportMoment() noexcept {
+void TactileEstimator::EstimateMoment() noexcept {
   const FingerEstimate& first = fingers_.front();
-  felt_.moment.reset();
+  estimate_.moment.reset();
   if (tactile_.patch == 0 || body() == nullptr || !first.force || !first.has_pose) return;
   if (!first.in_contact) {
-    felt_.moment = Vector3d::Zero();
-    felt_.moment_sigma = felt_.sigma * tactile_.patch / 2;
+    estimate_.moment = Vector3d::Zero();
+    estimate_.moment_sigma = estimate_.sigma * tactile_.patch / 2;
     return;
   }
   const ContactResponse* response = object_.ResponseOf(0);
@@ -297,48 +316,35 @@ void TactileEstimator::ReportMoment() noexcept {
   const TouchPlace& place = touch(0).place;
   const Vector3d arm = first.X_SF * place.p_F - first.p_S_apex;
   const double share = force / modelled;
-  felt_.moment = arm.cross(*first.force) - share * (object_.X_SO().linear() * *response->moment_O);
+  estimate_.moment =
+      arm.cross(*first.force) - share * (object_.X_SO().linear() * *response->moment_O);
   const double place_sigma = place.sigma > 0 ? place.sigma : tactile_.patch / 2;
-  const double lever = std::max(arm.norm(), felt_.moment->norm() / force);
+  const double lever = std::max(arm.norm(), estimate_.moment->norm() / force);
   // The model's own error, of which it knows the bound, changes the share.
   const double bound = response->force_error / modelled * share * response->moment_O->norm();
-  felt_.moment_sigma = std::hypot(std::hypot(share * response->moment_sigma, bound),
-                                  std::hypot(force * place_sigma, lever * felt_.sigma));
+  estimate_.moment_sigma = std::hypot(std::hypot(share * response->moment_sigma, bound),
+                                      std::hypot(force * place_sigma, lever * estimate_.sigma));
 }
 
-std::optional<ContactSample::Press> TactileEstimator::PressOfTool() const noexcept {
+std::optional<Isometry3d> TactileEstimator::PoseAt(const Vector3d& p_S_tip) const {
   const FingerEstimate& first = fingers_.front();
-  if (body() == nullptr || !first.has_pose || !touch(0).stirs || !first.force) return std::nullopt;
-  const double depth = local_touch_->depth() / press_depth_;
-  if (!(depth > kTellingDepth) || first.validity != Validity::kValid) return std::nullopt;
-  const auto [least, greatest] = local_touch_->modelled();
-  return ContactSample::Press{depth, first.force->dot(felt_.local_model.normal), first.sigma, least,
-                              greatest};
-}
-
-// By how far the fingertip is beside the arm [N].
-double TactileEstimator::ForceApart() const noexcept {
-  const Vector3d& n = felt_.local_model.normal;
-  const double slope = n.dot(felt_.local_model.stiffness * n);
-  const bool is_known = fingers_.front().force && std::isfinite(slope);
-  return is_known && arm_.apart() > 0 ? slope * arm_.apart() : 0;
+  if (body() == nullptr || !first.has_pose || !p_S_tip.allFinite()) return std::nullopt;
+  Isometry3d X_SF = first.X_SF;
+  X_SF.translation() += p_S_tip - first.p_S_apex;
+  return X_SF;
 }
 
 LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
-  const FingerEstimate& first = fingers_.front();
-  if (body() == nullptr || !first.has_pose || !p_S_tip.allFinite()) return felt_.local_model;
-  Isometry3d X_SF = first.X_SF;
-  X_SF.translation() += p_S_tip - first.p_S_apex;
-  local_touch_->Follow(*body(), object_.X_SO(), X_SF, first.in_contact, &felt_.local_model);
-  return felt_.local_model;
+  if (const auto X_SF = PoseAt(p_S_tip)) {
+    local_touch_->Follow(*body(), object_.X_SO(), *X_SF, fingers_.front().in_contact,
+                         &estimate_.local_model);
+  }
+  return estimate_.local_model;
 }
 
 bool TactileEstimator::MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
-  const FingerEstimate& first = fingers_.front();
-  if (body() == nullptr || !first.has_pose || !p_S_tip.allFinite()) return false;
-  Isometry3d X_SF = first.X_SF;
-  X_SF.translation() += p_S_tip - first.p_S_apex;
-  return local_touch_->MakePatch(*body(), object_.X_SO(), X_SF, patch);
+  const auto X_SF = PoseAt(p_S_tip);
+  return X_SF && local_touch_->MakePatch(*body(), object_.X_SO(), *X_SF, patch);
 }
 
 }  // namespace palpate

@@ -83,7 +83,7 @@ class TactileEstimator {
   // Resets baseline, contacts and the object's motion.
   void Reset() noexcept;
 
-  [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
+  [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
   [[nodiscard]] int finger_count() const { return static_cast<int>(fingertips_.size()); }
   [[nodiscard]] const FingerEstimate& finger(int i) const {
     return fingers_[static_cast<std::size_t>(i)];
@@ -104,20 +104,27 @@ class TactileEstimator {
   [[nodiscard]] const TactileTimes& times() const { return times_; }
 
  private:
-  [[nodiscard]] int MissingBefore(const TactileFrame& frame) const noexcept;
-  void Place(std::size_t i, const FingerReading& reading, const Eigen::Vector3d& p_S_tip) noexcept;
-  void ReportFinger(std::size_t i) noexcept;
-  void FlagLostPose(FingerEstimate* finger) const noexcept;
-  void ReportTool(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
-  void CheckContacts(const std::optional<EncoderReading>& said) noexcept;
-  void ReportMoment() noexcept;
-  [[nodiscard]] std::optional<ContactSample::Press> PressOfTool() const noexcept;
-  [[nodiscard]] double ForceApart() const noexcept;
-
   struct FingerChecks {
-    Checks<FingertipSample> signals = MakeFingertipChecks();
-    Checks<ContactSample> contact = MakeContactChecks();
+    Checks<FingertipSample> checks = MakeFingertipChecks();
+    Consistency consistency{kConsistencyWindow};
   };
+  // [samples]: as far as a network of the paper looks back, nearly.
+  static constexpr int kConsistencyWindow = 15;
+
+  [[nodiscard]] int MissingBefore(const TactileFrame& frame) const noexcept;
+  // Pose, force and contact point of each fingertip.
+  void Observe(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
+  void Locate(std::size_t i, const FingerReading& reading, const Eigen::Vector3d& p_S_tip) noexcept;
+  // Distance of the first fingertip from its encoder pose [m]; nullopt: not compared.
+  std::optional<double> EncoderError(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip,
+                                     const std::optional<double>& arm_lag) noexcept;
+  void EstimateFinger(std::size_t i, const std::optional<double>& encoder_error) noexcept;
+  void CheckFinger(std::size_t i, const std::optional<double>& encoder_error) noexcept;
+  void EstimateTool(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
+  void UpdateLocalModel() noexcept;
+  void EstimateMoment() noexcept;
+  // Pose of the first fingertip if its tip were at p_S_tip [m]; nullopt: nothing is rendered.
+  [[nodiscard]] std::optional<Eigen::Isometry3d> PoseAt(const Eigen::Vector3d& p_S_tip) const;
 
   Tactile tactile_;  // of the scene
   Eigen::Vector3d p_S_home_;
@@ -131,7 +138,7 @@ class TactileEstimator {
   ArmConsistencyCheck arm_;
   BoundaryShape last_shape_;  // of the last solution; without nodes: none
   bool was_known_ = false;
-  ContactEstimate felt_;
+  ContactEstimate estimate_;
   TactileTimes times_;
 };
 

@@ -42,9 +42,9 @@ std::optional<std::vector<Vector3d>> NodalForces(const TactileEstimator& estimat
   std::vector<Vector3d> f_O(surface.nodes.size(), Vector3d::Zero());
   for (int i = 0; i < estimator.finger_count(); ++i) {
     if (!object.contact(i).has_place()) continue;
-    const std::optional<Vector3d>& felt = estimator.finger(i).force;
-    if (!felt) return std::nullopt;
-    Spread(surface, object.contact(i), -(R_OS * *felt), &f_O);
+    const std::optional<Vector3d>& force = estimator.finger(i).force;
+    if (!force) return std::nullopt;
+    Spread(surface, object.contact(i), -(R_OS * *force), &f_O);
   }
   return f_O;
 }
@@ -64,14 +64,12 @@ void FillShape(const TouchedObject& object, BoundaryShape* shape) {
 }  // namespace
 
 BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
-  BoundaryShape shape = ShapeAsOf(felt_, 3);
+  BoundaryShape shape = ShapeAsOf(estimate_, 3);
   shape.validity = object_.validity();
   if (body() == nullptr) return shape;
-  for (int i = 0; i < finger_count(); ++i) {  // what the model was not asked for it cannot tell
-    const bool is_left_out = object_.contact(i).has_place() && !object_.contact(i).acts();
-    if (is_left_out && finger(i).check == FailedCheck::kModelRange) {
-      shape.validity = Validity::kFailed;
-    }
+  for (int i = 0; i < finger_count(); ++i) {  // the model did not solve for this contact
+    const FingerContact& contact = object_.contact(i);
+    if (contact.has_place() && contact.is_beyond_model()) shape.validity = Validity::kFailed;
   }
   const bool is_known = shape.validity != Validity::kFailed;
   if (!is_known && !last_shape_.rest.empty()) {

@@ -154,7 +154,6 @@ const ContactStiffness::NodeCompliance& ContactStiffness::Node(int node) {
   const auto alone = Alone(contact);
   if (!alone) return known;
   const auto together = companions_.empty() ? alone : Together(contact);
-  known.alone_O = alone->inverse();
   known.C_O = together.value_or(*alone).inverse();
   known.patch_radius = std::sqrt(area / std::numbers::pi);
   return known;
@@ -165,7 +164,7 @@ bool ContactStiffness::Knows(int triangle) const {
                                          [&](int node) { return nodes_[Index(node)].asked; });
 }
 
-Matrix3d ContactStiffness::At(int triangle, const Vector3d& weights, double radius, bool alone) {
+Matrix3d ContactStiffness::At(int triangle, const Vector3d& weights, double radius) {
   const Vector3d n = Normal(surface_, triangle);
   Matrix3d C = Matrix3d::Zero();
   for (int k = 0; k < 3; ++k) {
@@ -176,7 +175,7 @@ Matrix3d ContactStiffness::At(int triangle, const Vector3d& weights, double radi
     Matrix3d C_node = Compliance(object_.material, radius, n) / modulus;
     if (node.patch_radius > 0) {
       C_node -= Compliance(object_.material, std::max(node.patch_radius, radius), n) / modulus;
-      C_node += alone ? node.alone_O : node.C_O;
+      C_node += node.C_O;
     }
     C += weights[k] * C_node;
   }

@@ -53,18 +53,15 @@ class ContactStiffness {
 
   // Of a disc of `radius` [m] at the point of `triangle` with barycentric `weights`, frame O [N/m];
   // symmetric, positive definite. Allocation-free where the triangle's nodes are known.
-  // `alone`: while no companion touches.
-  [[nodiscard]] Eigen::Matrix3d At(int triangle, const Eigen::Vector3d& weights, double radius,
-                                   bool alone = false);
+  [[nodiscard]] Eigen::Matrix3d At(int triangle, const Eigen::Vector3d& weights, double radius);
   // Whether At need not compute anything of this triangle first.
   [[nodiscard]] bool Knows(int triangle) const;
 
  private:
   struct Greens;
   struct NodeCompliance {
-    Eigen::Matrix3d C_O = Eigen::Matrix3d::Zero();      // of the patch [m/N]
-    Eigen::Matrix3d alone_O = Eigen::Matrix3d::Zero();  // while no companion touches
-    double patch_radius = 0;                            // [m]; 0: unknown
+    Eigen::Matrix3d C_O = Eigen::Matrix3d::Zero();  // of the patch [m/N]
+    double patch_radius = 0;                        // [m]; 0: unknown
     bool asked = false;
   };
   const NodeCompliance& Node(int node);

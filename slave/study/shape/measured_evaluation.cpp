@@ -38,15 +38,6 @@ Json Regions(const MeasuredAnswer& answer) {
   return regions;
 }
 
-Json Labels(const MeasuredAnswer& answer) {
-  Json labels = Json::array();
-  for (const LabelScore& row : answer.labels) {
-    labels.push_back(
-        {{"label", row.label}, {"points", row.points}, {"region", row.region}, {"iou", row.iou}});
-  }
-  return labels;
-}
-
 Json ToJson(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
   static constexpr std::array kMethods{"surfaces", "colour", "no"};  // as in Segmenting
   Json json{{"scene", question.scene},
@@ -57,8 +48,7 @@ Json ToJson(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
             {"segmentation",
              {{"method", kMethods[static_cast<std::size_t>(question.segmenting)]},
               {"voxel_m", answer.segmentation.voxel},
-              {"regions", Regions(answer)},
-              {"labels", Labels(answer)}}},
+              {"regions", Regions(answer)}}},
             {"object",
              {{"regions", answer.choice.regions},
               {"why", answer.choice.why},
@@ -89,7 +79,6 @@ MeasuredAnswer Evaluate(const MeasuredQuestion& question) {
   answer.choice = question.segmenting == Segmenting::kNone
                       ? ObjectChoice{{0}, "every point belongs to the object, as requested"}
                       : ChooseObject(*cloud, answer.segmentation, WithBox(question));
-  answer.labels = ScoreLabels(*cloud, answer.segmentation);
   answer.object = Chosen(*cloud, answer.segmentation, answer.choice.regions);
   if (!question.camera) return answer;
   const Eigen::Isometry3d& X_SD = question.camera->X_SD;

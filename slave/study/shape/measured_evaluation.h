@@ -36,7 +36,6 @@ struct MeasuredQuestion {
 
 struct MeasuredAnswer {
   Segmentation segmentation;
-  std::vector<LabelScore> labels;
   ObjectChoice choice;
   PointCloud object;     // frame D
   PointCloud simulated;  // points of the estimate that the camera would see, frame D

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
-#include <utility>
 
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/octree/octree_search.h>
@@ -105,28 +103,6 @@ ShapeScore Score(std::span<const Eigen::Vector3d> measured,
   return {OctreeScore(measured, simulated, leaf), measured.size(), simulated.size(),
           Summarised(DistancesToSurface(measured, estimate)),
           Summarised(DistancesToCloud(simulated, measured))};
-}
-
-std::vector<LabelScore> ScoreLabels(const PointCloud& cloud, const Segmentation& segmentation) {
-  std::map<std::uint32_t, LabelScore> scores;
-  std::map<std::pair<std::uint32_t, int>, std::size_t> shared;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const std::uint32_t label = cloud[i].label;
-    if (label == 0) continue;
-    scores[label].label = label;
-    ++scores[label].points;
-    if (segmentation.region_of[i] >= 0) ++shared[{label, segmentation.region_of[i]}];
-  }
-  for (const auto& [pair, both] : shared) {
-    LabelScore& score = scores[pair.first];
-    const std::size_t all =
-        score.points + segmentation.size[static_cast<std::size_t>(pair.second)] - both;
-    const double iou = static_cast<double>(both) / static_cast<double>(all);
-    if (iou > score.iou) score.iou = iou, score.region = pair.second;
-  }
-  std::vector<LabelScore> rows;
-  for (const auto& [label, score] : scores) rows.push_back(score);
-  return rows;
 }
 
 }  // namespace palpate::study

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
@@ -10,8 +9,6 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "slave/study/clouds/point_cloud.h"
-#include "slave/study/clouds/segmentation.h"
 
 namespace palpate::study {
 
@@ -49,16 +46,5 @@ struct ShapeScore {
 ShapeScore Score(std::span<const Eigen::Vector3d> measured,
                  std::span<const Eigen::Vector3d> simulated, const SurfaceMesh& estimate,
                  double leaf);
-
-// How well a segmentation agrees with a cloud whose points are labelled.
-struct LabelScore {
-  std::uint32_t label = 0;
-  std::size_t points = 0;
-  int region = -1;  // that shares most with it; -1: none does
-  double iou = 0;   // intersection over union with that region [-]
-};
-
-// One row per label, ascending.
-std::vector<LabelScore> ScoreLabels(const PointCloud& cloud, const Segmentation& segmentation);
 
 }  // namespace palpate::study

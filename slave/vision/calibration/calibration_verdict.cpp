@@ -23,7 +23,7 @@ Indices Shuffled(Indices order, std::mt19937* random) {
   return order;
 }
 
-// Pictures whose corners all lie near those of the group's first one: by 1 % of the picture's
+// Pictures whose corners all lie near those of the group's first one: by 1 % of the image's
 // width, root mean square.
 std::vector<Indices> GroupsOf(const std::vector<const Corners*>& views, int width) {
   constexpr double kAlike = 0.01;
@@ -54,7 +54,7 @@ Indices Members(const std::vector<Indices>& groups, const Indices& which) {
   return members;
 }
 
-// `estimate`: from some of the pictures; throws std::runtime_error where it cannot.
+// `estimate`: from some of the images; throws std::runtime_error where it cannot.
 HalvesCheck Halve(const std::vector<Indices>& groups, double whole,
                   const std::function<double(const Indices&)>& estimate) {
   HalvesCheck out;

@@ -39,10 +39,10 @@ bool FindCorners(const cv::Mat& grey, const Board& board, std::vector<cv::Point2
 }
 
 // OpenCV's own limits suit circles of 6 to 80 px.
-cv::Ptr<cv::FeatureDetector> CircleFinder(const cv::Size& picture) {
+cv::Ptr<cv::FeatureDetector> CircleFinder(const cv::Size& image) {
   cv::SimpleBlobDetector::Params params;
   params.minArea = 20;
-  params.maxArea = static_cast<float>(picture.area()) / 12;  // a grid has at least nine of them
+  params.maxArea = static_cast<float>(image.area()) / 12;  // a grid has at least nine of them
   params.minDistBetweenBlobs = 5;
   return cv::SimpleBlobDetector::create(params);
 }
@@ -101,14 +101,14 @@ std::vector<Corners> OrdersOf(const Corners& corners, const Board& board) {
   return orders;
 }
 
-cv::Mat BoardGrey(const cv::Mat& picture) {
-  const bool is_known = (picture.depth() == CV_8U || picture.depth() == CV_16U) &&
-                        (picture.channels() == 1 || picture.channels() == 3);
-  if (picture.empty() || !is_known) {
+cv::Mat BoardGrey(const cv::Mat& image) {
+  const bool is_known = (image.depth() == CV_8U || image.depth() == CV_16U) &&
+                        (image.channels() == 1 || image.channels() == 3);
+  if (image.empty() || !is_known) {
     throw std::runtime_error("is not an image of 8 or 16 bit, grey or colour");
   }
-  cv::Mat grey = picture;
-  if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  cv::Mat grey = image;
+  if (image.channels() == 3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
   if (grey.depth() == CV_16U) cv::normalize(grey, grey, 0, 255, cv::NORM_MINMAX, CV_8U);
   return grey;
 }

@@ -40,7 +40,7 @@ cv::Size2d BoardExtent(const Board& board);
 std::vector<Corners> OrdersOf(const Corners& corners, const Board& board);
 
 // 8 or 16 bit, 1 or 3 channels -> 8 bit grey. Throws std::runtime_error for any other image.
-cv::Mat BoardGrey(const cv::Mat& picture);
+cv::Mat BoardGrey(const cv::Mat& image);
 
 // The corners in the order of BoardPoints up to a symmetry, with x to y oriented as in the image;
 // refined to sub-pixel accuracy over a window of about a fifth of the distance to the neighbours.

@@ -19,7 +19,7 @@ constexpr std::size_t kFewestPairs = 3;  // pairs
 // a pixel or two; and by its rift.
 constexpr double kRoughPixels = 3, kRiftPixels = 0.25;
 constexpr double kTimesMedian = 3;
-// Of the picture's width: beyond it there is no agreement. Real pairs stay below 0.3 %, pictures of
+// Of the image's width: beyond it there is no agreement. Real pairs stay below 0.3 %, images of
 // different instants miss each other by 7 % and more.
 constexpr double kNoAgreement = 0.02;
 

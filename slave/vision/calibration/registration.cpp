@@ -93,7 +93,7 @@ Eigen::Matrix<double, 3, 6> ByPose(const Eigen::Vector3d& p_C) {
   return J;
 }
 
-// The pictures' noise is the same in all of them.
+// The images' noise is the same in all of them.
 PoseNoise NoiseOf(const Lens& lens, const std::vector<TipPlace>& places,
                   const CameraRegistration& r) {
   PoseNoise noise;
@@ -386,11 +386,11 @@ std::vector<LensPose> LensPoses(const Lens& lens, const std::vector<TipPlace>& p
   // apart.
   const PlaceCloud cloud = CloudOf(which, places);
   std::vector<cv::Point3d> objects;
-  std::vector<cv::Point2d> pictures;
+  std::vector<cv::Point2d> images;
   for (const std::size_t i : which) {
     const Eigen::Vector3d p = places[i].p_S - cloud.mean;
     objects.emplace_back(p.x(), p.y(), p.z());
-    pictures.emplace_back(places[i].left_I.x(), places[i].left_I.y());
+    images.emplace_back(places[i].left_I.x(), places[i].left_I.y());
   }
   const cv::Matx33d K = CameraMatrixOf(lens);
   const cv::Mat D = DistortionOf(lens);
@@ -401,9 +401,9 @@ std::vector<LensPose> LensPoses(const Lens& lens, const std::vector<TipPlace>& p
   for (const cv::SolvePnPMethod method : methods) {
     try {
       std::vector<cv::Mat> rotations, translations;
-      cv::solvePnPGeneric(objects, pictures, K, D, rotations, translations, false, method);
+      cv::solvePnPGeneric(objects, images, K, D, rotations, translations, false, method);
       for (std::size_t k = 0; k < rotations.size(); ++k) {
-        cv::solvePnPRefineLM(objects, pictures, K, D, rotations[k], translations[k]);
+        cv::solvePnPRefineLM(objects, images, K, D, rotations[k], translations[k]);
         LensPose pose;
         pose.guess.X_SC =
             Eigen::Translation3d(cloud.mean) * PoseOf(rotations[k], translations[k]).inverse();

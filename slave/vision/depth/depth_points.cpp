@@ -67,7 +67,7 @@ RestDepth MakeRest(const DepthPoints::Params& params) {
   const double highest = std::min(kLargest, std::floor(params.farthest / unit));
   Require(lowest <= highest, "nearest", params.nearest,
           "less than the largest depth of an image, " + std::to_string(kLargest * unit) + " m");
-  // A pixel at the edge of a hole or of the object jumps by many sigma from picture to picture.
+  // A pixel at the edge of a hole or of the object jumps by many sigma from image to image.
   constexpr double kFlicker = 12;  // [sigma]
   return {params.rest_pictures, static_cast<int>(lowest), static_cast<int>(highest),
           std::max(1.0, kFlicker * params.camera.sigma / unit)};
@@ -75,8 +75,8 @@ RestDepth MakeRest(const DepthPoints::Params& params) {
 
 }  // namespace
 
-RestDepth::RestDepth(int pictures, int lowest, int highest, double flicker)
-    : pictures_(pictures), lowest_(lowest), highest_(highest), flicker_(flicker) {}
+RestDepth::RestDepth(int images, int lowest, int highest, double flicker)
+    : pictures_(images), lowest_(lowest), highest_(highest), flicker_(flicker) {}
 
 bool RestDepth::Fits(const cv::Mat& depth) const noexcept {
   return depth.dims == 2 && depth.type() == CV_16UC1 && depth.data != nullptr && depth.cols > 0 &&

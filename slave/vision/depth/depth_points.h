@@ -31,7 +31,7 @@ class RestDepth {
 
   // Counts from `lowest` to `highest` are measurements. A pixel has no rest depth if its depths
   // differ by more than `flicker` counts, or if it is invalid in half of the images.
-  RestDepth(int pictures, int lowest, int highest, double flicker);
+  RestDepth(int images, int lowest, int highest, double flicker);
 
   // Adds one image, CV_16U. False: it cannot be used (empty, another type or size than the first,
   // no measurement at all) and is not counted. Allocates at the first.

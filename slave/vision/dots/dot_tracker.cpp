@@ -8,13 +8,6 @@
 #include "shared/geometry/index.h"
 
 namespace palpate {
-namespace {
-
-constexpr double kStray = 0.25;  // how far a dot may be from where its neighbours put it [spacings]
-constexpr double kStrayFloor = 3;  // but never less [px]
-
-}  // namespace
-
 DotTracker::DotTracker(std::vector<Eigen::Vector2d> layout, std::vector<Eigen::Vector2d> projected,
                        const Params& params)
     : params_(params),
@@ -63,26 +56,7 @@ bool DotTracker::Search(std::span<const Eigen::Vector2d> places, double least_se
     dots_[k].dot = all_[Index(picks_[k])];
     ++seen_;
   }
-  DropStrays();
   return seen_ >= std::max(3.0, least_seen * static_cast<double>(array_.size()));
-}
-
-// A dot that is not where its neighbours put it is another thing.
-void DotTracker::DropStrays() {
-  std::vector<char> flags(array_.size());
-  std::vector<Eigen::Vector2d> now(array_.size());
-  for (std::size_t k = 0; k < array_.size(); ++k) {
-    flags[k] = dots_[k].seen ? 1 : 0;
-    now[k] = dots_[k].dot.centre;
-  }
-  if (seen_ < 4) return;
-  for (std::size_t k = 0; k < array_.size(); ++k) {
-    if (flags[k] == 0) continue;
-    const Eigen::Vector2d expected = array_.Expect(k, projected_, now, flags);
-    const double reach = std::max(kStrayFloor, kStray * array_.Spacing(k, projected_));
-    dots_[k].seen = (now[k] - expected).norm() <= reach;
-    if (!dots_[k].seen) --seen_;
-  }
 }
 
 void DotTracker::ExpectTheMissing() {

@@ -47,7 +47,6 @@ class DotTracker {
  private:
   bool SearchFirst(const cv::Mat& image);
   bool Search(std::span<const Eigen::Vector2d> places, double least_seen);
-  void DropStrays();
   void ExpectTheMissing();
 
   Params params_;

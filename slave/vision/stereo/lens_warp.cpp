@@ -13,13 +13,13 @@ double MeanFocal(const Lens& lens) {
   return std::sqrt(lens.fx * lens.fy);
 }
 
-// The place in the lens's picture that the straight one shows at `p_I`.
+// The place in the lens's image that the straight one shows at `p_I`.
 std::optional<Eigen::Vector2d> Bent(const Lens& lens, const Eigen::Vector2d& p_I) {
   const double f = MeanFocal(lens);
   return Project(lens, Eigen::Vector3d((p_I.x() - lens.cx) / f, (p_I.y() - lens.cy) / f, 1));
 }
 
-// Where each pixel of a warped picture comes from, as two pictures of x and y.
+// Where each pixel of a warped image comes from, as two images of x and y.
 template <typename From>
 std::array<cv::Mat, 2> Sources(const std::array<int, 2>& size, const From& from) {
   const cv::Mat nowhere(size[1], size[0], CV_32F, cv::Scalar(-1));
@@ -70,14 +70,14 @@ LensWarp LensWarp::Distorting(const Lens& lens) {
   return {x, y};
 }
 
-cv::Mat LensWarp::Apply(const cv::Mat& picture) const {
-  if (picture.size() != whole_.size()) {
+cv::Mat LensWarp::Apply(const cv::Mat& image) const {
+  if (image.size() != whole_.size()) {
     throw std::runtime_error("the lens is for images of " + std::to_string(whole_.cols) + " x " +
                              std::to_string(whole_.rows) + " px, but this image has " +
-                             std::to_string(picture.cols) + " x " + std::to_string(picture.rows));
+                             std::to_string(image.cols) + " x " + std::to_string(image.rows));
   }
   cv::Mat warped;
-  cv::remap(picture, warped, whole_, fraction_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::remap(image, warped, whole_, fraction_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
   return warped;
 }
 
@@ -93,9 +93,9 @@ Lens ReadLens(const std::filesystem::path& file) {
 
 PictureFilter StraighteningOf(const Camera& camera) {
   if (camera.lens.empty()) return {};
-  return [camera, warp = Read(camera)](const cv::Mat& picture) {
+  return [camera, warp = Read(camera)](const cv::Mat& image) {
     try {
-      return warp.Apply(picture);
+      return warp.Apply(image);
     } catch (const std::runtime_error& error) {
       Refuse(camera, error);
     }

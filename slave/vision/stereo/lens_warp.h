@@ -26,7 +26,7 @@ class LensWarp {
 
   // 8 or 16 bit or float, any channels. Throws std::runtime_error if the image has another size
   // than the lens.
-  [[nodiscard]] cv::Mat Apply(const cv::Mat& picture) const;
+  [[nodiscard]] cv::Mat Apply(const cv::Mat& image) const;
 
  private:
   LensWarp(const cv::Mat& from_x, const cv::Mat& from_y);

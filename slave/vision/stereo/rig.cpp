@@ -39,7 +39,7 @@ struct Normal {
   Eigen::Vector3d slope;
 };
 
-// Gauss-Newton's normal equations of both pictures' misses [px] at p_L.
+// Gauss-Newton's normal equations of both images' misses [px] at p_L.
 std::optional<Normal> Misses(const StereoRig& rig, const Eigen::Vector3d& p_L,
                              const Eigen::Vector2d& left_I,
                              const Eigen::Vector2d& right_I) noexcept {
@@ -89,7 +89,7 @@ bool IsInvertibleOutTo(const Lens& lens, const Eigen::Vector2d& ray) noexcept {
 std::optional<Eigen::Vector2d> RayOf(const Lens& lens, const Eigen::Vector2d& p_I) noexcept {
   const Eigen::Vector2d seen((p_I.x() - lens.cx) / lens.fx, (p_I.y() - lens.cy) / lens.fy);
   if (!seen.allFinite()) return std::nullopt;
-  // Newton, from the picture itself: from below on a barrel's curve, from above on a pincushion's,
+  // Newton, from the image itself: from below on a barrel's curve, from above on a pincushion's,
   // so it does not pass the end of the invertible range where there is an answer within it.
   Eigen::Vector2d ray = seen;
   for (int i = 0; i < kMostSteps; ++i) {
@@ -158,7 +158,7 @@ std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vecto
   Triangulated out;
   out.p_L = meeting->p_L;
   out.miss_px = meeting->gap * std::sqrt(rig.left.fx * rig.left.fy) / meeting->p_L.z();
-  // From the rays' middle the nearest place in the pictures is a step or two away.
+  // From the rays' middle the nearest place in the images is a step or two away.
   Eigen::Matrix3d inverse;
   for (int i = 0; i < kMostSteps; ++i) {
     const auto normal = Misses(rig, out.p_L, left_I, right_I);

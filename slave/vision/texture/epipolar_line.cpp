@@ -9,7 +9,7 @@ constexpr double kClosest = 20;  // [1/baselines] [derived: nearer than any lens
 constexpr int kHalvings = 40;    // of one step
 
 // The window at the line's place, as a piece of surface that faces the first camera is seen.
-std::optional<WindowWarp> WarpAt(const EpipolarLine& line, const WindowWarp& seen) noexcept {
+std::optional<PatchWarp> WarpAt(const EpipolarLine& line, const PatchWarp& seen) noexcept {
   constexpr double kArm = 4;  // [px]
   if (!line.in_picture()) return std::nullopt;
   const auto x = line.Neighbour(seen.p + kArm * Eigen::Vector2d::UnitX());
@@ -17,12 +17,12 @@ std::optional<WindowWarp> WarpAt(const EpipolarLine& line, const WindowWarp& see
   if (!x || !y) return std::nullopt;
   Eigen::Matrix2d A;
   A << (*x - *line.place()) / kArm, (*y - *line.place()) / kArm;
-  return WindowWarp{A * seen.A, *line.place()};
+  return PatchWarp{A * seen.A, *line.place()};
 }
 
 struct Peak {
   double score = -1;
-  WindowWarp warp;
+  PatchWarp warp;
 };
 
 }  // namespace
@@ -50,7 +50,7 @@ bool EpipolarLine::IsInside(const Eigen::Vector2d& p) const {
   return p.minCoeff() >= -0.5 && p.x() <= to_.size[0] - 0.5 && p.y() <= to_.size[1] - 0.5;
 }
 
-// All of the picture lies behind, even its corner farthest along the way. (Moving away from the
+// All of the image lies behind, even its corner farthest along the way. (Moving away from the
 // nearest point would do for a straight line; a bowed one comes back over the edge.)
 bool EpipolarLine::Leaves(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   const Eigen::Vector2d way = to - from;
@@ -96,13 +96,13 @@ std::optional<double> NearestInBoth(const StereoRig& rig) noexcept {
   return q > 0 ? std::optional(rig.baseline() / q) : std::nullopt;
 }
 
-std::optional<WindowWarp> SearchEpipolar(const Lens& from, const Lens& to,
-                                         const Eigen::Isometry3d& X_TF, const WindowWarp& seen,
-                                         WindowTemplate& window, const PicturePyramid& picture,
-                                         int level, const EpipolarOptions& options) noexcept {
+std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
+                                        const Eigen::Isometry3d& X_TF, const PatchWarp& seen,
+                                        PatchAligner& window, const ImagePyramid& image, int level,
+                                        const EpipolarOptions& options) noexcept {
   const double step = 1 << level;  // a pixel of the level
   const double apart = 3 * step;   // another peak, not this one's slope
-  // The longest line crosses the picture; what it walks outside is bounded by the same.
+  // The longest line crosses the image; what it walks outside is bounded by the same.
   const int most_steps = 4 * (to.size[0] + to.size[1]);
   EpipolarLine line(from, to, X_TF, seen.p);
 
@@ -113,7 +113,7 @@ std::optional<WindowWarp> SearchEpipolar(const Lens& from, const Lens& to,
   for (int k = 0; k < most_steps && line.Next(step); ++k) {
     const auto warp = WarpAt(line, seen);
     if (!warp) continue;
-    const double score = window.Score(picture[level], warp->OnLevel(level));
+    const double score = window.Score(image[level], warp->OnLevel(level));
     const bool same = best.score > -1 && (warp->p - best.warp.p).norm() <= apart;
     if (score > best.score) {
       if (!same) elsewhere = std::max(elsewhere, best.score);

@@ -6,8 +6,9 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/vision/patch_aligner.h"
 #include "slave/vision/stereo/rig.h"
-#include "slave/vision/texture/window_template.h"
+#include "slave/vision/texture/image_pyramid.h"
 
 namespace palpate {
 
@@ -55,12 +56,12 @@ struct EpipolarOptions {
   double least_margin = 0.03;  // ratio to the best score elsewhere: ambiguous matches are rejected
 };
 
-// `seen` in the image of `from`; its window on `level` is searched in `picture`, taken by `to`,
+// `seen` in the image of `from`; its window on `level` is searched in `image`, taken by `to`,
 // from infinity to the nearest depth that both cameras see; X_TF: p_to = X_TF p_from. nullopt: not
 // found, or ambiguous. Real-time safe.
-std::optional<WindowWarp> SearchEpipolar(const Lens& from, const Lens& to,
-                                         const Eigen::Isometry3d& X_TF, const WindowWarp& seen,
-                                         WindowTemplate& window, const PicturePyramid& picture,
-                                         int level, const EpipolarOptions& options) noexcept;
+std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
+                                        const Eigen::Isometry3d& X_TF, const PatchWarp& seen,
+                                        PatchAligner& window, const ImagePyramid& image, int level,
+                                        const EpipolarOptions& options) noexcept;
 
 }  // namespace palpate

@@ -1,10 +1,8 @@
 // Follows windows of texture through the images of one camera (paper C, 5.2).
 //
-// A window is always looked for as it was in the first image, from coarse to fine, so that its
-// place does not drift. Beside that template a recent one is kept for when the look has changed too
-// far; it is cut only where the first still matches, so at most one link lies between them. Each
-// find must lead back to where the window was in the image before. What is lost is searched for
-// around its last place, wider with every image.
+// A window is always searched as it was in the first image, from coarse to fine, so that its
+// position does not drift. Each match must lead back to where the window was in the image before.
+// A lost window is searched around its last position, wider with every image.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +11,8 @@
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
-#include "slave/vision/texture/window_template.h"
+#include "slave/vision/patch_aligner.h"
+#include "slave/vision/texture/image_pyramid.h"
 
 namespace palpate {
 
@@ -28,8 +27,7 @@ struct SsdOptions {
 };
 
 enum class WindowState : std::uint8_t {
-  kTracked,     // by the first template
-  kBridged,     // by the recent template: as good as one link
+  kTracked,
   kNoTexture,   // the first image has no structure there, or the window leaves it
   kLost,        // covered, outside the image, or changed
   kBadPicture,  // not of the first image's size and type
@@ -37,12 +35,10 @@ enum class WindowState : std::uint8_t {
 
 struct TrackedWindow {
   WindowState state = WindowState::kLost;
-  WindowWarp warp;  // the last one found
+  PatchWarp warp;  // the last one found
   double correlation = -1;
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of warp.p [px^2]
-  [[nodiscard]] bool seen() const {
-    return state == WindowState::kTracked || state == WindowState::kBridged;
-  }
+  [[nodiscard]] bool seen() const { return state == WindowState::kTracked; }
 };
 
 class SsdTracker {
@@ -53,51 +49,49 @@ class SsdTracker {
              const SsdOptions& options);
 
   // Real-time safe. One thread.
-  const std::vector<TrackedWindow>& Track(const cv::Mat& picture) noexcept;
+  const std::vector<TrackedWindow>& Track(const cv::Mat& image) noexcept;
   [[nodiscard]] const std::vector<TrackedWindow>& windows() const { return windows_; }
 
-  // The same templates for another camera whose first image is `picture`: all windows are lost
+  // The same templates for another camera whose first image is `image`: all windows are lost
   // until Place() sets their positions, and lost ones are not searched, because the caller knows
   // the epipolar geometry. Throws std::invalid_argument as the constructor.
-  [[nodiscard]] SsdTracker InOtherCamera(const cv::Mat& picture) const;
+  [[nodiscard]] SsdTracker InOtherCamera(const cv::Mat& image) const;
   // Searches window `i` near `start` in the last image and tracks it from there; false: not found.
   // Real-time safe.
-  bool Place(std::size_t i, const WindowWarp& start) noexcept;
+  bool Place(std::size_t i, const PatchWarp& start) noexcept;
   // Overrides the result: window `i` was not found. Real-time safe.
   void Lose(std::size_t i) noexcept;
 
-  // Window `i` in the first image on a level, 0 <= level < picture().levels().
-  [[nodiscard]] WindowTemplate& Template(std::size_t i, int level) noexcept {
+  // Window `i` in the first image on a level, 0 <= level < image().levels().
+  [[nodiscard]] PatchAligner& Template(std::size_t i, int level) noexcept {
     return memories_[i].first[static_cast<std::size_t>(level)];
   }
-  [[nodiscard]] const PicturePyramid& picture() const { return now_; }
+  [[nodiscard]] const ImagePyramid& image() const { return now_; }
   [[nodiscard]] const SsdOptions& options() const { return options_; }
 
  private:
-  using Templates = std::vector<WindowTemplate>;  // one per level, fine first
+  using Templates = std::vector<PatchAligner>;  // one per level, fine first
   struct Memory {
-    Templates first, recent;
+    Templates first;
     Eigen::Vector2d velocity{0, 0};  // [px/image]
-    int since_cut = 0;               // images since `recent` was cut
     int lost_for = 0;                // images
   };
 
-  bool Cut(Templates& templates, const WindowWarp& warp) noexcept;
-  static WindowWarp Coarse(Templates& templates, const PicturePyramid& picture,
-                           const WindowWarp& start, int top) noexcept;
-  static WindowWarp Search(Templates& templates, const PicturePyramid& picture,
-                           const WindowWarp& start, int level, int radius) noexcept;
-  static WindowTemplate::Match Descend(Templates& templates, const PicturePyramid& picture,
-                                       const WindowWarp& start, int top) noexcept;
-  [[nodiscard]] static bool Found(const WindowTemplate::Match& match, double least) noexcept;
+  bool Cut(Templates& templates, const PatchWarp& warp) noexcept;
+  static PatchWarp Coarse(Templates& templates, const ImagePyramid& image, const PatchWarp& start,
+                          int top) noexcept;
+  static PatchWarp Search(Templates& templates, const ImagePyramid& image, const PatchWarp& start,
+                          int level, int radius) noexcept;
+  static PatchAligner::Match Descend(Templates& templates, const ImagePyramid& image,
+                                     const PatchWarp& start, int top) noexcept;
+  [[nodiscard]] static bool Found(const PatchAligner::Match& match, double least) noexcept;
   bool Follow(TrackedWindow& window, Memory& memory) noexcept;
-  bool LeadsBack(const WindowWarp& now, const WindowWarp& before) noexcept;
+  bool LeadsBack(const PatchWarp& now, const PatchWarp& before) noexcept;
   bool Refind(TrackedWindow& window, Memory& memory) noexcept;
-  static void Accept(TrackedWindow& window, const WindowTemplate::Match& match,
-                     WindowState state) noexcept;
+  static void Accept(TrackedWindow& window, const PatchAligner::Match& match) noexcept;
 
   SsdOptions options_;
-  PicturePyramid now_, before_;
+  ImagePyramid now_, before_;
   std::vector<TrackedWindow> windows_;
   std::vector<Memory> memories_;
   Templates back_;               // cut again for every tracking back

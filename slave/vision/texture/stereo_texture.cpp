@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "shared/text/text.h"
-#include "slave/vision/texture/window_template.h"
 
 namespace palpate {
 namespace {
@@ -13,10 +12,10 @@ namespace {
 constexpr int kSearchesPerPair =
     4;  // [-] [tuned: WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain]
 
-bool IsPicture(const cv::Mat& picture, const Lens& lens) {
-  return picture.dims == 2 && picture.data != nullptr &&
-         (picture.type() == CV_8UC1 || picture.type() == CV_8UC3) && picture.cols == lens.size[0] &&
-         picture.rows == lens.size[1];
+bool IsPicture(const cv::Mat& image, const Lens& lens) {
+  return image.dims == 2 && image.data != nullptr &&
+         (image.type() == CV_8UC1 || image.type() == CV_8UC3) && image.cols == lens.size[0] &&
+         image.rows == lens.size[1];
 }
 
 void Check(const StereoTextureOptions& options) {
@@ -52,8 +51,8 @@ bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
   if (at.empty()) return false;
   auto first = std::make_unique<SsdTracker>(left, at, options_.ssd);
   auto second = std::make_unique<SsdTracker>(first->InOtherCamera(right));
-  level_ = std::min(1, first->picture().levels() - 1);
-  back_ = std::make_unique<WindowTemplate>(first->Template(0, level_).edge());
+  level_ = std::min(1, first->image().levels() - 1);
+  back_ = std::make_unique<PatchAligner>(first->Template(0, level_).edge());
   has_rest_.assign(at.size(), false);
   observation_.points.assign(at.size(), {});
   left_ = std::move(first);  // both or none: whatever throws does so before
@@ -80,26 +79,26 @@ void StereoTexture::MeetAgain(std::size_t i) noexcept {
   SsdTracker& other = to_left ? *left_ : *right_;
   const auto there =
       to_left ? SearchEpipolar(rig_.right, rig_.left, X_LR_, r.warp, left_->Template(i, level_),
-                               left_->picture(), level_, options_.search)
+                               left_->image(), level_, options_.search)
               : SearchEpipolar(rig_.left, rig_.right, X_RL_, l.warp, right_->Template(i, level_),
-                               right_->picture(), level_, options_.search);
+                               right_->image(), level_, options_.search);
   if (there && other.Place(i, *there) && !LeadsBack(i, to_left)) other.Lose(i);
 }
 
-// The window as the found picture shows it must be found where the other one has it.
+// The window as the found image shows it must be found where the other one has it.
 bool StereoTexture::LeadsBack(std::size_t i, bool to_left) noexcept {
-  const WindowWarp &l = left_->windows()[i].warp, &r = right_->windows()[i].warp;
-  const WindowWarp &found = to_left ? l : r, &known = to_left ? r : l;
-  const PicturePyramid& picture = (to_left ? left_ : right_)->picture();
-  if (!back_->Cut(picture[level_], found.OnLevel(level_), WindowTemplate::Freedom::kShift)) {
+  const PatchWarp &l = left_->windows()[i].warp, &r = right_->windows()[i].warp;
+  const PatchWarp &found = to_left ? l : r, &known = to_left ? r : l;
+  const ImagePyramid& image = (to_left ? left_ : right_)->image();
+  if (!back_->Cut(image[level_], found.OnLevel(level_), PatchAligner::Freedom::kShift)) {
     return false;
   }
   EpipolarOptions best_alone = options_.search;
   best_alone.least_margin = 0;
   const auto home = to_left ? SearchEpipolar(rig_.left, rig_.right, X_RL_, found, *back_,
-                                             right_->picture(), level_, best_alone)
+                                             right_->image(), level_, best_alone)
                             : SearchEpipolar(rig_.right, rig_.left, X_LR_, found, *back_,
-                                             left_->picture(), level_, best_alone);
+                                             left_->image(), level_, best_alone);
   const double most_miss = 2 * (1 << level_);  // [px]: the search's own steps
   return home && (home->p - known.p).norm() <= most_miss;
 }
@@ -109,7 +108,7 @@ bool StereoTexture::Locate(std::size_t i) noexcept {
   point.seen = false;
   const TrackedWindow &l = left_->windows()[i], &r = right_->windows()[i];
   if (!l.seen() || !r.seen()) return false;
-  // The worse of the two pictures' axes, never better than the scene says.
+  // The worse of the two images' axes, never better than the scene says.
   const double variance = std::max(l.covariance.trace(), r.covariance.trace()) / 2;
   const double sigma = std::max(options_.sigma, std::sqrt(variance));
   const auto met = Triangulate(rig_, l.warp.p, r.warp.p, sigma);

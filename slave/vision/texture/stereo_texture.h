@@ -62,8 +62,8 @@ class StereoTexture {
   Eigen::Isometry3d X_RL_, X_LR_, X_SL_;
   StereoTextureOptions options_;
   std::unique_ptr<SsdTracker> left_, right_;
-  std::unique_ptr<WindowTemplate> back_;  // cut again for every tracking back
-  int level_ = 0;  // of the pyramid, on which one camera searches the other's
+  std::unique_ptr<PatchAligner> back_;  // cut again for every tracking back
+  int level_ = 0;                       // of the pyramid, on which one camera searches the other's
   std::vector<bool> has_rest_;
   std::size_t next_search_ = 0;  // index of the next window that one camera lost
   SurfaceObservation observation_;

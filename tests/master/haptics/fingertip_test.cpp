@@ -13,7 +13,7 @@
 
 #include "master/device/playback.h"
 #include "master/device/sim_hand.h"
-#include "master/haptics/record/tick_summary.h"
+#include "master/session/tick_summary.h"
 #include "tests/master/haptics/rig.h"
 #include "tests/master/haptics/test_device.h"
 

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "master/haptics/record/recorder.h"
-#include "master/haptics/record/tick_summary.h"
+#include "master/session/recorder.h"
+#include "master/session/tick_summary.h"
 
 namespace palpate {
 namespace {

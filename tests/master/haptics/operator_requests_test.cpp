@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "master/haptics/record/tick_words.h"
+#include "master/session/tick_words.h"
 #include "tests/master/haptics/rig.h"
 
 namespace palpate {

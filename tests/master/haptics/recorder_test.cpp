@@ -1,4 +1,4 @@
-#include "master/haptics/record/recorder.h"
+#include "master/session/recorder.h"
 
 #include <algorithm>
 #include <fstream>

@@ -41,7 +41,7 @@ TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
   int shown = 0;
   const Report report = RunSession(
       options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
-      [] { return false; }, [&](const Status&) { ++shown; });
+      [] { return false; }, [&](const SessionStatus&) { ++shown; });
   // By construction of the loop, on any machine: each period is a tick or missed.
   EXPECT_EQ(report.ticks + report.missed, std::llround(report.duration * 1000));
   EXPECT_NEAR(report.duration, 0.5, 0.25);
@@ -68,7 +68,7 @@ TEST(SessionTest, AStopWaitsForNobody) {
   RunSession(
       options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
       [] { return false; },
-      [&](const Status&) {
+      [&](const SessionStatus&) {
         is_held = true;
         for (int i = 0; i < 5000 && calls < 3; ++i) {
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -91,7 +91,8 @@ TEST(SessionTest, SeveralFingersAreNamedInViewAndReport) {
   std::vector<NamedFinger> shown;
   const Report report = RunSession(
       options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
-      [&] { return shown.size() == 2; }, [&](const Status& status) { shown = status.fingers; });
+      [&] { return shown.size() == 2; },
+      [&](const SessionStatus& status) { shown = status.fingers; });
   ASSERT_EQ(shown.size(), 2U);
   EXPECT_EQ(shown[0].name, "ff");
   EXPECT_EQ(shown[1].name, "finger 2");
@@ -114,7 +115,7 @@ TEST(SessionTest, SaysOnceWhichScaleToLowerForAStiffObject) {
   int looks = 0;  // after the first notice: a second one would come with the next ticks
   RunSession(
       options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
-      [&] { return !notices.empty() && ++looks > 20; }, [](const Status&) {});
+      [&] { return !notices.empty() && ++looks > 20; }, [](const SessionStatus&) {});
   ASSERT_EQ(notices.size(), 1U);
   EXPECT_NE(notices[0].find("= 5000 N/m at the device, which renders 2000 N/m stably"),
             std::string::npos)
@@ -129,7 +130,7 @@ TEST(SessionTest, StopsWhenAsked) {
   int asked = 0;
   const Report report = RunSession(
       options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
-      [&] { return ++asked > 5; }, [](const Status&) {});
+      [&] { return ++asked > 5; }, [](const SessionStatus&) {});
   EXPECT_GT(report.ticks, 0U);
   EXPECT_EQ(puppet.felt.norm(), 0);
 }
@@ -142,7 +143,7 @@ TEST(SessionTest, ALogThatCannotBeWrittenStopsItBeforeItStarts) {
   options.log = "/nowhere/log.csv";
   EXPECT_THROW(RunSession(
                    options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
-                   [] { return false; }, [](const Status&) {}),
+                   [] { return false; }, [](const SessionStatus&) {}),
                std::runtime_error);
 }
 

@@ -8,7 +8,8 @@
 #include <map>
 #include <random>
 
-#include "master/link/slave_link.h"
+#include "master/haptics/received.h"
+#include "shared/link/latest_value.h"
 
 namespace palpate {
 

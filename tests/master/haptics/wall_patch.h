@@ -1,7 +1,7 @@
 // The patch that a slave with a flat wall would send.
 #pragma once
 
-#include "master/link/patch_watch.h"
+#include "master/haptics/received.h"
 #include "shared/patch/patch_place.h"
 
 namespace palpate {

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "master/device/sim_hand.h"
-#include "master/haptics/record/recorder.h"
+#include "master/session/recorder.h"
 #include "master/recording/session_recording.h"
 #include "shared/recording/recording_reader.h"
 #include "tests/master/haptics/rig.h"

@@ -139,19 +139,19 @@ TEST_F(SessionRecordingTest, APartByItselfKnowsSceneAndTopology) {
     SessionRecording recording({.file = file_, .part = 0.02});
     v1::SceneDescription scene;
     scene.set_name("block");
-    recording.OnBulk(scene);
+    recording.OnObserved(scene);
     v1::MeshState mesh;
     mesh.set_nodes_per_element(2);
     for (const unsigned node : {0U, 1U}) mesh.add_elements(node);
     for (const float x : {0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F}) mesh.add_rest(x);
     *mesh.mutable_positions() = mesh.rest();
-    recording.OnBulk(mesh);
+    recording.OnObserved(mesh);
     mesh.clear_elements();
     mesh.clear_rest();
     mesh.clear_nodes_per_element();
     for (int i = 0; !std::filesystem::exists(folder_ / "a-0003.mcap"); ++i) {
       recording.OnTick(AnyTick(&random, i));
-      recording.OnBulk(mesh);
+      recording.OnObserved(mesh);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }

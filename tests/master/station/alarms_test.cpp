@@ -68,7 +68,7 @@ TEST(AlarmsTest, ALostLineIsToldOnce) {
   moment.ticks.late_share = 0.5;
   moment.felt.state.validity = Validity::kStale;
   moment.health_trouble = "no answer in time";
-  moment.picture_stands = 2;
+  moment.frozen_for = 2;
   moment.slave_alarms = {"of before"};
   EXPECT_THAT(AlarmsOf(moment),
               ElementsAre(AllOf(HasText("No link to the slave: no program listens there."),
@@ -77,7 +77,7 @@ TEST(AlarmsTest, ALostLineIsToldOnce) {
 
 TEST(AlarmsTest, APictureThatStandsStillIsToldUnlessNothingIsSensed) {
   StationMoment moment = Good();
-  moment.picture_stands = 2.4;
+  moment.frozen_for = 2.4;
   EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The image has been frozen for 2 s.")));
   moment.felt.state.validity = Validity::kStale;
   EXPECT_THAT(AlarmsOf(moment), Not(Contains(HasText("The image"))));

@@ -186,15 +186,6 @@ TEST(MomentJsonTest, WhereTheTipIsToBeAndWhereItWasSeenAreTold) {
   EXPECT_TRUE(told[16].is_null());
 }
 
-TEST(MomentJsonTest, TheDoctorsBadFindingsStandFirst) {
-  const Json json = Json::parse(FindingsJson(
-      {{Grade::kGood, "clocks", "0 s", ""}, {Grade::kBad, "line", "none", "mend it"}}, true));
-  EXPECT_TRUE(json["done"]);
-  EXPECT_EQ(json["findings"][0]["level"], "bad");
-  EXPECT_EQ(json["findings"][0]["advice"], "mend it");
-  EXPECT_EQ(json["findings"][1]["what"], "clocks");
-}
-
 TEST(MomentJsonTest, WhatTheHandGoesByAndWhatWaitsAreToldApart) {
   StationMoment moment = Pressed();
   moment.ticks.newest.force_scale = 2;
@@ -218,7 +209,7 @@ TEST(MomentJsonTest, ASlaveOfAnotherReleaseIsSaidWithTheNextStep) {
 }
 
 TEST(MomentJsonTest, HealthThatIsNoneTellsNoAlarms) {
-  SlaveStatusPoller::Words words;
+  SlaveTexts words;
   EXPECT_TRUE(AlarmsIn(words).empty());
   words.status = R"({"alarms":["the disk is full", 7]})";
   EXPECT_EQ(AlarmsIn(words), std::vector<std::string>{"the disk is full"});
@@ -248,7 +239,7 @@ TEST(MomentJsonTest, NumbersThatAreNoneAndWordsThatAreNoTextStayReadable) {
 }
 
 TEST(MomentJsonTest, HealthOfASlaveThatSaysNothingIsNull) {
-  SlaveStatusPoller::Words words;
+  SlaveTexts words;
   words.scene = "{not json";
   words.trouble = "nobody there";
   const Json json = Json::parse(HealthJson(words));

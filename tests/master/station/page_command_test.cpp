@@ -25,7 +25,6 @@ TEST(PageCommandTest, ReadsWhatThePageSends) {
   EXPECT_TRUE(std::holds_alternative<TareCommand>(ReadPageCommand(R"({"do":"tare"})")));
   EXPECT_TRUE(
       std::holds_alternative<ReinitializeTrackingCommand>(ReadPageCommand(R"({"do":"find"})")));
-  EXPECT_TRUE(std::holds_alternative<ExamineCommand>(ReadPageCommand(R"({"do":"examine"})")));
   EXPECT_FALSE(std::get<ClutchCommand>(ReadPageCommand(R"({"do":"clutch","on":false})")).on);
   EXPECT_TRUE(std::get<RecordCommand>(ReadPageCommand(R"({"do":"record","on":true})")).on);
   EXPECT_EQ(std::get<RenderCommand>(ReadPageCommand(R"({"do":"render","mode":"hold"})")).mode,

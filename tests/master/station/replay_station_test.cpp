@@ -61,7 +61,7 @@ class ReplayStationTest : public testing::Test {
                           SensedAt(i) + Seconds(0.004), SensedAt(i) + Seconds(0.005)},
               traces.add_samples());
     }
-    recording.OnBulk(traces);
+    recording.OnObserved(traces);
   }
   void TearDown() override {
     line_.reset();

@@ -16,8 +16,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-Status Following() {
-  Status status;
+SessionStatus Following() {
+  SessionStatus status;
   status.t = 12.3;
   status.tick.state = OperatorState::kFollowing;
   status.tick.state_age = 0.003;
@@ -35,7 +35,7 @@ TEST(StatusLineTest, TellsStateRateRoundTripAgeAndForceWithABar) {
 }
 
 TEST(StatusLineTest, SaysWhyTheForceWasChangedAndWhatTroublesTheLink) {
-  Status status = Following();
+  SessionStatus status = Following();
   status.tick.chain.reasons.Add(Reason::kClamped);
   status.link.trouble = "the lease is held by anna";
   EXPECT_THAT(FormatStatus(status),
@@ -43,11 +43,12 @@ TEST(StatusLineTest, SaysWhyTheForceWasChangedAndWhatTroublesTheLink) {
 }
 
 TEST(StatusLineTest, ShowsADashForWhatIsNotKnown) {
-  EXPECT_THAT(FormatStatus(Status()), AllOf(HasSubstr("RTT     - ms"), HasSubstr("age   - ms")));
+  EXPECT_THAT(FormatStatus(SessionStatus()),
+              AllOf(HasSubstr("RTT     - ms"), HasSubstr("age   - ms")));
 }
 
 TEST(StatusLineTest, StaysALineWhateverTheNumbers) {
-  Status status = Following();
+  SessionStatus status = Following();
   status.tick.chain.sent = {1e300, -1e300, std::nan("")};
   status.force_limit = 0;
   status.tick.state_age = 1e300;
@@ -75,7 +76,7 @@ class ConsoleTest : public testing::Test {
 
 TEST_F(ConsoleTest, InAPipeALineEachSecondAndAtEachChange) {
   Console console(file_, false);
-  Status status = Following();
+  SessionStatus status = Following();
   for (int i = 0; i < 50; ++i) {  // five seconds
     status.t = 0.1 * i;
     if (i == 25) status.tick.state = OperatorState::kHold;
@@ -124,7 +125,7 @@ std::vector<std::string> Screen(const std::string& text) {
 
 TEST_F(ConsoleTest, OnATerminalTheTableOfFingersIsReplacedAsAWhole) {
   const ShapeMoment moment = PinchedCube(0.006);
-  Status status = Following();
+  SessionStatus status = Following();
   status.fingers = moment.fingers;
   {
     Console console(file_, true);
@@ -145,7 +146,7 @@ TEST_F(ConsoleTest, OnATerminalTheTableOfFingersIsReplacedAsAWhole) {
 
 TEST_F(ConsoleTest, InAPipeTheFingersStandBehindTheStatus) {
   const ShapeMoment moment = PinchedCube(0.006);
-  Status status = Following();
+  SessionStatus status = Following();
   status.fingers = moment.fingers;
   Console console(file_, false);
   console.Show(status, moment.mesh.get());

@@ -54,7 +54,7 @@ struct PngKind {
 
 // Noise as a PNG of any kind, written by libpng; OpenCV writes only some.
 Buffer PngOf(const PngKind& kind, bool interlaced) {
-  constexpr int kWidth = 61, kHeight = 47;
+  constexpr int kColumns = 61, kRows = 47;
   Buffer out;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
   png_infop info = png_create_info_struct(png);
@@ -63,7 +63,7 @@ Buffer PngOf(const PngKind& kind, bool interlaced) {
     buffer->insert(buffer->end(), bytes, bytes + count);
   };
   png_set_write_fn(png, &out, put, [](png_structp) {});
-  png_set_IHDR(png, info, kWidth, kHeight, kind.depth, kind.colour,
+  png_set_IHDR(png, info, kColumns, kRows, kind.depth, kind.colour,
                interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
   std::vector<png_color> palette(std::size_t{1} << std::min(kind.depth, 8));
@@ -79,9 +79,9 @@ Buffer PngOf(const PngKind& kind, bool interlaced) {
   if (kind.transparent) png_set_tRNS(png, info, alphas, 2, &clear);
   png_set_gAMA(png, info, 0.5);
   png_write_info(png, info);
-  cv::Mat rows = Noise(CV_8UC1, {static_cast<int>(png_get_rowbytes(png, info)), kHeight});
+  cv::Mat rows = Noise(CV_8UC1, {static_cast<int>(png_get_rowbytes(png, info)), kRows});
   std::vector<png_bytep> pointers;
-  for (int y = 0; y < kHeight; ++y) pointers.push_back(rows.ptr(y));
+  for (int y = 0; y < kRows; ++y) pointers.push_back(rows.ptr(y));
   png_write_image(png, pointers.data());
   png_write_end(png, info);
   png_destroy_write_struct(&png, &info);
@@ -198,31 +198,6 @@ TEST(EncodeJpegTest, TheBytesAreThoseOfOpenCv) {
     const std::string coded = EncodeJpeg(Noise(type), 80);
     EXPECT_TRUE(std::equal(coded.begin(), coded.end(), expected.begin(), expected.end(),
                            [](char a, unsigned char b) { return a == static_cast<char>(b); }));
-  }
-}
-
-cv::Mat Ramp(int type) {
-  cv::Mat image(48, 64, type);
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      const int value = 2 * x + y;
-      if (type == CV_8UC1) image.at<uchar>(y, x) = static_cast<uchar>(value);
-      if (type == CV_16UC1) image.at<ushort>(y, x) = static_cast<ushort>(257 * value);
-      if (type == CV_8UC3) image.at<cv::Vec3b>(y, x) = cv::Vec3b::all(static_cast<uchar>(value));
-    }
-  }
-  return image;
-}
-
-// Reference: the picture itself. A ramp has no detail, so at quality 95 the quantisation steps of
-// the standard's table leave at most a few grey levels.
-TEST(EncodeJpegTest, PicturesSurviveTheRoundTrip) {
-  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1}) {
-    const cv::Mat decoded = Decode(EncodeJpeg(Ramp(type), 95));
-    const cv::Mat expected = Ramp(type == CV_8UC3 ? CV_8UC3 : CV_8UC1);
-    ASSERT_EQ(decoded.type(), expected.type()) << "type " << type;
-    ASSERT_EQ(decoded.size(), expected.size());
-    EXPECT_LE(cv::norm(decoded, expected, cv::NORM_INF), 4) << "type " << type;
   }
 }
 

@@ -106,15 +106,6 @@ int LevelOf(const cv::Mat& picture) {
   return picture.at<unsigned char>(0, 0);
 }
 
-TEST(LiveCamerasTest, OneEyesPicturesComeAsTheyAre) {
-  FakeCamera camera;
-  const auto source = FramesOf({camera.Input("camera 0")}, {});
-  const Ending ending({&camera});
-  camera.Show(7);
-  EXPECT_EQ(LevelOf(source->Next({})->image), 7);
-  EXPECT_EQ(source->health()->trouble, "");
-}
-
 TEST(LiveCamerasTest, ACameraThatIsNotThereIsSaidAtOnce) {
   EXPECT_THAT(
       [] {
@@ -150,9 +141,10 @@ TEST(LiveCamerasTest, AnEyeWhoseOpeningNeverEndsIsSaidAndGivenUp) {
                            held->get_future().wait();
                            return std::unique_ptr<Film>();
                          }};
-  EXPECT_THAT([&] { LiveCameras({mute}, 0, std::chrono::milliseconds(10)); },
-              testing::ThrowsMessage<std::runtime_error>(
-                  HasSubstr("stream of nobody: no answer within 0.01 s")));
+  EXPECT_THAT(
+      [&] { LiveCameras({mute}, PairLayout::kOneCamera, 0, std::chrono::milliseconds(10)); },
+      testing::ThrowsMessage<std::runtime_error>(
+          HasSubstr("stream of nobody: no answer within 0.01 s")));
   held->set_value();
 }
 
@@ -214,7 +206,7 @@ TEST(LiveCamerasTest, WhatTurnsIntoAnotherSizeIsLeftOutAndToldUntilItIsAsBefore)
 
 TEST(LiveCamerasTest, WhereNothingComesTheStartSaysSo) {
   FakeCamera left, right;
-  LiveCameras eyes({left.Input("camera 0"), right.Input("camera 2")}, 1e6,
+  LiveCameras eyes({left.Input("camera 0"), right.Input("camera 2")}, PairLayout::kTwoCameras, 1e6,
                    std::chrono::seconds(1));  // which opening them may take, too
   const Ending ending({&left, &right});
   EXPECT_THAT([&] { eyes.Next({}); },
@@ -251,23 +243,23 @@ TEST(LiveCamerasTest, SideBySideIsCutInTwo) {
   const auto layout = PairLayout::kSideBySide;
   cv::Mat both(4, 6, CV_8UC1, cv::Scalar(1));
   both.colRange(3, 6).setTo(2);
-  const StereoPair pair = PairFrom({both}, layout, "camera 0");
+  const StereoPair pair = Arranged({.left = both}, layout, "camera 0");
   EXPECT_EQ(pair.left.size(), cv::Size(3, 4));
   EXPECT_EQ(LevelOf(pair.left), 1);
   EXPECT_EQ(LevelOf(pair.right), 2);
-  EXPECT_THAT([&] { PairFrom({both.colRange(0, 5)}, layout, "camera 0"); },
+  EXPECT_THAT([&] { Arranged({.left = both.colRange(0, 5)}, layout, "camera 0"); },
               testing::ThrowsMessage<std::runtime_error>(HasSubstr("5 px wide: accepted")));
 }
 
 TEST(LiveCamerasTest, WhatIsNoPairAndNoDepthIsSaid) {
   const cv::Mat grey(4, 6, CV_8UC1), deep(4, 6, CV_16UC1), wide(4, 8, CV_8UC1);
-  const auto refusal = [](const std::vector<cv::Mat>& pictures, PairLayout layout) {
-    return Thrown<std::runtime_error>([&] { PairFrom(pictures, layout, "eyes"); });
+  const auto refusal = [](const cv::Mat& left, const cv::Mat& right, PairLayout layout) {
+    return Thrown<std::runtime_error>([&] { Arranged({left, right}, layout, "cameras"); });
   };
-  EXPECT_THAT(refusal({grey}, PairLayout::kDepth), HasSubstr("one channel of 16 bit"));
-  EXPECT_THAT(refusal({grey, deep}, PairLayout::kTwoCameras), HasSubstr("accepted for a pair"));
-  EXPECT_THAT(refusal({grey, wide}, PairLayout::kTwoCameras), HasSubstr("images of one size"));
-  EXPECT_EQ(refusal({deep}, PairLayout::kDepth), "");
+  EXPECT_THAT(refusal(grey, {}, PairLayout::kDepth), HasSubstr("one channel of 16 bit"));
+  EXPECT_THAT(refusal(grey, deep, PairLayout::kTwoCameras), HasSubstr("accepted for a pair"));
+  EXPECT_THAT(refusal(grey, wide, PairLayout::kTwoCameras), HasSubstr("images of one size"));
+  EXPECT_EQ(refusal(deep, {}, PairLayout::kDepth), "");
 }
 
 }  // namespace

@@ -279,14 +279,6 @@ TEST(TactileInboxTest, PosesTravelWithTheSamples) {
   EXPECT_NEAR(std::atan2(x.y(), x.x()), 0.125 * std::numbers::pi, 1e-9);
 }
 
-TEST(TactileInboxTest, TheSameSampleAgainIsDropped) {
-  TactileInbox inbox(Scened({"rf"}));
-  for (int i = 0; i < 20; ++i) {
-    ASSERT_FALSE(inbox.Feed("rf", 0, At(0.01 * (i / 2)), Reading(0.01 * (i / 2)), At(0.01 * i)));
-  }
-  EXPECT_EQ(TakeAll(&inbox).size(), 10U);
-}
-
 TEST(TactileInboxTest, SaysWhatItRefuses) {
   TactileInbox inbox(Scened({"ff", "th"}));
   ASSERT_FALSE(inbox.Feed("ff", 7, At(1), Reading(1), At(1)));

@@ -236,10 +236,6 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
       "name: flat\nobject:\n  geometry: {rectangle: {width: 1 m, height: 1 m, "
       "thickness: 1 mm}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {}\n");
   refuses(bad, "accepted by evaluate is a volume");
-  bad = options_;
-  bad.cloud.clear();
-  bad.at = {0, 0, 1};
-  refuses(bad, "with --cloud only");
 }
 
 }  // namespace

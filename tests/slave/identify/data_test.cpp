@@ -11,7 +11,6 @@
 #include "shared/text/csv.h"
 #include "slave/identify/chord_modulus.h"
 #include "slave/identify/law_fit.h"
-#include "slave/identify/prediction.h"
 #include "slave/identify/prony.h"
 #include "slave/identify/specimen_spread.h"
 #include "slave/identify/test_table.h"
@@ -121,9 +120,8 @@ TEST(SpecimenSpread, OfSeveralSpecimensCountsTheirOwn) {
   EXPECT_GT(OtherSpecimenSigma({4e4, 5e4, 6e4}), OtherSpecimenSigma({5e4}));
 }
 
-void ExpectFits(const std::string& name, const std::vector<MaterialTest>& tests,
-                bool foam = false) {
-  const LawFit best = FitLaws(tests, foam).front();
+void ExpectFits(const std::string& name, const std::vector<MaterialTest>& tests) {
+  const LawFit best = FitLaws(tests).front();
   EXPECT_EQ(best.unstable, "") << name;
   EXPECT_LT(best.rms, 0.05) << name << " by " << best.law.name;
   ::testing::Test::RecordProperty(name,
@@ -144,68 +142,6 @@ TEST(HyperelasticData, RubberAndGelAreFittedWithinFivePercent) {
     ExpectFits(tissue, Tests(folder / "Budday_2017", {{"tension", "UT_T_" + tissue},
                                                       {"compression", "UT_C_" + tissue},
                                                       {"shear", "SS_" + tissue}}));
-  }
-}
-
-TEST(FoamData, IsFittedWithinFivePercent) {
-  const path folder = Data("foam_curves/foam_leap");
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
-  ExpectFits("foam_leap",
-             Tests(folder, {{"tension", "UT"}, {"compression", "UC"}, {"shear", "SS"}}), true);
-}
-
-// Share of rows whose measured stress lies in the band, interpolated between the curve's rows.
-double Covered(const PredictedCurve& curve, const std::vector<double>& x,
-               const std::vector<double>& stress) {
-  int rows = 0, covered = 0;
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    for (std::size_t i = 0; i + 1 < curve.rows.size(); ++i) {
-      const PredictedRow &a = curve.rows[i], &b = curve.rows[i + 1];
-      if (!(a.abscissa <= x[k] && x[k] < b.abscissa)) continue;
-      const double share = (x[k] - a.abscissa) / (b.abscissa - a.abscissa);
-      ++rows;
-      covered += std::lerp(a.low, b.low, share) <= stress[k] &&
-                 stress[k] <= std::lerp(a.high, b.high, share);
-    }
-  }
-  EXPECT_GT(rows, 20) << curve.name;
-  return covered / static_cast<double>(rows);
-}
-
-TEST(FoamData, ShearIsPredictedFromTensionAndCompression) {
-  const path folder = Data("foam_curves/foam_leap");
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
-  const Predictor predictor(Tests(folder, {{"tension", "UT"}, {"compression", "UC"}}), true);
-  const auto curves = predictor.OtherTests();
-  const auto shear = std::ranges::find(curves, TestKind::kShear, &PredictedCurve::kind);
-  ASSERT_NE(shear, curves.end());
-  const MaterialTest measured = ReadTest({"shear", folder / "SS.csv"}, {});
-  std::vector<double> x, stress;
-  for (const TestRow& row : measured.rows) {
-    x.push_back(row.abscissa), stress.push_back(row.measured[0]);
-  }
-  EXPECT_GE(Covered(*shear, x, stress), 0.9);
-}
-
-// Two of three rates of an adhesive in shear tell the third.
-TEST(AdhesiveData, AThirdRateIsPredictedFromTwo) {
-  const path folder = Data("viscoelastic_adhesive");
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
-  std::vector<RelaxationTable> all;
-  for (const char* rate : {"0d01", "0d1", "1"}) {
-    const path file = folder / (std::string("monotonic_shear_") + rate + ".csv");
-    all.push_back(ReadRelaxation({"relaxation", file}, {}));
-  }
-  for (std::size_t left = 0; left < 3; ++left) {
-    std::vector<RelaxationTable> two = all;
-    two.erase(two.begin() + static_cast<std::ptrdiff_t>(left));
-    const auto curves = PredictRates(FitProny(two), two);
-    const std::string name = std::string("ramp at ") + (left == 0   ? "0.01"
-                                                        : left == 1 ? "0.1"
-                                                                    : "1");
-    const auto curve = std::ranges::find(curves, name + " /s", &PredictedCurve::name);
-    ASSERT_NE(curve, curves.end()) << name;
-    EXPECT_GE(Covered(*curve, all[left].strain, all[left].stress), 0.9) << name;
   }
 }
 

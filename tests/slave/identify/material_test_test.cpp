@@ -50,22 +50,6 @@ TEST(MaterialTest, WhatNoIsotropicLawDoesIsNamed) {
             std::string::npos);
 }
 
-// A foam's free faces carry nothing: its lateral stretch is the law's own.
-TEST(MaterialTest, AFoamsFreeFacesAreFree) {
-  const HyperLaw foam{.name = "foam", .terms = {{900, 8}, {200, -3}}, .nu = 0.2};
-  for (const TestKind kind : {TestKind::kUniaxial, TestKind::kEquibiaxial, TestKind::kPlanar}) {
-    for (const double l : {0.5, 1.3}) {
-      const Eigen::Vector3d stretches = PrincipalStretches(kind, l, foam.nu);
-      EXPECT_NEAR(foam.Derivatives(stretches)[2], 0, 1e-9 * foam.ShearModulus());
-    }
-  }
-  const auto small = PrincipalStretches(TestKind::kUniaxial, 1 + 1e-6, foam.nu);
-  EXPECT_NEAR((1 - small[1]) / 1e-6, 0.2, 1e-5);
-  MaterialTest test{.kind = TestKind::kUniaxial, .components = {{0, 0}}};
-  test.rows = {{.abscissa = 1 + 1e-6, .measured = {0}}};
-  EXPECT_NEAR(Predict(foam, test)[0] / 1e-6, foam.YoungModulus(), 1e-4 * foam.YoungModulus());
-}
-
 // Yeoh's law with a falling second modulus softens until it gives way; terms of positive moduli
 // never do.
 TEST(Stability, IsSeenAndNamed) {

@@ -52,26 +52,6 @@ RelaxationTable Ramp(double G_inf, double G, double tau, double rate) {
   return table;
 }
 
-// Two rates of a ramp tell the third, by two decades of time beside them.
-TEST(Prony, PredictsOtherRatesWithBands) {
-  const std::vector<RelaxationTable> ramps{Ramp(2e3, 3e3, 10, 0.01), Ramp(2e3, 3e3, 10, 0.1)};
-  const auto curves = PredictRates(FitProny(ramps), ramps);
-  ASSERT_EQ(curves.size(), 2U);
-  EXPECT_EQ(curves[0].name, "ramp at 0.001 /s");
-  EXPECT_EQ(curves[1].name, "ramp at 1 /s");
-  for (std::size_t k = 0; k < 2; ++k) {
-    const double rate = k == 0 ? 0.001 : 1;
-    for (const PredictedRow& row : curves[k].rows) {
-      const double truth =
-          2e3 * row.abscissa + 3e3 * 10 * rate * (1 - std::exp(-row.abscissa / rate / 10));
-      EXPECT_LE(row.low, truth + 1e-9) << rate << " " << row.abscissa;
-      EXPECT_GE(row.high, truth - 1e-9) << rate << " " << row.abscissa;
-    }
-    EXPECT_LT(curves[k].rows.back().low, 0.9 * curves[k].rows.back().stress);
-    EXPECT_LT(curves[k].rows.back().high, 3 * curves[k].rows.back().stress);
-  }
-}
-
 // Noise of 2 % of the peak: no modulus that is reported may be zero.
 TEST(Prony, DropsTermsThatMayBeZero) {
   RelaxationTable noisy = Hold(2e3, 3e3, 10, 200, 0.5);

@@ -24,13 +24,15 @@ class CheckedFingertip : public Fingertip {
   using Fingertip::Fingertip;
   const FingerTouch& Estimate(const FingerReading& reading, bool after_gap, bool is_clear = false) {
     touch_ = Fingertip::Estimate(reading, after_gap, is_clear);
-    touch_.Add(checks_.Examine({.tip = *this}).verdict);
+    touch_.Add(checks_.Examine({*this, &consistency_}).verdict);
+    touch_.Add(consistency_.Close().verdict);
     return touch_;
   }
   [[nodiscard]] const FingerTouch& touch() const { return touch_; }
 
  private:
   Checks<FingertipSample> checks_ = MakeFingertipChecks();
+  Consistency consistency_;
   FingerTouch touch_;
 };
 
@@ -185,21 +187,6 @@ TEST_F(FingertipTest, RestValuesAreFollowedWhileNothingIsNear) {
   EXPECT_GT(fingertip_.touch().force_F->norm(), 0.2);
 }
 
-TEST_F(FingertipTest, RestValuesStayWhereSomethingMayBeNear) {
-  Rest(10);
-  for (int i = 0; i < 200; ++i) Estimate({0.05, 0, 0}, false);
-  EXPECT_NEAR(fingertip_.touch().force_F->x(), 0.05, 1e-6);
-}
-
-TEST_F(FingertipTest, EachDoubtNamesItsCheck) {
-  Rest(10);
-  EXPECT_EQ(fingertip_.touch().check, FailedCheck::kNone);
-  Press({0, 0, -1.01}, 10);
-  EXPECT_EQ(fingertip_.touch().check, FailedCheck::kModelRange);
-  for (int i = 0; i < 6; ++i) fingertip_.Estimate(FingerReading{}, false);
-  EXPECT_EQ(fingertip_.touch().check, FailedCheck::kFingerMissing);
-}
-
 TEST_F(FingertipTest, CountsThatAreNotFiniteAreFlaggedAndForgotten) {
   for (const float bad :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
@@ -349,15 +336,6 @@ TEST_F(FingertipTest, WithoutANetworkTheElectrodesDecideAndTheForceIsUnknown) {
   EXPECT_TRUE(touch.touching);
   EXPECT_FALSE(touch.force_F.has_value());
   EXPECT_EQ(touch.validity, Validity::kFailed);
-}
-
-TEST_F(FingertipTest, AfterAResetRestValuesAreTakenAnew) {
-  Rest(20);
-  fingertip_.Reset();
-  const Vector3d offset(0.3, 0, 0);
-  for (int i = 0; i < 10; ++i) Estimate(offset, false);
-  ASSERT_TRUE(fingertip_.touch().force_F.has_value());
-  EXPECT_NEAR(fingertip_.touch().force_F->norm(), 0, 1e-9);
 }
 
 TEST_F(FingertipTest, NoSampleAllocates) {

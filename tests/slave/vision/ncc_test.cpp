@@ -1,3 +1,5 @@
+#include "slave/vision/ncc.h"
+
 #include <cmath>
 #include <random>
 #include <stdexcept>
@@ -5,7 +7,6 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "slave/vision/template_match.h"
 #include "tests/support/references.h"
 
 namespace palpate {

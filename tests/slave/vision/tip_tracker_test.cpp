@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "slave/vision/template_match.h"
+#include "slave/vision/ncc.h"
 #include "tests/slave/vision/test_pictures.h"
 #include "tests/support/thrown.h"
 

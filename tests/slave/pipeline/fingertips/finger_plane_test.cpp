@@ -19,7 +19,7 @@ TEST(TactileEstimatorTest, ThePlaneIsKnownBeforeContactFromEveryDirection) {
   for (const double degrees : {0.0, 35.0, 80.0}) {
     Touching t(CubeScene("pose: {translation: [20 mm, 20 mm, 55 mm], rotation: [0, " +
                          std::to_string(degrees) + " deg, 0]}"));
-    const LocalModel& local = t.estimator.felt().local_model;
+    const LocalModel& local = t.estimator.estimate().local_model;
     ASSERT_TRUE(local.known()) << degrees;
     EXPECT_FALSE(local.in_contact);
     EXPECT_NEAR((local.normal - Vector3d::UnitZ()).norm(), 0, 1e-12);
@@ -48,7 +48,7 @@ TEST(TactileEstimatorTest, TheLocalModelFollowsTheHandBetweenSamples) {
   Touching t(CubeScene(kAbove)), there(CubeScene(kAbove));
   t.Estimate(1, {0.015, 0, 0.001});
   const Vector3d beside = t.scene.manipulator.home + way;
-  EXPECT_NEAR(t.estimator.felt().local_model.Penetration(beside), 0.0069, 1e-12);
+  EXPECT_NEAR(t.estimator.estimate().local_model.Penetration(beside), 0.0069, 1e-12);
   const LocalModel& expected = there.Estimate(1, way).local_model;
   const LocalModel local = t.estimator.LocalAt(beside);
   EXPECT_NEAR((local.normal - expected.normal).norm(), 0, 1e-12);
@@ -61,11 +61,11 @@ TEST(TactileEstimatorTest, TheLocalModelFollowsTheHandBetweenSamples) {
 TEST(TactileEstimatorTest, TheRevisionRisesOnlyWithAChange) {
   Touching t(CubeScene(kAbove));
   t.Estimate(1, {0, 0, 0.005});
-  const auto revision = t.estimator.felt().local_model.revision;
+  const auto revision = t.estimator.estimate().local_model.revision;
   t.Estimate(10, {0, 0, 0.005});
-  EXPECT_EQ(t.estimator.felt().local_model.revision, revision);
+  EXPECT_EQ(t.estimator.estimate().local_model.revision, revision);
   t.Estimate(1, {0.001, 0, 0.005});
-  EXPECT_EQ(t.estimator.felt().local_model.revision, revision + 1);
+  EXPECT_EQ(t.estimator.estimate().local_model.revision, revision + 1);
 }
 
 // A bonded contact keeps its reference while the fingertip shears it; a frictionless one follows.
@@ -74,9 +74,9 @@ TEST(TactileEstimatorTest, ABondedContactKeepsItsReferenceAFrictionlessFollows) 
     Touching t(CubeScene(kAbove, std::string("kind: fem-green, contact: ") + law));
     t.Estimate(1, {0, 0, 0.001});
     t.Estimate(1, {0, 0, -0.002});
-    const Vector3d before = t.estimator.felt().local_model.reference;
+    const Vector3d before = t.estimator.estimate().local_model.reference;
     t.Estimate(1, {0.003, 0, -0.002});
-    const LocalModel& after = t.estimator.felt().local_model;
+    const LocalModel& after = t.estimator.estimate().local_model;
     const double moved = std::string(law) == "bonded" ? 0 : 0.003;
     EXPECT_NEAR((after.reference - before - Vector3d(moved, 0, 0)).norm(), 0, 1e-9) << law;
     if (moved > 0) {

@@ -85,7 +85,7 @@ struct Touching {
     for (int i = 0; i < samples; ++i) {
       estimator.Estimate(hand.Next(), scene.manipulator.home + way);
     }
-    return estimator.felt();
+    return estimator.estimate();
   }
   const ContactEstimate& Press(const Eigen::Vector3d& force_F, const Eigen::Vector3d& way,
                                std::size_t finger = 0, int samples = kWindow) {

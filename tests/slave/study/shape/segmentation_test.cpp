@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -24,6 +25,37 @@ namespace {
 using Eigen::Vector3d;
 using Colour = std::array<std::uint8_t, 3>;
 namespace fs = std::filesystem;
+
+// How well a segmentation agrees with a cloud whose points are labelled.
+struct LabelScore {
+  std::uint32_t label = 0;
+  std::size_t points = 0;
+  int region = -1;  // that shares most with it; -1: none does
+  double iou = 0;   // intersection over union with that region [-]
+};
+
+// One row per label, ascending.
+std::vector<LabelScore> ScoreLabels(const PointCloud& cloud, const Segmentation& segmentation) {
+  std::map<std::uint32_t, LabelScore> scores;
+  std::map<std::pair<std::uint32_t, int>, std::size_t> shared;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::uint32_t label = cloud[i].label;
+    if (label == 0) continue;
+    scores[label].label = label;
+    ++scores[label].points;
+    if (segmentation.region_of[i] >= 0) ++shared[{label, segmentation.region_of[i]}];
+  }
+  for (const auto& [pair, both] : shared) {
+    LabelScore& score = scores[pair.first];
+    const std::size_t all =
+        score.points + segmentation.size[static_cast<std::size_t>(pair.second)] - both;
+    const double iou = static_cast<double>(both) / static_cast<double>(all);
+    if (iou > score.iou) score.iou = iou, score.region = pair.second;
+  }
+  std::vector<LabelScore> rows;
+  for (const auto& [label, score] : scores) rows.push_back(score);
+  return rows;
+}
 
 // Every labelled object, that is every label but 0 (not measured) and 1 (the table), with the same
 // options for every cloud. Tolerance: the figure that is asked for.

@@ -125,21 +125,9 @@ void ExpectNamed(const DotTracker& tracker, const std::string& where) {
   }
 }
 
-// Reference: told in each picture anew, from that picture alone: the box's big dot is by far the
-// largest of what is found, and lies between the other four: left and above, right and above, ...
-// of it. Everything else that is found lies off the box.
-TEST(RealDots, FiveDotsKeepTheirIdentitiesThroughTheSequence) {
-  const auto files = Pictures(kDots / "five_dots_seq", "frame_");
-  if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
-  const cv::Mat first = cv::imread(files.front().string(), cv::IMREAD_GRAYSCALE);
-  DotTracker tracker(kFive, PlacesIn(first), OfFive());
-  for (const auto& file : files) {
-    ASSERT_TRUE(tracker.Process(cv::imread(file.string(), cv::IMREAD_GRAYSCALE))) << file;
-    ExpectNamed(tracker, file.string());
-  }
-}
-
-// Whichever picture comes first, and whichever way the others follow.
+// Reference: the box's big dot is by far the largest of what is found in a picture, and lies
+// between the other four: left and above, right and above, ... of it. Everything else that is found
+// lies off the box. Whichever picture comes first, and whichever way the others follow.
 TEST(RealDots, FiveDotsAreNamedAlikeFromAnyPictureBothWays) {
   const auto files = Pictures(kDots / "five_dots_seq", "frame_");
   if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;

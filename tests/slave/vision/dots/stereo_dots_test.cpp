@@ -124,22 +124,6 @@ TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
   EXPECT_LT(worst, 0.09e-3);
 }
 
-// Reference: the bump drawn. Blur sets in after a sharp rest; it makes places less certain, by as
-// much as the slopes of the dots' edges are less steep, and pulls none.
-TEST(StereoDots, BlurAfterASharpRestIsNoDisplacement) {
-  StereoDots stereo(Params());
-  Rest(&stereo);
-  Bump bump;
-  bump.depth = 0.002;
-  for (const double blur : {1.5, 3.0}) {
-    const Pair pair = Pictures(bump, 7, 2, 0.15, blur);
-    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
-    ASSERT_TRUE(seen.found);
-    EXPECT_EQ(Seen(seen), 31) << blur;
-    EXPECT_LT(Worst(seen, bump), 0.05e-3 * (1 + blur)) << blur;
-  }
-}
-
 // Reference: the places drawn. Without the tilt's bias the places in depth would be off by up to
 // what the two stereo' biases differ; dots of 4 mm radius on a surface tilted by 40 degrees show
 // it.

@@ -4,7 +4,6 @@
 
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
-#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -83,16 +82,6 @@ TEST(LensTest, NonsenseHasNoPicture) {
   EXPECT_FALSE(Project(lens, {0, 0, 0}));
   EXPECT_FALSE(Project(lens, {0, 0, -1}));
   EXPECT_FALSE(Project(lens, {0, 0, kNan}));
-}
-
-TEST(LensTest, TakesNothingFromTheHeap) {
-  const Lens lens = TestLens(kBarrel);
-  const long before = AllocationCount();
-  for (int i = 0; i < 100; ++i) {
-    (void)RayOf(lens, {6.0 * i, 4.0 * i});
-    (void)Project(lens, {0.001 * i, 0.002 * i, 0.25});
-  }
-  EXPECT_EQ(AllocationCount(), before);
 }
 
 }  // namespace

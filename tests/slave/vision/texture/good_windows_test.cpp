@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "slave/vision/texture/window_template.h"
+#include "slave/vision/patch_aligner.h"
+#include "slave/vision/texture/image_pyramid.h"
 #include "tests/slave/vision/texture/texture_pictures.h"
 
 namespace palpate {
@@ -14,7 +15,7 @@ TEST(ChooseWindowsTest, ChosenWindowsHaveTextureLieApartAndInside) {
   ASSERT_GE(centres.size(), 4U);
   ASSERT_LE(centres.size(), 12U);
   for (std::size_t i = 0; i < centres.size(); ++i) {
-    WindowTemplate window(31);
+    PatchAligner window(31);
     EXPECT_TRUE(window.Cut(picture, {Eigen::Matrix2d::Identity(), centres[i]}));
     EXPECT_GT(centres[i].x(), 130);
     for (std::size_t j = 0; j < i; ++j) EXPECT_GE((centres[i] - centres[j]).norm(), 20);

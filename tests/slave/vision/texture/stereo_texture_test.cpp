@@ -100,30 +100,6 @@ TEST_F(StereoTextureTest, WindowsAreChosenWhereNoneIsNamed) {
   EXPECT_GE(count, 8);
 }
 
-// Reference: similarity. A rig of another size sees a world of that size in the same pictures, so
-// the windows' places scale with it.
-TEST_F(StereoTextureTest, HowLargeTheWorldIsDoesNotMatter) {
-  StereoTextureOptions options;
-  options.count = 12;
-  const auto pair = pictures.Take(kRest);
-  StereoTexture stated(pictures.rig, pictures.X_SL, options);
-  const SurfaceObservation reference = stated.Process(pair.left, pair.right, 0, Time{});
-  for (const double scale : {0.01, 0.1, 20.0, 1000.0}) {  // 2.5 mm to 250 m away
-    StereoRig rig = pictures.rig;
-    rig.X_RL.translation() *= scale;
-    Eigen::Isometry3d X_SL = pictures.X_SL;
-    X_SL.translation() *= scale;
-    StereoTexture texture(rig, X_SL, options);
-    const auto& seen = texture.Process(pair.left, pair.right, 0, Time{});
-    ASSERT_EQ(seen.points.size(), reference.points.size()) << scale;
-    for (std::size_t i = 0; i < seen.points.size(); ++i) {
-      EXPECT_EQ(seen.points[i].seen, reference.points[i].seen) << scale;
-      if (!seen.points[i].seen) continue;
-      EXPECT_LT((seen.points[i].p_S - scale * reference.points[i].p_S).norm(), 1e-6 * scale);
-    }
-  }
-}
-
 TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   for (int k = 0; k <= 12; ++k) {

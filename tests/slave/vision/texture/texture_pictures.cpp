@@ -22,7 +22,7 @@ WavyTexture::WavyTexture(std::uint64_t seed) : random_(seed * 7919 + 1) {
   }
 }
 
-cv::Mat WavyTexture::Picture(const WindowWarp& warp, double noise, double gain, double offset,
+cv::Mat WavyTexture::Picture(const PatchWarp& warp, double noise, double gain, double offset,
                              const cv::Size& size) {
   // cos(kx x + (ky y + phase)), the columns' and the rows' part each drawn up once.
   const Eigen::Matrix<double, kWaves, 2> k = wave_ * warp.A.inverse();

@@ -5,7 +5,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "slave/vision/texture/window_template.h"
+#include "slave/vision/patch_aligner.h"
 
 namespace palpate {
 
@@ -15,7 +15,7 @@ class WavyTexture {
   explicit WavyTexture(std::uint64_t seed = 3);
   // About 120 +- 40 levels. The picture in which the texture's place x lies at A x + p, times
   // `gain` plus `offset`, with white noise of `noise` levels.
-  [[nodiscard]] cv::Mat Picture(const WindowWarp& warp, double noise = 0, double gain = 1,
+  [[nodiscard]] cv::Mat Picture(const PatchWarp& warp, double noise = 0, double gain = 1,
                                 double offset = 0, const cv::Size& size = {320, 240});
 
  private:

@@ -1,0 +1,45 @@
+// Data of the slave as received by the link and used by the haptic loop. Plain values.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "shared/geometry/teleop_transform.h"
+#include "shared/state/clock.h"
+#include "shared/state/dead_after.h"
+#include "shared/state/slave_state.h"
+#include "shared/state/surface_patch.h"
+
+namespace palpate {
+
+// A received state.
+struct ReceivedState {
+  SlaveState state;
+  Time received_at{};       // master's clock
+  double clock_offset = 0;  // slave's clock minus master's [s], by the best of recent round trips
+  double round_trip = 0;    // of the newest echoed command [s]
+  bool ended = false;       // the stream ended after this one
+};
+
+// Settings of the slave that the master uses.
+struct RemoteSettings {
+  std::uint32_t revision = 0;           // 0: the slave sends none
+  TeleopTransform transform;            // offset zero
+  double force_limit = 0;               // on the device [N], > 0
+  double dead_after = kUsualDeadAfter;  // link timeout without a state [s]
+};
+
+// A complete received local contact model.
+struct ReceivedPatch {
+  SurfacePatch patch;  // its epoch rises also from stream to stream
+  PatchLaw law;        // its newest force-depth curve
+};
+
+// Messages of local contact models.
+struct PatchStats {
+  std::uint64_t patches = 0, laws = 0, refused = 0;  // refused: rejected as invalid
+  std::uint64_t bytes = 0;                           // of all received messages
+  std::string trouble;  // why none arrives, or why the last was rejected
+};
+
+}  // namespace palpate

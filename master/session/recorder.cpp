@@ -1,0 +1,153 @@
+#include "master/session/recorder.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "shared/text/csv.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kDigits = 7;
+
+void AppendVector(std::string* row, const Eigen::Vector3d& v) {
+  for (int i = 0; i < 3; ++i) {
+    row->push_back(',');
+    AppendNumber(row, v[i], kDigits);
+  }
+}
+
+void AppendVectorOrNothing(std::string* row, bool known, const Eigen::Vector3d& v) {
+  if (known) {
+    AppendVector(row, v);
+  } else {
+    row->append(",,,");
+  }
+}
+
+constexpr double kLongestGap = 0.100;       // [s]
+constexpr std::size_t kMostRows = 1 << 16;  // unflushed rows [bytes]
+
+}  // namespace
+
+TickLog::TickLog(const std::filesystem::path& file) : file_(file), out_(file, std::ios::trunc) {
+  rows_ = "t,state";
+  for (const char* name :
+       {"p_M", "p_S", "estimated", "local", "scaled", "passive", "limited", "sent", "true"}) {
+    for (const char* axis : {"_x", "_y", "_z"}) rows_.append(",").append(name).append(axis);
+  }
+  rows_.append(",age_s,reason\n");
+  Flush();
+  if (!trouble_.empty()) throw std::runtime_error(trouble_);
+}
+
+void TickLog::Add(double t, const TickRecord& record, const std::optional<Eigen::Vector3d>& truth) {
+  const ForceChain& chain = record.chain;
+  AppendNumber(&rows_, t, kDigits + 2);
+  rows_.append(",").append(ToString(record.state));
+  AppendVector(&rows_, record.p_M);
+  AppendVector(&rows_, record.p_S);
+  AppendVectorOrNothing(&rows_, chain.force_known, chain.estimated);
+  for (const auto* force :
+       {&chain.local, &chain.scaled, &chain.passive, &chain.limited, &chain.sent}) {
+    AppendVector(&rows_, *force);
+  }
+  AppendVectorOrNothing(&rows_, truth.has_value(), truth.value_or(Eigen::Vector3d::Zero()));
+  rows_.push_back(',');
+  if (record.state_age >= 0) AppendNumber(&rows_, record.state_age, kDigits);
+  rows_.append(",").append(ToString(chain.reasons));
+  if (std::exchange(marks_, record.marks) != record.marks) {
+    rows_.append(chain.reasons.empty() ? "mark" : "+mark");
+  }
+  rows_.append("\n");
+  if (rows_.size() > kMostRows) Flush();
+}
+
+void TickLog::Flush() {
+  if (trouble_.empty()) {
+    out_ << rows_;
+    out_.flush();
+    if (!out_) trouble_ = file_.string() + ": cannot be written";
+  }
+  rows_.clear();
+}
+
+void TruthTrack::Add(Time at, const Eigen::Vector3d& force_S) {
+  if (!samples_.empty() && at <= samples_.back().at) return;
+  samples_.push_back({at, force_S});
+}
+
+std::optional<Eigen::Vector3d> TruthTrack::At(Time t) const {
+  const auto after = std::lower_bound(samples_.begin(), samples_.end(), t,
+                                      [](const Sample& s, Time wanted) { return s.at < wanted; });
+  if (after == samples_.end()) return std::nullopt;
+  if (after->at == t) return after->force;
+  if (after == samples_.begin()) return std::nullopt;
+  const auto before = after - 1;
+  const double gap = SecondsBetween(before->at, after->at);
+  if (gap > kLongestGap) return std::nullopt;
+  const double share = SecondsBetween(before->at, t) / gap;
+  return before->force + share * (after->force - before->force);
+}
+
+void TruthTrack::DropBefore(Time t) {
+  while (samples_.size() > 1 && samples_[1].at <= t) samples_.pop_front();
+}
+
+Recorder::Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker)
+    : ring_(ring), onlooker_(std::move(onlooker)) {
+  if (!log.empty()) log_ = std::make_unique<TickLog>(log);
+}
+
+void Recorder::Drain(Time now) {
+  TickRecord record;
+  while (ring_->Pop(&record)) {
+    Take(record);
+    // At once, because after a stall the ring contains seconds of ticks.
+    while (!waiting_.empty() && IsKnown(waiting_.front())) FinishFirst();
+  }
+  const double patience = kPatience + kTrips * round_trip_;
+  while (!waiting_.empty() &&
+         (IsKnown(waiting_.front()) || SecondsBetween(waiting_.front().at, now) > patience)) {
+    FinishFirst();
+  }
+  if (log_) log_->Flush();
+}
+
+bool Recorder::IsKnown(const TickRecord& record) const {
+  return truth_.Reaches(record.at) && (placed_.empty() || placed_.Reaches(record.at));
+}
+
+void Recorder::Finish() {
+  TickRecord record;
+  while (ring_->Pop(&record)) Take(record);
+  while (!waiting_.empty()) FinishFirst();
+  summary_.Close();
+  if (log_) log_->Flush();
+}
+
+void Recorder::Take(const TickRecord& record) {
+  if (taken_++ == 0) begin_ = record.at;
+  newest_ = record;
+  if (onlooker_) onlooker_(record);
+  waiting_.push_back(record);
+  if (record.round_trip > 0) round_trip_ = record.round_trip;
+  if (!record.has_truth) return;
+  truth_.Add(record.truth_at, record.truth);
+  if (record.truth_commanded_at != Time{}) placed_.Add(record.truth_commanded_at, record.truth);
+  summary_.AddTruth(record.truth);
+}
+
+void Recorder::FinishFirst() {
+  const TickRecord& record = waiting_.front();
+  const auto truth = truth_.At(record.at);
+  summary_.Add(record, truth);
+  summary_.AddDelayCompensated(record, placed_.At(record.at));
+  if (log_) log_->Add(SecondsBetween(begin_, record.at), record, truth);
+  truth_.DropBefore(record.at);
+  placed_.DropBefore(record.at);
+  waiting_.pop_front();
+}
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+// Hands images from the thread that takes them to the one that uses them.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+
+#include "slave/capture/frame_source.h"
+
+namespace palpate {
+
+// Thread-safe.
+class ImageQueue {
+ public:
+  // Waits until fewer than `most` images wait to be taken; false: `stop`.
+  bool Push(StereoPair images, std::size_t most, const std::stop_token& stop);
+  // Discards those that wait: a live image is useful only while it is new.
+  void Replace(StereoPair images);
+  // No more images will come; Take() throws `failure`, if there is one, after the last.
+  void Close(std::exception_ptr failure);
+  void Clear();
+
+  // Waits for images; false: closed, or `stop`.
+  bool Wait(const std::stop_token& stop);
+  // Waits for the next images. nullopt: closed, or `stop`.
+  std::optional<StereoPair> Take(const std::stop_token& stop);
+  // Waits until `time`, or for `stop`.
+  void WaitUntil(Time time, const std::stop_token& stop);
+
+ private:
+  bool WaitLocked(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
+
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable_any changed_;
+  std::deque<StereoPair> waiting_;
+  bool closed_ = false;
+  std::exception_ptr failure_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,145 @@
+#include "slave/tactile/baseline.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shared/statistics/robust.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kSpike = 20;  // from the line at most, lest one sample draws it [counts]
+// Variances of noise by which squared slopes must exceed it: of all electrodes together, and of the
+// pressure alone [-].
+constexpr double kTogether = 2, kAlone = 9;
+// That a slope seen last goes on, about [samples].
+constexpr double kLasts = 1000;
+constexpr double kChanges = 0.01;  // relative change of a slope per sample, one sigma about none
+constexpr double kRounding =
+    1.0 / 12;  // [counts^2] [derived: variance of rounding to whole counts]
+constexpr double kFollowing = 2, kDrifting = 0.2;  // memory while nothing is near [s]
+// Mean changes that are followed while nothing is near: more of both is a contact.
+constexpr double kSmoothing = 0.1;               // share of a sample in these means
+constexpr double kElectrode = 1, kPressure = 2;  // [counts]
+constexpr double kMostOfOne =
+    4;  // of one electrode, lest one that does not work decides [counts^2]
+double Signal(const FingerReading& reading, std::size_t i) noexcept {
+  if (i < kElectrodeCount) return static_cast<double>(reading.electrodes[i]);
+  return static_cast<double>(i == kElectrodeCount ? reading.pac : reading.pdc);
+}
+
+// From squares of which a few may be of electrodes that do not work.
+double VarianceOf(std::array<double, kElectrodeCount>& squares) noexcept {
+  constexpr double kMedian = 0.455;  // [-] [derived: median of the square of a standard normal]
+  return MedianOf(squares) / kMedian;
+}
+
+// Part to use of slopes of the mean square `slope2`, `noise2` of which is noise.
+double Shrinkage(double slope2, double noise2) noexcept {
+  return slope2 > 0 ? std::max(0.0, 1 - noise2 / slope2) : 0;
+}
+
+}  // namespace
+
+void Baseline::Advance() noexcept {
+  tt_ += -2 * t_ + n_;
+  t_ -= n_;
+  for (Sums& sums : sums_) sums.tx -= sums.x;
+  ++since_;
+}
+
+void Baseline::Take(const FingerReading& reading, double keep) noexcept {
+  const bool is_fitted = known();
+  if (taken_ == 0) origin_ = reading;
+  ++taken_;
+  since_ = 0;
+  n_ = keep * n_ + 1;
+  t_ *= keep;
+  tt_ *= keep;
+  for (std::size_t i = 0; i < kSignalCount; ++i) {
+    const double level = lines_[i].level;
+    const double read = Signal(reading, i) - Signal(origin_, i);
+    const double x = is_fitted ? std::clamp(read, level - kSpike, level + kSpike) : read;
+    sums_[i] = {keep * sums_[i].x + x, keep * sums_[i].tx, keep * sums_[i].xx + x * x};
+  }
+  if (known()) Fit();
+}
+
+// A contact moves electrodes and pressure; what only one of them does, or neither, is drift.
+void Baseline::Follow(const FingerReading& reading) noexcept {
+  const TactileSignals change = Change(reading);
+  double electrodes = 0;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    clear_[i] += kSmoothing * (change[i] - clear_[i]);
+    if (i < kElectrodeCount) electrodes += std::min(clear_[i] * clear_[i], kMostOfOne);
+  }
+  const double pressure = clear_[kElectrodeCount + 1];
+  const bool moves = electrodes > kElectrodeCount * kElectrode * kElectrode;
+  if (moves && pressure > kPressure) return;
+  const bool drifts = moves || std::abs(pressure) > kPressure;
+  const double keep = std::exp(-1 / ((drifts ? kDrifting : kFollowing) * rate_));
+  Take(reading, keep);
+  for (double& average : clear_) average *= keep;
+}
+
+double Baseline::Ahead() const noexcept {
+  return kLasts * -std::expm1(-since_ / kLasts);
+}
+
+TactileSignals Baseline::Change(const FingerReading& reading, double ago) const noexcept {
+  TactileSignals change{};
+  const double t = since_ > 0 ? Ahead() : -ago;
+  for (std::size_t i = 0; i < kSignalCount; ++i) {
+    const auto& [level, slope] = lines_[i];
+    change[i] = Signal(reading, i) - Signal(origin_, i) - level - t * slope;
+  }
+  return change;
+}
+
+double Baseline::variance() const noexcept {
+  return Ahead() * Ahead() * drift_variance_;
+}
+
+double Baseline::pressure_variance() const noexcept {
+  const double ahead = Ahead() - middle_;
+  return pressure_noise2_ * (1 / n_ + ahead * ahead * pressure_slope2_);
+}
+
+TactileSignals Baseline::drift_sigma() const noexcept {
+  const double t = Ahead();
+  TactileSignals sigma{};
+  for (std::size_t i = 0; i < kSignalCount; ++i) sigma[i] = kChanges * t * t / 2 * lines_[i].slope;
+  return sigma;
+}
+
+void Baseline::Fit() noexcept {
+  middle_ = t_ / n_;
+  const double spread = tt_ / n_ - middle_ * middle_;
+  const double weight = spread > 0 ? 1 / (n_ * spread) : 0;  // variance of a slope over the noise's
+  TactileSignals slopes{}, noise2{};
+  std::array<double, kElectrodeCount> slopes2{}, residuals2{};
+  for (std::size_t i = 0; i < kSignalCount; ++i) {
+    const Sums& sums = sums_[i];
+    const double mean = sums.x / n_;
+    slopes[i] = (sums.tx - middle_ * sums.x) * weight;
+    noise2[i] = std::max(0.0, sums.xx / n_ - mean * mean - slopes[i] * slopes[i] * spread);
+    if (i >= kElectrodeCount) continue;
+    slopes2[i] = slopes[i] * slopes[i];
+    residuals2[i] = noise2[i];
+  }
+  const double electrode_noise2 = std::max(VarianceOf(residuals2), kRounding);
+  const double slope2 = VarianceOf(slopes2);
+  const double together = Shrinkage(slope2, kTogether * weight * electrode_noise2);
+  drift_variance_ = together * weight * electrode_noise2;
+  pressure_noise2_ = noise2.back();
+  const double pressure =
+      std::max(together, Shrinkage(slopes.back() * slopes.back(), kAlone * weight * noise2.back()));
+  pressure_slope2_ = pressure * pressure * weight;
+  for (std::size_t i = 0; i < kSignalCount; ++i) {
+    double used = i < kElectrodeCount ? together : pressure;
+    if (i == kElectrodeCount) used = 0;  // pac0 is a rate itself
+    lines_[i] = {sums_[i].x / n_ - middle_ * used * slopes[i], used * slopes[i]};
+  }
+}
+
+}  // namespace palpate

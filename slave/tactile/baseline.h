@@ -1,0 +1,71 @@
+// The baseline of a fingertip and its drift, extrapolated during contact, when it cannot be
+// measured.
+#pragma once
+
+#include <array>
+
+#include "slave/tactile/signals/signal_pattern.h"
+
+namespace palpate {
+
+// Recursive mean with drift: per signal a line by weighted least squares over the samples without
+// contact, older ones counting less,
+//
+//   x(t) = level + slope t,   t from the last sample taken.
+//
+// The slopes are used as far as the electrodes' together exceed their noise (shrinkage, W. James
+// and C. Stein, 4th Berkeley Symposium, 1961): without drift they would be noise alone.
+class Baseline {
+ public:
+  // The first `samples` are without contact; `rate` of all [Hz].
+  explicit Baseline(int samples, double rate = 100) : wanted_(samples), rate_(rate) {}
+
+  void Reset() noexcept { *this = Baseline(wanted_, rate_); }
+  [[nodiscard]] bool known() const noexcept { return taken_ >= wanted_; }
+
+  // Advances by one sample period. Call before Take.
+  void Advance() noexcept;
+  // Processes a sample without contact; earlier samples keep the part `keep` of their weight [0,
+  // 1].
+  void Take(const FingerReading& reading, double keep = 1) noexcept;
+  // Processes a sample while nothing is near enough to touch.
+  void Follow(const FingerReading& reading) noexcept;
+  // Counts minus baseline of a sample `ago` samples before the last one. Call when known.
+  [[nodiscard]] TactileSignals Change(const FingerReading& reading, double ago = 0) const noexcept;
+  // Variance of an electrode's present baseline, beyond that of a fingertip without drift
+  // [counts^2].
+  [[nodiscard]] double variance() const noexcept;
+  // Variance of the pressure's present baseline [counts^2].
+  [[nodiscard]] double pressure_variance() const noexcept;
+  // One sigma of the drift's continuation, of all signals with a common sign [counts].
+  [[nodiscard]] TactileSignals drift_sigma() const noexcept;
+
+ private:
+  // Weighted sums over the samples: of x, of t x and of x^2, t from now [counts, samples].
+  struct Sums {
+    double x = 0, tx = 0, xx = 0;
+  };
+  struct Line {
+    double level = 0, slope = 0;  // at the last sample taken [counts], [counts/sample]
+  };
+
+  // Time for which the slopes are extrapolated [samples]: limited, so that their noise does not
+  // grow during long contacts.
+  [[nodiscard]] double Ahead() const noexcept;
+  void Fit() noexcept;
+
+  int wanted_;
+  double rate_;
+  int taken_ = 0, since_ = 0;      // samples, since the last one taken
+  double n_ = 0, t_ = 0, tt_ = 0;  // weighted sums of 1, t and t^2 [samples^k]
+  double drift_variance_ = 0;      // of an electrode's slope [counts^2/sample^2]
+  double middle_ = 0;              // mean of t [samples]
+  double pressure_noise2_ = 0;     // [counts^2]
+  double pressure_slope2_ = 0;     // variance of its slope, over pressure_noise2_ [1/sample^2]
+  FingerReading origin_;
+  std::array<Sums, kSignalCount> sums_{};
+  std::array<Line, kSignalCount> lines_{};
+  TactileSignals clear_{};  // mean change while clear [counts]
+};
+
+}  // namespace palpate

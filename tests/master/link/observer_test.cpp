@@ -1,0 +1,265 @@
+// The observer against a real server with a fake slave behind it, and against a peer that sends
+// given messages.
+#include "master/link/observer.h"
+
+#include <atomic>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <google/protobuf/message.h>
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include "palpate/v1/teleoperation.grpc.pb.h"
+
+#include "master/link/slave_link.h"
+#include "slave/service/server.h"
+#include "tests/slave/service/fake_slave.h"
+#include "tests/support/eventually.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using User = Observer::User;
+
+constexpr ObservedViews kMeshes{.mesh_rate = 120}, kImages{.image_rate = 120};
+
+SlaveLink::Options To(const std::string& target) {
+  return {.target = target};
+}
+
+class ObserverTest : public testing::Test {
+ protected:
+  [[nodiscard]] SlaveLink::Options Line() const { return To(server_->address()); }
+  // Takes samples until `condition`.
+  template <class Condition>
+  bool SensingUntil(const Condition& condition) {
+    return Eventually([&] {
+      slave_.TakeSample();
+      return condition();
+    });
+  }
+
+  FakeSlave slave_;
+  std::unique_ptr<Server> server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false);
+};
+
+// Reference: the fake's triangle, whose first corner is half a metre from its place.
+TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
+  slave_.TakeSample();
+  EXPECT_EQ(slave_.shapes_computed(), 0);
+  Observer observer(To(server_->address()), {});
+  observer.Need(User::kShapes, kMeshes);
+  ASSERT_TRUE(SensingUntil([&] { return observer.mesh_stats().meshes > 2; }));
+  const auto mesh = observer.mesh();
+  ASSERT_TRUE(mesh);
+  EXPECT_EQ(mesh->positions.size(), 3U);
+  EXPECT_EQ(mesh->LargestDeflection(), 0.5);
+  EXPECT_TRUE(mesh->nodal_forces.empty());
+  EXPECT_EQ(observer.mesh_stats().deflection_peak, 0.5);
+  EXPECT_EQ(observer.mesh_stats().trouble, "");
+  observer.Need(User::kShapes, {});
+  const int computed = slave_.shapes_computed();
+  for (int i = 0; i < 20; ++i) {
+    slave_.TakeSample();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_LE(slave_.shapes_computed(), computed + 1) << "one may have been on its way";
+  EXPECT_EQ(observer.mesh(), mesh) << "the last one stays";
+}
+
+TEST_F(ObserverTest, NodalForcesComeIfAskedFor) {
+  Observer observer(Line(), {});
+  observer.Need(User::kShapes, {.mesh_rate = 120, .nodal_forces = true});
+  observer.Need(User::kPage, kMeshes);
+  ASSERT_TRUE(SensingUntil([&] { return observer.mesh() != nullptr; }));
+  EXPECT_EQ(observer.mesh()->nodal_forces.size(), 3U);
+}
+
+TEST_F(ObserverTest, ItComesBackWithTheSlave) {
+  const std::string address = server_->address();
+  Observer observer(To(address), {});
+  observer.Need(User::kShapes, kMeshes);
+  ASSERT_TRUE(SensingUntil([&] { return observer.mesh_stats().meshes > 0; }));
+  server_.reset();
+  ASSERT_TRUE(Eventually([&] { return !observer.mesh_stats().trouble.empty(); }));
+  EXPECT_TRUE(observer.mesh()) << "what was seen last";
+  server_ = std::make_unique<Server>(slave_, address, false);
+  const std::uint64_t before = observer.mesh_stats().meshes;
+  ASSERT_TRUE(SensingUntil([&] { return observer.mesh_stats().meshes > before; }));
+  EXPECT_EQ(observer.mesh_stats().trouble, "");
+}
+
+TEST_F(ObserverTest, PlainTextLeavesThisMachineOnlyOnRequest) {
+  EXPECT_THROW(Observer(To("192.0.2.1:5"), {}), std::invalid_argument);
+}
+
+TEST_F(ObserverTest, StopsAtOnceWhereNobodyIsAndTwiceIsFine) {
+  const std::string address = server_->address();
+  server_.reset();
+  Observer observer(To(address), {});
+  observer.Need(User::kShapes, kMeshes);
+  ASSERT_TRUE(Eventually([&] { return !observer.mesh_stats().trouble.empty(); }));
+  EXPECT_EQ(observer.mesh(), nullptr);
+  observer.Need(User::kShapes, {});
+  observer.Need(User::kShapes, {});
+}
+
+// Sends `messages` and then silence.
+class FakeMeshServer final : public v1::Teleoperation::Service {
+ public:
+  explicit FakeMeshServer(std::vector<v1::MeshState> messages) : messages_(std::move(messages)) {
+    grpc::ServerBuilder builder;
+    int port = 0;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(this);
+    server_ = builder.BuildAndStart();
+    address = "127.0.0.1:" + std::to_string(port);
+  }
+  grpc::Status WatchMesh(grpc::ServerContext* context, const v1::WatchMeshRequest* request,
+                         grpc::ServerWriter<v1::MeshState>* writer) override {
+    asked_rate = request->max_rate_hz();
+    for (const auto& message : messages_) writer->Write(message);
+    while (!context->IsCancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return grpc::Status::CANCELLED;
+  }
+
+  std::string address;
+  std::atomic<double> asked_rate{0};
+
+ private:
+  std::vector<v1::MeshState> messages_;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+// A surface too large for gRPC's default of 4 MB a message comes whole.
+TEST_F(ObserverTest, LargeMeshesCome) {
+  constexpr int kNodes = 500'000;
+  v1::MeshState message;
+  message.mutable_sensed_at();
+  message.set_nodes_per_element(2);
+  for (int i = 0; i < kNodes; ++i) {
+    for (int axis = 0; axis < 3; ++axis) message.add_rest(static_cast<float>(i));
+  }
+  message.mutable_positions()->CopyFrom(message.rest());
+  FakeMeshServer teller({message});
+  Observer observer(To(teller.address), {});
+  observer.Need(User::kShapes, kMeshes);
+  ASSERT_TRUE(Eventually([&] { return observer.mesh_stats().meshes > 0; }));
+  EXPECT_EQ(observer.mesh()->positions.size(), static_cast<std::size_t>(kNodes));
+  EXPECT_EQ(teller.asked_rate, 120);
+}
+
+TEST_F(ObserverTest, MeshesThatCannotBeAreCountedToldAndNeverHandedOn) {
+  v1::MeshState headless;
+  headless.mutable_sensed_at();
+  for (int i = 0; i < 3; ++i) headless.add_positions(0);
+  FakeMeshServer teller({headless, headless});
+  Observer observer(To(teller.address), {});
+  observer.Need(User::kShapes, kMeshes);
+  ASSERT_TRUE(Eventually([&] { return observer.mesh_stats().refused == 2; }));
+  EXPECT_EQ(observer.mesh(), nullptr);
+  EXPECT_THAT(observer.mesh_stats().trouble, HasSubstr("a mesh was rejected: rest is absent"));
+}
+
+TEST_F(ObserverTest, PicturesComeWithOverlaysAndNobodyMakesThemForNobody) {
+  slave_.TakeSample();
+  EXPECT_EQ(slave_.pictures_taken(), 0);
+  Observer observer(Line(), {});
+  observer.Need(User::kPage, kImages);
+  ASSERT_TRUE(SensingUntil([&] { return observer.image() && observer.image()->number > 2; }));
+  EXPECT_EQ(observer.image()->jpeg, "overlays 75");
+  EXPECT_EQ(observer.image()->width, 640);
+  EXPECT_EQ(observer.image_trouble(), "");
+}
+
+TEST_F(ObserverTest, ASlaveWithoutACameraIsSaidInItsWords) {
+  slave_.set_has_camera(false);
+  Observer observer(Line(), {});
+  observer.Need(User::kPage, kImages);
+  ASSERT_TRUE(SensingUntil([&] { return !observer.image_trouble().empty(); }));
+  EXPECT_THAT(observer.image_trouble(), HasSubstr("camera"));
+  EXPECT_FALSE(observer.image());
+}
+
+TEST_F(ObserverTest, TheSlaveTellsOfItselfAndOfWhatHappens) {
+  Observer observer(Line(), {.states = true});
+  ASSERT_TRUE(SensingUntil(
+      [&] { return observer.state().state.sequence > 0 && observer.texts().version > 0; }));
+  EXPECT_THAT(observer.texts().scene, HasSubstr("\"young_modulus\""));
+  EXPECT_THAT(observer.texts().status, HasSubstr("\"phase\""));
+  EXPECT_EQ(observer.texts().trouble, "");
+  Events events;
+  slave_.Happen(Event::kPuncture);
+  ASSERT_TRUE(SensingUntil([&] {
+    events.Add(observer.TakeEvents());
+    return events.Has(Event::kPuncture);
+  }));
+  EXPECT_FALSE(observer.TakeEvents().Has(Event::kPuncture)) << "once is enough";
+}
+
+TEST_F(ObserverTest, ASamplesTraceIsFoundByWhenItWasTaken) {
+  Observer observer(Line(), {.states = true});
+  std::optional<SampleTrace> trace;
+  Time sensed_at{};
+  ASSERT_TRUE(SensingUntil([&] {
+    sensed_at = observer.state().state.sensed_at;
+    trace = observer.TraceOf(sensed_at);
+    return trace.has_value();
+  }));
+  EXPECT_GT(trace->sample, 0U);
+  EXPECT_EQ(trace->sensed_at, sensed_at);
+  EXPECT_FALSE(observer.TraceOf(sensed_at + Clock::duration(1)));
+}
+
+TEST_F(ObserverTest, ASlaveThatIsGoneIsSaidAndFoundAgain) {
+  const Observer observer(Line(), {.states = true});
+  ASSERT_TRUE(SensingUntil([&] { return !observer.texts().scene.empty(); }));
+  const std::string address = server_->address();
+  server_.reset();
+  ASSERT_TRUE(SensingUntil([&] { return !observer.texts().trouble.empty(); }));
+  server_ = std::make_unique<Server>(slave_, address, false);
+  EXPECT_TRUE(SensingUntil([&] { return observer.texts().trouble.empty(); }));
+}
+
+// A page and a recording share each stream: what either needs more of decides.
+TEST_F(ObserverTest, UsersShareOneStreamOfEachKind) {
+  std::mutex mutex;
+  std::set<std::string> received;
+  Observer observer(Line(), {.states = true, .on_message = [&](const auto& message) {
+                               const std::scoped_lock lock(mutex);
+                               received.insert(message.GetDescriptor()->name());
+                             }});
+  observer.Need(User::kRecording, {.image_rate = 2, .mesh_rate = 2});
+  observer.Need(User::kPage, {.image_rate = 120, .mesh_rate = 120, .mesh_error = 1e-4});
+  ASSERT_TRUE(SensingUntil([&] {
+    const std::scoped_lock lock(mutex);
+    return received.size() == 6 && observer.image() && observer.mesh();
+  }));
+  EXPECT_THAT(received,
+              testing::UnorderedElementsAre("VideoFrame", "MeshState", "TraceUpdate", "Status",
+                                            "SceneDescription", "Capabilities"));
+  observer.Need(User::kPage, {});
+  const std::uint64_t before = observer.mesh_stats().meshes;
+  EXPECT_TRUE(SensingUntil([&] { return observer.mesh_stats().meshes > before; }))
+      << "the recording still needs them";
+}
+
+// Reference: what the fake accepts, `bem2d` alone, and its words for the rest.
+TEST_F(ObserverTest, MappingAndModelAreSetOrRefusedWithTheReason) {
+  SlaveLink link(Line());
+  EXPECT_EQ(link.SetMapping({.position_scale = 0.5}), "");
+  EXPECT_EQ(slave_.parameters().position_scale, 0.5);
+  EXPECT_FALSE(slave_.parameters().force_scale);
+  EXPECT_EQ(link.SetModel("bem2d"), "");
+  EXPECT_NE(link.SetModel("clay"), "");
+  EXPECT_NE(link.SetMapping({.force_scale = -1}), "");
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,98 @@
+#include "slave/tactile/baseline.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+constexpr int kRest = 50;  // samples
+
+class BaselineTest : public ::testing::Test {
+ protected:
+  // Electrodes `moved` from where they began, half of them the other way, with a count of noise.
+  FingerReading Reading(double moved) {
+    FingerReading reading;
+    reading.present = true;
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      const double at = 3000 + 10.0 * static_cast<double>(i) + (i % 2 == 0 ? moved : -moved);
+      reading.electrodes[i] = static_cast<float>(std::round(at + noise_(random_)));
+    }
+    reading.pdc = 2000;
+    return reading;
+  }
+  void Rest(double slope) {  // counts per sample
+    for (; now_ < kRest; ++now_) {
+      rest_.Advance();
+      rest_.Take(Reading(slope * now_));
+    }
+  }
+  // Rms of the electrodes' change `samples` after rest was taken last, untouched.
+  double ErrorAfter(int samples, double slope) {
+    for (int i = 0; i < samples; ++i, ++now_) rest_.Advance();
+    const TactileSignals change = rest_.Change(Reading(slope * (now_ - 1)));
+    double square = 0;
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) square += change[i] * change[i];
+    return std::sqrt(square / kElectrodeCount);
+  }
+
+  Baseline rest_{kRest};
+  int now_ = 0;
+  std::mt19937 random_{5};
+  std::normal_distribution<double> noise_{0, 0.9};
+};
+
+TEST_F(BaselineTest, ADriftThatStandsOutGoesOnWhileNothingTellsOfIt) {
+  Rest(0.1);
+  EXPECT_LT(ErrorAfter(60, 0.1), 2.5);  // of 8.5 counts from the middle of the rest samples
+  EXPECT_GT(rest_.variance(), 0.5);
+}
+
+TEST_F(BaselineTest, WithoutDriftRestIsTheMeanAndStays) {
+  Rest(0);
+  EXPECT_LT(ErrorAfter(500, 0), 1.3);  // noise, rounding and the mean's own
+  EXPECT_LT(rest_.variance(), 0.2);
+}
+
+// Ten minutes at 100 Hz, after a drift that ended with the rest samples.
+TEST_F(BaselineTest, ADriftIsNotTakenToGoOnForAsLongAsSomethingIsHeld) {
+  Rest(0.1);
+  for (int i = 0; i < 60000; ++i) rest_.Advance();
+  const TactileSignals change = rest_.Change(Reading(0.1 * kRest)), sigma = rest_.drift_sigma();
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    EXPECT_LT(std::abs(change[i]), 200) << i;
+    EXPECT_LT(std::abs(change[i]), 3 * std::abs(sigma[i])) << i;
+  }
+}
+
+// Reference: the line itself, of which only rounding to whole counts is not known.
+TEST_F(BaselineTest, ADriftWithoutNoiseIsFollowed) {
+  noise_ = std::normal_distribution<double>(0, 1e-9);
+  Rest(1);
+  for (int i = 0; i < 100; ++i) rest_.Advance();
+  const TactileSignals change = rest_.Change(Reading(kRest - 1 + 100));
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) EXPECT_LT(std::abs(change[i]), 15) << i;
+}
+
+// Reference: the end of a line through n values of variance v, 4 v / n; without a slope v / n.
+TEST_F(BaselineTest, ThePressureIsKnownAsWellAsItsLine) {
+  for (const double slope : {0.0, 0.3}) {
+    rest_.Reset();
+    double squares = 0;
+    for (int i = 0; i < kRest; ++i) {
+      rest_.Advance();
+      FingerReading reading = Reading(slope * i);
+      const double noise = noise_(random_);
+      squares += noise * noise;
+      reading.pdc += static_cast<float>(slope * i + noise);
+      rest_.Take(reading);
+    }
+    const double known = (slope > 0 ? 4 : 1) * squares / kRest / kRest;
+    EXPECT_NEAR(rest_.pressure_variance(), known, 0.25 * known) << slope;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
