@@ -160,13 +160,20 @@ void StrainResolution::FindBar(const HeldNodes& held) {
 
 double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const int> touched) {
   if (!slender_) return 0;
+  const auto strain_at = [this](std::size_t element, std::size_t corner) -> const Matrix3d& {
+    return strains_[element][quadratic_ ? corner : 0];
+  };
   std::ranges::fill(mean_, Matrix3d::Zero());
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const Element& element = elements_[e];
-    strains_[e] = StrainsOf(element, u);
+    if (quadratic_) {
+      strains_[e] = StrainsOf(element, u);
+    } else {
+      strains_[e][0] = StrainsOf(element, u)[0];  // that of all corners
+    }
     for (std::size_t a = 0; a < 4; ++a) {
       const auto vertex = Index(element.means[a]);
-      mean_[vertex] += element.geometry.volume / volume_[vertex] * strains_[e][a];
+      mean_[vertex] += element.geometry.volume / volume_[vertex] * strain_at(e, a);
     }
   }
   MarkContacts(touched);
@@ -186,8 +193,8 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
     const auto corners = std::span(element.nodes).first<4>();
     Strains step;
     for (std::size_t a = 0; a < 4; ++a) {
-      step[a] = mean_[Index(element.means[a])] - strains_[e][a];
-      mean += element.geometry.volume / 4 * strains_[e][a];
+      step[a] = mean_[Index(element.means[a])] - strain_at(e, a);
+      mean += element.geometry.volume / 4 * strain_at(e, a);
     }
     const double weight = element.modulus * element.geometry.volume;
     energy += weight * mean_of(strains_[e], energy_of);

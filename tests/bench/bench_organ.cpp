@@ -3,7 +3,8 @@
 //
 // `Kernel`: tangent, forces and energy per element [ns], in lanes and by the general element.
 // `Slide/tetrahedra/contacts`: update of one sample over the bodies of organ_bodies.h [ms], its
-// force against the converged one of the same mesh [%], `failed` ones, Newton's `steps` and their
+// force against the converged one of the same mesh [%], the share `within2` estimates of that and
+// the median `ratio` of estimate and error, `failed` ones, Newton's `steps` and their
 // `iterations`, start [s], memory [MB]. `Before`: the same of the general model at its residual of
 // 1e-2, on the first body. Both in one run, since machines are loaded.
 #include <algorithm>
@@ -75,6 +76,7 @@ std::vector<Contact> ContactsAt(const std::vector<organs::Place>& places, int sa
 
 struct Tally {
   std::vector<double> updates, errors, angles;  // [ms], [%], [deg]
+  std::vector<double> ratios;                   // estimated by true error
   double start = 0, memory = 0, steps = 0, iterations = 0;
   int failed = 0;
 
@@ -83,6 +85,7 @@ struct Tally {
     failed += answer.validity == Validity::kFailed;
     const Vector3d &F = answer.force_O, &G = expected.force_O;
     errors.push_back(100 * (F - G).norm() / G.norm());
+    ratios.push_back(answer.force_error / (F - G).norm());
     angles.push_back(180 / M_PI * std::atan2(F.cross(G).norm(), F.dot(G)));
   }
   void Show(benchmark::State& state) const {
@@ -96,6 +99,10 @@ struct Tally {
     state.counters["errmax"] = Quantile(errors, 1);
     state.counters["deg95"] = Quantile(angles, 0.95);
     state.counters["failed"] = failed;
+    const auto enough = std::ranges::count_if(ratios, [](double ratio) { return ratio >= 0.5; });
+    state.counters["within2"] =
+        100.0 * static_cast<double>(enough) / static_cast<double>(ratios.size());
+    state.counters["ratio"] = Quantile(ratios, 0.5);
     state.counters["steps"] = steps / count;
     state.counters["iterations"] = iterations / count;
   }

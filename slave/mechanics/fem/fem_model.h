@@ -66,6 +66,7 @@ class FemModel final : public VolumeModel {
     return constraints_.Sum(hold_[contact], reaction());
   }
   [[nodiscard]] Inversion FindInversion() const override;
+  [[nodiscard]] double ErrorOf(std::size_t contact) const override;
   [[nodiscard]] bool ended_early() const override {
     return equilibrium_ && equilibrium_->ended_early();
   }

@@ -18,6 +18,7 @@ constexpr double kLeastShift = 1.0 / 64, kMostShift = 4;
 constexpr int kMostHalvings = 24;  // of one such step
 constexpr double kInner = 1e-2;    // of a linear system's right hand side
 // Of the residual aimed at, left by a linear system.
+constexpr double kErrorShare = 0.2;  // of the residual, left by the estimate of its effect
 constexpr double kLinearShare = 0.5;
 constexpr double kForSteps = 0.6;   // of the deadline; the rest is for what follows
 constexpr double kMostAhead = 1.5;  // of the last motion that is predicted to go on
@@ -76,6 +77,7 @@ bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constr
   Predict(constraints);
   if (SolveInParts(f_ext, constraints)) {
     LearnMotion();
+    EstimateError(constraints);
     return true;
   }
   is_predictable_ = false;
@@ -134,6 +136,19 @@ void StaticEquilibrium::LearnMotion() noexcept {
   motion_ = u_;
   Add(-1, last_u_, motion_);
   is_predictable_ = true;
+}
+
+// One more solution with the last tangent: the residual weighted by the duals of all contacts at
+// once.
+void StaticEquilibrium::EstimateError(const Constraints& constraints) noexcept {
+  if (!hyperelastic_) return;
+  SetZero(x_);
+  SetZero(trial_);
+  const double size = FreeResidual(constraints);
+  if (newton_steps_ == 0 || !(size > 0)) return;
+  solver_.Solve(tangent_, constraints, r_, x_, kErrorShare * size);
+  const auto complete = [&](int row) { At(trial_, row) = tangent_.Row(row, x_); };
+  if (!constraints.ForBearing(complete)) tangent_.Multiply(x_, trial_);
 }
 
 void StaticEquilibrium::Update(With with) noexcept {

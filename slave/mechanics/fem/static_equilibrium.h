@@ -43,6 +43,10 @@ class StaticEquilibrium {
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
   [[nodiscard]] double residual() const { return relative_residual_; }  // reached
   [[nodiscard]] bool ended_early() const { return ended_early_; }       // by the deadline
+  // What the residual left by the last query of the neo-Hookean law still changes, to first order:
+  // of the displacements, and of what nodes bear of contacts and supports.
+  [[nodiscard]] const NodeVector& displacement_error() const { return x_; }
+  [[nodiscard]] const NodeVector& reaction_error() const { return trial_; }
   // Of the last query: steps of Newton's method, iterations of their linear systems.
   [[nodiscard]] int newton_steps() const { return newton_steps_; }
   [[nodiscard]] int iterations() const { return iterations_; }
@@ -55,6 +59,7 @@ class StaticEquilibrium {
   bool Iterate(const Constraints& constraints, double part) noexcept;
   void Predict(const Constraints& constraints) noexcept;
   void LearnMotion() noexcept;
+  void EstimateError(const Constraints& constraints) noexcept;
   enum class With { kForces, kTangent };
   void Update(With with) noexcept;
   void PrepareTangent() noexcept;

@@ -150,6 +150,11 @@ ContactResponse VolumeModel::ResponseOf(std::size_t contact, const Contact& at) 
   };
   ContactResponse response;
   response.force_O = response.displacement_O = at.prescribed_O;
+  if (moves) {
+    response.force_error = traits_.force_unit * ErrorOf(contact);
+  } else {
+    response.displacement_error = traits_.length_unit * ErrorOf(contact);
+  }
   if (!moves) {
     response.displacement_O.setZero();
     for (const auto& [node, weight] : place.nodes) {

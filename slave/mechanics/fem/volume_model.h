@@ -64,6 +64,9 @@ class VolumeModel : public DeformationModel {
   };
   [[nodiscard]] virtual Inversion FindInversion() const = 0;
   [[nodiscard]] virtual bool gained_energy() const = 0;
+  // Estimated error of a contact's force, or displacement if it is a load, without the mesh's; 0:
+  // none is estimated.
+  [[nodiscard]] virtual double ErrorOf(std::size_t /*contact*/) const { return 0; }
   // A deadline came before the residual that was asked for.
   [[nodiscard]] virtual bool ended_early() const { return false; }
 
