@@ -160,18 +160,28 @@ void StrainResolution::FindBar(const HeldNodes& held) {
 
 double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const int> touched) {
   if (!slender_) return 0;
+  const auto strain_at = [this](std::size_t element, std::size_t corner) -> const Matrix3d& {
+    return strains_[element][quadratic_ ? corner : 0];
+  };
   std::ranges::fill(mean_, Matrix3d::Zero());
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const Element& element = elements_[e];
-    strains_[e] = StrainsOf(element, u);
+    if (quadratic_) {
+      strains_[e] = StrainsOf(element, u);
+    } else {
+      strains_[e][0] = StrainsOf(element, u)[0];  // that of all corners
+    }
     for (std::size_t a = 0; a < 4; ++a) {
       const auto vertex = Index(element.means[a]);
-      mean_[vertex] += element.geometry.volume / volume_[vertex] * strains_[e][a];
+      mean_[vertex] += element.geometry.volume / volume_[vertex] * strain_at(e, a);
     }
   }
   MarkContacts(touched);
   const auto energy_of = [this](const Matrix3d& strain) { return TwiceEnergy(strain); };
   const auto restraint_of = [this](const Matrix3d& strain) { return TwiceRestraint(strain); };
+  const auto mean_of = [this](const Strains& strains, const auto& energy) {
+    return quadratic_ ? Mean(strains, energy) : energy(strains[0]);  // else all are equal
+  };
   struct Missing {
     double recovered = 0, restraint = 0;
   } far, all;
@@ -183,15 +193,15 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
     const auto corners = std::span(element.nodes).first<4>();
     Strains step;
     for (std::size_t a = 0; a < 4; ++a) {
-      step[a] = mean_[Index(element.means[a])] - strains_[e][a];
-      mean += element.geometry.volume / 4 * strains_[e][a];
+      step[a] = mean_[Index(element.means[a])] - strain_at(e, a);
+      mean += element.geometry.volume / 4 * strain_at(e, a);
     }
     const double weight = element.modulus * element.geometry.volume;
-    energy += weight * Mean(strains_[e], energy_of);
+    energy += weight * mean_of(strains_[e], energy_of);
     volume += element.geometry.volume;
     longest = std::max(longest, element.extent);
     const Missing missing{weight * Mean(step, energy_of),
-                          element.beam * weight * Mean(strains_[e], restraint_of)};
+                          element.beam * weight * mean_of(strains_[e], restraint_of)};
     all.recovered += missing.recovered;
     all.restraint += missing.restraint;
     if (std::ranges::any_of(corners, [&](int n) { return near_[Index(n)] != 0; })) continue;
@@ -240,9 +250,14 @@ StrainResolution::Strains StrainResolution::StrainsOf(const Element& element,
     strains[Index(i)].noalias() += 4 * moved(4 + e) * g.col(j).transpose();
     strains[Index(j)].noalias() += 4 * moved(4 + e) * g.col(i).transpose();
   }
-  for (Matrix3d& H : strains) {
+  const auto strain_of = [](const Matrix3d& H) -> Matrix3d {
     const Matrix3d green = 0.5 * (H + H.transpose() + H.transpose() * H);
-    H = green - 0.5 * green * green;
+    return green - 0.5 * green * green;
+  };
+  if (quadratic_) {
+    std::ranges::transform(strains, strains.begin(), strain_of);
+  } else {
+    strains.fill(strain_of(common));
   }
   return strains;
 }

@@ -144,6 +144,12 @@ ModelKind OptionsOf(std::string_view name) {
           .takes_tension = true};
 }
 
+// Whether a query ends between steps of Newton's method.
+bool TakesSteps(const FemOptions& fem) {
+  return fem.element == FemOptions::Element::kTet4 && fem.law != FemOptions::Law::kOgden &&
+         fem.time == FemOptions::Time::kStatic;
+}
+
 }  // namespace
 
 ModelOptions ReadModel(Section& scene, const SceneContext& context) {
@@ -169,10 +175,12 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     model.Refuse("prestress", "nothing with this kind: use plate-large for tension at rest");
   }
   if (!is_membrane) ReadContact(model, kind, &options);
-  if (kind.estimates_error) {
+  if (kind.estimates_error || (kind.iterates && TakesSteps(options.fem))) {
     options.deadline = model.Number("deadline");
   } else if (model.Has("deadline")) {
-    model.Refuse("deadline", "nothing with this kind: use fem-zone");
+    model.Refuse("deadline",
+                 "nothing here: use fem with element: tet4, time: static, any law but "
+                 "those of Ogden and Mooney-Rivlin");
   }
   if (kind.has_cache) {
     const std::string folder = model.Text("cache", "a folder", std::string());

@@ -60,11 +60,13 @@ ModelChoice ChoosePlate(const Scene& scene, double thickness) {
 bool NeedsGeneralModel(const FemOptions& fem) {
   const bool has_own_pressure = fem.pressure == FemOptions::Pressure::kAveraged ||
                                 fem.pressure == FemOptions::Pressure::kMixed;
-  return fem.element == FemOptions::Element::kTet10 || IsHyperelastic(fem.law) || has_own_pressure;
+  const bool moves = fem.time == FemOptions::Time::kDynamic;
+  return fem.element == FemOptions::Element::kTet10 || has_own_pressure ||
+         fem.law == FemOptions::Law::kOgden || (IsHyperelastic(fem.law) && moves);
 }
 
-// Four-node tetrahedra, linear or co-rotational, by their own fast model; ten nodes,
-// hyperelasticity and an own pressure by the general one.
+// Four-node tetrahedra, linear, co-rotational or neo-Hookean at rest, by their own fast model; ten
+// nodes, the other laws and an own pressure by the general one.
 std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& mesh,
                                           Progress* progress) {
   const Material& material = scene.object.material;
@@ -72,8 +74,8 @@ std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& m
   const auto held = HeldTetNodes(scene, mesh);
   if (!NeedsGeneralModel(options)) {
     const double range = options.law == FemOptions::Law::kLinear ? scene.model.range : 0;
-    return std::make_unique<FemModel>(mesh, held, FemModel::Params{material, options, range},
-                                      progress);
+    return std::make_unique<FemModel>(
+        mesh, held, FemModel::Params{material, options, range, scene.model.deadline}, progress);
   }
   const SolidModel::Params params{.options = options,
                                   .young_modulus = material.young_modulus,

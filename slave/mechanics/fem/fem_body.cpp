@@ -151,6 +151,7 @@ FemBody::FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& par
   pattern_ = MakePattern(GraphOf(moving_, tets_));
   part_ = PartsOf(tets_, points_.size(), &parts_);
   FindContributions();
+  if (params.law == TetElements::Law::kNeoHookean) FindPairs();
 }
 
 // The nodes that can move in the order of elimination, then the others.
@@ -197,6 +198,7 @@ void FemBody::SortElements() {
   const auto unsorted = tets_;
   for (std::size_t e = 0; e < tets_.size(); ++e) {
     tets_[e] = unsorted[Index(mesh_element_[e])];
+    std::ranges::sort(tets_[e]);  // blocks between corners are those above the diagonal
   }
 }
 
@@ -216,7 +218,7 @@ void FemBody::FindContributions() {
   std::vector<std::array<int, 3>> found;  // upper block, corners
   for (int e = 0; e < element_count(); ++e) {
     const auto& tet = tets_[Index(e)];
-    const double volume = GeometryOf(points_, tet).volume;
+    const double volume = std::abs(GeometryOf(points_, tet).volume);
     for (int a = 0; a < 4; ++a) {
       const int i = tet[Index(a)];
       volume_[Index(i)] += volume / 4;
@@ -256,6 +258,52 @@ void FemBody::FindTouching() {
   touching_.column.resize(4 * tets_.size());
   for (int c = 0; c < 4 * element_count(); ++c) {
     touching_.column[Index(next[Index(tets_[Index(c / 4)][Index(c % 4)])]++)] = c;
+  }
+}
+
+// Blocks with a node that is fixed go behind the last one.
+void FemBody::FindPairs() {
+  TetElements::GroupBlocks none;
+  for (auto& pair : none) pair.fill(pattern_.blocks());
+  pairs_.assign(Index(elements_.groups()), none);
+  for (int e = 0; e < element_count(); ++e) {
+    const auto& tet = tets_[Index(e)];
+    std::size_t pair = 0;
+    for (std::size_t a = 0; a < 4; ++a) {
+      for (std::size_t b = a; b < 4; ++b, ++pair) {
+        if (tet[b] >= moving()) continue;
+        pairs_[Index(e / kLanes)][pair][Index(e % kLanes)] = pattern_.Find(tet[a], tet[b]);
+      }
+    }
+  }
+}
+
+ElementSummary FemBody::EvaluateWithTangent(const NodeVector& u, double shift,
+                                            BlockMatrix& tangent) noexcept {
+  if (elements_.law() != TetElements::Law::kNeoHookean) {
+    const ElementSummary summary = Evaluate(u);
+    AssembleTangent(0, 1, tangent);
+    return summary;
+  }
+  for (int i = 0; i < moving(); ++i) {
+    std::fill(tangent.block(pattern_.diagonal[Index(i)]),
+              tangent.block(pattern_.graph.begin[Index(i) + 1]), 0.0);
+  }
+  const ElementSummary summary =
+      elements_.EvaluateWithTangent(u, pairs_, {tangent.block(0), shift});
+  MirrorUpper(tangent);
+  return summary;
+}
+
+void FemBody::MirrorUpper(BlockMatrix& matrix) noexcept {
+  for (int i = 0; i < moving(); ++i) {
+    for (int k = pattern_.diagonal[Index(i)] + 1; k < pattern_.graph.begin[Index(i) + 1]; ++k) {
+      const double* from = matrix.block(k);
+      double* to = matrix.block(pattern_.transpose[Index(k)]);
+      for (int c = 0; c < 3; ++c) {
+        for (int r = 0; r < 3; ++r) to[3 * r + c] = from[3 * c + r];
+      }
+    }
   }
 }
 

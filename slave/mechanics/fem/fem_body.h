@@ -32,6 +32,7 @@ class FemBody {
   // Nodes [0, moving()) have a component that is not fixed; the others come after them.
   [[nodiscard]] int moving() const { return moving_; }
   [[nodiscard]] int size() const { return static_cast<int>(points_.size()); }
+  [[nodiscard]] TetElements::Law law() const { return elements_.law(); }
   [[nodiscard]] int element_count() const { return elements_.size(); }
   [[nodiscard]] double length_unit() const { return length_unit_; }  // [m]
   // Of a node of the mesh, and back.
@@ -54,9 +55,14 @@ class FemBody {
 
   // Forces, energy and rotations at a displacement; the two below are of the last one.
   ElementSummary Evaluate(const NodeVector& u) noexcept { return elements_.Evaluate(u, team_); }
+  // The same and the tangent there: exact in the neo-Hookean law, plus `shift` times a stiffness
+  // against every gradient; else as AssembleTangent has it.
+  ElementSummary EvaluateWithTangent(const NodeVector& u, double shift,
+                                     BlockMatrix& tangent) noexcept;
   void ForgetRotations() noexcept { elements_.ForgetRotations(); }
   void InternalForce(NodeVector& f) noexcept;
   // mass M + stiffness K, K with warped element matrices R K_0 R^T; the law being linear, K is K_0.
+  // Not of the neo-Hookean law.
   void AssembleTangent(double mass, double stiffness, BlockMatrix& matrix) noexcept;
   // The mean rotation of a few of each moving node's elements, as a unit quaternion s, x, y, z.
   void NodeRotations(NodeVector& rotations) const noexcept;
@@ -70,6 +76,8 @@ class FemBody {
   void SortElements();
   void FindContributions();
   void FindTouching();
+  void FindPairs();
+  void MirrorUpper(BlockMatrix& matrix) noexcept;
 
   double length_unit_ = 1;
   int moving_ = 0;
@@ -88,8 +96,9 @@ class FemBody {
   std::vector<int> corners_begin_;  // per upper block, in corners_
   std::vector<int> corners_;        // pairs a, b of one element, in elements_.corner_gradients()
   NodeGraph touching_;              // per node: corners of its elements
-  std::vector<double> mass_;        // per block
-  std::vector<double> isotropic_;   // per block: sum mu V g_a . g_b
+  std::vector<TetElements::GroupBlocks> pairs_;  // of the neo-Hookean law's tangents
+  std::vector<double> mass_;                     // per block
+  std::vector<double> isotropic_;                // per block: sum mu V g_a . g_b
 };
 
 }  // namespace palpate::fem

@@ -15,9 +15,10 @@ using Eigen::Vector3d;
 using fem::At;
 using fem::NodeVector;
 
-constexpr double kLinearRange = 0.1;  // of the larger side
-constexpr double kBalanced = 1e-6;    // of the loads' sizes
-constexpr int kRehearsed = 30'000;    // elements
+constexpr double kLinearRange = 0.1;        // of the larger side
+constexpr double kBalanced = 1e-6;          // of the loads' sizes
+constexpr int kRehearsed = 30'000;          // elements
+constexpr int kRehearsedInSteps = 300'000;  // where a query is a step on two grids
 
 bool Dynamic(const FemOptions& options) {
   return options.time == FemOptions::Time::kDynamic;
@@ -30,9 +31,10 @@ void CheckOptions(const FemOptions& options) {
   if (options.element != FemOptions::Element::kTet4) {
     throw std::invalid_argument("element = tet10: accepted is tet4 in this model");
   }
-  if (IsHyperelastic(options.law)) {
+  if (options.law == FemOptions::Law::kOgden ||
+      (options.law == FemOptions::Law::kNeoHookean && Dynamic(options))) {
     throw std::invalid_argument(
-        "law = neo-hookean, ogden: accepted is linear, corotational in this model");
+        "law: accepted is linear, corotational and, at rest, neo-hookean in this model");
   }
   if (options.pressure != FemOptions::Pressure::kAuto &&
       options.pressure != FemOptions::Pressure::kDisplacement) {
@@ -90,9 +92,12 @@ VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
 }
 
 fem::FemBody::Params BodyParams(const FemModel::Params& params) {
+  using Law = fem::TetElements::Law;
+  const FemOptions::Law law = params.options.law;
   return {params.material.poisson_ratio,
-          Linear(params.options) ? fem::TetElements::Law::kLinear
-                                 : fem::TetElements::Law::kCorotational,
+          law == FemOptions::Law::kLinear       ? Law::kLinear
+          : law == FemOptions::Law::kNeoHookean ? Law::kNeoHookean
+                                                : Law::kCorotational,
           params.options.threads};
 }
 
@@ -117,8 +122,8 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
                                         options.damping_mass * time_unit_,
                                         options.damping_stiffness / time_unit_, Linear(options)});
   } else {
-    equilibrium_.emplace(
-        body_, fem::StaticEquilibrium::Params{options.residual, Linear(options), progress});
+    equilibrium_.emplace(body_, fem::StaticEquilibrium::Params{options.residual, Linear(options),
+                                                               params.deadline, progress});
   }
   Reset();
   Describe();
@@ -148,7 +153,8 @@ void FemModel::Describe() {
 
 // What a moved contact costs, on meshes where that is soon known.
 void FemModel::Rehearse(const SolidMesh& mesh) {
-  if (body_.element_count() > kRehearsed) return;
+  const bool in_steps = body_.law() == fem::TetElements::Law::kNeoHookean;
+  if (body_.element_count() > (in_steps ? kRehearsedInSteps : kRehearsed)) return;
   const SurfaceMesh surface = SurfaceOf(mesh);
   if (surface.triangles.empty()) return;
   Contact contact{.kind = Contact::Kind::kForce, .p_O = Centroid(surface, 0)};
@@ -224,6 +230,18 @@ bool FemModel::Prescribe(std::span<const Contact> contacts) {
 VolumeModel::Inversion FemModel::FindInversion() const {
   const fem::ElementSummary& last = summary();
   return {last.inverted, last.inverted > 0 ? body_.MeshElement(last.first_inverted) : -1};
+}
+
+double FemModel::ErrorOf(std::size_t contact) const {
+  if (params_.options.law != FemOptions::Law::kNeoHookean) return 0;
+  if (hold_[contact] >= 0) {
+    return constraints_.Sum(hold_[contact], equilibrium_->reaction_error()).norm();
+  }
+  Vector3d moved = Vector3d::Zero();
+  for (const auto& [node, weight] : places()[contact].nodes) {
+    moved += weight * VectorAt(equilibrium_->displacement_error(), node);
+  }
+  return moved.norm();
 }
 
 double FemModel::energy() const {

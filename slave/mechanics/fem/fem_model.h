@@ -1,10 +1,10 @@
-// `fem` with linear tetrahedra at small strain in each element: linear or co-rotational, in
-// equilibrium or in motion. Eight elements per instruction.
+// `fem` with linear tetrahedra: linear or co-rotational, in equilibrium or in motion, or
+// neo-Hookean in equilibrium. Eight elements per instruction.
 //
 // The law is that of Mueller and Gross (2004), paper B [21], with the signed polar rotation
-// (fem/tet_elements.h); equilibria by Newton's method (fem/static_equilibrium.h), motion by
-// implicit Euler (fem/time_stepper.h). Linear tetrahedra are first order accurate in stress and
-// lock as nu approaches 0.5.
+// (fem/tet_elements.h), or the neo-Hookean one of solid/material_law.h; equilibria by Newton's
+// method (fem/static_equilibrium.h), motion by implicit Euler (fem/time_stepper.h). Linear
+// tetrahedra are first order accurate in stress and lock as nu approaches 0.5.
 #pragma once
 
 #include <optional>
@@ -25,10 +25,13 @@ class FemModel final : public VolumeModel {
  public:
   struct Params {
     Material material;   // E > 0 [Pa], -1 < nu < 0.5; a density wherever mass counts
-    FemOptions options;  // tet4, law linear or co-rotational, pressure from the displacement
+    FemOptions options;  // tet4, no Ogden's law, pressure from the displacement
     // Largest |displacement| / larger side before `extrapolated` [-]; 0: 0.1 in the linear law,
-    // none in the co-rotational one.
+    // none in the others.
     double range = 0;
+    // At rest: time after which an update gives what it has, `extrapolated` unless it reached the
+    // residual [s]; one step is always begun. 0: none.
+    double deadline = 0;
   };
 
   // `held`: the components that supports fix, per node. Nodes without an element stay in place.
@@ -42,6 +45,9 @@ class FemModel final : public VolumeModel {
   [[nodiscard]] double residual() const {
     return stepper_ ? stepper_->last_solve().residual : equilibrium_->residual();
   }
+  // At rest, of the last query: steps of Newton's method, iterations of their linear systems.
+  [[nodiscard]] int newton_steps() const { return equilibrium_ ? equilibrium_->newton_steps() : 1; }
+  [[nodiscard]] int iterations() const { return equilibrium_ ? equilibrium_->iterations() : 0; }
   [[nodiscard]] double energy() const;  // elastic and kinetic [J]
   [[nodiscard]] int inverted() const { return inversion().elements; }
   [[nodiscard]] const fem::TimeStepper* stepper() const { return stepper_ ? &*stepper_ : nullptr; }
@@ -60,6 +66,10 @@ class FemModel final : public VolumeModel {
     return constraints_.Sum(hold_[contact], reaction());
   }
   [[nodiscard]] Inversion FindInversion() const override;
+  [[nodiscard]] double ErrorOf(std::size_t contact) const override;
+  [[nodiscard]] bool ended_early() const override {
+    return equilibrium_ && equilibrium_->ended_early();
+  }
   [[nodiscard]] bool gained_energy() const override {
     return stepper_ && stepper_->gained_energy();
   }

@@ -22,6 +22,7 @@ constexpr double kLateSpeed = 600;
 // Of a residual: what is left of one so small need not be among the possible forces, and iterating
 // on it spoils the answer.
 constexpr double kRounding = 2e-15;
+constexpr double kTiny = 1e-300;
 constexpr double kGridsWorth = 12;  // iterations that new grids must save
 // Solutions in which a factor is replaced, and the share of its worth from which on it is: it ages
 // meanwhile. [tuned: SwingingStep]
@@ -65,7 +66,7 @@ LinearSolver::LinearSolver(const FemBody& body, const Params& params)
   upper_.emplace(body.pattern());
   double_factor_.emplace(upper_->upper());
   const auto entries = double_factor_->entries();
-  direct_ = entries <= kMostEntries;
+  direct_ = entries <= kMostEntries && double_factor_->flops() <= params.most_flops;
   refactor_worth_ = double_factor_->flops() / (2 * kFactorSpeed * static_cast<double>(entries));
   late_factor_ = params.late_factor && !direct_ && entries <= kMostEntriesLate;
   late_worth_ = static_cast<int>(
@@ -116,6 +117,7 @@ SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constr
   if (due_ || (late_factor_ && !has_factor() && spent_ >= late_worth_))
     Prepare(A, constraints.held(), Kind::kSingle);
   if (next_ != Next::kNone) ContinueNext(A, constraints.held());
+  const double digits = std::log10(Norm(r) / std::max(target, kTiny));
   SolveOutcome outcome = Iterate(A, constraints, r, x, target);
   int before = 0;
   // A factor that has aged too much, or was made of too few digits, is replaced by a better one,
@@ -130,7 +132,7 @@ SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constr
     before += outcome.iterations;
     outcome = Iterate(A, constraints, r, x, target);
   }
-  CountAge(outcome.iterations);
+  CountAge(outcome.iterations, digits);
   outcome.iterations += before;
   return outcome;
 }
@@ -146,17 +148,29 @@ void LinearSolver::Prepare(const BlockMatrix& A, const HeldComponents& held, Kin
 }
 
 void LinearSolver::PrepareGrids(const BlockMatrix& A, const HeldComponents& held) noexcept {
+  const bool coarse_serves = coarse_serves_ && excess_ <= refactor_worth_;
   young_iterations_ = -1;
+  young_rate_ = 0;
   excess_ = 0;
-  if (grids_ && grids_->Factor(A, held.free)) {
+  coarse_serves_ =
+      grids_ && (coarse_serves ? grids_->Renew(A, held.free) : grids_->Factor(A, held.free));
+  if (coarse_serves_) {
     kind_ = Kind::kGrids;
   } else {
     InvertDiagonal(A, held);
   }
 }
 
-void LinearSolver::CountAge(int iterations) noexcept {
+void LinearSolver::CountAge(int iterations, double digits) noexcept {
   if (kind_ == Kind::kDiagonal) return;
+  if (kind_ == Kind::kGrids) {  // solutions to unlike accuracy
+    if (iterations == 0 || !(digits > 0)) return;
+    const double rate = iterations / digits;
+    young_rate_ = young_rate_ > 0 ? std::min(young_rate_, rate) : rate;
+    excess_ += iterations - young_rate_ * digits;
+    due_ = due_ || excess_ > refactor_worth_;
+    return;
+  }
   if (young_iterations_ < 0) {
     young_iterations_ = iterations;
     return;
@@ -290,14 +304,17 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
     }
     if (progress_ != nullptr) {
       progress_->ReachInner(size, target);
-      if (!progress_->Continue()) break;
+      if (!progress_->Continue() || progress_->late()) break;
     }
     if (size < best) best = size, best_at = outcome.iterations;
     if (!std::isfinite(size) || outcome.iterations - best_at > kPatience) break;
     if (outcome.iterations == 0 && kind_ == Kind::kSingle && next_factor_) FindTurns();
     Precondition(constraints, r, z_);
     const double next = Dot(r, z_);
-    if (!(next > 0)) break;  // rounding
+    if (!(next > 0)) {  // or rounding
+      outcome.indefinite = !(next == 0);
+      break;
+    }
     if (outcome.iterations == 0) {
       p_ = z_;
     } else {

@@ -29,19 +29,21 @@ struct SolveOutcome {
 
 class LinearSolver {
  public:
+  static constexpr double kAnyFlops = 1e300;
   struct Params {
     // A factor in single precision will do where it exists, as where tangents change and it ages
     // anyway.
     bool single = false;
     // Large bodies get one, of single precision, once it is worth its time.
     bool late_factor = false;
+    double most_flops = kAnyFlops;       // of a factor that goes first
     SearchProgress* progress = nullptr;  // asked on the way whether to stop; may be null
   };
   LinearSolver(const FemBody& body, const Params& params);
 
   // The next Solve factors again: the matrix is another one.
   void Renew() noexcept { due_ = true; }
-  // As after construction: the set of fixed components has changed as well.
+  // The set of fixed components has changed as well.
   void Reset() noexcept;
   // A x = b: `r` is P^T (b - A x) on entry and exit, x changes within the possible motions until
   // the norm of r is at most `target`. Allocation-free.
@@ -62,14 +64,16 @@ class LinearSolver {
   void Precondition(const Constraints& constraints, const NodeVector& r, NodeVector& z) noexcept;
   SolveOutcome Iterate(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
                        NodeVector& x, double target) noexcept;
-  void CountAge(int iterations) noexcept;
+  void CountAge(int iterations, double digits) noexcept;
   // `turns_`: how each node has turned since the matrix of the factor.
   void FindTurns() noexcept;
   void TurnBack(const NodeVector& r, NodeVector& turned) const noexcept;
   void Turn(NodeVector& z) const noexcept;
   // A part of the factor that replaces an aged one.
   void ContinueNext(const BlockMatrix& A, const HeldComponents& held) noexcept;
-  [[nodiscard]] bool Stopped() const { return progress_ != nullptr && progress_->stopped(); }
+  [[nodiscard]] bool Stopped() const {
+    return progress_ != nullptr && (progress_->stopped() || progress_->late());
+  }
 
   const FemBody& body_;
   SearchProgress* progress_;
@@ -94,6 +98,8 @@ class LinearSolver {
   Eigen::VectorXf single_x_;                         // a right side, then its solution
   Eigen::VectorXd double_x_;
   std::optional<TwoGrid> grids_;        // of large bodies
+  bool coarse_serves_ = false;          // of the grids, for later matrices too
+  double young_rate_ = 0;               // least iterations per digit with these grids
   std::vector<double> inverse_blocks_;  // nine per row, where all else fails
   Kind kind_ = Kind::kNone;
   bool due_ = true;

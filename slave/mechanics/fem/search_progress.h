@@ -16,8 +16,10 @@ class SearchProgress {
   // `progress` may be null, else it must outlive this. `linear`: one linear system is the search.
   SearchProgress(Progress* progress, bool linear) : progress_(progress), linear_(linear) {}
 
-  // A search begins, or begins again from another start.
-  void Begin() noexcept {
+  // A search begins. `deadline` [s]: it is late from then on; 0: never.
+  void Begin(double deadline = 0) noexcept {
+    deadline_ = deadline;
+    if (deadline > 0) begun_ = Clock::now();
     stopped_ = false;
     first_ = 0;
     done_ = 0;
@@ -44,6 +46,10 @@ class SearchProgress {
     return ReportProgress("factoring the stiffness", done);
   }
   [[nodiscard]] bool stopped() const { return stopped_; }
+  [[nodiscard]] bool late() const noexcept {
+    return deadline_ > 0 &&
+           std::chrono::duration<double>(Clock::now() - begun_).count() > deadline_;
+  }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -66,6 +72,8 @@ class SearchProgress {
   double first_ = 0;  // residual of the search
   double done_ = 0;   // never falls
   Clock::time_point told_;
+  double deadline_ = 0;  // [s]
+  Clock::time_point begun_;
 };
 
 }  // namespace palpate::fem

@@ -8,9 +8,20 @@
 namespace palpate::fem {
 namespace {
 
-constexpr int kMostSteps = 1000;   // of Newton's method
+constexpr int kMostSteps = 1000;            // of Newton's method with the warped tangent
+constexpr int kMostHyperelasticSteps = 60;  // with the exact one
+constexpr double kLeastPart = 1.0 / 64;     // of a load that is applied at once
+// Operations of a factor that is worth making in every step of the exact tangent.
+constexpr double kFactorOnce = 3e8;
+// Of a stiffness against every gradient that makes an exact tangent definite, in units of E.
+constexpr double kLeastShift = 1.0 / 64, kMostShift = 4;
 constexpr int kMostHalvings = 24;  // of one such step
 constexpr double kInner = 1e-2;    // of a linear system's right hand side
+// Of the residual aimed at, left by a linear system.
+constexpr double kErrorShare = 0.2;  // of the residual, left by the estimate of its effect
+constexpr double kLinearShare = 0.5;
+constexpr double kForSteps = 0.6;   // of the deadline; the rest is for what follows
+constexpr double kMostAhead = 1.5;  // of the last motion that is predicted to go on
 constexpr double kSufficient = 1e-4;
 // Where a factor makes digits cheap, the residual is driven this far below what is asked for.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3;
@@ -35,131 +46,238 @@ double RoundingFloor(const BlockMatrix& A, const NodeVector& u) {
 StaticEquilibrium::StaticEquilibrium(FemBody& body, const Params& params)
     : body_(body),
       params_(params),
+      hyperelastic_(body.law() == TetElements::Law::kNeoHookean),
       progress_(params.progress, params.linear),
       tangent_(body.pattern()),
-      solver_(body, {.late_factor = true, .progress = &progress_}) {
-  for (auto* x : {&u_, &last_u_, &f_ext_, &f_int_, &r_, &x_, &lift_, &trial_, &reaction_}) {
+      solver_(body, {.late_factor = !hyperelastic_,
+                     .most_flops = hyperelastic_ ? kFactorOnce : LinearSolver::kAnyFlops,
+                     .progress = &progress_}) {
+  for (auto* x : {&u_, &last_u_, &good_u_, &f_ext_, &last_f_, &f_int_, &r_, &x_, &lift_, &trial_,
+                  &reaction_, &motion_, &contact_motion_}) {
     x->resize(Index(body.size()));
   }
 }
 
 void StaticEquilibrium::Reset() noexcept {
   SetZero(u_);
+  SetZero(last_f_);
   SetZero(reaction_);
   summary_ = {};
+  shift_ = 0;
+  is_current_ = has_tangent_ = is_predictable_ = false;
   body_.ForgetRotations();
   solver_.Reset();
 }
 
 bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept {
   last_u_ = u_;
-  f_ext_ = f_ext;
-  progress_.Begin();
-  if (Iterate(constraints, 1)) return true;
-  if (!params_.linear) {
-    for (const int steps : {1, 8, 64}) {
-      if (progress_.stopped()) break;
-      if (SolveInSteps(constraints, steps)) return true;
-    }
+  newton_steps_ = iterations_ = 0;
+  ended_early_ = false;
+  progress_.Begin(kForSteps * params_.deadline);
+  Predict(constraints);
+  if (SolveInParts(f_ext, constraints)) {
+    LearnMotion();
+    EstimateError(constraints);
+    return true;
   }
-  u_ = last_u_;
-  Update();
+  is_predictable_ = false;
+  if (!params_.linear && !progress_.stopped()) {
+    SetZero(last_f_);
+    SetZero(good_u_);
+    body_.ForgetRotations();
+    Retreat(good_u_);
+    if (SolveInParts(f_ext, constraints)) return true;
+  }
+  Retreat(last_u_);
   return false;
 }
 
-bool StaticEquilibrium::SolveInSteps(const Constraints& constraints, int steps) noexcept {
-  SetZero(u_);
-  body_.ForgetRotations();
-  for (int step = 1; step <= steps; ++step) {
-    if (!Iterate(constraints, static_cast<double>(step) / steps)) return false;
+// All at once if Newton's method takes it, else in parts that are halved until it does.
+bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
+                                     const Constraints& constraints) noexcept {
+  good_u_ = u_;
+  double done = 0, part = 1;
+  while (done < 1) {
+    const double next = std::min(1.0, done + part);
+    f_ext_ = f_ext;
+    Scale(next, f_ext_);
+    Add(1 - next, last_f_, f_ext_);
+    if (Iterate(constraints, (next - done) / (1 - done))) {
+      good_u_ = u_;
+      done = next;
+      part *= 2;
+      continue;
+    }
+    part /= 2;
+    if (progress_.stopped() || part < kLeastPart || params_.linear) return false;
+    Retreat(good_u_);
   }
+  last_f_ = f_ext;
   return true;
 }
 
-void StaticEquilibrium::Update() noexcept {
-  summary_ = body_.Evaluate(u_);
-  body_.InternalForce(f_int_);
+// To where the last motion leads, by as much as the contacts go on in its direction.
+void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
+  if (!hyperelastic_) return;
+  constraints.Lift(u_, 1, lift_);
+  const double square = Dot(contact_motion_, contact_motion_);
+  const double ahead = square > 0 ? Dot(lift_, contact_motion_) / square : 0;
+  contact_motion_ = lift_;
+  if (!is_predictable_ || !(ahead > 0)) return;
+  Add(std::min(ahead, kMostAhead), motion_, u_);
+  Update(With::kTangent);
+  if (summary_.inverted == 0 && std::isfinite(summary_.energy)) return;
+  u_ = last_u_;
+  is_current_ = false;
 }
 
-// r_ = P^T (share f_ext - f_int); its norm, and reaction_.
-double StaticEquilibrium::FreeResidual(const Constraints& constraints, double share) noexcept {
+void StaticEquilibrium::LearnMotion() noexcept {
+  if (!hyperelastic_) return;
+  motion_ = u_;
+  Add(-1, last_u_, motion_);
+  is_predictable_ = true;
+}
+
+// One more solution with the last tangent: the residual weighted by the duals of all contacts at
+// once.
+void StaticEquilibrium::EstimateError(const Constraints& constraints) noexcept {
+  if (!hyperelastic_) return;
+  SetZero(x_);
+  SetZero(trial_);
+  const double size = FreeResidual(constraints);
+  if (newton_steps_ == 0 || !(size > 0)) return;
+  solver_.Solve(tangent_, constraints, r_, x_, kErrorShare * size);
+  const auto complete = [&](int row) { At(trial_, row) = tangent_.Row(row, x_); };
+  if (!constraints.ForBearing(complete)) tangent_.Multiply(x_, trial_);
+}
+
+void StaticEquilibrium::Update(With with) noexcept {
+  if (hyperelastic_ && with == With::kTangent) {
+    summary_ = body_.EvaluateWithTangent(u_, shift_, tangent_);
+    has_tangent_ = true;
+  } else {
+    summary_ = body_.Evaluate(u_);
+    has_tangent_ = has_tangent_ && params_.linear;
+  }
+  body_.InternalForce(f_int_);
+  is_current_ = true;
+}
+
+void StaticEquilibrium::PrepareTangent() noexcept {
+  if (has_tangent_) return;
+  if (hyperelastic_) {
+    Update(With::kTangent);
+  } else {
+    body_.AssembleTangent(0, 1, tangent_);
+    has_tangent_ = true;
+  }
+}
+
+void StaticEquilibrium::Retreat(const NodeVector& to) noexcept {
+  u_ = to;
+  Update(With::kForces);
+}
+
+double StaticEquilibrium::Potential() const noexcept {
+  return summary_.energy - Dot(f_ext_, u_);
+}
+
+// r_ = P^T (f_ext - f_int); its norm, and reaction_.
+double StaticEquilibrium::FreeResidual(const Constraints& constraints) noexcept {
   r_ = f_int_;
-  Add(-share, f_ext_, r_);
+  Add(-1, f_ext_, r_);
   reaction_ = r_;
   Scale(-1, r_);
   constraints.ProjectForce(r_);
   Add(1, r_, reaction_);
   const double size = Norm(r_);
-  reference_ = std::max({share * Norm(f_ext_), Norm(reaction_), released_});
+  reference_ = std::max({Norm(f_ext_), Norm(reaction_), released_});
   Add(-1, r_, reaction_);
   return size;
 }
 
-bool StaticEquilibrium::Iterate(const Constraints& constraints, double share) noexcept {
-  Update();
+// From u_, whose contacts move by `part` of what they still have to.
+bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noexcept {
+  if (!is_current_) Update(With::kTangent);
   released_ = 0;
-  bool lifted = constraints.Lift(u_, share, lift_) > 0;
-  double size = FreeResidual(constraints, share), previous = size;
+  bool lifted = constraints.Lift(u_, 1, lift_) > 0;
+  if (part < 1) Scale(part, lift_);
+  double size = FreeResidual(constraints), previous = size;
   released_ = lifted ? 0 : kInner * size;
   const double aim = solver_.direct() ? kAimDirect : kAimIterative;
-  for (int step = 0; step < kMostSteps && std::isfinite(size); ++step) {
+  const int most = hyperelastic_ ? kMostHyperelasticSteps : kMostSteps;
+  for (int step = 0; step < most && std::isfinite(size); ++step) {
     const double asked = params_.residual * std::max(reference_, released_);
     relative_residual_ = size > 0 ? size / std::max(reference_, released_) : 0;
     const bool stalled = step > 0 && size > kStalled * previous;
     if (!lifted && (size <= aim * asked || (size <= asked && stalled))) return true;
-    if (!assembled_ || !params_.linear) {
-      body_.AssembleTangent(0, 1, tangent_);
-      assembled_ = true;
-    }
+    ended_early_ = !lifted && step > 0 && progress_.late();
+    if (ended_early_) return true;
+    PrepareTangent();
     const double floor = RoundingFloor(tangent_, u_);
     if (!lifted && step > 0 && size <= floor) return true;
     previous = size;
     progress_.Reach(size, aim * asked);
     if (!progress_.Continue()) return false;
-    if (!Advance(constraints, share, lifted, floor)) return size <= asked && !lifted;
+    ++newton_steps_;
+    const double enough = std::max(floor, hyperelastic_ ? kLinearShare * aim * asked : 0);
+    if (!Advance(constraints, lifted, enough)) return size <= asked && !lifted;
     lifted = false;
-    size = FreeResidual(constraints, share);
+    size = FreeResidual(constraints);
   }
   return false;
 }
 
-// One step of Newton's method.
-bool StaticEquilibrium::Advance(const Constraints& constraints, double share, bool lifted,
-                                double floor) noexcept {
-  const double size = Norm(r_), energy = summary_.energy - share * Dot(f_ext_, u_);
+// x_ of one step of Newton's method; `enough`: residual of its linear system.
+bool StaticEquilibrium::FindDirection(const Constraints& constraints, bool lifted,
+                                      double enough) noexcept {
   trial_ = r_;
-  SetZero(x_);
   if (lifted) {
     tangent_.Multiply(lift_, x_);
     constraints.ProjectForce(x_);
     Add(-1, x_, trial_);
-    SetZero(x_);
   }
+  SetZero(x_);
   const double aim = solver_.direct() ? kAimDirect : kAimIterative;
   const double inner = params_.linear ? 0.5 * aim * params_.residual : kInner;
-  const double target = std::max(inner * Norm(trial_), floor);
+  const double target = std::max(inner * Norm(trial_), enough);
   const SolveOutcome outcome = solver_.Solve(tangent_, constraints, trial_, x_, target);
-  if (outcome.indefinite) {
-    body_.AssembleTangent(0, 1, tangent_);
+  iterations_ += outcome.iterations;
+  return !outcome.indefinite;
+}
+
+// One step of Newton's method.
+bool StaticEquilibrium::Advance(const Constraints& constraints, bool lifted,
+                                double enough) noexcept {
+  const double size = Norm(r_), energy = Potential();
+  if (shift_ > 0) shift_ = shift_ > kLeastShift ? shift_ / 4 : 0;
+  while (!FindDirection(constraints, lifted, enough)) {
+    if (hyperelastic_) shift_ = std::max(4 * shift_, kLeastShift);
+    if (shift_ > kMostShift) return false;
+    if (hyperelastic_) Update(With::kTangent);
     solver_.Renew();
-    solver_.Solve(tangent_, constraints, trial_, x_, target);
+    if (!hyperelastic_) {
+      FindDirection(constraints, lifted, enough);
+      break;
+    }
   }
   const double slope = Dot(r_, x_);
+  const bool began_inverted = summary_.inverted > 0;
   trial_ = u_;
   if (lifted) Add(1, lift_, x_);
   double length = 1;
   for (int halving = 0; halving < kMostHalvings; ++halving, length *= 0.5) {
     u_ = trial_;
     Add(length, x_, u_);
-    Update();
+    Update(With::kForces);
     if (lifted || params_.linear) return std::isfinite(summary_.energy);
-    const double now = summary_.energy - share * Dot(f_ext_, u_);
-    if (now <= energy - kSufficient * length * slope) return true;
-    if (FreeResidual(constraints, share) < (1 - kSufficient * length) * size) return true;
+    // Beyond an element inside out lie equilibria to which no slow load leads.
+    if (hyperelastic_ && !began_inverted && summary_.inverted > 0) continue;
+    if (Potential() <= energy - kSufficient * length * slope) return true;
+    if (FreeResidual(constraints) < (1 - kSufficient * length) * size) return true;
   }
-  u_ = trial_;
-  Update();
-  FreeResidual(constraints, share);
+  Retreat(trial_);
+  FreeResidual(constraints);
   return false;
 }
 

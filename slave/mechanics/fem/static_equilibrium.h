@@ -1,5 +1,7 @@
 // Equilibrium of a body at rest: f_int(u) = f_ext among the possible motions, by Newton's method
-// with the warped tangent and a line search on the potential energy.
+// with a line search on the potential energy: with the exact tangent of the neo-Hookean law, else
+// with the warped one. A query begins where the last two lead, if the contacts move on as they did:
+// then one step per query is small, and what it neglects smaller still.
 #pragma once
 
 #include "slave/mechanics/fem/constraints.h"
@@ -15,6 +17,8 @@ class StaticEquilibrium {
   struct Params {
     double residual = 1e-6;  // of the loads' norm, supports' and contacts' reactions counted
     bool linear = false;
+    // After it, the best answer so far is given; at least one step is made [s]. 0: none.
+    double deadline = 0;
     Progress* progress = nullptr;  // of searches that take long; may be null, else outlives this
   };
   // Keeps a reference to the body.
@@ -23,9 +27,13 @@ class StaticEquilibrium {
   // As after construction: at rest.
   void Reset() noexcept;
   // Call when the fixed components have changed.
-  void Renew() noexcept { solver_.Reset(); }
-  // Finds u for the forces and constraints, from the last one or, should that fail, from rest in
-  // steps. False: not found, or stopped; the last equilibrium is kept.
+  void Renew() noexcept {
+    solver_.Reset();
+    is_predictable_ = false;
+  }
+  // Finds u for the forces and constraints, from the last one, or from rest should that fail; in
+  // parts where all at once does not converge. False: not found, or stopped; the last equilibrium
+  // is kept.
   bool Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept;
 
   [[nodiscard]] bool interrupted() const { return progress_.stopped(); }
@@ -34,28 +42,52 @@ class StaticEquilibrium {
   [[nodiscard]] const NodeVector& reaction() const { return reaction_; }
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
   [[nodiscard]] double residual() const { return relative_residual_; }  // reached
+  [[nodiscard]] bool ended_early() const { return ended_early_; }       // by the deadline
+  // What the residual left by the last query of the neo-Hookean law still changes, to first order:
+  // of the displacements, and of what nodes bear of contacts and supports.
+  [[nodiscard]] const NodeVector& displacement_error() const { return x_; }
+  [[nodiscard]] const NodeVector& reaction_error() const { return trial_; }
+  // Of the last query: steps of Newton's method, iterations of their linear systems.
+  [[nodiscard]] int newton_steps() const { return newton_steps_; }
+  [[nodiscard]] int iterations() const { return iterations_; }
   [[nodiscard]] std::size_t memory_bytes() const {
     return tangent_.memory_bytes() + solver_.memory_bytes();
   }
 
  private:
-  bool SolveInSteps(const Constraints& constraints, int steps) noexcept;
-  bool Iterate(const Constraints& constraints, double share) noexcept;
-  void Update() noexcept;
-  double FreeResidual(const Constraints& constraints, double share) noexcept;
-  bool Advance(const Constraints& constraints, double share, bool lifted, double floor) noexcept;
+  bool SolveInParts(const NodeVector& f_ext, const Constraints& constraints) noexcept;
+  bool Iterate(const Constraints& constraints, double part) noexcept;
+  void Predict(const Constraints& constraints) noexcept;
+  void LearnMotion() noexcept;
+  void EstimateError(const Constraints& constraints) noexcept;
+  enum class With { kForces, kTangent };
+  void Update(With with) noexcept;
+  void PrepareTangent() noexcept;
+  void Retreat(const NodeVector& to) noexcept;
+  double FreeResidual(const Constraints& constraints) noexcept;
+  bool Advance(const Constraints& constraints, bool lifted, double enough) noexcept;
+  bool FindDirection(const Constraints& constraints, bool lifted, double enough) noexcept;
+  [[nodiscard]] double Potential() const noexcept;
 
   FemBody& body_;
   Params params_;
+  bool hyperelastic_;
   SearchProgress progress_;
   BlockMatrix tangent_;
   LinearSolver solver_;
-  bool assembled_ = false;  // the linear law's tangent
-  NodeVector u_, last_u_, f_ext_, f_int_, r_, x_, lift_, trial_, reaction_;
+  bool is_current_ = false;   // forces and energy are those of u_
+  bool has_tangent_ = false;  // and so is the tangent
+  NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
+  // Of the last query: how nodes moved, and how contacts did; no contact: nothing is predicted.
+  NodeVector motion_, contact_motion_;
+  bool is_predictable_ = false;
+  bool ended_early_ = false;
   ElementSummary summary_;
+  double shift_ = 0;      // makes a tangent definite
   double reference_ = 0;  // the loads' and reactions' norm
   double released_ = 0;   // what counts in its place where loads are gone
   double relative_residual_ = 0;
+  int newton_steps_ = 0, iterations_ = 0;
 };
 
 }  // namespace palpate::fem

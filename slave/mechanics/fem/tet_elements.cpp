@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/fem/neo_hookean_lanes.h"
 #include "slave/mechanics/fem/signed_polar.h"
 
 namespace palpate::fem {
@@ -185,6 +186,59 @@ PALPATE_DISPATCHED void EvaluateGroups(TetGroup* groups, const NodeValue* u, con
   }
 }
 
+// Adds the block of one pair of corners of eight elements. A column is read and written with the
+// first number of what follows it, which keeps its value: all are read before any is written.
+PALPATE_INLINE void AddBlocks(const std::array<int, kLanes>& blocks, const Lanes3x3& K,
+                              double* values) {
+#pragma GCC unroll 8
+  for (int l = 0; l < kLanes; ++l) {
+    double* to = values + 9 * static_cast<std::ptrdiff_t>(blocks[Index(l)]);
+    const Double4 c0 = Load4(to) + Double4{K[0][0][l], K[1][0][l], K[2][0][l], 0};
+    const Double4 c1 = Load4(to + 3) + Double4{K[0][1][l], K[1][1][l], K[2][1][l], 0};
+    const Double4 c2 = Load4(to + 6) + Double4{K[0][2][l], K[1][2][l], K[2][2][l], 0};
+    Store4(to, c0);
+    Store4(to + 3, c1);
+    Store4(to + 6, c2);
+  }
+}
+
+PALPATE_INLINE NeoHookeanPoint EvaluateNeoHookean(const NeoHookeanModuli& law, TetGroup& group,
+                                                  const NodeValue* u, NodeValue* forces) {
+  const NeoHookeanPoint at = NeoHookeanAt(law, GradientOf(group, u));
+  group.energy = group.volume * at.energy;
+  group.determinant = at.determinant;
+  Scatter(Applied(at.stress, group.gradient, group.volume, false), forces);
+  return at;
+}
+
+PALPATE_DISPATCHED void EvaluateHyperelastic(TetGroup* groups, const NodeValue* u,
+                                             const NeoHookeanModuli& law, NodeValue* forces,
+                                             int first, int last) {
+  for (int g = first; g < last; ++g) {
+    EvaluateNeoHookean(law, groups[g], u, forces + 4 * kLanes * static_cast<std::size_t>(g));
+  }
+}
+
+PALPATE_DISPATCHED void EvaluateTangents(TetGroup* groups, const NodeValue* u,
+                                         const NeoHookeanModuli& law, NodeValue* forces,
+                                         const TetElements::GroupBlocks* blocks,
+                                         const TangentTarget& tangent, int count) {
+  for (int g = 0; g < count; ++g) {
+    TetGroup& group = groups[g];
+    const NeoHookeanPoint at =
+        EvaluateNeoHookean(law, group, u, forces + 4 * kLanes * static_cast<std::size_t>(g));
+    PairBlocks K;
+    TangentOf(at, law.k, tangent.shift, group.gradient, group.volume, K);
+    for (std::size_t pair = 0; pair < kPairs; ++pair) {
+      AddBlocks(blocks[g][pair], K[pair], tangent.values);
+    }
+  }
+}
+
+NeoHookeanModuli ModuliOf(const Lame& lame) {
+  return {4.0 / 3 * lame.mu, lame.lambda + 5.0 / 6 * lame.mu};
+}
+
 }  // namespace
 
 TetElements::TetElements(const SolidMesh& mesh, const Lame& lame, Law law)
@@ -200,7 +254,7 @@ TetElements::TetElements(const SolidMesh& mesh, const Lame& lame, Law law)
     const int l = e % kLanes;
     const auto& tet = mesh.tets[Index(e)];
     const TetGeometry geometry = GeometryOf(mesh.nodes, tet);
-    const double volume = geometry.volume * mesh.ModulusOf(Index(e));
+    const double volume = std::abs(geometry.volume) * mesh.ModulusOf(Index(e));
     const double root = std::sqrt(volume * lame.mu);
     for (int a = 0; a < 4; ++a) {
       group.node[Index(a)][Index(l)] = tet[Index(a)];
@@ -220,9 +274,25 @@ void TetElements::ForgetRotations() noexcept {
 
 ElementSummary TetElements::Evaluate(const NodeVector& u, WorkerTeam& team) noexcept {
   const Output out{forces_.data(), gradients_.data()};
-  team.For(static_cast<int>(groups_.size()), [&](int first, int last) {
-    EvaluateGroups(groups_.data(), u.data(), lame_, law_ == Law::kCorotational, out, first, last);
+  team.For(groups(), [&](int first, int last) {
+    if (law_ == Law::kNeoHookean) {
+      EvaluateHyperelastic(groups_.data(), u.data(), ModuliOf(lame_), out.forces, first, last);
+    } else {
+      EvaluateGroups(groups_.data(), u.data(), lame_, law_ == Law::kCorotational, out, first, last);
+    }
   });
+  return Summary();
+}
+
+ElementSummary TetElements::EvaluateWithTangent(const NodeVector& u,
+                                                std::span<const GroupBlocks> blocks,
+                                                const TangentTarget& tangent) noexcept {
+  EvaluateTangents(groups_.data(), u.data(), ModuliOf(lame_), forces_.data(), blocks.data(),
+                   tangent, groups());
+  return Summary();
+}
+
+ElementSummary TetElements::Summary() const noexcept {
   ElementSummary summary;
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     for (int l = 0; l < kLanes; ++l) {

@@ -3,12 +3,14 @@
 //   G = sum_a u_a g_a^T,  F = I + G = R S,  E = S - I,
 //   P = R (2 mu E + lambda tr(E) I),  f_a = V P g_a,  W = V (mu |E|^2 + lambda / 2 tr(E)^2)
 //
-// with the signed polar rotation R (det R = +1), or R = I and E = sym(G) in the linear law.
+// with the signed polar rotation R (det R = +1), or R = I and E = sym(G) in the linear law. The
+// neo-Hookean law is that of neo_hookean_lanes.h.
 // Source: Mueller and Gross (2004), paper B [21]; the law is linear in E, as there.
 // Nondimensional throughout: lengths by the caller's unit, stress by E.
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -28,6 +30,12 @@ struct ElementSummary {
   int first_inverted = -1;  // the first of them
 };
 
+// Where tangents go: nine numbers per block, those at or above the diagonal.
+struct TangentTarget {
+  double* values = nullptr;
+  double shift = 0;  // added to the law's multiple of the identity [E]
+};
+
 // Eight elements side by side; the last group is filled up with elements of no volume.
 struct alignas(64) TetGroup {
   std::array<std::array<int, kLanes>, 4> node{};
@@ -40,7 +48,9 @@ struct alignas(64) TetGroup {
 
 class TetElements {
  public:
-  enum class Law { kLinear, kCorotational };
+  enum class Law { kLinear, kCorotational, kNeoHookean };
+  // Per pair of corners (PairOf) and element of a group: the block between their nodes.
+  using GroupBlocks = std::array<std::array<int, kLanes>, 10>;
 
   // `mesh` with its tetrahedra in whatever order is good for memory; `lame` is multiplied by each
   // one's modulus. Volumes must be positive.
@@ -48,14 +58,19 @@ class TetElements {
 
   // Rotations start from those of the last evaluation. Allocation-free.
   ElementSummary Evaluate(const NodeVector& u, WorkerTeam& team) noexcept;
+  // The same of the neo-Hookean law, and adds its tangent in one pass, on one thread.
+  ElementSummary EvaluateWithTangent(const NodeVector& u, std::span<const GroupBlocks> blocks,
+                                     const TangentTarget& tangent) noexcept;
   // Rotations are the identity again.
   void ForgetRotations() noexcept;
 
   [[nodiscard]] int size() const { return count_; }
+  [[nodiscard]] int groups() const { return static_cast<int>(groups_.size()); }
+  [[nodiscard]] Law law() const { return law_; }
   [[nodiscard]] const Lame& lame() const { return lame_; }
   // Per element and corner, at [4 element + corner], of the last evaluation.
   [[nodiscard]] const NodeVector& corner_forces() const { return forces_; }
-  // q_a = sqrt(V mu) R g_a.
+  // q_a = sqrt(V mu) R g_a; of the neo-Hookean law at rest.
   [[nodiscard]] const NodeVector& corner_gradients() const { return gradients_; }
   // The quaternion s, x, y, z of an element's rotation.
   [[nodiscard]] NodeValue Rotation(int element) const noexcept {
@@ -69,6 +84,8 @@ class TetElements {
   }
 
  private:
+  [[nodiscard]] ElementSummary Summary() const noexcept;
+
   int count_ = 0;
   Lame lame_;
   Law law_;

@@ -118,6 +118,7 @@ std::string_view VolumeModel::DoubtOf(std::span<const Contact> contacts) {
   if (inversion_.elements > 0) return "elements are inside out";
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";
   if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;
+  if (ended_early()) return "the deadline came before the residual";
   if (gained_energy()) return "the time step gained energy";
   // In equilibrium under nothing, what is left of strain is the residual's.
   const bool acts = traits_.is_dynamic || traits_.weighs ||
@@ -149,6 +150,11 @@ ContactResponse VolumeModel::ResponseOf(std::size_t contact, const Contact& at) 
   };
   ContactResponse response;
   response.force_O = response.displacement_O = at.prescribed_O;
+  if (moves) {
+    response.force_error = traits_.force_unit * ErrorOf(contact);
+  } else {
+    response.displacement_error = traits_.length_unit * ErrorOf(contact);
+  }
   if (!moves) {
     response.displacement_O.setZero();
     for (const auto& [node, weight] : place.nodes) {

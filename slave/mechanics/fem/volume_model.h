@@ -23,12 +23,12 @@ namespace palpate {
 // without fixed boundary takes balanced loads (to 1e-6) and moves without mean displacement and
 // rotation.
 //
-// kExtrapolated: elements inside out (their number is in info().remark), elements that lock, the
-// linear law out of range, a step of time that gained energy from nowhere, a mesh too coarse for a
-// patch or for a part that bends (mesh_resolution.h). kFailed: contacts that are not finite,
-// overlap or lie nowhere, loads out of balance, no convergence, interruption, displacements beyond
-// a million larger sides; failure() says which. A body at rest begins at rest again after a
-// failure; a body in motion is as before the step.
+// kExtrapolated: elements inside out (their number is in info().remark), elements that lock, a
+// deadline before the residual, the linear law out of range, a step of time that gained energy from
+// nowhere, a mesh too coarse for a patch or for a part that bends (mesh_resolution.h). kFailed:
+// contacts that are not finite, overlap or lie nowhere, loads out of balance, no convergence,
+// interruption, displacements beyond a million larger sides; failure() says which. A body at rest
+// begins at rest again after a failure; a body in motion is as before the step.
 class VolumeModel : public DeformationModel {
  public:
   void Reset() final;
@@ -64,6 +64,11 @@ class VolumeModel : public DeformationModel {
   };
   [[nodiscard]] virtual Inversion FindInversion() const = 0;
   [[nodiscard]] virtual bool gained_energy() const = 0;
+  // Estimated error of a contact's force, or displacement if it is a load, without the mesh's; 0:
+  // none is estimated.
+  [[nodiscard]] virtual double ErrorOf(std::size_t /*contact*/) const { return 0; }
+  // A deadline came before the residual that was asked for.
+  [[nodiscard]] virtual bool ended_early() const { return false; }
 
   [[nodiscard]] std::span<const ContactPlace> places() const { return contacts_.places(); }
   [[nodiscard]] const Inversion& inversion() const { return inversion_; }

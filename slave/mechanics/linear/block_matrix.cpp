@@ -138,7 +138,7 @@ BlockPattern MakePattern(NodeGraph graph) {
 }
 
 BlockMatrix::BlockMatrix(const BlockPattern& pattern)
-    : pattern_(&pattern), values_(9 * Index(pattern.blocks()) + 1) {}
+    : pattern_(&pattern), values_(9 * Index(pattern.blocks() + 1) + 1) {}
 
 void BlockMatrix::Multiply(const NodeVector& x, NodeVector& y) const noexcept {
   const auto& graph = pattern_->graph;

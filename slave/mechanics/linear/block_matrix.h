@@ -66,7 +66,7 @@ class BlockMatrix {
  public:
   explicit BlockMatrix(const BlockPattern& pattern);
 
-  // Nine numbers, column by column.
+  // Nine numbers, column by column; one block more than the pattern has may be written.
   [[nodiscard]] double* block(int k) { return values_.data() + 9 * static_cast<std::size_t>(k); }
   [[nodiscard]] const double* block(int k) const {
     return values_.data() + 9 * static_cast<std::size_t>(k);

@@ -187,7 +187,6 @@ std::size_t TwoGrid::memory_bytes() const {
 }
 
 bool TwoGrid::Factor(const BlockMatrix& A, const NodeVector& free) noexcept {
-  std::copy_n(free.begin(), free_.size(), free_.begin());
   double largest = 0;
   for (const int k : pattern_.diagonal) {
     const double* block = A.block(k);
@@ -195,8 +194,13 @@ bool TwoGrid::Factor(const BlockMatrix& A, const NodeVector& free) noexcept {
   }
   if (!(largest > 0) || !std::isfinite(largest)) return false;
   scale_ = 1 / largest;
+  return Renew(A, free) && FactorCoarse(A);
+}
+
+bool TwoGrid::Renew(const BlockMatrix& A, const NodeVector& free) noexcept {
+  std::copy_n(free.begin(), free_.size(), free_.begin());
   CopyFree(A);
-  return InvertDiagonal(A) && FactorCoarse(A);
+  return InvertDiagonal(A);
 }
 
 // What couples free components, brought near one.

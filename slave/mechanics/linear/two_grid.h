@@ -24,6 +24,8 @@ class TwoGrid {
   // `free` per row and component: 1 free, 0 fixed, whose rows and columns count as those of the
   // identity. False: not positive definite. Allocation-free.
   bool Factor(const BlockMatrix& A, const NodeVector& free) noexcept;
+  // The same with the coarse grid of the last Factor, which serves for like matrices.
+  bool Renew(const BlockMatrix& A, const NodeVector& free) noexcept;
   // z = M^-1 r on the free components of the pattern's rows, zero elsewhere. Allocation-free.
   void Solve(const NodeVector& r, NodeVector& z) noexcept;
 

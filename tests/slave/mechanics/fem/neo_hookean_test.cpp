@@ -1,0 +1,235 @@
+// The neo-Hookean law in lanes, and the steps that follow contacts that move.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "shared/geometry/index.h"
+#include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/fem/solid/material_law.h"
+#include "slave/mechanics/fem/solid/solid_model.h"
+#include "tests/slave/mechanics/fem/solids.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate::fem {
+namespace {
+
+using Eigen::Matrix3d;
+
+constexpr double kPoissonRatio = 0.45;
+constexpr double kSide = 0.08;  // [m]
+
+// A block of nine elements and more whose sides are not alike, a soft and a stiff half.
+SolidMesh Block(int cells) {
+  SolidMesh mesh = MeshBox({kSide, kSide, 0.6 * kSide}, {cells, cells, cells / 2 + 1});
+  for (const auto& tet : mesh.tets) {
+    mesh.modulus.push_back(mesh.nodes[Index(tet[0])].x() < 0.5 * kSide ? 1 : 2.5);
+  }
+  return mesh;
+}
+
+solids::Held OnFloor(const SolidMesh& mesh) {
+  return solids::HeldWhere(mesh, [](const auto& p) { return p.z() == 0; });
+}
+
+NodeVector RandomMotion(const FemBody& body, double size) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal(0, size);
+  NodeVector u(Index(body.size()));
+  for (int i = 0; i < body.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) At(u, i).v[c] = normal(random) * At(body.free(), i).v[c];
+  }
+  return u;
+}
+
+// Reference: the law of the general model (material_law.h), another implementation, element by
+// element. From strains of 1e-12 to elements that are inside out; rounding.
+TEST(NeoHookeanLanes, ForcesAndEnergyAreThoseOfTheLaw) {
+  const SolidMesh mesh = Block(3);
+  FemBody body(mesh, OnFloor(mesh), {kPoissonRatio, TetElements::Law::kNeoHookean});
+  const MaterialLaw law(FemOptions::Law::kNeoHookean, kPoissonRatio);
+  const double bulk = 1 / law.compressibility();
+  for (const double size : {1e-12, 1e-3, 0.03, 0.3}) {
+    const NodeVector u = RandomMotion(body, size);
+    const ElementSummary summary = body.Evaluate(u);
+    NodeVector f(u.size()), expected(u.size());
+    body.InternalForce(f);
+    double energy = 0;
+    int inverted = 0;
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+      const auto& tet = mesh.tets[e];
+      TetGeometry geometry = GeometryOf(mesh.nodes, tet);
+      geometry.grad *= body.length_unit();
+      const double weight = mesh.modulus[e] * geometry.volume / std::pow(body.length_unit(), 3);
+      Matrix3d H = Matrix3d::Zero();
+      for (int a = 0; a < 4; ++a) {
+        const Eigen::Map<const Eigen::Vector3d> moved(At(u, body.Number(tet[Index(a)])).v);
+        H += moved * geometry.grad.col(a).transpose();
+      }
+      const MaterialLaw::Point at = law.At(H);
+      energy += weight * (at.energy + 0.5 * bulk * at.g * at.g);
+      inverted += at.g <= -1;
+      for (int a = 0; a < 4; ++a) {
+        Eigen::Map<Eigen::Vector3d>(At(expected, body.Number(tet[Index(a)])).v) +=
+            weight * (at.stress + bulk * at.g * at.volume_stress) * geometry.grad.col(a);
+      }
+    }
+    EXPECT_NEAR(summary.energy, energy, 1e-12 * energy + 1e-16 * size) << size;
+    EXPECT_EQ(summary.inverted, inverted) << size;
+    Add(-1, expected, f);
+    EXPECT_LT(LargestComponent(f), 1e-13 * LargestComponent(expected)) << size;
+  }
+}
+
+// Law: the tangent is the derivative of the forces; central differences truncate near 1e-9. With
+// what is found in the same pass, and symmetric.
+TEST(NeoHookeanLanes, TheTangentIsTheDerivativeOfTheForces) {
+  const SolidMesh mesh = Block(3);
+  FemBody body(mesh, OnFloor(mesh), {kPoissonRatio, TetElements::Law::kNeoHookean});
+  const NodeVector u = RandomMotion(body, 0.05), along = RandomMotion(body, 1);
+  BlockMatrix K(body.pattern());
+  const ElementSummary summary = body.EvaluateWithTangent(u, 0, K);
+  EXPECT_EQ(summary.energy, body.Evaluate(u).energy);
+  NodeVector product(u.size()), other(u.size()), right(u.size()), left(u.size());
+  K.Multiply(along, product);
+  const auto forces_at = [&](double step, NodeVector& f) {
+    NodeVector moved = u;
+    Add(step, along, moved);
+    body.Evaluate(moved);
+    body.InternalForce(f);
+  };
+  constexpr double kStep = 1e-6;
+  forces_at(kStep, right);
+  forces_at(-kStep, left);
+  for (int i = 0; i < body.moving(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double slope = (At(right, i).v[c] - At(left, i).v[c]) / (2 * kStep);
+      EXPECT_NEAR(At(product, i).v[c], slope, 1e-6) << "node " << i;
+    }
+  }
+  const NodeVector across = RandomMotion(body, 0.3);
+  K.Multiply(across, other);
+  EXPECT_NEAR(Dot(across, product), Dot(along, other), 1e-12 * Norm(product));
+}
+
+FemModel::Params Organ(double residual) {
+  FemModel::Params params;
+  params.material = {.young_modulus = 6000, .poisson_ratio = kPoissonRatio, .density = 1000};
+  params.options.law = FemOptions::Law::kNeoHookean;
+  params.options.residual = residual;
+  return params;
+}
+
+Contact Disc(double x, double y, const Eigen::Vector3d& displacement) {
+  return contacts::Move({x * kSide, y * kSide, 0.6 * kSide}, displacement, 0.25 * kSide);
+}
+
+// Reference: SolidModel, another formulation and another solver, converged. A deep oblique press, a
+// point, a load, from rest at once; with a direct factor and on two grids.
+TEST(NeoHookeanModel, AnswersAsTheGeneralModelDoes) {
+  for (const int cells : {8, 16}) {
+    const SolidMesh mesh = Block(cells);
+    FemModel model(mesh, OnFloor(mesh), Organ(1e-9));
+    SolidModel::Params params;
+    params.options = Organ(1e-9).options;
+    params.young_modulus = 6000;
+    params.poisson_ratio = kPoissonRatio;
+    SolidModel reference(mesh, OnFloor(mesh), params);
+    const std::vector<Contact> contacts{
+        Disc(0.3, 0.4, {0.002, 0.001, -0.01}),
+        contacts::Move({0.8 * kSide, 0.7 * kSide, 0.6 * kSide}, {0, 0, -0.001}),
+        contacts::Push({kSide, 0.5 * kSide, 0.3 * kSide}, {0.02, 0, 0}, 0.25 * kSide)};
+    const auto answers = contacts::Respond(model, contacts);
+    const auto expected = contacts::Respond(reference, contacts);
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      ASSERT_LT(answers[k].validity, Validity::kFailed) << model.failure();
+      EXPECT_EQ(answers[k].validity, expected[k].validity) << k;
+      EXPECT_LT((answers[k].force_O - expected[k].force_O).norm(),
+                1e-6 * expected[k].force_O.norm())
+          << cells << " cells, contact " << k;
+      EXPECT_LT((answers[k].displacement_O - expected[k].displacement_O).norm(),
+                1e-6 * expected[k].displacement_O.norm());
+      ASSERT_EQ(answers[k].moment_O.has_value(), expected[k].moment_O.has_value());
+      if (!expected[k].moment_O) continue;
+      EXPECT_LT((*answers[k].moment_O - *expected[k].moment_O).norm(),
+                1e-6 * expected[0].force_O.norm() * kSide);
+    }
+  }
+}
+
+// Law: contacts that sink and circle by a millimetre per query are followed by one step of Newton's
+// method each, within 1 % of the converged answer and 1 degree (the bounds), and the first
+// query of a sudden press too. The estimate of the force's error: the true difference to the
+// converged force is within two of them in 95 % (the bound), the median of both near one.
+TEST(NeoHookeanModel, OneStepPerQueryFollowsContactsThatMove) {
+  const SolidMesh mesh = Block(14);
+  FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), converged(mesh, OnFloor(mesh), Organ(1e-9));
+  int steps = 0, within = 0;
+  std::vector<double> ratios;  // of estimate and true difference
+  constexpr int kQueries = 40;
+  for (int k = 1; k <= kQueries; ++k) {
+    const double depth = std::min(0.006, 0.001 * k), turn = 0.3 * std::max(0, k - 6);
+    const Eigen::Vector3d moved(0.003 * std::sin(turn), 0.003 * (1 - std::cos(turn)), -depth);
+    const std::vector<Contact> contacts{Disc(0.3, 0.3, moved), Disc(0.7, 0.7, moved)};
+    const auto answers = contacts::Respond(model, contacts);
+    const auto expected = contacts::Respond(converged, contacts);
+    steps += model.newton_steps();
+    for (std::size_t c = 0; c < 2; ++c) {
+      const auto &F = answers[c].force_O, &F_expected = expected[c].force_O;
+      EXPECT_LT((F - F_expected).norm(), 0.01 * F_expected.norm()) << "query " << k;
+      EXPECT_LT(F.cross(F_expected).norm(),
+                std::sin(std::numbers::pi / 180) * F.norm() * F_expected.norm());
+      ratios.push_back(answers[c].force_error / (F - F_expected).norm());
+      within += ratios.back() >= 0.5;
+    }
+  }
+  EXPECT_GE(within, 0.95 * 2 * kQueries);
+  std::ranges::nth_element(ratios, ratios.begin() + kQueries);
+  EXPECT_GT(ratios[Index(kQueries)], 0.5);
+  EXPECT_LT(ratios[Index(kQueries)], 2);
+  EXPECT_LE(steps, kQueries + 5);
+}
+
+// Law: a deadline ends the search after the step under way and flags the answer; without haste the
+// next query finds the converged one.
+TEST(NeoHookeanModel, ADeadlineEndsTheStepsAndFlagsTheAnswer) {
+  const SolidMesh mesh = Block(14);
+  auto params = Organ(1e-8);
+  params.deadline = 1e-6;
+  FemModel model(mesh, OnFloor(mesh), params), converged(mesh, OnFloor(mesh), Organ(1e-9));
+  const std::vector<Contact> contacts{Disc(0.5, 0.5, {0, 0, -0.004})};
+  const auto expected = contacts::Respond(converged, contacts).front();
+  auto answer = contacts::Respond(model, contacts).front();
+  EXPECT_EQ(answer.validity, Validity::kExtrapolated) << model.failure();
+  EXPECT_THAT(answer.doubt, testing::HasSubstr("deadline"));
+  EXPECT_LE(model.newton_steps(), 1);
+  auto patient = Organ(1e-8);
+  patient.deadline = 60;
+  FemModel unhurried(mesh, OnFloor(mesh), patient);
+  answer = contacts::Respond(unhurried, contacts).front();
+  EXPECT_EQ(answer.validity, Validity::kValid) << answer.doubt;
+  EXPECT_LT((answer.force_O - expected.force_O).norm(), 1e-5 * expected.force_O.norm());
+}
+
+// Law: answers to contacts that move ask for no memory after the first.
+TEST(NeoHookeanModel, RespondsWithoutAllocating) {
+  const SolidMesh mesh = Block(10);
+  FemModel model(mesh, OnFloor(mesh), Organ(1e-3));
+  std::vector<Contact> contacts{Disc(0.5, 0.5, {0, 0, -0.002})};
+  std::vector<ContactResponse> responses(1);
+  model.Respond(contacts, responses);
+  const long before = AllocationCount();
+  for (int k = 0; k < 10; ++k) {
+    contacts[0].prescribed_O.z() -= 2e-4;
+    model.Respond(contacts, responses);
+    ASSERT_LT(responses[0].validity, Validity::kFailed) << model.failure();
+  }
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+}  // namespace
+}  // namespace palpate::fem
