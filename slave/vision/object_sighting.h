@@ -21,9 +21,9 @@ struct ObjectSighting {
   double exposure = 0;  // RestEdge::exposure, the median
   // Displacement of the contact according to the edge next to it, in O [px], with its covariance
   // [px^2]. Absent if it is hidden, and with the tool far from the surface.
-  bool dent_known = false;
-  Eigen::Vector2d dent_O{0, 0};
-  Eigen::Matrix2d dent_covariance = Eigen::Matrix2d::Zero();
+  bool indentation_known = false;
+  Eigen::Vector2d indentation_O{0, 0};
+  Eigen::Matrix2d indentation_covariance = Eigen::Matrix2d::Zero();
   // Uncertainty of the tip position due to image motion, compensated or not [px^2].
   Eigen::Matrix2d motion_covariance = Eigen::Matrix2d::Zero();
 };

@@ -129,7 +129,7 @@ class IndentationCheck final : public Check<CameraSample> {
                      "touches elsewhere");
     }
     const bool is_confirmed =
-        sample.object->dent_known || sample.indentation_O.norm() < Limits::kSmallIndentation;
+        sample.object->indentation_known || sample.indentation_O.norm() < Limits::kSmallIndentation;
     distrust_ = Agrees(sample) ? std::max(0, distrust_ - 1) : Limits::kDistrust;
     unconfirmed_ = is_confirmed ? 0 : unconfirmed_ + 1;
     if (distrust_ > 0 || unconfirmed_ > Limits::kUnconfirmed) {
@@ -141,13 +141,13 @@ class IndentationCheck final : public Check<CameraSample> {
  private:
   static bool Agrees(const CameraSample& sample) noexcept {
     const ObjectSighting& object = *sample.object;
-    if (!object.dent_known) return true;
+    if (!object.indentation_known) return true;
     const double model = sample.indentation_sigma * sample.indentation_O.norm();
     const double sigma2 = Limits::kEdgeSigma * Limits::kEdgeSigma + model * model +
                           sample.tip_sigma * sample.tip_sigma;
-    const Eigen::LLT<Eigen::Matrix2d> C(object.dent_covariance +
+    const Eigen::LLT<Eigen::Matrix2d> C(object.indentation_covariance +
                                         sigma2 * Eigen::Matrix2d::Identity());
-    const Eigen::Vector2d residual = C.matrixL().solve(object.dent_O - sample.indentation_O);
+    const Eigen::Vector2d residual = C.matrixL().solve(object.indentation_O - sample.indentation_O);
     return residual.squaredNorm() < Limits::kIndentationGate;
   }
 

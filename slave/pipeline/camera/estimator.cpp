@@ -180,8 +180,8 @@ void Estimator::MeasureEdge(const cv::Mat& image) noexcept {
   auto match = edge_->Measure(image, tool_, predicted_O_);
   const double depth = DepthOf(predicted_O_);
   const ObjectSighting& indented = match.sighting;
-  const bool is_kept =
-      indented.known && indented.dent_known && DepthOf(indented.dent_O) > kIndentationKept * depth;
+  const bool is_kept = indented.known && indented.indentation_known &&
+                       DepthOf(indented.indentation_O) > kIndentationKept * depth;
   if (cue_.IsArmed(depth * view_.pixel()) && !is_kept) {
     const auto flat = edge_->Measure(image, tool_, Eigen::Vector2d::Zero());
     const auto found = [](const ObjectSighting& s) { return s.known ? s.agreeing : 0; };
@@ -213,11 +213,12 @@ Estimator::CompensatedTip Estimator::CompensateMotion() const noexcept {
 
 std::optional<Estimator::CompensatedTip> Estimator::TipByIndentation() const noexcept {
   const ObjectSighting& object = edge_->sighting();
-  if (!object.dent_known || !rules_.in_contact() || rules_.broken()) return std::nullopt;
-  const double sigma = std::hypot(std::sqrt(object.dent_covariance.trace()),
-                                  forecast_.sigma() * object.dent_O.norm());
+  if (!object.indentation_known || !rules_.in_contact() || rules_.broken()) return std::nullopt;
+  const double sigma = std::hypot(std::sqrt(object.indentation_covariance.trace()),
+                                  forecast_.sigma() * object.indentation_O.norm());
   if (!(sigma < kInformativeIndentation * tool_.width)) return std::nullopt;
-  const Eigen::Vector2d way_S = registration_.X_SO.linear().topLeftCorner<2, 2>() * object.dent_O;
+  const Eigen::Vector2d way_S =
+      registration_.X_SO.linear().topLeftCorner<2, 2>() * object.indentation_O;
   const Eigen::Vector3d p_S = estimate_.p_S_contact + view_.pixel() * Planar(way_S);
   return CompensatedTip{view_.ToImage(p_S), sigma, sigma * sigma * Eigen::Matrix2d::Identity()};
 }
@@ -259,11 +260,11 @@ void Estimator::DetectPuncture(double depth) noexcept {
   if (!edge_ || rules_.broken()) return;
   const ObjectSighting& object = edge_->sighting();
   const Eigen::Vector2d& n = press_.place.normal_O;
-  const double sigma = std::sqrt(std::max(0.0, n.dot(object.dent_covariance * n)));
+  const double sigma = std::sqrt(std::max(0.0, n.dot(object.indentation_covariance * n)));
   const bool broke = cue_.Broke({.depth = depth,
                                  .expected_px = depth / view_.pixel(),
-                                 .dent_known = object.known && object.dent_known,
-                                 .seen_px = DepthOf(object.dent_O),
+                                 .indentation_known = object.known && object.indentation_known,
+                                 .seen_px = DepthOf(object.indentation_O),
                                  .sigma_px = sigma});
   if (broke) rules_.Break();
 }

@@ -13,23 +13,23 @@
 namespace palpate {
 namespace {
 
-constexpr double kOffOutline = 2;       // distance from the mesh of a point that is not on it [px]
-constexpr double kEdgeSigma = 0.1;      // sigma of one edge position in a sharp image [px]
-constexpr double kModelSigma = 0.06;    // sigma of a computed displacement, relative [-]
-constexpr double kBesidePatch = 0.25;   // in addition at the contact; fades over an element [-]
-constexpr int kReach = 5;               // search distance along the normal [px]
-constexpr double kDentReach = 0.6;      // in addition, of the indentation there [-]
-constexpr double kBesideTool = 4;       // margin of the occlusion beside the tool [px]
-constexpr double kBeforeTip = 6;        // and beyond its end [px]
-constexpr double kBorder = 12;          // margin of the image without room for a search [px]
-constexpr int kRounds = 12;             // iterations of the fit, at most [-]
-constexpr double kAgrees = 4;           // gate of one edge position [sigma]
-constexpr double kApart = 0.8;          // error that lens or shutter may cause [px]
-constexpr double kMostDisturbed = 4;    // factor by which a disturbed image widens the gate [-]
-constexpr double kLeastAgreeing = 0.5;  // part of the positions in view [-]
-constexpr int kFewest = 12;             // positions of a fit [-]
-constexpr double kKnown = 0.4;          // sigma above which the motion is unknown [px]
-constexpr double kDentKnown = 1.0;      // the same of the indentation [px]
+constexpr double kOffOutline = 2;      // distance from the mesh of a point that is not on it [px]
+constexpr double kEdgeSigma = 0.1;     // sigma of one edge position in a sharp image [px]
+constexpr double kModelSigma = 0.06;   // sigma of a computed displacement, relative [-]
+constexpr double kBesidePatch = 0.25;  // in addition at the contact; fades over an element [-]
+constexpr int kReach = 5;              // search distance along the normal [px]
+constexpr double kIndentationReach = 0.6;  // in addition, of the indentation there [-]
+constexpr double kBesideTool = 4;          // margin of the occlusion beside the tool [px]
+constexpr double kBeforeTip = 6;           // and beyond its end [px]
+constexpr double kBorder = 12;             // margin of the image without room for a search [px]
+constexpr int kRounds = 12;                // iterations of the fit, at most [-]
+constexpr double kAgrees = 4;              // gate of one edge position [sigma]
+constexpr double kApart = 0.8;             // error that lens or shutter may cause [px]
+constexpr double kMostDisturbed = 4;       // factor by which a disturbed image widens the gate [-]
+constexpr double kLeastAgreeing = 0.5;     // part of the positions in view [-]
+constexpr int kFewest = 12;                // positions of a fit [-]
+constexpr double kKnown = 0.4;             // sigma above which the motion is unknown [px]
+constexpr double kIndentationKnown = 1.0;  // the same of the indentation [px]
 // Motion that is not compensated [px]. [tuned: MotionThatIsNotPutRightIsInSigma]
 constexpr double kStill = 0.2;
 constexpr double kLookAgain = 1.5;  // correction after which the edge is searched again [px]
@@ -85,7 +85,7 @@ void ObjectRegistrationMonitor::Reset() noexcept {
 }
 
 void ObjectRegistrationMonitor::Adopt(const BoundaryMesh& mesh) {
-  has_dent_ = false;
+  has_indentation_ = false;
   const Eigen::Isometry3d X_OS = X_SO_.inverse();
   for (std::size_t k = 0; k < anchors_.size(); ++k) {
     const Eigen::Vector2d p = (X_OS * view_.ToSlave(edge_.places()[k].p_I)).head<2>();
@@ -105,18 +105,18 @@ void ObjectRegistrationMonitor::Adopt(const BoundaryMesh& mesh) {
 void ObjectRegistrationMonitor::SetDent(const std::vector<Eigen::Vector3d>& along_x,
                                         const std::vector<Eigen::Vector3d>& along_y,
                                         const Patch& patch) noexcept {
-  has_dent_ = true;
+  has_indentation_ = true;
   for (std::size_t k = 0; k < anchors_.size(); ++k) {
     Anchor& anchor = anchors_[k];
     const double beside = (edge_.places()[k].p_I - patch.p_I).norm() - 0.5 * patch.width;
-    anchor.dent_sigma =
+    anchor.indentation_sigma =
         kModelSigma + kBesidePatch * std::exp(-std::max(beside, 0.0) / patch.element);
     const auto at = [&](const std::vector<Eigen::Vector3d>& u) -> Eigen::Vector2d {
       return ((1 - anchor.s) * u[anchor.from] + anchor.s * u[anchor.to]).head<2>();
     };
     Eigen::Matrix2d u_O;
     u_O << at(along_x), at(along_y);
-    anchor.dent_I = to_image_ * u_O;
+    anchor.indentation_I = to_image_ * u_O;
   }
 }
 
@@ -130,7 +130,8 @@ Curve ObjectRegistrationMonitor::Edge() const {
   const PictureMotion motion = MotionOf(match_.x);
   for (std::size_t k = 0; k < anchors_.size(); ++k) {
     if (!anchors_[k].on_outline) continue;
-    edge.push_back(motion.Apply(edge_.places()[k].p_I + anchors_[k].dent_I * match_.x.tail<2>()));
+    edge.push_back(
+        motion.Apply(edge_.places()[k].p_I + anchors_[k].indentation_I * match_.x.tail<2>()));
   }
   return edge;
 }
@@ -146,15 +147,16 @@ void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
     if (!anchors_[k].on_outline) continue;
     const RestEdge::Place& place = edge_.places()[k];
     const Eigen::Vector2d arm = linear * (place.p_I - centre_);
-    const Eigen::Vector2d dent = anchors_[k].dent_I * x.tail<2>();
-    const Eigen::Vector2d p = centre_ + motion.shift + arm + linear * dent;
+    const Eigen::Vector2d indentation = anchors_[k].indentation_I * x.tail<2>();
+    const Eigen::Vector2d p = centre_ + motion.shift + arm + linear * indentation;
     const bool in_picture = p.minCoeff() > kBorder && p.x() < image.cols - 1 - kBorder &&
                             p.y() < image.rows - 1 - kBorder;
     if (!in_picture || Hides(tool, p)) continue;
     ++found_.sighting.places;
     const Eigen::Vector2d n = (linear * place.n_I).normalized();
-    const int reach = std::min(RestEdge::kMostReach,
-                               kReach + static_cast<int>(kDentReach * std::abs(n.dot(dent))));
+    const int reach =
+        std::min(RestEdge::kMostReach,
+                 kReach + static_cast<int>(kIndentationReach * std::abs(n.dot(indentation))));
     const auto offset = edge_.Locate(image, place, p, n, reach);
     if (!offset) continue;
     Sight sight{k,
@@ -162,12 +164,12 @@ void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
                 std::abs(n.x()) > std::abs(n.y()),
                 edge_.sharpness(),
                 edge_.exposure(),
-                std::hypot(kEdgeSigma, anchors_[k].dent_sigma * dent.norm()),
+                std::hypot(kEdgeSigma, anchors_[k].indentation_sigma * indentation.norm()),
                 Vector::Zero()};
     sight.J.head<2>() = n;
     sight.J(2) = (arm.x() * n.y() - arm.y() * n.x()) / size_;
     sight.J(3) = arm.dot(n) / size_;
-    if (has_dent_) sight.J.tail<2>() = (linear * anchors_[k].dent_I).transpose() * n;
+    if (has_indentation_) sight.J.tail<2>() = (linear * anchors_[k].indentation_I).transpose() * n;
     sights_.push_back(sight);
   }
 }
@@ -259,10 +261,10 @@ bool ObjectRegistrationMonitor::FitFrom(const cv::Mat& image, const Bar& tool, V
 ObjectRegistrationMonitor::Match ObjectRegistrationMonitor::Measure(
     const cv::Mat& image, const Bar& tool, const Eigen::Vector2d& expected_O) noexcept {
   found_ = match_;
-  found_.sighting.known = found_.sighting.dent_known = false;
+  found_.sighting.known = found_.sighting.indentation_known = false;
   if (!edge_.Fits(image)) return found_;
   Vector start = match_.x;
-  start.tail<2>() = has_dent_ ? expected_O : Eigen::Vector2d(0, 0);
+  start.tail<2>() = has_indentation_ ? expected_O : Eigen::Vector2d(0, 0);
   prior_.setZero();
   prior_.tail<2>() = start.tail<2>();
   Vector x = start;
@@ -307,13 +309,13 @@ void ObjectRegistrationMonitor::SetSighting(const Bar& tool) noexcept {
   found.sharpness_at_rest = sharpness_at_rest_ > 0 ? sharpness_at_rest_ : sharpness;
   found.sharpness = sharpness / found.sharpness_at_rest;
   found.exposure = Exposure();
-  found.dent_O = x.tail<2>();
-  found.dent_covariance = covariance_.bottomRightCorner<2, 2>();
+  found.indentation_O = x.tail<2>();
+  found.indentation_covariance = covariance_.bottomRightCorner<2, 2>();
   // One direction is enough: without friction the other is not observable.
-  const Eigen::Matrix2d& C_dent = found.dent_covariance;
-  const double mean = 0.5 * C_dent.trace();
-  const double better = mean - std::sqrt(std::max(0.0, mean * mean - C_dent.determinant()));
-  found.dent_known = has_dent_ && better < kDentKnown * kDentKnown;
+  const Eigen::Matrix2d& C_indentation = found.indentation_covariance;
+  const double mean = 0.5 * C_indentation.trace();
+  const double better = mean - std::sqrt(std::max(0.0, mean * mean - C_indentation.determinant()));
+  found.indentation_known = has_indentation_ && better < kIndentationKnown * kIndentationKnown;
 }
 
 }  // namespace palpate

@@ -46,7 +46,7 @@ class ObjectRegistrationMonitor {
   // How the vertices move with the patch, per unit along x and y of O [-].
   void SetDent(const std::vector<Eigen::Vector3d>& along_x,
                const std::vector<Eigen::Vector3d>& along_y, const Patch& patch) noexcept;
-  void ForgetDent() noexcept { has_dent_ = false; }
+  void ForgetDent() noexcept { has_indentation_ = false; }
 
   // What an image shows, as Measure found it.
   struct Match {
@@ -69,8 +69,9 @@ class ObjectRegistrationMonitor {
     std::size_t from = 0, to = 0;  // vertices
     double s = 0;                  // of the way between them [0, 1]
     bool on_outline = true;
-    double dent_sigma = 0;                             // error of the modelled motion, relative [-]
-    Eigen::Matrix2d dent_I = Eigen::Matrix2d::Zero();  // motion of a point in I per indentation [-]
+    double indentation_sigma = 0;  // error of the modelled motion, relative [-]
+    Eigen::Matrix2d indentation_I =
+        Eigen::Matrix2d::Zero();  // motion of a point in I per indentation [-]
   };
   struct Sight {  // of a point in this image
     std::size_t place = 0;
@@ -97,7 +98,7 @@ class ObjectRegistrationMonitor {
   double size_ = 1;               // from there to the farthest [px]
   Eigen::Matrix2d to_image_;      // direction in O -> direction in I, same length
   std::vector<Anchor> anchors_;   // per point
-  bool has_dent_ = false;
+  bool has_indentation_ = false;
   double sharpness_at_rest_ = 0;  // 0: not known yet
 
   Match match_;  // of the last image

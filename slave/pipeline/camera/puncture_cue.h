@@ -25,11 +25,11 @@ class PunctureCue {
 
   // Measurements of one image with a tool in contact. Along the surface's normal, inwards.
   struct Sample {
-    double depth = 0;         // of the tip behind the rest surface [m]
-    double expected_px = 0;   // indentation that follows from it [px]
-    bool dent_known = false;  // the edge next to the tool shows the indentation
-    double seen_px = 0;       // measured indentation [px]
-    double sigma_px = 0;      // sigma of the measured indentation [px]
+    double depth = 0;                // of the tip behind the rest surface [m]
+    double expected_px = 0;          // indentation that follows from it [px]
+    bool indentation_known = false;  // the edge next to the tool shows the indentation
+    double seen_px = 0;              // measured indentation [px]
+    double sigma_px = 0;             // sigma of the measured indentation [px]
   };
 
   // `from`: depth from which membranes may break [m]; 0: no check.
@@ -41,7 +41,7 @@ class PunctureCue {
   // Once per image in contact. True: the membrane is punctured.
   [[nodiscard]] bool Broke(const Sample& look) noexcept {
     deepest_ = std::max(deepest_, look.depth);
-    if (!look.dent_known || look.expected_px < kLeastDent) return false;
+    if (!look.indentation_known || look.expected_px < kLeastDent) return false;
     const double most = look.seen_px + kSigmas * look.sigma_px;
     const bool is_gone = most < kGone * look.expected_px;
     was_dented_ |= look.seen_px - kSigmas * look.sigma_px > kGone * look.expected_px;

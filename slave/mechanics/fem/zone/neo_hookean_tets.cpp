@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/fem/neo_hookean_lanes.h"
 #include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
@@ -12,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 using fem::Double8;
 using fem::kLanes;
-using Lanes3x3 = std::array<std::array<Double8, 3>, 3>;
+using fem::Lanes3x3;
 using Group = NeoHookeanTets::Group;
 using Law = NeoHookeanTets::Law;
 
@@ -35,24 +36,12 @@ PALPATE_INLINE Lanes3x3 DisplacementGradient(const Group& group, const double* u
   return H;
 }
 
-PALPATE_INLINE Lanes3x3 Cofactor(const Lanes3x3& F) {
-  Lanes3x3 C;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::size_t a = (i + 1) % 3, b = (i + 2) % 3;
-    for (std::size_t j = 0; j < 3; ++j) {
-      const std::size_t p = (j + 1) % 3, q = (j + 2) % 3;
-      C[i][j] = F[a][p] * F[b][q] - F[a][q] * F[b][p];
-    }
-  }
-  return C;
-}
-
 // J: det F.
 PALPATE_INLINE Lanes3x3 Stress(const Law& law, Lanes3x3 F, Double8* J_out) {
   Double8 invariant{};
   for (std::size_t i = 0; i < 3; ++i) F[i][i] += 1;
   for (const auto& row : F) invariant += row[0] * row[0] + row[1] * row[1] + row[2] * row[2];
-  const Lanes3x3 C = Cofactor(F);
+  const Lanes3x3 C = fem::CofactorOf(F);
   const Double8 J = F[0][0] * C[0][0] + F[0][1] * C[0][1] + F[0][2] * C[0][2];
   *J_out = J;
   const Double8 a = law.m * (1 - 1 / (invariant + 1));

@@ -297,7 +297,7 @@ void ExpectCue(const char* name, double from, const std::vector<CueImage>& image
     const double expected = image.depth_um / 3;
     const bool broke = cue.Broke({.depth = image.depth_um * 1e-6,
                                   .expected_px = expected,
-                                  .dent_known = image.known,
+                                  .indentation_known = image.known,
                                   .seen_px = image.observed * expected,
                                   .sigma_px = 0.5});
     EXPECT_EQ(broke, image.breaks) << name << " at " << image.depth_um;
