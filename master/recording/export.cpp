@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "master/recording/replay.h"
-#include "shared/mesh/files/vtu_writer.h"
+#include "shared/mesh/vtu_writer.h"
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "shared/mesh/disc_patch.h"
-#include "shared/mesh/files/vtu_writer.h"
+#include "shared/mesh/vtu_writer.h"
 #include "shared/text/text.h"
 
 namespace palpate {

@@ -115,4 +115,7 @@ void RequireOtherThan(std::string_view option, const std::filesystem::path& out,
                       std::initializer_list<std::string_view> names,
                       std::span<const std::filesystem::path> inputs);
 
+// Escapes `<`, `&`, quotes and control characters for content and attributes of XML.
+std::string XmlEscaped(std::string_view text);
+
 }  // namespace palpate

@@ -9,11 +9,11 @@
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
-#include "shared/state/pace_limit.h"
-#include "shared/state/sender_clock.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/image_queue.h"
+#include "slave/capture/pace_limit.h"
 #include "slave/capture/pair_images.h"
+#include "slave/capture/sender_clock.h"
 
 namespace palpate {
 namespace {

@@ -9,9 +9,9 @@
 
 #include <fmt/format.h>
 
-#include "shared/statistics/robust.h"
 #include "shared/text/csv.h"
 #include "slave/capture/tactile_recording.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {

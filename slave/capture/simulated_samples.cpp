@@ -16,11 +16,11 @@
 
 #include "palpate/v1/simulation.pb.h"
 
-#include "shared/program/private_folder.h"
 #include "shared/program/program.h"
-#include "shared/program/run_program.h"
 #include "shared/text/text.h"
 #include "shared/wire/fields.h"
+#include "slave/program/private_folder.h"
+#include "slave/program/run_program.h"
 
 namespace palpate {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "shared/state/clock.h"
-#include "shared/state/sender_clock.h"
+#include "slave/capture/sender_clock.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 

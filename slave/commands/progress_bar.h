@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "shared/text/progress.h"
+#include "slave/program/progress.h"
 
 namespace palpate {
 

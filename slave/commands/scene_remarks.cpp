@@ -5,8 +5,8 @@
 
 #include <spdlog/spdlog.h>
 
-#include "shared/mesh/files/mesh_file.h"
-#include "shared/mesh/mesh_check.h"
+#include "slave/mesh/files/mesh_file.h"
+#include "slave/mesh/mesh_check.h"
 #include "slave/scene/words.h"
 #include "slave/vision/stereo/rig.h"
 

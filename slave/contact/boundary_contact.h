@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/outline.h"
+#include "slave/mesh/index.h"
+#include "slave/mesh/outline.h"
 
 namespace palpate {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

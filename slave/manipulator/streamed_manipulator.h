@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "shared/state/sender_clock.h"
+#include "slave/capture/sender_clock.h"
 #include "slave/manipulator/arm_fit.h"
 #include "slave/manipulator/driven_arm.h"
 #include "slave/manipulator/manipulator.h"

@@ -12,8 +12,8 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/outline.h"
 #include "shared/state/validity.h"
+#include "slave/mesh/outline.h"
 
 namespace palpate {
 

@@ -11,12 +11,12 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/disc_patch.h"
-#include "shared/mesh/files/mesh_file.h"
-#include "shared/mesh/mesh_check.h"
 #include "slave/mechanics/mesher/fill_surface.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/files/mesh_file.h"
+#include "slave/mesh/index.h"
+#include "slave/mesh/mesh_check.h"
 
 namespace palpate {
 namespace {

@@ -10,8 +10,8 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/outline.h"
 #include "shared/mesh/solid_mesh.h"
+#include "slave/mesh/outline.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -6,9 +6,9 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/mesh/mesh_census.h"
-#include "shared/mesh/mesh_check.h"
 #include "shared/mesh/node_merger.h"
+#include "slave/mesh/mesh_census.h"
+#include "slave/mesh/mesh_check.h"
 
 namespace palpate {
 namespace {

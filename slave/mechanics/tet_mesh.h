@@ -8,8 +8,8 @@
 
 #include <Eigen/Core>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/solid_mesh.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

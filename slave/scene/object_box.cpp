@@ -3,7 +3,7 @@
 #include <variant>
 #include <vector>
 
-#include "shared/mesh/files/mesh_file.h"
+#include "slave/mesh/files/mesh_file.h"
 #include "slave/scene/sections.h"
 
 namespace palpate {

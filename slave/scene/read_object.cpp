@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "shared/mesh/outline.h"
+#include "slave/mesh/outline.h"
 #include "slave/scene/contour_file.h"
 #include "slave/scene/sections.h"
 

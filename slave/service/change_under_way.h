@@ -11,7 +11,7 @@
 #include "palpate/v1/telemetry.pb.h"
 
 #include "shared/state/clock.h"
-#include "shared/text/progress.h"
+#include "slave/program/progress.h"
 
 namespace palpate {
 

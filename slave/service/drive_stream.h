@@ -10,7 +10,7 @@
 
 #include "palpate/v1/devices.pb.h"
 
-#include "shared/state/pace_limit.h"
+#include "slave/capture/pace_limit.h"
 #include "slave/manipulator/driven_arm.h"
 #include "slave/service/status.h"
 #include "slave/service/stream_list.h"

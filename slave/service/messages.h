@@ -13,8 +13,8 @@
 
 #include "slave/capture/picture_inbox.h"
 #include "slave/capture/tactile_frame.h"
+#include "slave/live/slave.h"
 #include "slave/manipulator/driven_arm.h"
-#include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
 

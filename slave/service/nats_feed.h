@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "shared/nats/nats_connection.h"
-#include "slave/pipeline/teleop/slave.h"
+#include "slave/live/slave.h"
 #include "slave/service/publisher.h"
 #include "slave/service/teleoperation_service.h"
 

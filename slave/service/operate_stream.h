@@ -15,9 +15,9 @@
 #include "palpate/v1/state.pb.h"
 
 #include "shared/link/datagram_line.h"
-#include "shared/link/state_mailbox.h"
 #include "slave/service/operator_lease.h"
 #include "slave/service/publisher.h"
+#include "slave/service/state_mailbox.h"
 #include "slave/service/status.h"
 #include "slave/service/stream_list.h"
 

@@ -17,7 +17,7 @@
 
 #include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/clock.h"
-#include "slave/pipeline/teleop/slave.h"
+#include "slave/live/slave.h"
 
 namespace palpate {
 

@@ -14,8 +14,8 @@
 #include <grpcpp/support/status.h>
 
 #include "shared/link/priority_inheritance_mutex.h"
-#include "shared/link/state_mailbox.h"
-#include "slave/pipeline/teleop/slave.h"
+#include "slave/live/slave.h"
+#include "slave/service/state_mailbox.h"
 
 namespace palpate {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "shared/nats/nats_connection.h"
-#include "slave/pipeline/teleop/slave.h"
+#include "slave/live/slave.h"
 #include "slave/service/admission/acceptor.h"
 
 namespace palpate {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "shared/metrics/metrics_page.h"
-#include "slave/pipeline/teleop/slave.h"
+#include "slave/live/slave.h"
 #include "slave/service/admission/acceptor.h"
 
 namespace palpate {

@@ -10,7 +10,7 @@
 #include <grpcpp/support/status.h>
 
 #include "shared/link/priority_inheritance_mutex.h"
-#include "shared/text/progress.h"
+#include "slave/program/progress.h"
 
 namespace palpate {
 

@@ -12,7 +12,7 @@
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
-#include "slave/pipeline/teleop/slave.h"
+#include "slave/live/slave.h"
 #include "slave/service/bulk_pace.h"
 #include "slave/service/change_under_way.h"
 #include "slave/service/drive_stream.h"

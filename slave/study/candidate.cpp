@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/mesh_division.h"
 #include "slave/study/width_mismatch.h"

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "shared/text/svg.h"
 #include "shared/text/text.h"
+#include "slave/report/svg.h"
 #include "slave/study/report.h"
 
 namespace palpate::study {

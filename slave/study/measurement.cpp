@@ -11,11 +11,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
 #include "slave/pipeline/camera/touch_model.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/scene/model_kinds.h"

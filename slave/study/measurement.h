@@ -4,9 +4,9 @@
 #include <functional>
 #include <memory>
 
-#include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/program/progress.h"
 #include "slave/study/candidate.h"
 #include "slave/study/press_spec.h"
 #include "slave/study/study_row.h"

@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::study {
 namespace {

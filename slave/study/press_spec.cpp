@@ -8,10 +8,10 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/index.h"
 #include "slave/study/volume_stiffness.h"
 
 namespace palpate::study {

@@ -6,10 +6,10 @@
 #include <numeric>
 #include <utility>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
 #include "slave/study/mesh_division.h"
 
 namespace palpate::study {

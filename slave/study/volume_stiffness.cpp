@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/green/rest_stiffness.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/index.h"
 #include "slave/study/mesh_division.h"
 #include "slave/study/width_mismatch.h"
 

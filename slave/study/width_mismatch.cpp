@@ -5,9 +5,9 @@
 #include <numbers>
 #include <set>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/disc_patch.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/study_row.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {

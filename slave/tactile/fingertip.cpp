@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "shared/telemetry/stopwatch.h"
+#include "slave/pipeline/stopwatch.h"
 
 namespace palpate {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/mesh/outline.h"
+#include "slave/mesh/outline.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/observation.h"
 

@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 #include "slave/vision/rest_contour.h"
 
 namespace palpate {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <optional>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 #include "slave/vision/edge_profile.h"
 #include "slave/vision/rest_contour.h"
 

@@ -10,8 +10,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include "shared/statistics/robust.h"
 #include "shared/text/text.h"
+#include "slave/statistics/robust.h"
 #include "slave/vision/grey.h"
 
 namespace palpate {

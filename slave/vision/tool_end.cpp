@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {

@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <variant>
 
-#include "shared/mesh/files/mesh_file.h"
-#include "shared/mesh/mesh_check.h"
+#include "slave/mesh/files/mesh_file.h"
+#include "slave/mesh/mesh_check.h"
 #include "tests/fuzz/fuzz_files.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -82,7 +82,7 @@ def meshes(folder):
     write(folder, "mesh", "a.veg", f"*VERTICES\n4 3 0 0\n{numbered(NODES)}*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n"
           "*MATERIAL A\nENU, 1000, 1e5, 0.45\n*REGION\nallElements, A\n", 3)
     write(folder, "mesh", "a.node", f"4 3 0 0\n{numbered(NODES)}%%\n1 4 0\n1 1 2 3 4\n", 4)
-    dictionary(folder, "mesh", strings_of("shared/mesh/files/*.cpp") | {"%%\n", "1e308", "2147483647", "-1"})
+    dictionary(folder, "mesh", strings_of("slave/mesh/files/*.cpp") | {"%%\n", "1e308", "2147483647", "-1"})
 
 
 def tables(folder):

@@ -11,10 +11,10 @@
 #include <thread>
 #include <utility>
 
-#include "slave/pipeline/teleop/latest_estimate.h"
-#include "slave/pipeline/teleop/operator_port.h"
-#include "slave/pipeline/teleop/stop_control.h"
-#include "slave/pipeline/teleop/stop_record.h"
+#include "slave/live/latest_estimate.h"
+#include "slave/live/operator_port.h"
+#include "slave/live/stop_control.h"
+#include "slave/live/stop_record.h"
 #include "tests/slave/service/fake_slave.h"
 
 namespace palpate {

@@ -11,8 +11,8 @@
 
 #include "master/haptics/renderer.h"
 #include "slave/capture/picture_inbox.h"
+#include "slave/live/patch_publisher.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/environment_player.h"

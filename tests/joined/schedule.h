@@ -11,9 +11,9 @@
 
 #include "master/haptics/haptic_loop.h"
 #include "master/link/operate_exchange.h"
-#include "shared/link/state_mailbox.h"
 #include "slave/service/operator_lease.h"
 #include "slave/service/publisher.h"
+#include "slave/service/state_mailbox.h"
 #include "tests/joined/joined_slave.h"
 #include "tests/support/dice.h"
 

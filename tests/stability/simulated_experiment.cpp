@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "shared/text/progress.h"
 #include "slave/capture/simulated_samples.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
+#include "slave/program/progress.h"
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 

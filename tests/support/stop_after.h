@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "shared/text/progress.h"
+#include "slave/program/progress.h"
 
 namespace palpate {
 

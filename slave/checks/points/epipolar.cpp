@@ -7,8 +7,8 @@
 
 #include <Eigen/Cholesky>
 
-#include "shared/statistics/robust.h"
 #include "slave/checks/points/noise_limits.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {

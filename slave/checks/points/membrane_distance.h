@@ -10,11 +10,11 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/statistics/robust.h"
 #include "slave/checks/check.h"
 #include "slave/checks/points/points_limits.h"
 #include "slave/checks/points/points_sample.h"
 #include "slave/scene/scene.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 

@@ -6,11 +6,11 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/mesh/files/mesh_file.h"
-#include "shared/mesh/mesh_check.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mesh/files/mesh_file.h"
+#include "slave/mesh/mesh_check.h"
 #include "slave/study/auto_model.h"
 
 namespace palpate {

@@ -5,7 +5,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/commands/check/check.h"
-#include "slave/pipeline/teleop/image_latency_estimator.h"
+#include "slave/live/image_latency_estimator.h"
 
 namespace palpate {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/text/progress.h"
+#include "slave/program/progress.h"
 #include "slave/scene/scene.h"
 #include "slave/study/shape/measured_evaluation.h"
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "shared/text/progress.h"
+#include "slave/program/progress.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -22,7 +22,7 @@
 #include "shared/text/text.h"
 #include "slave/commands/program.h"
 #include "slave/commands/running_scene.h"
-#include "slave/pipeline/teleop/live_slave.h"
+#include "slave/live/live_slave.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/service/server.h"
 #include "slave/service/slave_metrics.h"

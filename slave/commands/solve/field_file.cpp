@@ -4,8 +4,8 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/boundary_patch.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "shared/mesh/files/vtu_writer.h"
+#include "shared/mesh/vtu_writer.h"
 #include "slave/mechanics/bem/interior_field.h"
 #include "slave/mechanics/deformation_model.h"
 

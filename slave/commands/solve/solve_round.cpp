@@ -5,11 +5,11 @@
 #include <string>
 #include <variant>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/disc_patch.h"
 #include "shared/text/csv.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/text/svg.h"
 #include "shared/text/text.h"
 #include "slave/commands/study/end_to_end.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/report/svg.h"
 
 namespace palpate {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "shared/statistics/intervals.h"
+#include "slave/statistics/intervals.h"
 
 namespace palpate {
 

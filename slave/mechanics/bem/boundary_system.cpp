@@ -4,9 +4,9 @@
 #include <limits>
 #include <numbers>
 
-#include "shared/geometry/index.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/bem/kelvin_integrals.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

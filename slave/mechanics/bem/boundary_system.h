@@ -10,9 +10,9 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/outline.h"
-#include "shared/text/progress.h"
 #include "slave/mechanics/bem/element_nodes.h"
+#include "slave/mesh/outline.h"
+#include "slave/program/progress.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

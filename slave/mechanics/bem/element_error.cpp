@@ -6,8 +6,8 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/bem/kelvin_integrals.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

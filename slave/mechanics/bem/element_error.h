@@ -22,9 +22,9 @@
 
 #include <Eigen/Core>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/bem/boundary_system.h"
 #include "slave/mechanics/linear/dense_lu.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/boundary_patch.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -10,8 +10,8 @@
 #include <Eigen/Eigenvalues>
 #include <sys/mman.h>
 
-#include "shared/geometry/index.h"
 #include "shared/text/text.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -15,11 +15,11 @@
 
 #include <Eigen/Core>
 
-#include "shared/text/progress.h"
 #include "slave/mechanics/bem/boundary_system.h"
 #include "slave/mechanics/bem/element_error.h"
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/linear/dense_lu.h"
+#include "slave/program/progress.h"
 
 namespace palpate {
 

@@ -4,8 +4,8 @@
 
 #include <unsupported/Eigen/AutoDiff>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/bem/kelvin_integrals.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -11,8 +11,8 @@
 
 #include <Eigen/Core>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/footprint/contact_footprint.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

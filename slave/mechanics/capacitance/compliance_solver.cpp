@@ -10,10 +10,10 @@
 
 #include <Eigen/LU>
 
-#include "shared/geometry/index.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/footprint/disc_compliance.h"
 #include "slave/mechanics/mesh_resolution.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

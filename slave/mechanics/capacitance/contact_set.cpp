@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/mesh_resolution.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -8,7 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "shared/mesh/mesh_census.h"
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
@@ -17,6 +16,7 @@
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "slave/mechanics/relaxation/relaxing_model.h"
+#include "slave/mesh/mesh_census.h"
 
 namespace palpate {
 namespace {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/program/progress.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
 

@@ -7,10 +7,10 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/mesh_census.h"
 #include "slave/mechanics/linear/elimination_order.h"
 #include "slave/mechanics/linear/lanes.h"
+#include "slave/mesh/index.h"
+#include "slave/mesh/mesh_census.h"
 
 namespace palpate::fem {
 namespace {

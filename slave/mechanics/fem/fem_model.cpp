@@ -4,9 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "shared/text/text.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

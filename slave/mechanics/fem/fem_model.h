@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/progress.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/static_equilibrium.h"
 #include "slave/mechanics/fem/time_stepper.h"
 #include "slave/mechanics/fem/volume_model.h"
+#include "slave/program/progress.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

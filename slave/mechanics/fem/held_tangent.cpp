@@ -1,6 +1,6 @@
 #include "slave/mechanics/fem/held_tangent.h"
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::fem {
 namespace {

@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::fem {
 namespace {

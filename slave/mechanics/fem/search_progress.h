@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "shared/text/progress.h"
+#include "slave/program/progress.h"
 
 namespace palpate::fem {
 

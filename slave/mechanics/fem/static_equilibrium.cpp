@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::fem {
 namespace {

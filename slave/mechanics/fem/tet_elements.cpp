@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/neo_hookean_lanes.h"
 #include "slave/mechanics/fem/signed_polar.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::fem {
 namespace {

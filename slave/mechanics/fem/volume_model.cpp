@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

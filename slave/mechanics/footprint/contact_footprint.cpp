@@ -10,7 +10,7 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "shared/geometry/index.h"
 #include "shared/text/text.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -20,9 +20,9 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/outline.h"
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mesh/outline.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

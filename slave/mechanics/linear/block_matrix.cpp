@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/lanes.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::fem {
 namespace {

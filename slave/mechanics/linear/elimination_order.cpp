@@ -6,8 +6,8 @@
 
 #include <metis.h>
 
-#include "shared/geometry/index.h"
 #include "shared/link/priority_inheritance_mutex.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <cblas.h>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/panel_sweeps.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

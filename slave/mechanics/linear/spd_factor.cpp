@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/elimination_order.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -8,8 +8,8 @@
 #include <Eigen/LU>
 #include <lapacke.h>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/lanes.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::fem {
 namespace {

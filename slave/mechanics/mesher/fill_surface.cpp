@@ -15,14 +15,14 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
-#include "shared/mesh/files/file_cursor.h"
-#include "shared/mesh/files/mesh_file.h"
-#include "shared/mesh/mesh_check.h"
-#include "shared/program/private_folder.h"
-#include "shared/program/run_program.h"
 #include "shared/text/text.h"
+#include "slave/mesh/files/file_cursor.h"
+#include "slave/mesh/files/mesh_file.h"
+#include "slave/mesh/index.h"
+#include "slave/mesh/mesh_check.h"
+#include "slave/program/private_folder.h"
+#include "slave/program/run_program.h"
 
 namespace palpate {
 namespace {

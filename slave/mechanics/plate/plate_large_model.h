@@ -8,11 +8,11 @@
 
 #include <Eigen/Core>
 
-#include "shared/text/progress.h"
 #include "slave/mechanics/plate/modal_plate.h"
 #include "slave/mechanics/plate/plate_modes.h"
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/mechanics/plate/round_press.h"
+#include "slave/program/progress.h"
 
 namespace palpate {
 

@@ -17,12 +17,12 @@
 
 #include "shared/state/slave_state.h"
 #include "shared/state/surface_patch.h"
-#include "shared/telemetry/stopwatch.h"
-#include "shared/text/progress.h"
 #include "slave/capture/frame_source.h"
 #include "slave/capture/pace.h"
 #include "slave/capture/picture_inbox.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/stopwatch.h"
+#include "slave/program/progress.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
 

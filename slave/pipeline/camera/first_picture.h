@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
-#include "shared/mesh/outline.h"
+#include "slave/mesh/outline.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/observation.h"

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
-#include "shared/mesh/outline.h"
+#include "slave/mesh/outline.h"
 #include "slave/vision/object_sighting.h"
 #include "slave/vision/observation.h"
 #include "slave/vision/rest_edge.h"

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <span>
 
-#include "shared/mesh/boundary_patch.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/boundary_patch.h"
 
 namespace palpate {
 namespace {

@@ -8,10 +8,10 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/outline.h"
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/indenter/round_indenter.h"
+#include "slave/mesh/outline.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/camera/tool_width.h"
 #include "slave/scene/scene.h"

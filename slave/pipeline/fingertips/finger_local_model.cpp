@@ -5,8 +5,8 @@
 #include <exception>
 #include <limits>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
+#include "slave/mesh/index.h"
 #include "slave/pipeline/base/estimate_builder.h"
 #include "slave/pipeline/local_model/patch_maker.h"
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <variant>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

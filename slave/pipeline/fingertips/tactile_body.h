@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/precompute_progress.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
+#include "slave/program/precompute_progress.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

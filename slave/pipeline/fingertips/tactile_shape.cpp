@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
+#include "slave/mesh/index.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 
 namespace palpate {

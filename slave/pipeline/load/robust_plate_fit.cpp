@@ -5,9 +5,9 @@
 #include <limits>
 #include <new>
 
-#include "shared/statistics/robust.h"
 #include "slave/checks/points/noise_limits.h"
 #include "slave/pipeline/load/plate_limits.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {

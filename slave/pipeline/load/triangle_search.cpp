@@ -9,11 +9,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
-#include "shared/statistics/robust.h"
 #include "slave/checks/points/noise_limits.h"
+#include "slave/mesh/index.h"
 #include "slave/pipeline/load/volume_limits.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {

@@ -9,18 +9,18 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
-#include "shared/text/precompute_progress.h"
 #include "slave/checks/load/load_checks.h"
 #include "slave/checks/points/noise_limits.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
+#include "slave/mesh/index.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/triangle_search.h"
 #include "slave/pipeline/load/volume_limits.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
+#include "slave/program/precompute_progress.h"
 
 namespace palpate {
 namespace {

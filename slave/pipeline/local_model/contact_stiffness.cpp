@@ -12,10 +12,10 @@
 #include <Eigen/LU>
 #include <spdlog/spdlog.h>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

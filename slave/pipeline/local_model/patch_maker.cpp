@@ -7,8 +7,8 @@
 
 #include <Eigen/LU>
 
-#include "shared/geometry/index.h"
 #include "shared/patch/patch_place.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

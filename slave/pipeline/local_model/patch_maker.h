@@ -7,9 +7,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/mesh/outline.h"
 #include "shared/mesh/solid_mesh.h"
 #include "shared/state/surface_patch.h"
+#include "slave/mesh/outline.h"
 
 namespace palpate {
 

@@ -8,9 +8,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/mesh/files/mesh_file.h"
 #include "slave/checks/points/points_limits.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mesh/files/mesh_file.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
 

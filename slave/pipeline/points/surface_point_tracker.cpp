@@ -11,8 +11,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/telemetry/stopwatch.h"
 #include "slave/checks/points/points_checks.h"
+#include "slave/pipeline/stopwatch.h"
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/dots/stereo_dots.h"

@@ -12,9 +12,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/geometry/index.h"
 #include "slave/checks/load/load_checks.h"
 #include "slave/checks/points/noise_limits.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -9,8 +9,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
 #include "shared/text/text.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

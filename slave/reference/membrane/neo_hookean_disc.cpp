@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::site {
 namespace {

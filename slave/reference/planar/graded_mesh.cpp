@@ -11,7 +11,7 @@
 #include <boost/polygon/point_data.hpp>
 #include <boost/polygon/voronoi.hpp>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::site {
 namespace {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::site {
 namespace {

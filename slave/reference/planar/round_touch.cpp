@@ -6,7 +6,7 @@
 
 #include <Eigen/LU>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 #include "slave/reference/planar/patch_solution.h"
 
 namespace palpate::site {

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::site {
 namespace {

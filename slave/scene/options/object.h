@@ -13,7 +13,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/mesh/outline.h"
+#include "slave/mesh/outline.h"
 
 namespace palpate {
 

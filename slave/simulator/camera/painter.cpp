@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/observation.h"
 

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/elimination_order.h"
+#include "slave/mesh/index.h"
 #include "slave/reference/solid/neo_hookean_body.h"
 #include "slave/simulator/fingertips/finger_hand.h"
 

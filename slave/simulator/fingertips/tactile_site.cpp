@@ -9,7 +9,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 #include "slave/simulator/fingertips/load_path.h"
 #include "slave/simulator/fingertips/simulated_fingertip.h"
 #include "slave/simulator/fingertips/true_object.h"

@@ -12,10 +12,10 @@
 #include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/geometry/index.h"
 #include "shared/state/slave_state.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::site {
 namespace {

@@ -14,7 +14,7 @@
 #include <pcl/io/pcd_io.h>
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate::study {
 namespace {

@@ -15,7 +15,7 @@
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/region_growing_rgb.h>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 #include "slave/study/clouds/support_plane.h"
 
 namespace palpate::study {

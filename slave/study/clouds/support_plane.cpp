@@ -8,7 +8,7 @@
 #include <pcl/common/centroid.h>
 #include <pcl/segmentation/sac_segmentation.h>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate::study {
 namespace {

@@ -9,7 +9,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {

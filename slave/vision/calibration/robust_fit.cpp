@@ -9,7 +9,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include "shared/statistics/robust.h"
+#include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,7 @@
 #include <exception>
 #include <utility>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 DotTracker::DotTracker(std::vector<Eigen::Vector2d> layout, std::vector<Eigen::Vector2d> projected,

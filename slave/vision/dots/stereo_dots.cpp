@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "shared/geometry/index.h"
-#include "shared/statistics/robust.h"
 #include "shared/text/text.h"
+#include "slave/mesh/index.h"
+#include "slave/statistics/robust.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {

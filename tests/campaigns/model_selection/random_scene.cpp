@@ -5,8 +5,8 @@
 #include <numbers>
 #include <vector>
 
-#include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/solid_mesh.h"
+#include "slave/mesh/files/mesh_file.h"
 #include "tests/support/dice.h"
 
 namespace palpate::model_selection {

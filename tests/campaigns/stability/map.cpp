@@ -17,7 +17,7 @@
 
 #include "master/device/sim_hand.h"
 #include "shared/program/command_line.h"
-#include "shared/text/svg.h"
+#include "slave/report/svg.h"
 #include "tests/master/haptics/rig.h"
 
 namespace palpate {

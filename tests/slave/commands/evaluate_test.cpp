@@ -12,11 +12,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/solid_mesh.h"
-#include "shared/program/run_program.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/files/mesh_file.h"
+#include "slave/program/run_program.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/clouds/pcd_file.h"
 #include "slave/study/shape/virtual_depth_camera.h"

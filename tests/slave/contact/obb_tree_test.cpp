@@ -7,8 +7,8 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/boundary_patch.h"
 #include "slave/contact/boundary_contact.h"
+#include "slave/mesh/boundary_patch.h"
 #include "tests/slave/contact/random_outline.h"
 
 namespace palpate {

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "shared/mesh/outline.h"
+#include "slave/mesh/outline.h"
 
 namespace palpate {
 

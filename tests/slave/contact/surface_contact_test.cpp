@@ -13,7 +13,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/mesh_check.h"
+#include "slave/mesh/mesh_check.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {

@@ -8,9 +8,9 @@
 
 #include <Eigen/LU>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
-#include "shared/mesh/files/mesh_file.h"
+#include "slave/mesh/files/mesh_file.h"
+#include "slave/mesh/index.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

@@ -15,7 +15,7 @@
 #include "shared/recording/mcap_writer.h"
 #include "shared/recording/recording_reader.h"
 #include "shared/text/text.h"
-#include "slave/pipeline/teleop/live_slave.h"
+#include "slave/live/live_slave.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"

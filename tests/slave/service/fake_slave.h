@@ -11,9 +11,9 @@
 
 #include "slave/capture/picture_inbox.h"
 #include "slave/capture/tactile_inbox.h"
+#include "slave/live/latest_estimate.h"
+#include "slave/live/slave.h"
 #include "slave/manipulator/streamed_manipulator.h"
-#include "slave/pipeline/teleop/latest_estimate.h"
-#include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
 

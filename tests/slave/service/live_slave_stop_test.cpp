@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/pipeline/teleop/live_slave.h"
+#include "slave/live/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/simulated_devices.h"
 #include "tests/support/paths.h"

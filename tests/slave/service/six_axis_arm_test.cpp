@@ -21,7 +21,7 @@
 
 #include "shared/state/clock.h"
 #include "shared/wire/fields.h"
-#include "slave/pipeline/teleop/live_slave.h"
+#include "slave/live/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/service/server.h"
 #include "tests/support/dice.h"

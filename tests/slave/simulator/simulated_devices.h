@@ -5,7 +5,7 @@
 #include <memory>
 #include <thread>
 
-#include "slave/pipeline/teleop/slave.h"
+#include "slave/live/slave.h"
 #include "slave/scene/scene.h"
 #include "slave/simulator/environment/simulated_environment.h"
 

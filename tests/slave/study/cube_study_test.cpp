@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 #include "slave/study/study.h"
 #include "tests/support/references.h"
 

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "tests/shared/text/well_formed.h"
+#include "tests/slave/report/well_formed.h"
 #include "tests/slave/study/fake_model_factory.h"
 #include "tests/support/scratch.h"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

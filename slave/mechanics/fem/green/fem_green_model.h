@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/green/green_columns.h"
 #include "slave/mechanics/mesh_resolution.h"
+#include "slave/program/progress.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

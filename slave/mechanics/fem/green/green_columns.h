@@ -12,11 +12,11 @@
 
 #include <Eigen/Core>
 
-#include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/fem/green/column_cache.h"
 #include "slave/mechanics/fem/green/green_groups.h"
 #include "slave/mechanics/fem/green/rest_stiffness.h"
+#include "slave/program/progress.h"
 
 namespace palpate {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/mesh_census.h"
+#include "slave/mesh/index.h"
+#include "slave/mesh/mesh_census.h"
 
 namespace palpate {
 namespace {

@@ -7,14 +7,14 @@
 
 #include <Eigen/Geometry>
 
-#include "shared/geometry/index.h"
-#include "shared/mesh/mesh_census.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/fem/green/column_cache.h"
 #include "slave/mechanics/fem/held_motions.h"
 #include "slave/mechanics/fem/solid/elastic_body.h"
 #include "slave/mechanics/fem/solid/solid_params.h"
 #include "slave/mechanics/fem/solid/supports.h"
+#include "slave/mesh/index.h"
+#include "slave/mesh/mesh_census.h"
 
 namespace palpate {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "shared/geometry/index.h"
 #include "shared/text/text.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

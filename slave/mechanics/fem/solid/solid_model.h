@@ -10,7 +10,6 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/progress.h"
 #include "slave/mechanics/fem/solid/elastic_body.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/mechanics/fem/solid/solid_motion.h"
@@ -21,6 +20,7 @@
 #include "slave/mechanics/fem/solid/supports.h"
 #include "slave/mechanics/fem/volume_model.h"
 #include "slave/mechanics/tet_mesh.h"
+#include "slave/program/progress.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/progress.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
+#include "slave/program/progress.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

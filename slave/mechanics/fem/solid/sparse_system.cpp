@@ -5,10 +5,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/elimination_order.h"
 #include "slave/mechanics/linear/two_grid.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -10,10 +10,10 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/search_progress.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
 #include "slave/mechanics/tet_mesh.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

@@ -5,11 +5,11 @@
 
 #include <Eigen/Core>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/held_motions.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
 #include "slave/mechanics/tet_mesh.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

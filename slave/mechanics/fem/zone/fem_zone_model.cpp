@@ -6,10 +6,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
-#include "shared/mesh/mesh_census.h"
 #include "shared/text/text.h"
+#include "slave/mesh/index.h"
+#include "slave/mesh/mesh_census.h"
 
 namespace palpate {
 namespace {

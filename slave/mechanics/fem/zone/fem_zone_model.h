@@ -14,12 +14,12 @@
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/zone/zone_set.h"
 #include "slave/mechanics/fem/zone/zone_touches.h"
 #include "slave/mechanics/footprint/volume_contacts.h"
 #include "slave/mechanics/mesh_resolution.h"
+#include "slave/program/progress.h"
 #include "slave/scene/options/model.h"
 
 namespace palpate {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/neo_hookean_lanes.h"
 #include "slave/mechanics/tet_mesh.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

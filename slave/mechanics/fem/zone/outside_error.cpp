@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/zone/near/matrix_times.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

@@ -5,8 +5,8 @@
 
 #include <Eigen/LU>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/zone/near/matrix_times.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <functional>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/zone/near/matrix_times.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

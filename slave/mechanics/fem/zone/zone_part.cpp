@@ -4,8 +4,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/zone/near/matrix_times.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -7,9 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/mesh_check.h"
-#include "shared/program/run_program.h"
-#include "shared/text/progress.h"
+#include "slave/mesh/mesh_check.h"
+#include "slave/program/progress.h"
+#include "slave/program/run_program.h"
 #include "tests/slave/mechanics/mesher/path_guard.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"

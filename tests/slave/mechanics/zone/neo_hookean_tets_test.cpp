@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/solid/material_law.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "slave/mechanics/fem/zone/zone_set.h"
+#include "slave/mesh/index.h"
 
 namespace palpate::zone_tests {
 

@@ -13,8 +13,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "shared/patch/patch_contact.h"
+#include "slave/live/patch_publisher.h"
 #include "slave/pipeline/camera/camera_sense.h"
-#include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/simulator/camera/simulated_site.h"
 #include "slave/vision/observation.h"

@@ -8,7 +8,7 @@
 
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/picture_inbox.h"
-#include "slave/pipeline/teleop/live_slave.h"
+#include "slave/live/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/environment_player.h"
 #include "tests/support/eventually.h"

@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "slave/capture/tactile_inbox.h"
+#include "slave/live/live_slave.h"
 #include "slave/manipulator/simulated_manipulator.h"
-#include "slave/pipeline/teleop/live_slave.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 
 namespace palpate {

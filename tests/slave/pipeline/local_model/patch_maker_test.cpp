@@ -7,12 +7,12 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/geometry/index.h"
 #include "shared/patch/patch_contact.h"
+#include "slave/live/patch_publisher.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/index.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 

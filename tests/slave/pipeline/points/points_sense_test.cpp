@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/pipeline/teleop/live_slave.h"
+#include "slave/live/live_slave.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 
 namespace palpate {

@@ -6,7 +6,7 @@
 #include <Eigen/QR>
 #include <cblas.h>
 
-#include "shared/geometry/index.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <numeric>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/zone/near/field_samples.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 namespace {

@@ -19,10 +19,10 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/progress.h"
 #include "slave/mechanics/fem/green/column_cache.h"
 #include "slave/mechanics/fem/green/rest_stiffness.h"
 #include "slave/mechanics/linear/spd_factor.h"
+#include "slave/program/progress.h"
 
 namespace palpate {
 

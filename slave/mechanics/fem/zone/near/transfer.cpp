@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/zone/near/field_samples.h"
 #include "slave/mechanics/fem/zone/near/matrix_times.h"
+#include "slave/mesh/index.h"
 
 namespace palpate {
 

@@ -1,0 +1,65 @@
+// The newest contact estimate, shared between the sensing thread and all others, with events since
+// the last query, alarms and the sample rate.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "shared/link/priority_inheritance_mutex.h"
+#include "shared/state/sample_trace.h"
+#include "shared/state/slave_state.h"
+#include "slave/live/operator_port.h"
+#include "slave/live/slave.h"
+
+namespace palpate {
+
+// Thread-safe; every call is short.
+class LatestEstimate {
+ public:
+  // `sensor_rate` [Hz] defines when it is stale: after three periods, or 60 ms if that is longer
+  // (contracts, wire). `p_S_tip`: tip position before the first sample [m].
+  LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_tip);
+
+  // `trace`: timing so far; this function adds the rest.
+  void Put(const ContactEstimate& felt, SampleTrace trace = {});
+  void Add(Event event);
+  // Logs it as well; only the first few are kept.
+  void RaiseAlarm(const std::string& text);
+  // From now on samples are delayed intentionally by this time [s].
+  void SetNap(double nap) { nap_ = nap; }
+  // Wakes waiting threads.
+  void Wake() { changed_.notify_all(); }
+
+  [[nodiscard]] ContactEstimate Get() const;
+  // The same, stale where it is as of `now`.
+  [[nodiscard]] ContactEstimate Fresh(Time now) const;
+  // The tool or a fingertip touches the object.
+  [[nodiscard]] bool Touches() const;
+  // At most the newest few hundred, see Slave.
+  [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;
+  Events TakeEvents();
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience);
+  // Estimate and operator state as of `now`; without sequence, events and true force.
+  [[nodiscard]] SlaveState Compose(const OperatorPort& port, Time now) const;
+  // Validity, counts, rate and alarms.
+  void Describe(SlaveStatus* status) const;
+
+ private:
+  const double stale_after_;    // [s]
+  std::atomic<double> nap_{0};  // [s]
+  // With priority inheritance: whoever requests the status is less urgent than the sensing.
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below
+  PriorityInheritanceCondition changed_;
+  ContactEstimate felt_;
+  Events events_;
+  std::vector<std::string> alarms_;
+  std::uint64_t frames_ = 0;
+  std::vector<Time> recent_;  // stamps of the last second
+  std::deque<SampleTrace> traces_;
+};
+
+}  // namespace palpate

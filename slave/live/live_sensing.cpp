@@ -1,0 +1,141 @@
+#include "slave/live/live_sensing.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include "shared/link/thread_priority.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, or none will soon
+
+}  // namespace
+
+LiveSensing::LiveSensing(const Scene& scene, const Parts& parts, bool shows_arm)
+    : parts_(parts),
+      arm_(shows_arm),
+      p_S_sensed_(parts.manipulator.Tip()),
+      p_S_encoders_(p_S_sensed_),
+      patch_({.depth = scene.operator_options.press_depth, .period = 1 / SensorRate(scene.sense)}) {
+  arm_.Begin(parts.settings.sensing_info().tip_resolution, parts.manipulator);
+}
+
+void LiveSensing::Stop() {
+  if (!thread_.joinable()) return;
+  thread_.request_stop();
+  parts_.newest.Wake();
+  thread_.join();
+}
+
+void LiveSensing::Begin() {
+  // Streams begin when somebody feeds them.
+  const bool is_fed = parts_.sense.inbox() != nullptr || parts_.sense.pictures() != nullptr;
+  if (!is_fed && !ProcessSample({})) {
+    const SenseInfo& info = parts_.settings.sensing_info();
+    throw std::runtime_error(fmt::format("{}: no {} received", info.source, info.samples));
+  }
+  stages_ = parts_.sense.Stages();
+}
+
+void LiveSensing::Start(Onlooker onlooker) {
+  onlooker_ = std::move(onlooker);
+  thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+}
+
+void LiveSensing::RequestReset() {
+  reset_wanted_ = true;
+  rest_.Rouse();
+}
+
+void LiveSensing::Run(const std::stop_token& stop) {
+  MakeThreadRealtime(kSensingPriority);
+  try {
+    const auto tell = [this](double nap) { parts_.newest.SetNap(nap); };
+    while (ProcessSample(stop)) rest_.Wait(stop, tell);
+    if (!stop.stop_requested()) {
+      parts_.newest.RaiseAlarm(parts_.settings.sensing_info().source + ": the source has ended");
+    }
+  } catch (const std::exception& e) {
+    parts_.newest.RaiseAlarm(e.what());
+  }
+}
+
+void LiveSensing::SetWatched(bool is_watched) {
+  const Time now = Clock::now();
+  rest_.SetWatched(is_watched);
+  if (!is_watched || !rest_.is_allowed()) return;
+  parts_.newest.WaitForNewer(now, kRoused);
+  parts_.newest.SetNap(0);  // also where the sensor died meanwhile and nobody comes back to say so
+}
+
+bool LiveSensing::ProcessSample(const std::stop_token& stop) {
+  if (!parts_.sense.Acquire(stop)) return false;
+  SampleTrace trace{.acquired_at = Clock::now()};
+  if (parts_.settings.sensing_info().is_awaited) {
+    parts_.settings.ReadInfo();
+    arm_.Begin(parts_.settings.sensing_info().tip_resolution, parts_.manipulator);
+    for (const std::string& line : Introduction(parts_.settings.sensing_info()))
+      spdlog::info("{}", line);
+  }
+  const Eigen::Vector3d p_S_encoders = parts_.manipulator.TipAt(parts_.sense.sensed_at());
+  if (reset_wanted_.exchange(false)) {
+    const std::lock_guard lock(parts_.mutex);
+    parts_.sense.Reset();
+  }
+  parts_.sense.Process();
+  trace.processed_at = Clock::now();
+  const std::lock_guard lock(parts_.mutex);
+  const Time began = Clock::now();
+  ContactEstimate felt = parts_.sense.Estimate(p_S_encoders);
+  const bool senses_tip = parts_.settings.sensing_info().tip_resolution > 0;
+  arm_.Update(p_S_encoders, &felt);
+  if (felt.validity != Validity::kTrackingLost || !senses_tip) {
+    p_S_sensed_ = felt.p_S_tip;
+    p_S_encoders_ = p_S_encoders;
+  }
+  arm_.Register(felt, p_S_encoders, &parts_.port);
+  ReportExtrapolation();
+  patch_.Update(felt, parts_.settings.revision(), &parts_.sense, Clock::now());
+  local_.Put(felt.local_model, p_S_sensed_, p_S_encoders_);
+  has_estimate_ = true;
+  // Where looking is a part of the estimate, that one knows when it was done.
+  trace.processed_at = std::max(trace.processed_at, felt.processed_at);
+  const double update = SecondsBetween(std::max(began, felt.processed_at), Clock::now());
+  parts_.newest.Put(felt, trace);
+  if (onlooker_) onlooker_(felt, update);
+  return true;
+}
+
+void LiveSensing::ReportExtrapolation() {
+  const std::string_view doubt = parts_.sense.doubt();
+  if (!doubt.empty() && told_doubts_.insert(doubt).second) {
+    parts_.newest.RaiseAlarm("the model's solution is extrapolated: " + std::string(doubt));
+  }
+}
+
+// The tip as it was sensed, carried on by what the arm has moved since. While a sample is being
+// felt, the model of a moment ago will do.
+LocalModel LiveSensing::LocalNow() {
+  const std::unique_lock sense(parts_.mutex, std::try_to_lock);
+  if (sense.owns_lock() && has_estimate_) {
+    const Eigen::Vector3d p_S_arm = parts_.manipulator.Tip();
+    const Eigen::Vector3d p_S = p_S_sensed_ + p_S_arm - p_S_encoders_;
+    local_.Put(parts_.sense.LocalModelAt(p_S), p_S, p_S_arm);
+  }
+  return local_.newest();
+}
+
+// Of a moment ago while a sample is being felt: whoever asks how we are must not wait.
+std::vector<StageTimes> LiveSensing::Stages() const {
+  const std::unique_lock sense(parts_.mutex, std::try_to_lock);
+  const std::lock_guard lock(stages_mutex_);
+  if (sense.owns_lock()) stages_ = parts_.sense.Stages();
+  return stages_;
+}
+
+}  // namespace palpate

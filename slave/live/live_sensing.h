@@ -1,0 +1,93 @@
+// The sensing thread of a slave, and what it shares with callers.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <set>
+#include <stop_token>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/link/priority_inheritance_mutex.h"
+#include "slave/live/arm_comparison.h"
+#include "slave/live/carried_model.h"
+#include "slave/live/latest_estimate.h"
+#include "slave/live/live_settings.h"
+#include "slave/live/observer_rest.h"
+#include "slave/live/operator_port.h"
+#include "slave/live/patch_publisher.h"
+#include "slave/manipulator/manipulator.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
+
+namespace palpate {
+
+class LiveSensing {
+ public:
+  // What it works with; all outlive it.
+  struct Parts {
+    SensingPipeline& sense;
+    PriorityInheritanceMutex& mutex;  // guards `sense`
+    LiveSettings& settings;
+    const Manipulator& manipulator;
+    OperatorPort& port;
+    LatestEstimate& newest;
+  };
+  // Called with each estimate and the duration of its computation [s].
+  using Onlooker = std::function<void(const ContactEstimate& felt, double update)>;
+
+  // `shows_arm`: a real manipulator in live images.
+  LiveSensing(const Scene& scene, const Parts& parts, bool shows_arm);
+  ~LiveSensing() { Stop(); }
+  LiveSensing(const LiveSensing&) = delete;
+  LiveSensing& operator=(const LiveSensing&) = delete;
+
+  // Estimates the first sample, if one is available. Throws std::runtime_error: no sample, or one
+  // that cannot be used.
+  void Begin();
+  // Starts the thread. `onlooker` may be empty.
+  void Start(Onlooker onlooker);
+  // Ends the thread.
+  void Stop();
+
+  // Measures the baseline again with the next sample.
+  void RequestReset();
+  // From now on only one sample per half second is processed while no client watches. For sensing
+  // that recovers its state in one sample.
+  void AllowRest() { rest_.Allow(); }
+  void SetWatched(bool is_watched);
+
+  // The local model at the tip's present position. While a sample is being estimated it is that of
+  // a moment ago.
+  [[nodiscard]] LocalModel LocalNow();
+  [[nodiscard]] const CarriedModel& local() const { return local_; }
+  // Of a moment ago while a sample is being estimated, so that a status request does not wait.
+  [[nodiscard]] std::vector<StageTimes> Stages() const;
+  [[nodiscard]] PatchSnapshot Patch() { return patch_.Get(Clock::now()); }
+
+ private:
+  void Run(const std::stop_token& stop);
+  // One sample; false: the source has ended.
+  bool ProcessSample(const std::stop_token& stop);
+  void ReportExtrapolation();
+
+  const Parts parts_;
+  ArmComparison arm_;                       // the thread's
+  std::set<std::string_view> told_doubts_;  // already reported; each raises one alarm, once
+  Onlooker onlooker_;
+  std::atomic<bool> reset_wanted_{false};
+  // The last measured tip and the encoder reading at that time, S [m]; under the sensing's mutex.
+  Eigen::Vector3d p_S_sensed_, p_S_encoders_;
+  bool has_estimate_ = false;        // guarded by the mutex of the pipeline
+  mutable std::mutex stages_mutex_;  // guards the next one
+  mutable std::vector<StageTimes> stages_;
+  PatchPublisher patch_;  // updated under the sensing's mutex
+  CarriedModel local_;
+  ObserverRest rest_;
+  std::jthread thread_;
+};
+
+}  // namespace palpate

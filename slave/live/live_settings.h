@@ -1,0 +1,74 @@
+// Changes settings and models while a slave runs.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "shared/link/priority_inheritance_mutex.h"
+#include "slave/live/latest_estimate.h"
+#include "slave/live/operator_port.h"
+#include "slave/live/slave.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/program/progress.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// Returns the scene with the model that `kind: auto` selects; it may take seconds. nullopt: no
+// model has a known error. Throws as MakeModel does.
+using ModelChooser = std::function<std::optional<Scene>(const Scene&, const std::stop_token&)>;
+
+// The scene with the parameters in force, and the description of the sensing. Settings change only
+// while nobody follows and nothing is touched. Thread-safe.
+class LiveSettings {
+ public:
+  // All must outlive this object. `sense_mutex` guards the sensing.
+  LiveSettings(const Scene& scene, SensingPipeline* sense, PriorityInheritanceMutex* sense_mutex,
+               OperatorPort* port, LatestEstimate* newest);
+
+  // Rises with every change.
+  [[nodiscard]] std::uint32_t revision() const { return revision_; }
+  [[nodiscard]] Scene scene() const;
+  // The largest force that the device can render, at the tool [N].
+  [[nodiscard]] double FullScale() const;
+  // A copy, and the same for the sensing thread, which alone completes it.
+  [[nodiscard]] SenseInfo info() const;
+  [[nodiscard]] const SenseInfo& sensing_info() const { return info_; }
+  // The sensing has its first sample and its description is complete.
+  void ReadInfo();
+
+  // See Slave.
+  void SetModel(const ModelChange& change, Progress* progress);
+  void SetParameters(const ParameterChange& change, Progress* progress);
+  // Throws std::logic_error unless nobody follows and nothing is touched.
+  void RefuseUnlessFree() const;
+  // The new decision of `choose` becomes active only while the operator is disengaged and the tool
+  // is free, because force and stiffness would jump. Returns the outcome as text.
+  std::string RechooseModel(double depth, const ModelChooser& choose, const std::stop_token& stop);
+
+ private:
+  [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
+                                                       Progress* progress) const;
+  void Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared);
+  // False: not now. Settings of another revision drop it.
+  bool TryAdopt(const Scene& changed, std::uint32_t revision,
+                std::unique_ptr<PreparedModel>* prepared);
+
+  SensingPipeline* sense_;
+  PriorityInheritanceMutex* sense_mutex_;
+  OperatorPort* port_;
+  LatestEstimate* newest_;
+  std::atomic<std::uint32_t> revision_{1};
+  std::mutex change_mutex_;   // one change at a time; locked while a model is built
+  mutable std::mutex mutex_;  // never locked long; guards the next two
+  Scene scene_;
+  SenseInfo info_;
+};
+
+}  // namespace palpate

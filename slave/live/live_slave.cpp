@@ -1,0 +1,162 @@
+#include "slave/live/live_slave.h"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include "slave/capture/codecs/codecs.h"
+
+namespace palpate {
+namespace {
+
+// Whether pictures that are taken now show what a real arm moves.
+bool ShowsArm(const Scene& scene, const SensingPipeline& sense, const Manipulator& arm) {
+  const bool is_live = sense.health().has_value() || TakesPictures(scene.sense);
+  return is_live && HasPictures(scene.sense) && arm.carries_tool();
+}
+
+// Where no force is told, none is missed.
+ManipulatorOptions LimitsOf(const Scene& scene, const SensingPipeline& sense) {
+  ManipulatorOptions limits = scene.manipulator;
+  if (!sense.info().tells_force) limits.blind_after = std::numeric_limits<double>::infinity();
+  return limits;
+}
+
+}  // namespace
+
+LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulator,
+                     std::unique_ptr<SensingPipeline> sense, const ModelChooser& choose)
+    : manipulator_(std::move(manipulator)),
+      sense_(std::move(sense)),
+      port_(*manipulator_, scene.operator_options.transform, LimitsOf(scene, *sense_),
+            scene.link.dead_after),
+      newest_(SensorRate(scene.sense), scene.manipulator.home),
+      settings_(scene, sense_.get(), &sense_mutex_, &port_, &newest_),
+      sensing_(scene, {*sense_, sense_mutex_, settings_, *manipulator_, port_, newest_},
+               ShowsArm(scene, *sense_, *manipulator_)) {
+  sensing_.Begin();
+  watchdog_.emplace(port_, [this] { return ContactStateNow(); });
+  if (choose && !scene.model.decision.reason.empty()) {
+    model_validity_.emplace(scene, [this, choose](const ModelValidityMonitor::Breach& breach,
+                                                  const std::stop_token& stop) {
+      newest_.RaiseAlarm(breach.words + ": auto chooses the model again");
+      const std::string outcome = settings_.RechooseModel(breach.depth, choose, stop);
+      if (!stop.stop_requested()) newest_.RaiseAlarm(outcome);
+    });
+  }
+  sensing_.Start([this](const ContactEstimate& felt, double update) {
+    if (model_validity_) model_validity_->Update(felt, newest_.Touches(), update);
+  });
+}
+
+// The others use what the sensing thread updates, and it calls them.
+LiveSlave::~LiveSlave() {
+  sensing_.Stop();
+}
+
+bool LiveSlave::Command(const OperatorCommand& command) noexcept {
+  OperatorCommand heard = command;
+  // Whoever goes by other numbers than ours would move the tool otherwise than meant.
+  const std::uint32_t known = command.settings_revision;
+  if (known != 0 && known != settings_.revision()) heard.engaged = false;
+  return port_.Command(heard, Clock::now());
+}
+
+ContactState LiveSlave::ContactStateNow() const {
+  const ContactEstimate felt = newest_.Fresh(Clock::now());
+  ContactState contact;
+  if (IsForceKnown(felt)) contact.force = felt.force;
+  contact.depth = felt.depth;
+  if (felt.local_model.known()) contact.outward = felt.local_model.normal;
+  if (felt.force && felt.force->norm() > 0) contact.outward = felt.force->normalized();
+  sensing_.local().AddTo(&contact, manipulator_->Tip(), felt.validity == Validity::kPunctured);
+  return contact;
+}
+
+SlaveState LiveSlave::Compose(Time now) {
+  SlaveState state = newest_.Compose(port_, now);
+  state.settings_revision = settings_.revision();
+  state.true_force = manipulator_->measured_force();
+  if (manipulator_->is_faulty()) {
+    state.Add({state.validity, FailedCheck::kArmFault, "the manipulator has a fault"});
+  }
+  state.local_model = sensing_.LocalNow();
+  return state;
+}
+
+Events LiveSlave::TakeEvents() {
+  Events events = port_.TakeEvents();
+  events.Add(newest_.TakeEvents());
+  return events;
+}
+
+SlaveDescription LiveSlave::Describe() const {
+  SlaveDescription description;
+  description.settings_revision = settings_.revision();  // before what it tells of
+  description.scene = settings_.scene();
+  description.sense = settings_.info();
+  description.scene.operator_options.transform = port_.transform();
+  description.simulated = description.scene.simulator_connects;
+  description.turns = manipulator_->Rotation().has_value();
+  return description;
+}
+
+SlaveStatus LiveSlave::Status() const {
+  SlaveStatus status;
+  status.phase = port_.view().phase;
+  const CommandCounts counts = port_.counts();
+  status.commands = counts.taken;
+  status.commands_refused = counts.refused;
+  status.started_at = started_at_;
+  status.stages = sensing_.Stages();
+  newest_.Describe(&status);
+  status.arm = manipulator_->health();
+  status.cameras = sense_->health();
+  if (std::string words = stop_record_.Words(); !words.empty()) status.alarms.push_back(words);
+  if (status.arm && !status.arm->fault.empty()) status.alarms.push_back(status.arm->fault);
+  if (status.cameras && !status.cameras->trouble.empty())
+    status.alarms.push_back(status.cameras->trouble);
+  return status;
+}
+
+void LiveSlave::Reset() {
+  if (port_.view().phase != Phase::kEstop) return ReinitializeTracking();
+  stop_control_.Reset();
+}
+
+void LiveSlave::ReinitializeTracking() {
+  settings_.RefuseUnlessFree();
+  sensing_.RequestReset();
+}
+
+void LiveSlave::EmergencyStop(const std::string& reason) {
+  const std::string trouble = stop_control_.Stop(reason);
+  if (!trouble.empty()) newest_.RaiseAlarm(trouble);
+}
+
+void LiveSlave::KeepStopIn(const std::filesystem::path& folder) {
+  if (stop_record_.KeepIn(folder)) port_.EmergencyStop();
+}
+
+BoundaryShape LiveSlave::Shape(bool nodal_forces) {
+  const std::lock_guard lock(sense_mutex_);
+  return sense_->Shape(nodal_forces);
+}
+
+std::optional<JpegPicture> LiveSlave::Picture(bool overlays, int quality) {
+  const double full_scale = settings_.FullScale();
+  std::optional<SeenPicture> seen;
+  {
+    const std::lock_guard lock(sense_mutex_);
+    seen = sense_->Picture(full_scale);
+  }
+  if (!seen) return std::nullopt;
+  return JpegPicture{seen->sensed_at, EncodeJpeg(overlays ? seen->draw() : seen->plain, quality),
+                     seen->plain.cols, seen->plain.rows};
+}
+
+}  // namespace palpate

@@ -1,0 +1,110 @@
+// The slave: an operator who moves a tool, a sensing that estimates its contact, and settings that
+// change while it runs. It is independent of the kind of sensing, environment and manipulator.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "shared/link/priority_inheritance_mutex.h"
+#include "slave/live/latest_estimate.h"
+#include "slave/live/live_sensing.h"
+#include "slave/live/live_settings.h"
+#include "slave/live/model_validity_monitor.h"
+#include "slave/live/operator_port.h"
+#include "slave/live/slave.h"
+#include "slave/live/stop_control.h"
+#include "slave/live/stop_record.h"
+#include "slave/manipulator/manipulator.h"
+#include "slave/pipeline/base/sense_recorder.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
+
+namespace palpate {
+
+// Threads: one senses, one moves the tool, one watches the operator, one selects another model when
+// auto's is no longer suitable. `sense_mutex_` guards the data that the first one shares with
+// callers, except the latest estimate.
+class LiveSlave final : public Slave {
+ public:
+  // Estimates the first sample, if one is available, and starts. Throws std::runtime_error: no
+  // sample, or one that cannot be used. `choose`: called again when its decision for `scene` is no
+  // longer suitable; empty: never.
+  LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulator,
+            std::unique_ptr<SensingPipeline> sense, const ModelChooser& choose = {});
+  ~LiveSlave() override;
+
+  void BeginOperating() override { port_.BeginOperating(); }
+  bool Command(const OperatorCommand& command) noexcept override;
+  void EndOperating() override { port_.EndOperating(); }
+  // Between samples the local model follows the device.
+  [[nodiscard]] SlaveState Compose(Time now) override;
+  Events TakeEvents() override;
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
+    return newest_.WaitForNewer(sensed_at, patience);
+  }
+  [[nodiscard]] SlaveDescription Describe() const override;
+  [[nodiscard]] SlaveStatus Status() const override;
+  void SetModel(const ModelChange& change, Progress* progress = nullptr) override {
+    settings_.SetModel(change, progress);
+  }
+  void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override {
+    settings_.SetParameters(change, progress);
+  }
+  void Reset() override;
+  void ReinitializeTracking() override;
+  void EmergencyStop(const std::string& reason) override;
+  // From now on an emergency stop is saved in `folder`, and a saved one is active. Throws
+  // std::runtime_error: the folder is not writable.
+  void KeepStopIn(const std::filesystem::path& folder);
+  [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
+  [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
+  void SetWatched(bool is_watched) override { sensing_.SetWatched(is_watched); }
+  // From now on only one sample per half second is processed while no client watches. For sensing
+  // that recovers its state in one sample.
+  void AllowRest() { sensing_.AllowRest(); }
+  [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
+    return newest_.TracesSince(sensed_at);
+  }
+  PatchSnapshot Patch() override { return sensing_.Patch(); }
+  [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
+  [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
+  [[nodiscard]] DrivenArm* driven_arm() override { return manipulator_->driven(); }
+
+ private:
+  [[nodiscard]] ContactState ContactStateNow() const;
+
+  const Time started_at_ = Clock::now();
+  const std::unique_ptr<Manipulator> manipulator_;
+  const std::unique_ptr<SensingPipeline> sense_;
+  OperatorPort port_;
+  LatestEstimate newest_;
+  StopRecord stop_record_;
+  StopControl stop_control_{port_, stop_record_};
+
+  // With priority inheritance: a request for a shape locks it for its duration, and sensing waits.
+  mutable PriorityInheritanceMutex sense_mutex_;
+  LiveSettings settings_;
+  LiveSensing sensing_;
+
+  std::optional<CommandWatchdog> watchdog_;
+  std::optional<ModelValidityMonitor>
+      model_validity_;  // nullopt: the scene's model was not auto's choice
+};
+
+// Creates the slave of the scene with manipulator and sensing. The samples of simulated sensors
+// come from palpate-simulator, see StreamSimulated. Throws as they do.
+// `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
+// the sensing, outlives the slave; null: none. `choose`: see LiveSlave.
+std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& state_folder = {},
+                                     SenseRecorder* recorder = nullptr,
+                                     const ModelChooser& choose = {});
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+#include "slave/live/live_slave.h"
+#include "slave/pipeline/base/sense_recorder.h"
+
+namespace palpate {
+namespace {
+
+// One camera finds tip and outline in any picture; fingertips and followed points need every
+// sample. A film plays on, and who records wants all of it.
+bool MayRest(const Scene& scene, const SensingPipeline& sense) {
+  const bool is_one_camera = scene.sense.Find<CameraOptions>() && !scene.sense.Find<Tactile>() &&
+                             !HasStereoOrDepth(scene.sense);
+  return is_one_camera && sense.health();
+}
+
+}  // namespace
+
+std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& state_folder,
+                                     SenseRecorder* recorder, const ModelChooser& choose) {
+  StreamSimulated(&scene);
+  std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene);
+  const Pace pace{.tap = recorder};
+  if (recorder != nullptr) recorder->Begin();
+  std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, pace);
+  const bool may_rest = recorder == nullptr && MayRest(scene, *sense);
+  if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
+  auto slave = std::make_unique<LiveSlave>(scene, std::move(manipulator), std::move(sense), choose);
+  if (may_rest) slave->AllowRest();
+  if (!state_folder.empty()) slave->KeepStopIn(state_folder);
+  return slave;
+}
+
+}  // namespace palpate

@@ -1,0 +1,31 @@
+// Emergency stops and their resets: tool and record always agree.
+#pragma once
+
+#include <mutex>
+#include <string>
+
+#include "slave/live/operator_port.h"
+#include "slave/live/stop_record.h"
+
+namespace palpate {
+
+// Thread-safe. An emergency stop that arrives at any moment of a reset remains, with its record.
+class StopControl {
+ public:
+  // Both must outlive this object.
+  StopControl(OperatorPort& port, StopRecord& record) : port_(port), record_(record) {}
+
+  // Stops the tool at once and records `reason`, unless a stop is active. Returns empty, or why the
+  // record is not saved yet.
+  std::string Stop(const std::string& reason);
+  // Removes the record and releases the tool. Throws std::logic_error: another stop arrived during
+  // the reset; std::filesystem::filesystem_error: the record cannot be removed. The stop remains.
+  void Reset();
+
+ private:
+  OperatorPort& port_;
+  StopRecord& record_;
+  std::mutex mutex_;  // makes record and release of a stop one decision
+};
+
+}  // namespace palpate

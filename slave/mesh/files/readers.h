@@ -1,0 +1,24 @@
+// One reader per format; ReadMeshFile chooses. They throw std::invalid_argument as it says.
+#pragma once
+
+#include <filesystem>
+
+#include "slave/mesh/files/file_cursor.h"
+#include "slave/mesh/files/mesh_builder.h"
+#include "slave/mesh/files/mesh_file.h"
+
+namespace palpate {
+
+MeshFile ReadTetgen(const std::filesystem::path& file, double unit);  // .node or .ele
+MeshFile ReadVega(const std::filesystem::path& file, double unit);
+MeshFile ReadGmsh(const std::filesystem::path& file, double unit);
+MeshFile ReadStl(const std::filesystem::path& file, double unit);
+MeshFile ReadPly(const std::filesystem::path& file, double unit);
+
+// The tables of TetGen's .node and .ele files, which Vega's .veg files hold too:
+// `count 3 attributes markers`, then `number x y z ...` per node; numbers rise by one from 0 or 1.
+void ReadNodeTable(RowReader* rows, MeshBuilder* builder);
+// `count corners attributes`, then `number corners ...` per tetrahedron of 4 or 10 nodes.
+void ReadElementTable(RowReader* rows, MeshBuilder* builder);
+
+}  // namespace palpate

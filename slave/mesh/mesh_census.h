@@ -1,0 +1,48 @@
+// Checks common to meshes of tetrahedra and of triangles, used by CheckMesh.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mesh/mesh_check.h"
+
+namespace palpate {
+
+// "element 4, 7, 9 and 12 more".
+std::string ListElements(const MeshNumbers& numbers, const std::vector<int>& elements);
+std::string ListNodes(const MeshNumbers& numbers, const std::vector<int>& nodes);
+
+// Adds bounding box of used nodes, dangling and duplicate nodes and size to the report, with
+// warnings. `used`: per node.
+void CountNodes(const std::vector<Eigen::Vector3d>& nodes, const std::vector<bool>& used,
+                const MeshNumbers& numbers, bool unit_given, MeshReport* report);
+
+// Adds minimum and median quality and slivers.
+void CountQuality(std::vector<double> quality, const MeshNumbers& numbers, MeshReport* report);
+
+// The part of each node, numbered from 0 in the order of the first element; -1: used by none.
+template <std::size_t N>
+std::vector<int> PartsOf(const std::vector<std::array<int, N>>& elements, std::size_t nodes,
+                         int* parts);
+
+// Whether nodes are finite, node numbers in range, and there is an element; otherwise adds
+// refusals.
+template <std::size_t N>
+bool IsReadable(const std::vector<Eigen::Vector3d>& nodes,
+                const std::vector<std::array<int, N>>& elements, const MeshNumbers& numbers,
+                MeshReport* report);
+
+// Adds refusals for elements with the same nodes as an earlier one.
+template <std::size_t N>
+void RefuseDuplicates(const std::vector<std::array<int, N>>& elements, const MeshNumbers& numbers,
+                      MeshReport* report);
+
+// Whether each node is used by an element.
+template <std::size_t N>
+std::vector<bool> UsedNodes(const std::vector<std::array<int, N>>& elements, std::size_t nodes);
+
+}  // namespace palpate

@@ -1,0 +1,69 @@
+#include "slave/live/latest_estimate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/live/slave.h"
+
+namespace palpate {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kRate = 60;  // [Hz]
+
+SlaveStatus StatusAfter(double silence, double nap) {
+  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  ContactEstimate felt;
+  felt.validity = Validity::kValid;
+  felt.sensed_at = Clock::now() - Seconds(silence);
+  newest.Put(felt);
+  newest.SetNap(nap);
+  SlaveStatus status;
+  newest.Describe(&status);
+  return status;
+}
+
+TEST(LatestEstimateTest, ASensorThatIsSilentIsAnAlarmInWords) {
+  const SlaveStatus status = StatusAfter(10, 0);
+  EXPECT_EQ(status.validity, Validity::kStale);
+  EXPECT_THAT(status.alarms, ElementsAre(HasSubstr("no sample from the sensor for 10 s")));
+}
+
+TEST(LatestEstimateTest, NoSamplesTraceIsToldTwiceOrLeftOutOfTheNewest) {
+  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  const Time begin = Clock::now();
+  for (int i = 1; i <= 300; ++i) {
+    ContactEstimate felt;
+    felt.sample = static_cast<std::uint64_t>(i);
+    felt.sensed_at = begin + std::chrono::milliseconds(i);
+    newest.Put(felt, {.acquired_at = felt.sensed_at});
+  }
+  const auto since = [&](int i) {
+    return newest.TracesSince(begin + std::chrono::milliseconds(i));
+  };
+  ASSERT_EQ(since(298).size(), 2U);
+  EXPECT_EQ(since(298).front().sample, 299U);
+  EXPECT_EQ(since(298).back().sensed_at, begin + std::chrono::milliseconds(300));
+  EXPECT_GE(since(298).back().solved_at, begin);
+  EXPECT_THAT(since(300), IsEmpty());
+  EXPECT_LT(since(0).size(), 300U) << "nothing grows for ever";
+  EXPECT_EQ(since(0).back().sample, 300U);
+}
+
+// Nobody reads, so that it is looked at rarely.
+TEST(LatestEstimateTest, ARestIsNoSilence) {
+  const SlaveStatus status = StatusAfter(10, 20);
+  EXPECT_EQ(status.validity, Validity::kValid);
+  EXPECT_THAT(status.alarms, IsEmpty());
+}
+
+TEST(LatestEstimateTest, ARestThatNeverEndsIsOne) {
+  EXPECT_THAT(StatusAfter(30, 20).alarms,
+              ElementsAre(HasSubstr("no sample from the sensor for 30 s")));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,135 @@
+#include "slave/mesh/boundary_patch.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+const double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// The contracts' rule, written again from arc lengths: distance along the loop, the shorter way.
+std::vector<int> PatchByArcLength(const BoundaryMesh& mesh, int element,
+                                  const Eigen::Vector2d& place, double width) {
+  std::vector<double> begin;  // arc length at which each element of the only loop begins
+  double perimeter = 0;
+  for (const auto& e : mesh.elements) {
+    begin.push_back(perimeter);
+    perimeter += e.length();
+  }
+  const auto own = static_cast<std::size_t>(element);
+  const double centre = begin[own] + (place - mesh.elements[own].a).norm();
+  std::vector<int> patch;
+  for (std::size_t i = 0; i < begin.size(); ++i) {
+    const double apart = std::abs(begin[i] + 0.5 * mesh.elements[i].length() - centre);
+    if (std::min(apart, perimeter - apart) <= 0.5 * width * (1 + 1e-9)) {
+      patch.push_back(static_cast<int>(i));
+    }
+  }
+  if (patch.empty()) patch.push_back(element);
+  return patch;
+}
+
+TEST(FindElementTest, FindsTheElementThatAPlaceLiesOn) {
+  const BoundaryMesh mesh = MeshRectangle(0.088, 0.088, 60);
+  for (int i = 0; i < mesh.size(); ++i) {
+    const auto& e = mesh.elements[static_cast<std::size_t>(i)];
+    EXPECT_EQ(FindElement(mesh, e.midpoint()), i);
+    EXPECT_EQ(FindElement(mesh, e.midpoint() + 1e-4 * e.normal()), i);
+  }
+}
+
+// Reference: contracts, a place on a boundary between elements belongs to the larger index. Also
+// after the coordinate went through ten printed digits.
+TEST(FindElementTest, GivesANodeToTheLargerIndexAtEverySize) {
+  for (const double size : {1e-9, 0.088, 1e3}) {
+    const BoundaryMesh mesh = MeshRectangle(size, size, 60);
+    for (int i = 0; i + 1 < mesh.size(); ++i) {
+      const Eigen::Vector2d node = mesh.elements[static_cast<std::size_t>(i)].b;
+      EXPECT_EQ(FindElement(mesh, node), i + 1) << "size " << size;
+      const Eigen::Vector2d noise = Eigen::Vector2d(-1, 1) * 1e-11 * size;
+      EXPECT_EQ(FindElement(mesh, node + noise), i + 1) << "size " << size;
+      EXPECT_EQ(FindElement(mesh, node - noise), i + 1) << "size " << size;
+    }
+    EXPECT_EQ(FindElement(mesh, {0, 0}), 59);  // wraps: between 59 and 0
+  }
+}
+
+TEST(FindElementTest, FindsNothingForWhatIsNoPlace) {
+  EXPECT_EQ(FindElement(MeshRectangle(1, 1, 4), {kNan, 0}), -1);
+  EXPECT_EQ(FindElement(BoundaryMesh{}, {0, 0}), -1);
+}
+
+TEST(PatchElementsTest, OfNoWidthIsTheOneElement) {
+  const BoundaryMesh mesh = MeshRectangle(1, 1, 40);
+  EXPECT_EQ(PatchElements(mesh, 7, mesh.elements[7].b, 0), (std::vector{7}));
+  EXPECT_EQ(PatchElements(mesh, 7, mesh.elements[7].b, 1e-6), (std::vector{7}));
+}
+
+// Elements of 0.1: from the midpoint of element 5 a width of 0.4 just reaches midpoints 3 and 7,
+// from the node before it a width of 0.3 just reaches 3 and 6.
+TEST(PatchElementsTest, IncludesBothEnds) {
+  const BoundaryMesh mesh = MeshRectangle(1, 1, 40);
+  const auto& e = mesh.elements[5];
+  EXPECT_EQ(PatchElements(mesh, 5, e.midpoint(), 0.4), (std::vector{3, 4, 5, 6, 7}));
+  EXPECT_EQ(PatchElements(mesh, 5, e.midpoint(), 0.4 - 1e-6), (std::vector{4, 5, 6}));
+  EXPECT_EQ(PatchElements(mesh, 5, e.a, 0.3), (std::vector{3, 4, 5, 6}));
+  EXPECT_EQ(PatchElements(mesh, 4, e.a, 0.3), (std::vector{3, 4, 5, 6}));
+}
+
+TEST(PatchElementsTest, WrapsRoundItsOwnLoopOnly) {
+  const std::vector<Eigen::Vector2d> outer{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+  const std::vector<Eigen::Vector2d> hole{{1, 1}, {1, 3}, {3, 3}, {3, 1}};
+  const BoundaryMesh mesh = MeshPolygon({outer, {hole}}, 24);  // every element 1 long
+  EXPECT_EQ(PatchElements(mesh, 0, mesh.elements[0].a, 2), (std::vector{15, 0}));
+  EXPECT_EQ(PatchElements(mesh, 16, mesh.elements[16].a, 2), (std::vector{23, 16}));
+  EXPECT_EQ(PatchElements(mesh, 16, mesh.elements[16].a, 100).size(), 8U);
+}
+
+TEST(PatchElementsTest, MayReachOnlyTheNeighbourOfALongElement) {
+  const BoundaryMesh mesh = MeshPolygon({{{0, 0}, {1, 0}, {1, 0.1}, {0, 0.1}}, {}}, 4);
+  EXPECT_EQ(PatchElements(mesh, 0, {1, 0}, 0.1), (std::vector{1}));
+  EXPECT_EQ(PatchElements(mesh, 0, {0, 0}, 0.1), (std::vector{3}));
+}
+
+// Reference: PatchByArcLength on slivers of wildly different lengths, all places and widths.
+TEST(PatchElementsTest, FollowsTheRuleOnRandomSlivers) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (int trial = 0; trial < 300; ++trial) {
+    const double height = std::pow(10, -4 * uniform(random));
+    const BoundaryMesh mesh = MeshRectangle(1, height, 4 + static_cast<int>(60 * uniform(random)));
+    const int element = static_cast<int>(uniform(random) * mesh.size());
+    const auto& e = mesh.elements[static_cast<std::size_t>(element)];
+    const Eigen::Vector2d place = e.a + uniform(random) * (e.b - e.a);
+    const double width = std::pow(10, 1 - 4 * uniform(random));
+    std::vector<int> patch = PatchElements(mesh, element, place, width);
+    std::ranges::sort(patch);
+    EXPECT_EQ(patch, PatchByArcLength(mesh, element, place, width))
+        << "trial " << trial << " element " << element << " width " << width;
+  }
+}
+
+TEST(PatchElementsTest, FillsASpanAndSaysHowManyThereAre) {
+  const BoundaryMesh mesh = MeshRectangle(1, 1, 40);
+  std::array<int, 3> few{};
+  EXPECT_EQ(PatchElements(mesh, 5, mesh.elements[5].midpoint(), 0.4, few), 5);
+  EXPECT_EQ(few, (std::array{3, 4, 5}));
+}
+
+TEST(PatchElementsTest, IsEmptyForWhatIsNoPatch) {
+  const BoundaryMesh mesh = MeshRectangle(1, 1, 40);
+  EXPECT_TRUE(PatchElements(mesh, -1, {0, 0}, 0.1).empty());
+  EXPECT_TRUE(PatchElements(mesh, 40, {0, 0}, 0.1).empty());
+  EXPECT_TRUE(PatchElements(mesh, 0, {kNan, 0}, 0.1).empty());
+  EXPECT_TRUE(PatchElements(mesh, 0, {0, 0}, kNan).empty());
+  EXPECT_TRUE(PatchElements(mesh, 0, {0, 0}, -0.1).empty());
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,125 @@
+// Malformed files: the place and the reason.
+#include <cmath>
+#include <ostream>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/mesh/files/mesh_file.h"
+#include "tests/shared/mesh/files/all_samples.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string Refusal(const std::filesystem::path& file, double unit = 1) {
+  return Thrown<std::invalid_argument>([&] { ReadMeshFile(file, unit); });
+}
+
+struct Malformed {
+  const char* file;
+  const char* bytes;
+  const char* refusal;  // behind the folder
+
+  friend std::ostream& operator<<(std::ostream& stream, const Malformed& malformed) {
+    return stream << malformed.file << malformed.refusal;
+  }
+};
+
+class MalformedMeshTest : public ::testing::TestWithParam<Malformed> {};
+
+TEST_P(MalformedMeshTest, IsRefusedWithPlaceAndReason) {
+  const Scratch folder;
+  const auto file = folder.Write(GetParam().file, GetParam().bytes);
+  EXPECT_EQ(Refusal(file), file.string() + GetParam().refusal);
+}
+
+#define GMSH "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
+#define PLY "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+
+INSTANTIATE_TEST_SUITE_P(
+    Files, MalformedMeshTest,
+    ::testing::Values(
+        Malformed{"a.vtu", "",
+                  ": unknown kind of file: accepted is .veg .node .ele .msh, for a "
+                  "surface .stl .ply .msh; meshio converts others"},
+        Malformed{"a.veg", "",
+                  ":1: no element was found: accepted is tetrahedra, or triangles for "
+                  "a surface"},
+        Malformed{"a.veg", "*VERTICES\n2 3 0 0\n0 0 0 0\n",
+                  ":4: the file ends: accepted is a node `number x y z` here"},
+        Malformed{"a.veg", "*VERTICES\n-3 3 0 0\n",
+                  ":2: count of nodes '-3': accepted is a whole number from 1 to 2000000000"},
+        Malformed{"a.veg", "*VERTICES\n2 2 0 0\n",
+                  ":2: dimension '2': accepted is a whole number from 3 to 3"},
+        Malformed{"a.veg", "*VERTICES\n1 3 0 0\n0 0 nan 0\n",
+                  ":3: y 'nan': accepted is a finite number"},
+        Malformed{"a.veg", "*VERTICES\n1 3 0 0\n0 0 1 0 0\n",
+                  ":3: 5 fields: accepted is 4, with the attributes and markers of the first line"},
+        Malformed{"a.veg", "*VERTICES\n1 3 0 0\n0 0 0 1e400\n",
+                  ":3: z '1e400': accepted is a finite number"},
+        Malformed{"a.veg", "*VERTICES\n2 3 0 0\n0 0 0 0\n2 0 0 0\n",
+                  ":4: node 2: accepted is 1 here"},
+        Malformed{"a.veg", "*VERTICES\n1 3 0 0\n5 0 0 0\n",
+                  ":3: node 5: accepted is 0 or 1 as the first"},
+        Malformed{"a.veg", "*VERTICES\n1 3 0 0\n1 0 0 0\n*ELEMENTS\nTET\n1 4 0\n1 1 1 1 0\n",
+                  ":7: node 0: accepted is a node of the file, from 1 to 1"},
+        Malformed{"a.veg", "*VERTICES\n1 3 0 0\n1 0 0 0\n*ELEMENTS\nCUBIC\n",
+                  ":5: elements 'CUBIC': accepted is TET or TETS"},
+        Malformed{"a.veg", "*VERTICES\n*INCLUDE nowhere.node\n",
+                  ":2: *INCLUDE 'nowhere.node' cannot be read: accepted is a file beside this one"},
+        Malformed{"a.veg", "*INCLUDE a.veg\n",
+                  ":1: *INCLUDE 'a.veg': accepted is 8 files inside each other"},
+        Malformed{"a.veg", "*MATERIAL A\nENU, 45, 3800, 0.6\n",
+                  ":2: Poisson's ratio 0.6: accepted is -1 < nu <= 0.5"},
+        Malformed{"a.veg", "*MATERIAL A\nENU, 45, 0, 0.2\n",
+                  ":2: Young's modulus 0: accepted is > 0 Pa"},
+        Malformed{"a.msh", "solid\n",
+                  ":1: the file does not begin with $MeshFormat: accepted is a Gmsh file"},
+        Malformed{"a.msh", "$MeshFormat\n4 0 8\n", ":2: version '4': accepted is 2.2 or 4.1"},
+        Malformed{"a.msh", GMSH "$Nodes\n1999999999\n1 0 0 0\n",
+                  ":5: count of nodes 1999999999: accepted is at most 1, what the rest of the file "
+                  "has room for"},
+        Malformed{"a.msh", GMSH "$Nodes\n2\n1 0 0 0\n1 0 0 0\n$EndNodes\n",
+                  ":7: node 1 again: accepted is every number once"},
+        Malformed{"a.msh",
+                  GMSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n7 5 0 1 1 1 1 1 1 1 "
+                       "1\n$EndElements\n",
+                  ":10: element 7 is a hexahedron: accepted is tetrahedra, or triangles for a "
+                  "surface"},
+        Malformed{"a.msh", GMSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n7 99 0 1\n",
+                  ":10: element type 99: accepted is 4 and 11 (tetrahedra), 2 and 9 (triangles)"},
+        Malformed{"a.msh", GMSH "$Comments\nnever ends\n",
+                  ":4: the file ends: accepted is $EndComments before it"},
+        Malformed{"a.stl", "solid a\n facet normal 0 0 0\n outer loop\n vertex 0 0\n endloop\n",
+                  ":5: z 'endloop': accepted is a finite number"},
+        Malformed{"a.stl", "", ":1: the file ends: accepted is solid here"},
+        Malformed{"a.stl",
+                  "solid a\nfacet normal 0 0 0\nouter loop\nvertex 1.7976931348623157e308 0 0\n"
+                  "vertex 0 1 0\nvertex 0 0 1\nendloop\nendfacet\nendsolid\n",
+                  ":9: a coordinate of 1.798e+308 m: accepted is at most 1e+15 m"},
+        Malformed{"a.ply", "plx\n",
+                  ":1: the file does not begin with `ply`: accepted is a PLY file"},
+        Malformed{"a.ply", "ply\nelement vertex 3\nproperty half x\n",
+                  ":3: type 'half': accepted is char, uchar, short, ushort, int, uint, float or "
+                  "double"},
+        Malformed{"a.ply", PLY "end_header\n0 0\n0 1\n1 0\n",
+                  ":7: vertices without x, y and z: accepted is these three properties"}));
+
+TEST(MeshUnitTest, RefusesUnitsThatAreNone) {
+  const Scratch folder;
+  const auto file = folder.Write("a.veg", samples::Veg(samples::Pair(), 0));
+  for (const double unit : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
+    EXPECT_THAT(Refusal(file, unit), HasSubstr("accepted is a finite length > 0"));
+  }
+  EXPECT_THAT(Refusal(file, 1e300), HasSubstr("accepted is at most 1e+15 m"));
+  EXPECT_THAT(Refusal(folder / "none.veg"), HasSubstr("cannot be read"));
+  EXPECT_THAT(Refusal((folder / "a.veg").parent_path() / ""), HasSubstr("unknown kind of file"));
+}
+
+}  // namespace
+}  // namespace palpate

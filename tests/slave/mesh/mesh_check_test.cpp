@@ -1,0 +1,213 @@
+#include "slave/mesh/mesh_check.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+// A file that counts nodes from 1 and elements from 101.
+MeshNumbers FileNumbers(const SolidMesh& mesh) {
+  MeshNumbers numbers;
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    numbers.nodes.push_back(static_cast<std::int64_t>(i) + 1);
+  }
+  for (std::size_t i = 0; i < mesh.tets.size(); ++i) {
+    numbers.elements.push_back(static_cast<std::int64_t>(i) + 101);
+  }
+  return numbers;
+}
+
+SolidMesh Box() {
+  return MeshBox({0.2, 0.04, 0.04}, {5, 2, 2});
+}
+
+// Reference: the box itself. The cells' tetrahedra have edges h (1, sqrt 2, sqrt 3) for cubes of
+// side h: quality 6 sqrt(2) (h^3 / 6) / (sqrt(3) h)^3 = sqrt(2) / 3^1.5.
+TEST(MeshCheckTest, MeasuresABox) {
+  for (const double h : {1e-9, 0.02, 1e3}) {
+    SolidMesh mesh = MeshBox({3 * h, 2 * h, 2 * h}, {3, 2, 2});
+    const MeshReport report = CheckMesh(mesh, {}, true);
+    EXPECT_THAT(report.refusals, IsEmpty());
+    EXPECT_THAT(report.warnings, IsEmpty()) << h;
+    EXPECT_EQ(report.nodes, 36);
+    EXPECT_EQ(report.elements, 72);
+    EXPECT_EQ(report.parts, 1);
+    EXPECT_EQ(report.low_O, Vector3d::Zero());
+    EXPECT_EQ(report.high_O, Vector3d(3 * h, 2 * h, 2 * h));
+    EXPECT_NEAR(report.volume / (12 * h * h * h), 1, 1e-14);
+    EXPECT_NEAR(report.area / (32 * h * h), 1, 1e-14);
+    EXPECT_NEAR(report.quality_min, std::numbers::sqrt2 / std::pow(3, 1.5), 1e-14);
+    EXPECT_NEAR(report.quality_median, report.quality_min, 1e-14);
+    // Longest edge sqrt(3) h over the height on the face of area h^2 / sqrt 2: h / sqrt 2.
+    EXPECT_NEAR(report.aspect_max, std::sqrt(6.0), 1e-13);
+  }
+}
+
+TEST(MeshCheckTest, FindsARegularTetrahedronRegular) {
+  SolidMesh mesh{{{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}}, {{0, 1, 2, 3}}};
+  const MeshReport report = CheckMesh(mesh);
+  EXPECT_NEAR(report.quality_min, 1, 1e-14);
+  EXPECT_NEAR(report.aspect_max, std::sqrt(1.5), 1e-14);
+}
+
+TEST(MeshCheckTest, TurnsInvertedElementsRoundAndNamesThem) {
+  const SolidMesh sound = Box();
+  SolidMesh mesh = sound;
+  for (const std::size_t t : {3U, 17U}) std::swap(mesh.tets[t][0], mesh.tets[t][1]);
+  const MeshReport report = CheckMesh(mesh, FileNumbers(mesh));
+  EXPECT_THAT(report.inverted, ElementsAre(3, 17));
+  EXPECT_THAT(report.refusals, IsEmpty());
+  EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("2 inverted elements were turned round: "
+                                                     "elements 104, 118")));
+  for (int t = 0; t < static_cast<int>(mesh.tets.size()); ++t) EXPECT_GT(SignedVolume(mesh, t), 0);
+}
+
+TEST(MeshCheckTest, RefusesElementsWithoutVolume) {
+  for (const double size : {1e-9, 1.0, 1e3}) {
+    SolidMesh mesh = MeshBox({size, size, size}, {2, 2, 2});
+    mesh.tets[5][3] = mesh.tets[5][0];
+    mesh.nodes[0] = mesh.nodes[1];
+    const MeshReport report = CheckMesh(mesh, FileNumbers(mesh), true);
+    ASSERT_THAT(report.refusals, Not(IsEmpty()));
+    EXPECT_THAT(report.refusals[0], HasSubstr("elements 101, 102, 106 without volume"));
+    EXPECT_THROW(RequireSound(report), std::invalid_argument);
+  }
+}
+
+// Flat, but not without volume: a height of 1e-6 of the edges is a sliver; of 1e-15, rounding.
+TEST(MeshCheckTest, TellsSliversFromNothing) {
+  const auto flat = [](double height) {
+    return SolidMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, height}}, {{0, 1, 2, 3}}};
+  };
+  SolidMesh sliver = flat(1e-6), nothing = flat(1e-15);
+  const MeshReport report = CheckMesh(sliver, FileNumbers(sliver));
+  EXPECT_THAT(report.refusals, IsEmpty());
+  EXPECT_THAT(report.slivers, ElementsAre(0));
+  EXPECT_THAT(report.warnings, ElementsAre("1 slivers, quality below 0.05: element 101"));
+  // 6 sqrt(2) (1e-6 / 6) / sqrt(2)^3 = 5e-7.
+  EXPECT_NEAR(report.quality_min, 5e-7, 1e-12);
+  EXPECT_THAT(CheckMesh(nothing).refusals, ElementsAre(HasSubstr("element 0 without volume")));
+}
+
+TEST(MeshCheckTest, FindsDuplicateNodes) {
+  SolidMesh mesh = Box();
+  mesh.nodes.push_back(mesh.nodes[4] + Vector3d::Constant(1e-11));
+  mesh.tets.back()[3] = static_cast<int>(mesh.nodes.size()) - 1;
+  mesh.nodes.back() =
+      mesh.nodes[static_cast<std::size_t>(Box().tets.back()[3])] + Vector3d::Constant(1e-11);
+  const MeshReport report = CheckMesh(mesh, FileNumbers(mesh));
+  EXPECT_THAT(report.duplicate_nodes, ElementsAre(54));
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("1 duplicate nodes (node 55 lies at node ")));
+}
+
+TEST(MeshCheckTest, FindsDanglingNodesAndLeavesThemOutOfTheBox) {
+  SolidMesh mesh = Box();
+  mesh.nodes.emplace_back(7, 7, 7);
+  const MeshReport report = CheckMesh(mesh, FileNumbers(mesh));
+  EXPECT_THAT(report.dangling_nodes, ElementsAre(54));
+  EXPECT_THAT(report.warnings, ElementsAre("1 nodes belong to no element: node 55"));
+  EXPECT_EQ(report.high_O, Vector3d(0.2, 0.04, 0.04));
+}
+
+TEST(MeshCheckTest, RefusesElementsTwice) {
+  SolidMesh mesh = Box();
+  mesh.tets.push_back({mesh.tets[2][1], mesh.tets[2][0], mesh.tets[2][3], mesh.tets[2][2]});
+  const MeshReport report = CheckMesh(mesh, FileNumbers(mesh));
+  ASSERT_THAT(report.refusals, Not(IsEmpty()));
+  EXPECT_THAT(report.refusals[0], HasSubstr("element 221 has the nodes of element 103 (1 such)"));
+}
+
+TEST(MeshCheckTest, RefusesThreeElementsOnOneFace) {
+  SolidMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, -1}, {1, 1, 1}},
+                 {{0, 1, 2, 3}, {0, 2, 1, 4}, {0, 1, 2, 5}}};
+  EXPECT_THAT(CheckMesh(mesh).refusals,
+              ElementsAre(HasSubstr("elements 0, 1, 2 share a face (1 such)")));
+}
+
+// An element pushed through its face: its nodes' order can be mended, its place cannot.
+TEST(MeshCheckTest, RefusesElementsThatOverlapTheirNeighbour) {
+  SolidMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.2, 0.2, 0.5}},
+                 {{0, 1, 2, 3}, {0, 2, 1, 4}}};
+  EXPECT_THAT(
+      CheckMesh(mesh).refusals,
+      ElementsAre(HasSubstr("elements 0, 1 lie on the same side of their common face (1 such)")));
+}
+
+TEST(MeshCheckTest, CountsPartsAndEdgesWhereTheBodyTouchesItself) {
+  SolidMesh mesh = MeshBox({1, 1, 1}, {1, 1, 1});
+  const SolidMesh one = mesh;
+  for (const auto& p : one.nodes) mesh.nodes.push_back(p + Vector3d(5, 0, 0));
+  for (auto tet : one.tets) {
+    for (int& i : tet) i += 8;
+    mesh.tets.push_back(tet);
+  }
+  const MeshReport apart = CheckMesh(mesh);
+  EXPECT_EQ(apart.parts, 2);
+  EXPECT_THAT(apart.warnings, Contains(HasSubstr("2 parts that share no node")));
+  // Two cells of four that meet along an edge only.
+  SolidMesh chess = MeshBox({2, 2, 1}, {2, 2, 1});
+  chess.tets.erase(chess.tets.begin() + 6, chess.tets.begin() + 18);
+  const MeshReport report = CheckMesh(chess);
+  EXPECT_EQ(report.parts, 1);
+  EXPECT_EQ(report.forked_edges, 1);
+  EXPECT_THAT(report.warnings, Contains(HasSubstr("touches itself along 1 edges, the first between "
+                                                  "nodes 4, 13")));
+}
+
+TEST(MeshCheckTest, WondersAboutUnitsUnlessTheyWereGiven) {
+  SolidMesh millimetres = MeshBox({60, 60, 60}, {1, 1, 1});
+  SolidMesh tiny = MeshBox({1e-6, 1e-6, 1e-6}, {1, 1, 1});
+  SolidMesh usual = MeshBox({0.06, 0.06, 0.06}, {1, 1, 1});
+  EXPECT_THAT(CheckMesh(millimetres).warnings, ElementsAre(HasSubstr("probably millimetres")));
+  EXPECT_THAT(CheckMesh(tiny).warnings, ElementsAre(HasSubstr("diagonal of 1.732 um")));
+  EXPECT_THAT(CheckMesh(usual).warnings, IsEmpty());
+  EXPECT_THAT(CheckMesh(millimetres, {}, true).warnings, IsEmpty());
+}
+
+TEST(MeshCheckTest, RefusesWhatCannotBeIndexedOrComputed) {
+  SolidMesh none, nan = Box(), out = Box(), negative = Box();
+  nan.nodes[3].y() = std::nan("");
+  out.tets[7][2] = 54;
+  negative.tets[7][0] = -1;
+  EXPECT_THAT(CheckMesh(none).refusals, ElementsAre(HasSubstr("no element")));
+  EXPECT_THAT(CheckMesh(nan).refusals, ElementsAre(HasSubstr("node 3 is not finite")));
+  EXPECT_THAT(CheckMesh(out).refusals, ElementsAre(HasSubstr("element 7 has a node that does not "
+                                                             "exist")));
+  EXPECT_THAT(CheckMesh(negative).refusals, ElementsAre(HasSubstr("element 7")));
+}
+
+// One point for all nodes: no length to measure by.
+TEST(MeshCheckTest, RefusesAMeshOfOnePoint) {
+  SolidMesh mesh = Box();
+  for (auto& p : mesh.nodes) p = {1, 2, 3};
+  const MeshReport report = CheckMesh(mesh);
+  ASSERT_THAT(report.refusals, Not(IsEmpty()));
+  for (const std::string& line : Lines(report)) EXPECT_THAT(line, Not(HasSubstr("nan")));
+}
+
+TEST(MeshCheckTest, WritesLinesForPeople) {
+  SolidMesh mesh = MeshBox({0.2, 0.04, 0.04}, {5, 1, 1});
+  EXPECT_THAT(
+      Lines(CheckMesh(mesh)),
+      ElementsAre("24 nodes, 30 tetrahedra, 1 part",
+                  "0.2 x 0.04 x 0.04 m from (0, 0, 0), volume 0.00032 m^3, surface 0.0352 "
+                  "m^2",
+                  "quality 0.272 at least, median 0.272 (1: regular), aspect 2.45 at most"));
+  mesh.tets.push_back(mesh.tets[0]);
+  EXPECT_THAT(Lines(CheckMesh(mesh)).back(), ::testing::StartsWith("REFUSED: "));
+}
+
+}  // namespace
+}  // namespace palpate
