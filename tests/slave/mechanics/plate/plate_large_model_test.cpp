@@ -61,10 +61,11 @@ TEST(PlateLargeModel, AgreesWithSolidElementsAtFiveMillimetres) {
     const json& p = c.at("params");
     PlateLargeModel model({p.at("a"), p.at("t"), p.at("E"), p.at("nu")});
     const double R = p.at("r0");
-    const auto r = Respond(model, {Loaded({0, 0}, p.at("F"), 2 * R)})[0];
+    Solution solution;
+    Respond(model, {Loaded({0, 0}, p.at("F"), 2 * R)}, &solution);
+    const double w = -model.Displacement(solution, {0, 0});
     const double allowed = id.ends_with("neo") ? 0.04 : 0.02;
-    EXPECT_NEAR(-r.displacement_O.z() / c.at("expected").at("w_centre").get<double>(), 1, allowed)
-        << id;
+    EXPECT_NEAR(w / c.at("expected").at("w_centre").get<double>(), 1, allowed) << id;
     ++compared;
   }
   EXPECT_EQ(compared, 8);
@@ -81,9 +82,10 @@ TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
     const double fine = plate::RitzDeflection(nu, p, R, F, 12);
     for (const int order : {12, 20}) {
       PlateLargeModel model(Unit(nu, order));
-      const auto r = Respond(model, {Loaded({p, 0}, F, 2 * R)})[0];
+      Solution solution;
+      const auto r = Respond(model, {Loaded({p, 0}, F, 2 * R)}, &solution)[0];
       ASSERT_NE(r.validity, Validity::kFailed) << model.failure();
-      const double w = -r.displacement_O.z() / kThickness;
+      const double w = -model.Displacement(solution, {p, 0}) / kThickness;
       EXPECT_GT(w, 1.2);
       EXPECT_NEAR(w / fine, 1, std::abs(coarse / fine - 1) + 1e-3) << nu << " " << order;
     }
