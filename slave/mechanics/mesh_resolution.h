@@ -43,6 +43,14 @@ PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept;
 double PatchStiffness(const PatchCover& cover) noexcept;
 // More than a tenth off.
 bool IsPatchCoarse(const PatchCover& cover) noexcept;
+// By how much the compliance of such a disc is off, by its own [-]; 0: by less than a tenth. Nine
+// nodes of ten-node tetrahedra, five of four-node ones may be 20 % off, whatever their area.
+double PatchError(const PatchCover& cover) noexcept;
+// Whether a contact's stiffness is more than a tenth off because its patch is. The disc's own
+// compliance, 1 / (E width) on a half-space, is all of a contact's on a block and little of it on
+// the end of a bar. `disc_stiffness`: E width [N/m].
+bool IsContactCoarse(double patch_error, double disc_stiffness, const Eigen::Vector3d& force,
+                     const Eigen::Vector3d& displacement) noexcept;
 // Least part of a point contact's weight on free nodes [-]: they alone take its displacement,
 // divided by this part.
 inline constexpr double kLeastFreeWeight = 0.5;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
@@ -30,7 +31,8 @@ std::string_view ElementPlaces::Find(const Contact& contact, ContactFootprint* f
   footprint->arms.clear();
   footprint->point = false;
   footprint->normal_O.head<2>() = normals_[Index(element)];
-  footprint->coarse = IsCoarse(contact.width);
+  // Whatever the contact's share of the compliance.
+  footprint->patch_error = IsCoarse(contact.width) ? std::numeric_limits<double>::infinity() : 0;
   const int count = greens_.element_nodes().count;
   double length = 0;
   for (const int e : elements_) {

@@ -363,7 +363,9 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   const bool known =
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
   if (!known) return {};
-  const bool coarse = slot.footprint.coarse;
+  const bool coarse =
+      IsContactCoarse(slot.footprint.patch_error, params_.young_modulus * slot.contact.width,
+                      response.force_O, response.displacement_O);
   const bool is_valid = deflection <= params_.range && !coarse && !slot.on_support;
   response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
   response.takes_width = slot.footprint.narrower != 0;

@@ -75,8 +75,9 @@ bool VolumeModel::TryRespond(std::span<const Contact> contacts,
     ContactResponse response = ResponseOf(k, contacts[k]);
     if (!response.force_O.allFinite()) return Fail("the solution is not finite");
     const ContactPlace& place = places()[k];
+    const bool coarse = contacts_.IsCoarse(k, response);
     response.doubt = !doubt.empty()     ? doubt
-                     : place.coarse     ? kCoarsePatch
+                     : coarse           ? kCoarsePatch
                      : place.on_support ? kOnSupport
                                         : std::string_view();
     response.validity = response.doubt.empty() ? Validity::kValid : Validity::kExtrapolated;

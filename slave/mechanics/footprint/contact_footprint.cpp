@@ -162,12 +162,11 @@ void SurfaceFootprints::AddTriangle(int triangle) {
 
 void SurfaceFootprints::FindDisc(const Contact& contact, PatchBasis basis,
                                  ContactFootprint* footprint) {
-  footprint->coarse = false;
-  footprint->reach = footprint->narrower = 0;
+  footprint->patch_error = footprint->reach = footprint->narrower = 0;
   if (contact.width == 0) return;
   FindPatch(footprint->at, contact.p_O, contact.width);
-  footprint->coarse = IsPatchCoarse(CoverOf(patch_, basis));
-  if (!footprint->coarse || held_.empty() || !may_widen_) return;
+  footprint->patch_error = PatchError(CoverOf(patch_, basis));
+  if (footprint->patch_error == 0 || held_.empty() || !may_widen_) return;
   if (!FindWiderDisc(contact, basis, footprint)) {
     FindPatch(footprint->at, contact.p_O, contact.width);
   }
@@ -191,7 +190,7 @@ bool SurfaceFootprints::FindWiderDisc(const Contact& contact, PatchBasis basis,
     const PatchCover cover = CoverOf(patch_, basis);
     if (IsPatchCoarse(cover)) continue;
     if (HoldsPatch()) return false;
-    footprint->coarse = false;
+    footprint->patch_error = 0;
     footprint->reach = width / 2;
     footprint->narrower = 2 / contact.width - 2 / (PatchStiffness(cover) * width);
     return true;
@@ -302,8 +301,7 @@ std::string_view SurfaceFootprints::OnTriangles(const Contact& contact, ContactF
   footprint->places.clear();
   footprint->arms.clear();
   footprint->point = true;
-  footprint->coarse = false;
-  footprint->reach = footprint->narrower = 0;
+  footprint->patch_error = footprint->reach = footprint->narrower = 0;
   const int triangles = static_cast<int>(surface_.triangles.size());
   if (contact.width == 0 && contact.element >= 0 && contact.element < triangles) {
     footprint->places.push_back({contact.element, 1});

@@ -43,7 +43,7 @@ struct ContactFootprint {
   std::vector<Eigen::Vector3d> arms;
   bool point = true;                  // at most kMostPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
-  bool coarse = false;                // IsPatchCoarse (mesh_resolution.h)
+  double patch_error = 0;             // PatchError (mesh_resolution.h)
   // If the places represent a wider disc (SurfaceFootprints): its radius [m]; and the additional
   // compliance of the contact's own disc, in DiscCompliance over E: 1 / radius minus that of a disc
   // as compliant as the places [1/m]. Else 0.

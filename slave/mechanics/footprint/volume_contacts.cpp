@@ -76,7 +76,7 @@ std::string_view VolumeContacts::Find(const Contact& contact, ContactPlace* plac
   if (!refusal.empty()) return refusal;
   const bool holds = contact.kind == Contact::Kind::kDisplacement;
   place->is_point = footprint_.point && footprint_.places.size() > 1;
-  place->coarse = footprint_.coarse;
+  place->patch_error = footprint_.patch_error;
   place->nodes.clear();
   double free_weight = 0;
   for (const PlaceWeight& touched : footprint_.places) {

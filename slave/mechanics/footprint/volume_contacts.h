@@ -21,7 +21,7 @@ struct ContactPlace {
   // A displacement moves the weighted mean of the nodes; else it moves each node alike.
   bool is_point = false;
   std::vector<Eigen::Vector3d> arms;  // of a disc, see ContactFootprint [m]; else empty
-  bool coarse = false;                // IsPatchCoarse (mesh_resolution.h)
+  double patch_error = 0;             // PatchError (mesh_resolution.h)
   bool on_support = false;            // see kOnSupport (mesh_resolution.h)
 };
 
@@ -42,6 +42,12 @@ class VolumeContacts {
   // Middles too.
   [[nodiscard]] std::size_t node_count() const { return mesh_.nodes.size(); }
   [[nodiscard]] std::span<const ContactPlace> places() const { return places_; }
+  // Whether the mesh is too coarse for the width of a contact with this response.
+  [[nodiscard]] bool IsCoarse(std::size_t contact, const ContactResponse& response) const {
+    const double young_modulus = force_unit_ / (length_unit_ * length_unit_);
+    return IsContactCoarse(places_[contact].patch_error, young_modulus * contacts_[contact].width,
+                           response.force_O, response.displacement_O);
+  }
   [[nodiscard]] std::string_view failure() const { return failure_; }
   // The last set is not to be trusted.
   void Forget() { ready_ = false; }

@@ -296,6 +296,38 @@ TEST(PatchResolution, AWholeSideIsNoNarrowPatch) {
   }
 }
 
+// Reference: E A / L. The tool covers the end but for its corners, whose nodes it does not move: an
+// area that is a third smaller, of which the bar knows nothing a thickness away.
+TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
+  for (const Kind& kind : Kinds()) {
+    for (const double length : {4.0, 20.0}) {
+      const Box box{
+          .size = {length, 1, 1.3}, .cells = {6 * static_cast<int>(length), 3, 4}, .held = 0};
+      const auto model = Make(kind, box);
+      const Contact press{
+          Contact::Kind::kDisplacement, {length, 0.5, 0.65}, -1, 1.3, {-1e-6, 0, 0}};
+      const ContactResponse r = Query(*model, press);
+      EXPECT_EQ(r.doubt, "") << kind.name << " " << length;
+      EXPECT_NEAR(-r.force_O.x() / (1e-6 * 1.3 / length), 1, 0.05) << kind.name << " " << length;
+    }
+  }
+}
+
+// Nine nodes of ten-node tetrahedra below a tool of one and a half to two elements: 11 to 23 % off
+// (against 16 cells a side), whatever area they stand for.
+TEST(PatchResolution, FewNodesUnderAToolAreExtrapolated) {
+  const Kind& quadratic = Kinds()[1];
+  for (const int n : {4, 5, 6, 8}) {
+    const auto model = Make(quadratic, {.cells = {n, n, n}});
+    for (const double elements : {1.3, 1.5, 1.7}) {
+      for (const Vector3d& p_O : PlacesOnTop(n)) {
+        const ContactResponse r = Query(*model, Press(false, p_O, elements / n));
+        EXPECT_EQ(r.doubt, kCoarsePatch) << n << " " << elements << " " << p_O.transpose();
+      }
+    }
+  }
+}
+
 // Reference: Timoshenko's beam, k = 1 / (L^3 / 3 E I + L / (5/6 G A)), a unit square across, under
 // an even load on its end. It lacks the held end, which makes short beams up to 1.5 % stiffer. What
 // is valid is within 5 % and that; what is within 2 % is valid.

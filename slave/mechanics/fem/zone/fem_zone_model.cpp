@@ -336,7 +336,7 @@ std::string_view FemZoneModel::DoubtOf(std::size_t contact, const ContactRespons
     const int touching = tool->touching();
     if (touching == 0) return {};
     if (touching < kFewestPoints) return kCoarsePatch;
-  } else if (contacts_.places()[contact].coarse) {
+  } else if (contacts_.IsCoarse(contact, response)) {
     return kCoarsePatch;
   }
   const bool loaded = set_->part(static_cast<int>(contact)).contact().loaded;
