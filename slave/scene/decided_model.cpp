@@ -39,10 +39,8 @@ int Between(const Json& json, int least, int most) {
 }
 
 Json ToJson(const ModelDecision& decision) {
-  Json json{{"reason", decision.reason},
-            {"meets", decision.meets},
-            {"error", decision.error},
-            {"rejected", Json::array()}};
+  Json json{{"reason", decision.reason}, {"meets", decision.meets},   {"error", decision.error},
+            {"bound", decision.bound},   {"update", decision.update}, {"rejected", Json::array()}};
   for (const RejectedModel& r : decision.rejected) {
     json["rejected"].push_back({r.model, r.why, r.error, r.update, r.precompute});
   }
@@ -51,6 +49,8 @@ Json ToJson(const ModelDecision& decision) {
 
 ModelDecision DecisionOf(const Json& json) {
   ModelDecision decision{json.at("reason"), json.at("meets"), NumberOf(json.at("error")), {}};
+  decision.bound = NumberOf(json.at("bound"));
+  decision.update = NumberOf(json.at("update"));
   for (const Json& r : json.at("rejected")) {
     decision.rejected.push_back(
         {r.at(0), r.at(1), NumberOf(r.at(2)), NumberOf(r.at(3)), NumberOf(r.at(4))});
@@ -84,6 +84,27 @@ std::string Figures(const RejectedModel& r) {
 }
 
 }  // namespace
+
+Promise OnTolerance(double error, double bound, double tolerance) noexcept {
+  if (!(error <= tolerance)) return Promise::kMisses;
+  return bound > tolerance ? Promise::kMayMiss : Promise::kMeets;
+}
+
+Promise OnRate(double update, double rate) noexcept {
+  return update * rate <= 1 ? Promise::kMeets : Promise::kMisses;
+}
+
+const char* ToString(Promise promise) {
+  switch (promise) {
+    case Promise::kMeets:
+      return "meets";
+    case Promise::kMayMiss:
+      return "may miss";
+    case Promise::kMisses:
+      break;
+  }
+  return "MISSES";
+}
 
 std::string DecidedText(const Scene& scene) {
   const ModelOptions& model = scene.model;

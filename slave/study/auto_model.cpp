@@ -42,7 +42,7 @@ std::string WhyNot(const StudyRow& row, const StudyRow& chosen, const StudyResul
            (row.reason.empty() ? "" : ": " + row.reason);
   }
   if (!row.meets_tolerance) {
-    const bool may = row.error.value <= study.tolerance;
+    const bool may = OnTolerance(row.error.value, row.bound, study.tolerance) == Promise::kMayMiss;
     return Formatted("%s the tolerance of %.3g %%", may ? "may miss" : "misses",
                      100 * study.tolerance);
   }
@@ -93,7 +93,7 @@ bool IsQuicklyGraded(const Scene& scene) {
   return solid != nullptr && solid->tets.size() <= kMostTets;
 }
 
-// The solid that cameras see takes a second for each radius: a few radii, all around.
+// The solid takes a second for each radius: a few radii, all around.
 void KeepToFewRadii(const Geometry& geometry, std::vector<Eigen::Vector3d>* places) {
   const auto* membrane = std::get_if<MembraneGeometry>(&geometry);
   if (membrane == nullptr) return;
@@ -113,17 +113,23 @@ bool CanStudy(const Scene& scene) {
          !std::holds_alternative<DomeGeometry>(scene.object.geometry);
 }
 
+ModelDecision StatedOf(const StudyRow& row) {
+  return {.meets = row.meets_tolerance && row.meets_rate && row.beyond == 0,
+          .error = row.error.value,
+          .bound = row.bound,
+          .update = row.update_p99_s};
+}
+
 std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
-  ModelDecision decision;
   std::vector<RejectedModel> unfit;
   study.rows = FitRows(scene, std::move(study.rows), &unfit);
   MarkFront(&study.rows);
-  decision.reason = "auto: " + Recommend(study.tolerance, study.rate, &study.rows);
+  const std::string reason = "auto: " + Recommend(study.tolerance, study.rate, &study.rows);
   Sort(&study.rows);
   const auto chosen = std::ranges::find_if(study.rows, &StudyRow::recommended);
   if (chosen == study.rows.end()) return std::nullopt;
-  decision.meets = chosen->meets_tolerance && chosen->meets_rate && chosen->beyond == 0;
-  decision.error = chosen->error.value;
+  ModelDecision decision = StatedOf(*chosen);
+  decision.reason = reason;
   if (study.question.presses.size() < kMany && scene.study_contacts.empty()) {
     decision.reason += "; evaluated where the tool would first touch the object, unknown elsewhere";
   }
@@ -137,15 +143,14 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
 }
 
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
-  // From 29 on they bound what nine of ten places stay within (BeyondBound), from 46 on without the
-  // worst of them.
-  constexpr int kOnOutline = 128, kOnMembrane = 29, kOnSkin = 46;
+  // From 29 on they bound what nine of ten places stay within (BeyondBound).
+  constexpr int kOnOutline = 128, kFewest = 29;
   const bool has_own = !scene.study_contacts.empty() || !scene.tool;
   if (has_own || (IsVolume(scene.object.geometry) && !IsQuicklyGraded(scene))) return {};
   const Geometry& geometry = scene.object.geometry;
-  const int count = IsPlanar(geometry) ? kOnOutline : IsVolume(geometry) ? kOnSkin : kOnMembrane;
+  const int count = IsPlanar(geometry) ? kOnOutline : kFewest;
   auto places = ReachablePlaces(scene, scene.tool->width, SpreadShares(count));
-  if (HasStereoOrDepth(scene.sense)) KeepToFewRadii(geometry, &places);
+  KeepToFewRadii(geometry, &places);
   return places;
 }
 
@@ -155,6 +160,7 @@ StudySettings QuickSettings(const Scene& scene, double budget_s) {
   // Tetrahedra at many places take longer than a tool on an outline.
   const bool at_many = IsVolume(scene.object.geometry) && settings.places.size() >= kMany;
   settings.budget_s = budget_s * (at_many ? 2 : 1);
+  settings.counted = true;
   settings.timing_s = 0.01 * budget_s;
   settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false, .families = {}};
   return settings;

@@ -14,6 +14,9 @@ namespace palpate::study {
 // image.
 bool CanStudy(const Scene& scene);
 
+// What all commands state of a studied model: its figures, without reason and rejected ones.
+ModelDecision StatedOf(const StudyRow& row);
+
 // `scene` with the model that its study recommends, at the studied resolution, and with the
 // decision. Further requirements of the scene (time, gravity, friction, tension) are kept, and
 // models that do not meet them are rejected. nullopt: no such model has a known error.

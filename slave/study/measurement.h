@@ -16,7 +16,8 @@ namespace palpate::study {
 // Creates models and provides the time; tests use their own.
 struct ModelFactory {
   std::function<std::unique_ptr<DeformationModel>(const Scene&, const ObjectMesh&, Progress*)> make;
-  std::function<double()> now;  // [s], from any zero
+  std::function<double()> now;     // [s], from any zero
+  std::function<double()> work{};  // processor time of the calling thread [s]; empty: now
 };
 ModelFactory RealWorkshop();
 

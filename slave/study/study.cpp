@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <utility>
 
 #include "shared/text/text.h"
+#include "slave/scene/options/model.h"
 #include "slave/study/seen_press.h"
 
 namespace palpate::study {
@@ -24,6 +26,11 @@ bool Beats(const StudyRow& a, const StudyRow& b) {
          (a.error.value < b.error.value || a.update_median_s < b.update_median_s);
 }
 
+// What a promise hangs on.
+double ErrorOrBound(const StudyRow& row) {
+  return std::fmax(row.error.value, row.bound);
+}
+
 template <typename Allowed, typename Cost>
 StudyRow* Least(std::vector<StudyRow>* rows, const Allowed& allowed, const Cost& cost) {
   StudyRow* best = nullptr;
@@ -34,17 +41,31 @@ StudyRow* Least(std::vector<StudyRow>* rows, const Allowed& allowed, const Cost&
   return best;
 }
 
-std::string Sentence(const StudyRow& row, const char* because) {
+std::string Sentence(const StudyRow& row, const std::string& because) {
   return row.name() + ": " + because +
          Formatted(" (%.2g %% error, %.3g us per update, %.2g s of precompute)",
-                   100 * row.error.value, 1e6 * row.update_median_s, row.precompute_s);
+                   100 * row.error.value, 1e6 * row.update_p99_s, row.precompute_s);
+}
+
+// Where nothing meets both: what the row that comes nearest misses.
+std::string Missed(const StudyRow& row, double tolerance, double rate) {
+  std::string words = "no model meets tolerance and rate; this one is nearest to both:";
+  if (!row.meets_tolerance) {
+    words += Formatted(" an error of up to %.2g %% for %.3g %%", 100 * ErrorOrBound(row),
+                       100 * tolerance);
+  }
+  if (!row.meets_rate) {
+    words += Formatted("%s %.3g Hz for %.3g Hz", row.meets_tolerance ? "" : " and",
+                       1 / row.update_p99_s, rate);
+  }
+  return words;
 }
 
 // Why no row meets both: which of the two cannot be met at all, or what they cost each other.
 template <typename Eligible>
 std::string Conflict(double tolerance, double rate, const Eligible& any,
                      std::vector<StudyRow>* rows) {
-  const auto error = [](const StudyRow& row) { return row.error.value; };
+  const auto error = [](const StudyRow& row) { return ErrorOrBound(row); };
   const auto slowest = [](const StudyRow& row) { return row.update_p99_s; };
   const StudyRow* exact = Least(rows, any, error);
   const StudyRow* fast = Least(rows, any, slowest);
@@ -52,11 +73,14 @@ std::string Conflict(double tolerance, double rate, const Eligible& any,
   std::string words;
   if (!exact->meets_tolerance) {
     words += Formatted("; none is within %.3g %%, the nearest is ", 100 * tolerance) +
-             exact->name() + Formatted(" with %.2g %%", 100 * exact->error.value);
+             exact->name() +
+             Formatted(" with up to %.2g %% at %.3g Hz", 100 * ErrorOrBound(*exact),
+                       1 / exact->update_p99_s);
   }
   if (!fast->meets_rate) {
     words += Formatted("; none reaches %.3g Hz, the nearest is ", rate) + fast->name() +
-             Formatted(" at %.3g Hz", 1 / fast->update_p99_s);
+             Formatted(" at %.3g Hz with up to %.2g %%", 1 / fast->update_p99_s,
+                       100 * ErrorOrBound(*fast));
   }
   if (!words.empty()) return words;
   const StudyRow* within = Least(
@@ -66,7 +90,7 @@ std::string Conflict(double tolerance, double rate, const Eligible& any,
   return Formatted("; within %.3g %% the fastest is ", 100 * tolerance) + within->name() +
          Formatted(" at %.3g Hz, at %.3g Hz the most accurate is ", 1 / within->update_p99_s,
                    rate) +
-         in_time->name() + Formatted(" with %.2g %%", 100 * in_time->error.value);
+         in_time->name() + Formatted(" with up to %.2g %%", 100 * ErrorOrBound(*in_time));
 }
 
 // Whether the model is in its range at the study's contacts: 0 at all, 1 at nine of ten, 2 at
@@ -75,21 +99,18 @@ std::size_t RangeOf(const StudyRow& row) {
   return row.beyond == 0 ? 0 : row.beyond <= row.answers.size() / 10 ? 1 : 2;
 }
 
-// What a promise hangs on.
-double ErrorOrBound(const StudyRow& row) {
-  return std::fmax(row.error.value, row.bound);
-}
-
 constexpr double kWorthABar = 2;  // [s]
+constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Ends a precompute that would not fit any more, and remembers why.
 class Allowance final : public Progress {
  public:
   Allowance(const StudySettings& settings, const ModelFactory& workshop, double deadline,
-            const std::stop_token& stop, std::string name, Progress* outer)
+            double left, const std::stop_token& stop, std::string name, Progress* outer)
       : settings_(settings),
         workshop_(workshop),
         deadline_(deadline),
+        left_(left),
         stop_(stop),
         name_(std::move(name)),
         outer_(outer) {}
@@ -98,7 +119,7 @@ class Allowance final : public Progress {
     if (cost.memory_bytes > settings_.most_memory) {
       refusal_ =
           Formatted("needs %.2g GB of memory", 1e-9 * static_cast<double>(cost.memory_bytes));
-    } else if (workshop_.now() + cost.seconds > deadline_) {
+    } else if (cost.seconds > left_ || workshop_.now() + cost.seconds > deadline_) {
       refusal_ = Formatted("would take %.2g s, more than the rest of the budget", cost.seconds);
     }
   }
@@ -114,6 +135,7 @@ class Allowance final : public Progress {
   const StudySettings& settings_;
   const ModelFactory& workshop_;
   double deadline_;
+  double left_;  // of a counted budget [s]
   const std::stop_token& stop_;
   std::string name_;
   Progress* outer_;
@@ -138,15 +160,17 @@ class Study {
     waiting_ = CandidatesFor(scene_, result_.question, settings_.limits);
     TakeKnown();
     if (!settings_.shard) finder_.emplace(scene_, result_.question);
-    deadline_ = workshop_.now() + settings_.budget_s;  // of the candidates, not of the reference
+    // Of the candidates, not of the reference.
+    deadline_ = settings_.counted ? kNever : workshop_.now() + settings_.budget_s;
     while (!waiting_.empty()) {
       const auto next = std::ranges::min_element(
           waiting_, {}, [&](const Candidate& c) { return Urgency(c) * ExpectedSeconds(c); });
       const double expected = ExpectedSeconds(*next);
-      if (stop_.stop_requested() || workshop_.now() + expected > deadline_) break;
+      if (stop_.stop_requested() || !Affords(expected)) break;
       const Candidate candidate = std::move(*next);
       waiting_.erase(next);
       TryOne(candidate, expected);
+      counted_ += expected;
       EvaluateErrors();
       if (watcher_.on_row) watcher_.on_row(result_);
     }
@@ -166,7 +190,12 @@ class Study {
  private:
   // Linear models carry the reference, without which no error is known.
   [[nodiscard]] static double Urgency(const Candidate& c) { return c.linear ? 0.25 : 1; }
+  [[nodiscard]] bool Affords(double expected) const {
+    return settings_.counted ? counted_ + expected <= settings_.budget_s
+                             : workshop_.now() + expected <= deadline_;
+  }
   [[nodiscard]] double ExpectedSeconds(const Candidate& c) const {
+    if (settings_.counted) return c.expected_s;
     const auto found = slower_by_.find(c.family);
     return c.expected_s * (found == slower_by_.end() ? 1 : found->second);
   }
@@ -175,7 +204,8 @@ class Study {
     ReportShare();
     // What is over at once needs no bar of its own.
     Progress* const shown = expected > kWorthABar ? watcher_.progress : nullptr;
-    Allowance allowance(settings_, workshop_, deadline_, stop_, candidate.name(), shown);
+    const double left = settings_.counted ? settings_.budget_s - counted_ : kNever;
+    Allowance allowance(settings_, workshop_, deadline_, left, stop_, candidate.name(), shown);
     const double began = workshop_.now();
     StudyRow row = Measure(candidate, result_.question, workshop_, &allowance, settings_.timing_s);
     row.expected_s = expected;
@@ -192,7 +222,8 @@ class Study {
     if (!watcher_.progress) return;
     const auto tried = static_cast<double>(result_.rows.size());
     const double models = tried / (tried + 1 + static_cast<double>(waiting_.size()));
-    const double time = 1 - (deadline_ - workshop_.now()) / settings_.budget_s;
+    const double time = settings_.counted ? counted_ / settings_.budget_s
+                                          : 1 - (deadline_ - workshop_.now()) / settings_.budget_s;
     watcher_.progress->Report("models", std::clamp(std::max(models, time), 0.0, 1.0));
   }
 
@@ -220,7 +251,8 @@ class Study {
   const ModelFactory& workshop_;
   const std::stop_token& stop_;
   const StudyWatcher& watcher_;
-  double deadline_ = 0;
+  double deadline_ = 0;  // kNever: the budget is counted
+  double counted_ = 0;   // expected seconds of what was tried
   Scene scene_;
   StudyResult result_;
   std::optional<ReferenceFinder> finder_;  // none of a shard
@@ -241,8 +273,10 @@ void MarkFront(std::vector<StudyRow>* rows) {
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows) {
   std::size_t best = 2;
   for (StudyRow& row : *rows) {
-    row.meets_tolerance = IsComparable(row) && ErrorOrBound(row) <= tolerance;
-    row.meets_rate = IsComparable(row) && row.update_p99_s * rate <= 1;
+    const bool answered = row.outcome == Outcome::kAnswered;
+    row.meets_tolerance =
+        answered && OnTolerance(row.error.value, row.bound, tolerance) == Promise::kMeets;
+    row.meets_rate = answered && OnRate(row.update_p99_s, rate) == Promise::kMeets;
     row.recommended = false;
     if (IsComparable(row)) best = std::min(best, RangeOf(row));
   }
@@ -251,7 +285,10 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
     return eligible(row) && row.meets_tolerance && row.meets_rate;
   };
   const auto update = [](const StudyRow& row) { return row.update_median_s; };
-  const auto precompute = [](const StudyRow& row) { return row.precompute_s; };
+  // By what is expected: the same choice whatever else the machine does.
+  const auto precompute = [](const StudyRow& row) {
+    return row.expected_s > 0 ? row.expected_s : row.precompute_s;
+  };
   const auto missed = [&](const StudyRow& row) {
     return std::max(ErrorOrBound(row) / tolerance, row.update_p99_s * rate);
   };
@@ -268,12 +305,9 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
   }
   if (!choice) return "no model has a known error";
   choice->recommended = true;
-  std::string words =
-      meets ? Sentence(*choice, "the cheapest that meets tolerance and rate")
-            : Sentence(*choice,
-                       "no model meets tolerance and rate; this one misses them by the "
-                       "smallest factor") +
-                  Conflict(tolerance, rate, eligible, rows);
+  std::string words = meets ? Sentence(*choice, "the cheapest that meets tolerance and rate")
+                            : Sentence(*choice, Missed(*choice, tolerance, rate)) +
+                                  Conflict(tolerance, rate, eligible, rows);
   if (best == 0) return words;
   const auto count = choice->answers.size();
   words += "; no model is in its range at all contacts, this one is at " +

@@ -154,8 +154,7 @@ int RunCheck(const CheckOptions& options) {
     CheckStereo(LoadRunningScene(options.scene, options.overrides));
     return 0;
   }
-  const bool is_model_only =
-      !body.sense.Find<Camera>() && !body.sense.Find<TipTracking>() && !body.tool;
+  const bool is_model_only = !body.sense.Find<Camera>() && !body.sense.Find<TipTracking>();
   if (!IsPlanar(body.object.geometry) || is_model_only) {
     CheckBody(LoadRunningScene(options.scene, options.overrides, SceneUse::kSolve));
     return 0;

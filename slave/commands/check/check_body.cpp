@@ -25,6 +25,26 @@ void PrintMeshFile(const MeshFileGeometry& geometry) {
   for (const auto& line : Lines(report)) PrintLine("mesh", line);
 }
 
+// Error and rate: the decision's, which is that of many contacts, if `auto` made one.
+void PrintVerdicts(const Scene& scene, const study::StudyRow& row) {
+  const bool decided = !scene.model.decision.reason.empty();
+  ModelDecision stated = scene.model.decision;
+  if (!decided) stated = study::StatedOf(row);
+  PrintLine("update",
+            fmt::format("{:.3g} us, of a hundred the slowest: {} the requested {:g} Hz",
+                        1e6 * stated.update, ToString(OnRate(stated.update, scene.model.rate)),
+                        scene.model.rate));
+  if (!std::isfinite(stated.error)) {
+    return PrintLine("error", "not known from this model alone; `study` compares several");
+  }
+  PrintLine("error",
+            fmt::format("about {:.2g} % of the contact force, as `study` finds it{}: {} the "
+                        "requested {:g} %",
+                        100 * stated.error, decided ? "" : " at this contact",
+                        ToString(OnTolerance(stated.error, stated.bound, scene.model.tolerance)),
+                        100 * scene.model.tolerance));
+}
+
 }  // namespace
 
 Solution PrintPress(const Scene& scene, DeformationModel& model) {
@@ -41,7 +61,6 @@ Solution PrintPress(const Scene& scene, DeformationModel& model) {
       PrintLine("contact", "no solution: " + row.reason);
       return solution;
     }
-    const auto meets = [](bool does) { return does ? "meets" : "MISSES"; };
     PrintLine("contact", fmt::format("{:.4g} N for an indentation of {} at ({}, {}, {}), {} wide",
                                      row.answers.front().full.value, LengthInWords(question.depth),
                                      LengthInWords(press.p_O.x()), LengthInWords(press.p_O.y()),
@@ -56,23 +75,7 @@ Solution PrintPress(const Scene& scene, DeformationModel& model) {
                                      100 * row.stated_error,
                                      row.stated_error * row.answers.front().full.value));
     }
-    PrintLine("update",
-              fmt::format("{:.3g} us: {} the requested {:g} Hz", 1e6 * row.update_median_s,
-                          meets(row.meets_rate), scene.model.rate));
-    // One error for one model: the decision's, which is that of many contacts.
-    const ModelDecision& decision = scene.model.decision;
-    const double error = decision.reason.empty() ? row.error.value : decision.error;
-    PrintLine(
-        "error",
-        std::isfinite(error)
-            ? fmt::format("about {:.2g} % of the contact force, as `study` finds "
-                          "it{}: {} the requested {:g} %",
-                          100 * error, decision.reason.empty() ? " at this contact" : "",
-                          error > scene.model.tolerance               ? "MISSES"
-                          : decision.reason.empty() || decision.meets ? "meets"
-                                                                      : "does not surely meet",
-                          100 * scene.model.tolerance)
-            : "not known from this model alone; `study` compares several");
+    PrintVerdicts(scene, row);
   } catch (const std::invalid_argument& reason) {
     PrintLine("contact", std::string("not computed: ") + reason.what());
   }

@@ -34,7 +34,10 @@ nlohmann::ordered_json ToJson(const ModelDecision& decision) {
                         {"update_s", one.update},
                         {"precompute_s", one.precompute}});
   }
-  return {{"meets", decision.meets}, {"error", decision.error}, {"rejected", std::move(rejected)}};
+  return {{"meets", decision.meets},
+          {"error", decision.error},
+          {"update_s", decision.update},
+          {"rejected", std::move(rejected)}};
 }
 
 nlohmann::ordered_json ToJson(const OfflineSummary& s, const Scene& scene) {

@@ -73,7 +73,18 @@ struct ModelDecision {
   bool meets = false;                   // meets tolerance and rate within the model's range
   double error = 0;                     // error of the contact force, relative [-]
   std::vector<RejectedModel> rejected;  // nearest first
+  double bound = 0;                     // of the error at nine of ten of all places [-]
+  double update = 0;                    // slowest percent of the updates [s]
 };
+
+// What every command states of a model: `check`, `auto`, `study`, and the scene's description.
+enum class Promise : std::uint8_t { kMeets, kMayMiss, kMisses };
+// kMayMiss: the error is within the tolerance, its bound is not.
+Promise OnTolerance(double error, double bound, double tolerance) noexcept;
+// Of an update [s] at a rate [Hz].
+Promise OnRate(double update, double rate) noexcept;
+const char* ToString(Promise promise);  // "meets", "may miss", "MISSES"
+
 struct ModelOptions {
   std::string kind = "auto";  // or one of kModelKinds
   int elements = 180;

@@ -114,6 +114,25 @@ TEST(AutoModelTest, KeepsToItsBudget) {
   EXPECT_LE(scenario.clock - began, 2.5);
 }
 
+// The clock of a machine that is a hundred times slower: the same models are tried, and the same
+// one is chosen, if the rate leaves room.
+TEST(AutoModelTest, ASlowMachineChoosesTheSame) {
+  std::vector<std::string> choices;
+  for (const double slower : {1.0, 100.0}) {
+    fake::Scenario scenario = Orders();
+    scenario.precompute = [=](const Scene& scene) {
+      return slower * 1e-9 * std::pow(scene.model.elements, 3);
+    };
+    Scene scene = Auto(0.05);
+    scene.model.rate = 1;
+    const auto decided = DecideQuickly(scene, scenario.Make());
+    ASSERT_TRUE(decided);
+    choices.push_back(decided->model.kind + " " + std::to_string(decided->model.elements) + " of " +
+                      std::to_string(decided->model.decision.rejected.size()));
+  }
+  EXPECT_EQ(choices[0], choices[1]);
+}
+
 // --- real models
 
 Scene Cube() {

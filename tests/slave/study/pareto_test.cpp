@@ -73,6 +73,14 @@ TEST(ParetoTest, RowsWithoutAnErrorAreNeverOnTheFrontNorRecommended) {
   EXPECT_THAT(Marked(rows, &StudyRow::recommended), testing::ElementsAre(0));
 }
 
+// An update that is fast enough is so whatever is known of the error.
+TEST(ParetoTest, RateIsMetWithoutAKnownError) {
+  std::vector<StudyRow> rows{Answered(kUnknown, 1e-6), Answered(0.2, 1)};
+  Recommend(0.05, 500, &rows);
+  EXPECT_THAT(Marked(rows, &StudyRow::meets_rate), testing::ElementsAre(0));
+  EXPECT_THAT(Marked(rows, &StudyRow::meets_tolerance), testing::ElementsAre());
+}
+
 TEST(ParetoTest, RecommendsTheCheapestThatMeetsBoth) {
   // As fast as makes no difference: then precompute decides.
   std::vector<StudyRow> rows{Answered(0.2, 1e-6, 0.001), Answered(0.04, 1.1e-6, 0.5),
