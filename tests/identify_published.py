@@ -118,8 +118,8 @@ def print_specimens():
     return covered >= LEAST_COVERED and narrow
 
 
-def changed(folder, file, before, after):
-    copy = pathlib.Path(folder) / (file.stem + "_wrong.csv")
+def changed(folder, file, before, after, name="wrong"):
+    copy = pathlib.Path(folder) / f"{file.stem}_{name}.csv"
     text = file.read_text(encoding="utf-8-sig")
     assert before in text, f"{file}: no {before}"
     copy.write_text(text.replace(before, after), encoding="utf-8")
@@ -130,7 +130,6 @@ def print_wrong_units():
     silicone = DATA / "silicone_compression/EF50_0T_A1.csv"
     curves = DATA / "hyperelastic_curves"
     foam = DATA / "foam_curves/foam_leap/UC.csv"
-    adhesive = DATA / "viscoelastic_adhesive/shear_relaxation_1.csv"
     with tempfile.TemporaryDirectory() as folder:
         tries = (
             ("silicone, diameter and height in mm read as m", silicone_run(silicone, "50", "30")),
@@ -144,12 +143,29 @@ def print_wrong_units():
             ("brain, kPa read as GPa",
              [f"uniaxial={curves / 'Budday_2017/UT_T_corona_radiata.csv'}", "--stress-unit", "GPa"]),
             ("foam, MPa labelled Pa", [f"compression={changed(folder, foam, 'P_MPa', 'P_Pa')}"]),
-            ("adhesive, kPa labelled Pa", [f"relaxation={changed(folder, adhesive, 'kPa', 'Pa')}"]))
+            ("silicone, N labelled kN", silicone_run(changed(folder, silicone, "Load (N)", "Load (kN)", "kN"))),
+            ("silicone, N labelled kgf", silicone_run(changed(folder, silicone, "Load (N)", "Load (kgf)", "kgf"))),
+            ("silicone, N labelled lbf", silicone_run(changed(folder, silicone, "Load (N)", "Load (lbf)", "lbf"))),
+            ("silicone, kPa labelled psi", silicone_run(changed(folder, silicone, "Stress (kPa)", "Stress (psi)", "psi"))),
+            ("silicone, mm labelled m",
+             silicone_run(changed(folder, silicone, "Compression (mm)", "Compression (m)", "m"))),
+            ("silicone, mm labelled in",
+             silicone_run(changed(folder, silicone, "Compression (mm)", "Compression (in)", "in"))),
+            ("silicone, mm labelled um",
+             silicone_run(changed(folder, silicone, "Compression (mm)", "Compression (um)", "um"))),
+            ("silicone, kPa labelled MPa",
+             [f"compression={changed(folder, silicone, 'Stress (kPa)', 'Stress (MPa)', 'MPa')}"]),
+            ("silicone, fractions labelled %",
+             [f"compression={changed(folder, silicone, 'Engineering Strain [-]', 'Engineering Strain [%]', 'percent')}"]),
+            ("rubber, MPa read as GPa", [f"uniaxial={curves / 'Treloar_1944/UT.csv'}", "--stress-unit", "GPa"]),
+            ("rubber, MPa read as kPa, scene in MPa",
+             [f"uniaxial={curves / 'Treloar_1944/UT.csv'}", "--stress-unit", "kPa", "--scene",
+              str(ROOT / "deploy/scenes/foam-cube.yaml"), "--override", "object.material.young_modulus=1.2 MPa"]))
         print()
         rejected = 0
         for name, arguments in tries:
             code, _, printed = identify(*arguments)
-            said = [line for line in printed.splitlines() if "accepted is" in line]
+            said = [line for line in printed.splitlines() if "accepted is" in line or "Check the units" in line]
             rejected += code != 0 and bool(said)
             print(f"{name:<50}{'rejected: ' + said[-1].removeprefix('palpate-slave: ') if code != 0 and said else 'NOT REJECTED'}")
     print(f"wrong units that are rejected: {rejected} of {len(tries)}")

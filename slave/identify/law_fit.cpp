@@ -295,6 +295,31 @@ std::optional<LawFit> FitNeeded(LawFamily family, const std::vector<MaterialTest
   }
 }
 
+std::vector<MaterialTest> UpTo(const std::vector<MaterialTest>& tests, double strain) {
+  std::vector<MaterialTest> cut = tests;
+  for (MaterialTest& test : cut) {
+    std::erase_if(test.rows, [&](const TestRow& row) { return LargestStrain(test, row) > strain; });
+  }
+  return cut;
+}
+
+// Up to `strain`, three rows at least.
+AtRest FindAtRest(const HyperLaw& law, const MaterialTest& test, double strain) {
+  MaterialTest begin = test;
+  std::erase_if(begin.rows, [&](const TestRow& row) { return LargestStrain(test, row) == 0; });
+  std::ranges::stable_sort(begin.rows, {},
+                           [&](const TestRow& row) { return LargestStrain(test, row); });
+  std::size_t count = std::min<std::size_t>(3, begin.rows.size());
+  while (count < begin.rows.size() && LargestStrain(test, begin.rows[count]) <= strain) ++count;
+  begin.rows.resize(count);
+  const VectorXd predicted = Predict(law, begin), measured = Measured(begin);
+  const double square = predicted.squaredNorm();
+  if (!(square > 0)) return {};
+  const double share = predicted.dot(measured) / square;
+  const auto freedom = static_cast<double>(std::max<Index>(1, predicted.size() - 1));
+  return {share - 1, std::sqrt((measured - share * predicted).squaredNorm() / freedom / square)};
+}
+
 double Bic(double misfit, const std::vector<MaterialTest>& tests, Index rows, int parameters) {
   double effective = 0;
   for (const MaterialTest& test : tests) {
@@ -317,20 +342,18 @@ double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
   return std::sqrt(sum / static_cast<double>(ValuesOf(tests))) / PeakOf(tests);
 }
 
-double SmallStrainRms(const HyperLaw& law, const std::vector<MaterialTest>& tests) {
-  double misfit = 0, peak = 0, count = 0;
+AtRest FindAtRest(const HyperLaw& law, const std::vector<MaterialTest>& tests) {
+  constexpr double kClear = 0.04;  // sigma that is small enough
+  AtRest farthest;
   for (const MaterialTest& test : tests) {
-    MaterialTest small = test;
-    std::erase_if(small.rows, [&](const TestRow& row) {
-      MaterialTest one = test;
-      one.rows = {row};
-      const auto [low, high] = StretchRange({one});
-      return std::max(high - 1, 1 - low) > kSmallStrain;
-    });
-    misfit += (Predict(law, small) - Measured(small)).squaredNorm();
-    count += static_cast<double>(small.values()), peak = std::max(peak, small.Peak());
+    AtRest at_rest;
+    for (const double strain : {0.1, 0.2, 0.4}) {
+      at_rest = FindAtRest(law, test, strain);
+      if (at_rest.sigma < kClear) break;
+    }
+    if (at_rest.excess() >= farthest.excess()) farthest = at_rest;
   }
-  return peak > 0 ? std::sqrt(misfit / count) / peak : 0;
+  return farthest;
 }
 
 LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
@@ -382,6 +405,40 @@ std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests,
       fits.begin(), alike, {}, [](const LawFit& fit) { return fit.family.parameters(); });
   std::rotate(fits.begin(), fewest, fewest + 1);
   return fits;
+}
+
+FitFromRest FitLawsFromRest(const std::vector<MaterialTest>& tests, bool may_leave_out) {
+  constexpr double kShortest = 0.2;   // range of strains
+  constexpr std::size_t kFewest = 8;  // rows of a test
+  FitFromRest best;
+  double strain = 0;
+  for (const MaterialTest& test : tests) {
+    for (const TestRow& row : test.rows) strain = std::max(strain, LargestStrain(test, row));
+  }
+  for (; best.fits.empty() || strain >= kShortest; strain /= 2) {
+    FitFromRest next{
+        .tests = UpTo(tests, strain), .largest_strain = strain, .is_all = best.fits.empty()};
+    const bool is_first = best.fits.empty();
+    const bool has_rows = std::ranges::all_of(
+        next.tests, [](const MaterialTest& test) { return test.rows.size() >= kFewest; });
+    if (!is_first && !has_rows) break;
+    try {
+      next.fits = FitLaws(next.tests, &next.dropped);
+    } catch (const std::runtime_error&) {  // noise alone
+      if (is_first) throw;
+      break;
+    }
+    for (LawFit& fit : next.fits) {
+      fit.at_rest = FindAtRest(fit.law, tests);
+      fit.young_sigma = std::hypot(fit.young_sigma, fit.at_rest.excess() * fit.law.YoungModulus());
+    }
+    const AtRest at_rest = next.fits.front().at_rest;
+    if (is_first || std::abs(at_rest.off) < std::abs(best.fits.front().at_rest.off)) {
+      best = std::move(next);
+    }
+    if (!may_leave_out || std::abs(at_rest.off) <= kOffAtRest || at_rest.excess() == 0) break;
+  }
+  return best;
 }
 
 }  // namespace palpate::identify

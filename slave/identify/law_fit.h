@@ -6,6 +6,8 @@
 // fixed grid, so that the same data give the same answer.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,17 @@
 
 namespace palpate::identify {
 
+// Measured stress over a law's, minus one, where the tests begin: over the rows up to 10 % strain,
+// or up to 40 % if fewer do not tell it well.
+struct AtRest {
+  double off = 0, sigma = 0;  // of several tests, that which is farthest off [-]
+
+  // What the scatter of the rows does not explain.
+  [[nodiscard]] double excess() const { return std::max(0.0, std::abs(off) - 2 * sigma); }
+};
+// Beyond it a law is said to be off at rest, and is not proposed [-].
+inline constexpr double kOffAtRest = 0.1, kMostOffAtRest = 0.5;
+
 struct LawFit {
   LawFamily family;
   HyperLaw law;
@@ -24,9 +37,11 @@ struct LawFit {
   // Sandwich estimate: correlated residuals, as of a wrong model, count as such (Newey and West
   // 1987), so that the intervals are valid for the model and not only for the noise.
   Eigen::MatrixXd covariance;
-  double young_sigma = 0;  // of the modulus at rest, from the covariance [Pa]
-  double rms = 0;          // of the residuals over the peak of all tests [-]
-  double bic = 0;          // of Schwarz
+  // Of the modulus at rest [Pa]: from the covariance, and by what the law is off at rest.
+  double young_sigma = 0;
+  AtRest at_rest;  // where FitLawsFromRest fitted it
+  double rms = 0;  // of the residuals over the peak of all tests [-]
+  double bic = 0;  // of Schwarz
   // Range of the instability, as text; empty: none within the data's stretches.
   std::string unstable;
 };
@@ -47,8 +62,18 @@ std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests,
 double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
                    std::vector<double>* shares);
 
-// Residuals over the rows of small strain, relative to the largest stress among them; 0: none.
-inline constexpr double kSmallStrain = 0.1;  // [-]
-double SmallStrainRms(const HyperLaw& law, const std::vector<MaterialTest>& tests);
+AtRest FindAtRest(const HyperLaw& law, const std::vector<MaterialTest>& tests);
+
+// FitLaws up to the largest strain with which the best law also holds at rest: a law that follows a
+// test to failure may miss its modulus at rest by a factor of two. All strains, then half of them,
+// and so on; if none will do, those with which the law is least off. `may_leave_out`: else all.
+struct FitFromRest {
+  std::vector<MaterialTest> tests;  // rows that were fitted
+  std::vector<LawFit> fits;
+  std::vector<std::string> dropped;  // see FitLaws
+  double largest_strain = 0;         // of these rows [-]
+  bool is_all = true;                // none was left out
+};
+FitFromRest FitLawsFromRest(const std::vector<MaterialTest>& tests, bool may_leave_out = true);
 
 }  // namespace palpate::identify

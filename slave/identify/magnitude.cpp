@@ -13,6 +13,7 @@ struct Magnitudes {
   double strain = 0, stretch = 1;  // largest
   double stress = 0;               // largest [Pa]
   double modulus = 0;              // Young's, as one number of the whole curve [Pa]
+  bool units_named = true;
 };
 
 void Require(bool possible, const std::string& name, const char* what, double value,
@@ -24,26 +25,39 @@ void Require(bool possible, const std::string& name, const char* what, double va
                 name.c_str(), what, value, accepted));
 }
 
-void Require(const std::string& name, const Magnitudes& m) {
-  Require(m.strain >= kLeastStrain, name, "largest strain", m.strain, "0.01 or more");
-  Require(m.stretch <= kBreakingStretch, name, "largest stretch", m.stretch, "at most 12");
-  Require(m.stress <= kStrength, name, "largest stress [Pa]", m.stress,
-          "at most 6e7, the strength of elastomers");
+std::string Require(const std::string& name, const Magnitudes& m) {
+  const bool soft = m.modulus >= kLeastSoft && m.modulus <= kMostSoft;
+  Require(m.units_named || soft, name, "Young's modulus [Pa]", m.modulus,
+          "1e3 to 1e8 for a column that names no unit; 10 to 1e12 for one that does");
   Require(m.modulus >= kLeastModulus && m.modulus <= kMostModulus, name, "Young's modulus [Pa]",
-          m.modulus, "1e3 to 1e8, soft solids");
+          m.modulus, "10 to 1e12");
+  Require(m.modulus > kStiff || m.strain >= kLeastStrain, name, "largest strain", m.strain,
+          "0.01 or more of a solid softer than 1e9 Pa");
+  Require(m.modulus <= kMostSoft || m.strain <= kYieldStrain, name, "largest strain", m.strain,
+          "at most 0.05 of a solid harder than 1e8 Pa, or --to 0.05");
+  Require(m.modulus > kMostSoft || m.stress <= kStrength, name, "largest stress [Pa]", m.stress,
+          "at most 6e7, the strength of elastomers");
+  std::string remark;
+  if (!soft) {
+    remark =
+        Formatted(": a modulus of %.3g Pa is rare for a soft solid: check the unit", m.modulus);
+  } else if (m.stretch > kLongStretch) {
+    remark = Formatted(": a stretch of %.3g is rare: check the unit", m.stretch);
+  }
+  return remark.empty() ? remark : name + remark;
 }
 
 }  // namespace
 
-void RequirePossible(const MaterialTest& test) {
+std::string RequirePossible(const MaterialTest& test) {
   const auto [low, high] = StretchRange({test});
   const LawFamily neo_hookean{.name = "neo-hookean", .fixed = {2}};
-  Require(test.name, {std::max(high - 1, 1 - low), high, test.Peak(),
-                      FitLaw(neo_hookean, {test}).law.YoungModulus()});
+  return Require(test.name, {std::max(high - 1, 1 - low), high, test.Peak(),
+                             FitLaw(neo_hookean, {test}).law.YoungModulus(), test.units_named});
 }
 
-void RequirePossible(const RelaxationTable& table) {
-  Magnitudes m;
+std::string RequirePossible(const RelaxationTable& table) {
+  Magnitudes m{.units_named = table.units_named};
   double both = 0, square = 0;
   for (std::size_t i = 0; i < table.time.size(); ++i) {
     m.strain = std::max(m.strain, std::abs(table.strain[i]));
@@ -52,7 +66,7 @@ void RequirePossible(const RelaxationTable& table) {
   }
   m.stretch = 1 + m.strain;
   m.modulus = (table.shear ? 3 : 1) * both / std::max(square, 1e-300);
-  Require(table.name, m);
+  return Require(table.name, m);
 }
 
 }  // namespace palpate::identify

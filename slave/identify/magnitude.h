@@ -1,26 +1,33 @@
-// Whether numbers of a test can be those of a soft solid. If not, their unit is wrong: a wrong unit
-// changes them by a factor of 100 or more.
+// Whether numbers of a test can be those of a solid. If not, a unit is wrong: that changes them by
+// a factor of 100 or more.
 #pragma once
+
+#include <string>
 
 #include "slave/identify/material_test.h"
 #include "slave/identify/test_table.h"
 
 namespace palpate::identify {
 
-// Young's modulus [Pa]. An organ of 100 mm that is softer flattens under its own weight [derived:
-// density * g * height = 1 kPa]. The hardest object of the scenes is the rubber of 27 MPa [paper:
-// C].
-inline constexpr double kLeastModulus = 1e3, kMostModulus = 1e8;
-// Nominal stress [Pa]: the strength of the strongest elastomers, cast polyurethanes [paper: data
-// sheets, 40 to 60 MPa].
+// Young's modulus [Pa]: from mucus and gels to diamond.
+inline constexpr double kLeastModulus = 10, kMostModulus = 1e12;
+// That of soft solids: of organs, which flatten under their own weight if they are softer [derived:
+// density * g * height of 100 mm = 1 kPa], to hard rubber. A table that names no unit must be of
+// these; of others a remark asks for a look at the unit.
+inline constexpr double kLeastSoft = 1e3, kMostSoft = 1e8;
+// Nominal stress of soft solids [Pa]: the strength of the strongest elastomers, cast polyurethanes
+// [paper: data sheets, 40 to 60 MPa].
 inline constexpr double kStrength = 6e7;
-// Largest strain and stretch [-]. Up to 1 % the seating of the ends is as large as the strain
-// [paper: ISO 7743 evaluates from 10 % on]. The softest silicones break at a stretch of 9 to 11
-// [paper: data sheets of Ecoflex, 800 to 1000 %].
-inline constexpr double kLeastStrain = 0.01, kBreakingStretch = 12;
+// Least largest strain of what is softer than 1 GPa: up to 1 % the seating of the ends is as large
+// as the strain [paper: ISO 7743 evaluates from 10 % on]. Largest strain of what is harder than
+// soft solids: it yields or breaks before.
+inline constexpr double kLeastStrain = 0.01, kStiff = 1e9, kYieldStrain = 0.05;
+// Largest stretch without a remark: silicones reach 18 [-].
+inline constexpr double kLongStretch = 12;
 
-// Throws InputError naming the value, what is accepted and the options that give units.
-void RequirePossible(const MaterialTest& test);
-void RequirePossible(const RelaxationTable& table);
+// A remark on numbers that are rare, or nothing. Throws InputError naming the value, what is
+// accepted and the options that give units.
+std::string RequirePossible(const MaterialTest& test);
+std::string RequirePossible(const RelaxationTable& table);
 
 }  // namespace palpate::identify

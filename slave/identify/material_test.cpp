@@ -155,6 +155,11 @@ std::string AgainstIsotropy(const MaterialTest& test) {
   return {};
 }
 
+double LargestStrain(const MaterialTest& test, const TestRow& row) {
+  const Vector3d l = Eigen::JacobiSVD<Matrix3d>(DeformationOf(test, row)).singularValues();
+  return std::max(l.maxCoeff() - 1, 1 - l.minCoeff());
+}
+
 std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests) {
   std::pair<double, double> range{1, 1};
   for (const MaterialTest& test : tests) {

@@ -34,6 +34,7 @@ struct MaterialTest {
   std::vector<TestRow> rows;
   std::vector<std::string> remarks;  // on its table, a sentence each
   double end_factor = 1;  // factor by which bonded ends stiffen the specimen, see bonded_cylinder.h
+  bool units_named = true;  // of all columns that were used, by the header or an option
 
   [[nodiscard]] double Peak() const;  // largest size of a measured stress [Pa]
   [[nodiscard]] std::size_t values() const { return rows.size() * components.size(); }
@@ -62,6 +63,9 @@ std::string AgainstIsotropy(const MaterialTest& test);
 // Strains, the first not above zero, between which a straight line with the law's modulus at rest
 // is within a tenth of its uniaxial stress.
 std::pair<double, double> LinearRange(const HyperLaw& law);
+
+// Largest principal strain of a row, stretched or compressed [-].
+double LargestStrain(const MaterialTest& test, const TestRow& row);
 
 // Smallest and largest principal stretch of all deformations.
 std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests);

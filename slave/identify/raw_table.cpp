@@ -1,6 +1,8 @@
 #include "slave/identify/raw_table.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "shared/text/csv.h"
@@ -13,14 +15,21 @@ RawColumn ColumnOf(std::string_view title) {
   return {SplitFreeTitle(title), std::string(title)};
 }
 
-bool IsNumbers(const std::vector<std::string_view>& cells) {
-  return std::ranges::all_of(cells, [](std::string_view c) { return ParseFinite(c).has_value(); });
+constexpr std::size_t kMostRemarks = 3;  // lines of numbers above a header
+
+std::ptrdiff_t CountNumbers(const std::vector<std::string_view>& cells) {
+  return std::ranges::count_if(cells,
+                               [](std::string_view c) { return ParseFinite(c).has_value(); });
 }
 
 bool HasWord(const std::vector<std::string_view>& cells) {
-  return cells.size() >= 2 && !std::ranges::any_of(cells, [](std::string_view cell) {
-           return ParseFinite(cell).has_value();
-         });
+  return cells.size() >= 2 && CountNumbers(cells) == 0;
+}
+
+// Begins with a number, or has two below as many names: no remark.
+bool IsRow(const std::vector<std::string_view>& cells, std::size_t columns) {
+  const bool begins = cells.size() >= 2 && ParseFinite(cells.front()).has_value();
+  return begins || (cells.size() == columns && CountNumbers(cells) >= 2);
 }
 
 // Below the names: a unit, or brackets, in every cell that is not empty.
@@ -51,13 +60,8 @@ void AddRow(const CsvLines& lines, RawTable* table) {
                          table->columns.size()));
   }
   std::vector<double> row;
-  for (std::size_t c = 0; c < cells.size(); ++c) {
-    const auto number = ParseFinite(cells[c]);
-    if (!number) {
-      lines.Fail(table->columns[c].title + " = " + Shown(cells[c]) +
-                 ": accepted is a finite number");
-    }
-    row.push_back(*number);
+  for (const std::string_view cell : cells) {
+    row.push_back(ParseFinite(cell).value_or(std::numeric_limits<double>::quiet_NaN()));
   }
   table->rows.push_back(std::move(row));
   table->lines.push_back(lines.number());
@@ -92,6 +96,13 @@ double RawTable::ToSi(std::size_t column, Quantity quantity, double without) con
   return own.to_si.value_or(without);
 }
 
+double RawTable::At(std::size_t row, std::size_t column) const {
+  const double value = rows[row][column];
+  if (std::isfinite(value)) return value;
+  throw InputError(file.string() + ":" + std::to_string(lines[row]) + ": " + columns[column].title +
+                   ": accepted is a finite number");
+}
+
 std::string RawTable::Titles() const {
   std::string all;
   for (const RawColumn& column : columns) all.append(all.empty() ? "" : ", ").append(column.title);
@@ -106,16 +117,16 @@ RawTable ReadRawTable(const std::filesystem::path& file) {
     const auto& cells = lines.cells();
     if (table.rows.empty() && HasWord(cells) && IsRowOfUnits(cells, table.columns.size())) {
       TakeUnits(cells, &table);
-    } else if (table.rows.empty() && HasWord(cells)) {
+    } else if (table.rows.size() <= kMostRemarks && HasWord(cells)) {
       table.columns.clear();
+      table.rows.clear();
+      table.lines.clear();
       for (const std::string_view cell : cells) table.columns.push_back(ColumnOf(cell));
-    } else if (!table.rows.empty() || (cells.size() >= 2 && IsNumbers(cells))) {
+    } else if (!table.rows.empty() || IsRow(cells, table.columns.size())) {
       if (table.columns.empty()) {
         lines.Fail("numbers without a header: accepted is a line of column names above them");
       }
       AddRow(lines, &table);
-    } else if (!table.columns.empty()) {
-      AddRow(lines, &table);  // which says what is wrong with it
     }
   }
   if (table.columns.empty())

@@ -19,8 +19,8 @@ struct RawColumn : ColumnTitle {
 struct RawTable {
   std::filesystem::path file;
   std::vector<RawColumn> columns;
-  std::vector<std::vector<double>> rows;
-  std::vector<int> lines;  // of the rows in the file
+  std::vector<std::vector<double>> rows;  // NaN: no number
+  std::vector<int> lines;                 // of the rows in the file
 
   // The first column of one of these names, in the order of the names; nullopt: none.
   [[nodiscard]] std::optional<std::size_t> Find(
@@ -28,13 +28,16 @@ struct RawTable {
   // The column with this title or name. Throws InputError naming those there are.
   [[nodiscard]] std::size_t Named(const std::string& title) const;
   [[nodiscard]] std::string Titles() const;
+  // A cell that is needed. Throws InputError `file:line: ...`: it is no number.
+  [[nodiscard]] double At(std::size_t row, std::size_t column) const;
   // Factor to SI of a column that holds `quantity`; `without`: that of a column without a unit.
   // Throws InputError naming the column: a unit of another quantity, or one that is not understood.
   [[nodiscard]] double ToSi(std::size_t column, Quantity quantity, double without) const;
 };
 
-// The header is the last line with a word before the first line of numbers. Throws InputError
-// `file:line: ...`: no header, no row, a row with more or fewer cells, a cell that is not a number.
+// The header is the last line of words above a line with two numbers or more. Lines before it are
+// remarks, and so are up to three lines of numbers above another header. Throws InputError
+// `file:line: ...`: no header, no row, a row with more or fewer cells.
 RawTable ReadRawTable(const std::filesystem::path& file);
 
 }  // namespace palpate::identify

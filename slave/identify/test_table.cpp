@@ -163,6 +163,10 @@ double StressFactor(const RawTable& table, std::size_t column, Load load,
   return table.ToSi(column, Quantity::kStress, specimen.stress_unit.value_or(1));
 }
 
+bool NamesUnit(const RawTable& table, const Ordinate& y, const Specimen& specimen) {
+  return table.columns[y.column].to_si || (y.load != Load::kForce && specimen.stress_unit);
+}
+
 // Strain of the first kind: stretch - 1, or amount of shear.
 double StrainFactor(const RawTable& table, std::size_t column, Measure measure,
                     const Specimen& specimen) {
@@ -202,6 +206,11 @@ void MakeCompressive(MaterialTest* test) {
   for (TestRow& row : test->rows) {
     if (strain > 0) row.abscissa = 2 - row.abscissa;
     if (stress > 0) row.measured.front() *= -1;
+    if (row.abscissa > kLeastStretch) continue;
+    throw InputError(test->name + Formatted(": a compression to a stretch of %g: accepted is 0.02 "
+                                            "or more. Check the units: those of the header and "
+                                            "--height",
+                                            row.abscissa));
   }
 }
 
@@ -347,15 +356,77 @@ void RemarkSoftBeginning(MaterialTest* test) {
                              softer));
 }
 
-// A strain that looks like percent.
-void AddRemarks(const RawTable& table, const Abscissa& x, MaterialTest* test) {
-  const double largest = LargestStrain(*test);
-  if (x.measure == Measure::kStrain && !table.columns[x.column].to_si && largest > 1) {
-    test->remarks.push_back(
-        test->name + Formatted(": strains up to %.4g %% in a column without a unit: if these are "
-                               "percent, write the unit %%",
-                               100 * largest));
+// Largest distance of the curve from the straight line to its last row, by the largest stress.
+double BowOf(const MaterialTest& test) {
+  const TestRow& last = test.rows.back();
+  const double slope = last.measured.front() / StrainOf(test, last);
+  double bow = 0;
+  for (const TestRow& row : test.rows) {
+    bow = std::max(bow, std::abs(row.measured.front() - slope * StrainOf(test, row)));
   }
+  return bow / test.Peak();
+}
+
+// A strain beyond 100 % without a unit: of a rubber, whose curve bends, or a number of percent or
+// millimetres.
+void CheckUnitOfStrain(const RawTable& table, const Abscissa& x, MaterialTest* test) {
+  constexpr double kMost = 20, kStraight = 0.04;  // strain, bow
+  const double largest = LargestStrain(*test);
+  const bool named = x.measure == Measure::kStretch || table.columns[x.column].to_si;
+  if (named || largest <= 1) return;
+  test->units_named = false;
+  if (largest > kMost || BowOf(*test) < kStraight) {
+    throw InputError(
+        Formatted("%s: column %s: strains up to %.4g %% on a curve that is straight, "
+                  "or beyond any rubber: accepted is a column that names its unit, "
+                  "%% (percent), mm/mm or a length",
+                  table.file.c_str(), Shown(table.columns[x.column].title).c_str(), 100 * largest));
+  }
+  test->remarks.push_back(
+      test->name + Formatted(": strains up to %.4g %% in a column without a unit: if these are "
+                             "percent, write the unit %%",
+                             100 * largest));
+}
+
+// Load over stress is the loaded area, displacement over strain the height: those of the options,
+// or else of a specimen that is neither a foil nor a wire. A wrong unit contradicts that.
+void CheckColumns(const RawTable& table, const Specimen& specimen) {
+  constexpr double kTimes = 3;                        // of machines with another specimen's sizes
+  constexpr double kFlattest = 20, kSlimmest = 0.01;  // width over height
+  const auto force = table.Find({"force", "load", "f"});
+  const auto stress = table.Find({"p11", "p", "stress", "engineering stress", "nominal stress"});
+  const auto displacement = table.Find(kDisplacements);
+  const auto strain = table.Find({"strain", "engineering strain", "nominal strain"});
+  if (!force || !stress || !displacement || !strain) return;
+  double area = 0, height = 0, largest = 0;
+  for (const std::vector<double>& row : table.rows) {
+    if (!(std::abs(row[*force]) > largest) || row[*stress] == 0 || row[*strain] == 0) continue;
+    largest = std::abs(row[*force]);
+    area = largest * table.ToSi(*force, Quantity::kForce, 1) /
+           std::abs(row[*stress] *
+                    table.ToSi(*stress, Quantity::kStress, specimen.stress_unit.value_or(1)));
+    height = std::abs(row[*displacement] * table.ToSi(*displacement, Quantity::kLength, 1) /
+                      (row[*strain] * table.ToSi(*strain, Quantity::kNumber, 1)));
+  }
+  const auto require = [&](bool possible, const char* columns, double value, double accepted) {
+    if (possible) return;
+    throw InputError(
+        Formatted("%s: the columns of %s are of a specimen of %.3g, against %.3g: "
+                  "Check the units: those of the header, --stress-unit, --height, "
+                  "--diameter and --area",
+                  table.file.c_str(), columns, value, accepted));
+  };
+  if (!(area > 0 && height > 0)) return;
+  if (HasSizes(specimen)) {
+    const double ratio = area / AreaOf(specimen);
+    const bool named = specimen.stress_unit || table.columns[*stress].to_si;
+    require(!named || (ratio < kTimes && ratio > 1 / kTimes), "load and stress [m2]", area,
+            AreaOf(specimen));
+    return;
+  }
+  const double shape = std::sqrt(area) / height;
+  require(shape < kFlattest && shape > kSlimmest, "load, stress, displacement and strain [m]",
+          std::sqrt(area), height);
 }
 
 bool InRange(const Specimen& specimen, double strain) {
@@ -382,15 +453,17 @@ MaterialTest ReadTensor(const RawTable& table, const Specimen& specimen) {
     return S[c] && std::ranges::any_of(table.rows, [&](const auto& r) { return r[*S[c]] != 0; });
   };
   for (std::size_t c = 0; c < 9; ++c) {
-    if (measured(c)) test.components.emplace_back(c / 3, c % 3);
+    if (!measured(c)) continue;
+    test.components.emplace_back(c / 3, c % 3);
+    test.units_named &= specimen.stress_unit || table.columns[*S[c]].to_si;
   }
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     TestRow row;
     for (std::size_t c = 0; c < 9; ++c) {
       row.F(static_cast<Eigen::Index>(c / 3), static_cast<Eigen::Index>(c % 3)) =
-          table.rows[i][*F[c]];
+          table.At(i, *F[c]);
       if (!measured(c)) continue;
-      row.measured.push_back(table.rows[i][*S[c]] *
+      row.measured.push_back(table.At(i, *S[c]) *
                              StressFactor(table, *S[c], Load::kNominal, specimen));
     }
     if (!(row.F.determinant() > 1e-6)) FailAt(table, i, "det F: accepted is above 0");
@@ -436,24 +509,24 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   }
   const double by = StrainFactor(table, x.column, x.measure, specimen);
   const double stress = StressFactor(table, y.column, y.load, specimen);
+  CheckColumns(table, specimen);
+  test.units_named = NamesUnit(table, y, specimen);
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const std::vector<double>& cells = table.rows[i];
-    const double strain =
-        x.measure == Measure::kStretch ? by * cells[x.column] - 1 : by * cells[x.column];
+    const double strain = by * table.At(i, x.column) - (x.measure == Measure::kStretch ? 1 : 0);
     if (!InRange(specimen, strain)) continue;
     TestRow row{.abscissa = shear ? strain : 1 + strain};
     if (test.kind == TestKind::kBiaxial) {
-      row.across = request.across != 0 ? 1 + request.across * strain : cells[*across];
+      row.across = request.across != 0 ? 1 + request.across * strain : table.At(i, *across);
     }
-    row.measured = {stress * cells[y.column]};
+    row.measured = {stress * table.At(i, y.column)};
     if (second) {
-      row.measured.push_back(cells[*second] *
+      row.measured.push_back(table.At(i, *second) *
                              StressFactor(table, *second, Load::kNominal, specimen));
     }
     AddRow(table, i, row, &test);
   }
   if (request.kind == "compression" && !test.rows.empty()) MakeCompressive(&test);
-  AddRemarks(table, x, &test);
+  if (!test.rows.empty()) CheckUnitOfStrain(table, x, &test);
   if (specimen.from == 0 && !test.rows.empty()) {
     TakeOffBeginning(&test);
     RemarkSoftBeginning(&test);
@@ -473,16 +546,17 @@ RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& spec
   const double by = StrainFactor(table, x.column, x.measure, specimen);
   const double stress = StressFactor(table, y.column, y.load, specimen);
   const std::string& words = table.columns[x.column].name;
-  RelaxationTable relaxation{.name = table.file.stem().string()};
+  RelaxationTable relaxation{.name = table.file.stem().string(),
+                             .units_named = NamesUnit(table, y, specimen)};
   relaxation.shear =
       words.find("shear") != std::string::npos || words.find("gamma") != std::string::npos;
   const bool stretch = words.starts_with("stretch") || words.starts_with("lambda");
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const double t = table.rows[i][*time] * table.ToSi(*time, Quantity::kTime, 1);
+    const double t = table.At(i, *time) * table.ToSi(*time, Quantity::kTime, 1);
     if (i > 0 && t < relaxation.time.back()) FailAt(table, i, "the time decreases");
     relaxation.time.push_back(t);
-    relaxation.strain.push_back(by * table.rows[i][x.column] - (stretch ? 1 : 0));
-    relaxation.stress.push_back(stress * table.rows[i][y.column]);
+    relaxation.strain.push_back(by * table.At(i, x.column) - (stretch ? 1 : 0));
+    relaxation.stress.push_back(stress * table.At(i, y.column));
   }
   if (relaxation.time.size() < kLeastRows) {
     throw TooFewRows(Formatted("%s: %zu rows: accepted is %zu or more", table.file.c_str(),

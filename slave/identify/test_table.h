@@ -36,6 +36,7 @@ struct RelaxationTable {
   std::string name;
   bool shear = false;                        // amounts of shear and shear stresses
   std::vector<double> time, strain, stress;  // [s], [-], [Pa]
+  bool units_named = true;                   // of the stress
 };
 
 // A table of too few rows, which can be left out.

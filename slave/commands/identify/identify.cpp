@@ -21,7 +21,8 @@ namespace {
 
 using identify::TableRequest;
 
-constexpr std::string_view kRelaxation = "relaxation", kPress = "press", kPictures = "pictures";
+constexpr std::string_view kRelaxation = "relaxation", kPress = "press", kLoads = "loads",
+                           kPictures = "pictures";
 
 // KIND=FILE, KIND:RATIO=FILE, or FILE alone.
 TableRequest ParseData(const std::string& argument) {
@@ -96,7 +97,7 @@ identify::Specimen SpecimenOf(const IdentifyOptions& o) {
 
 struct Requests {
   std::vector<TableRequest> tests, relaxations;
-  std::filesystem::path press, pictures;
+  std::filesystem::path press, loads, pictures;
 };
 
 Requests Sort(const IdentifyOptions& options) {
@@ -105,16 +106,18 @@ Requests Sort(const IdentifyOptions& options) {
     TableRequest request = ParseData(argument);
     if (request.kind == kRelaxation) {
       requests.relaxations.push_back(std::move(request));
-    } else if (request.kind == kPress || request.kind == kPictures) {
-      auto& file = request.kind == kPress ? requests.press : requests.pictures;
+    } else if (request.kind == kPress || request.kind == kLoads || request.kind == kPictures) {
+      auto& file = request.kind == kPress   ? requests.press
+                   : request.kind == kLoads ? requests.loads
+                                            : requests.pictures;
       if (!file.empty()) throw std::invalid_argument(request.kind + ": accepted is one file");
       file = request.file;
     } else {
       requests.tests.push_back(std::move(request));
     }
   }
-  if (!requests.press.empty() && options.scene.empty()) {
-    throw std::invalid_argument("press=FILE: needs --scene with the object of the contacts");
+  if (!(requests.press.empty() && requests.loads.empty()) && options.scene.empty()) {
+    throw std::invalid_argument("press=FILE, loads=FILE: needs --scene with the object");
   }
   if (!requests.pictures.empty() && options.scene.empty()) {
     throw std::invalid_argument("pictures=FILE: needs --scene with the images of the contacts");
@@ -129,7 +132,9 @@ std::optional<Table> ReadOrLeaveOut(Table (*read)(const TableRequest&, const ide
                                     IdentifyReport* report) {
   try {
     Table table = read(request, specimen);
-    RequirePossible(table);
+    if (std::string remark = RequirePossible(table); !remark.empty()) {
+      report->warnings.push_back(std::move(remark));
+    }
     return table;
   } catch (const identify::TooFewRows& e) {
     report->warnings.push_back(std::string(e.what()) + "; left out");
@@ -148,8 +153,8 @@ void FindSpread(IdentifyReport* report) {
   report->specimen_sigma = identify::OtherSpecimenSigma(most);
 }
 
-void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, Progress* progress,
-                  IdentifyReport* report) {
+void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, bool all_strains,
+                  Progress* progress, IdentifyReport* report) {
   for (const TableRequest& request : requests.tests) {
     auto read = ReadOrLeaveOut(identify::ReadTest, request, specimen, report);
     if (!read) continue;
@@ -166,11 +171,28 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
   FindSpread(report);
   if (report->tests.empty()) return;
   ReportProgress(progress, "constitutive models", 0);
-  report->fits = identify::FitLaws(report->tests, &report->dropped);
+  identify::FitFromRest found = identify::FitLawsFromRest(report->tests, !all_strains);
+  report->fitted_to = found.is_all ? 0 : found.largest_strain;
+  report->tests = std::move(found.tests);
+  report->fits = std::move(found.fits);
+  report->dropped = std::move(found.dropped);
   for (const identify::LawFit& fit : report->fits) {
     report->shares.emplace_back();
     identify::RelativeRms(fit.law, report->tests, &report->shares.back());
   }
+}
+
+// The scene's modulus, a number with a unit, and that of the tests are of one material.
+void CompareWithScene(const Scene& scene, const IdentifyReport& report) {
+  constexpr double kTimes = 30;  // of another unit: from kPa to psi 7, from Pa to kPa 1000
+  const double scenes = scene.object.material.young_modulus;
+  const double found = report.fits.front().law.YoungModulus();
+  if (found < kTimes * scenes && scenes < kTimes * found) return;
+  throw InputError(
+      Formatted("%s: Young's modulus %.3g Pa, that of the scene is %.3g Pa: Check the "
+                "units: those of the header, --stress-unit, --height, --diameter and "
+                "--area",
+                report.tests.front().name.c_str(), found, scenes));
 }
 
 void IdentifyRelaxation(const Requests& requests, const identify::Specimen& specimen,
@@ -183,6 +205,26 @@ void IdentifyRelaxation(const Requests& requests, const identify::Specimen& spec
   report->prony = identify::FitProny(report->relaxations);
 }
 
+// From presses or loads on the scene's object.
+void IdentifyOnScene(const Requests& requests, const IdentifyOptions& options, Progress* progress,
+                     IdentifyReport* report) {
+  const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  LogRemarks(scene);
+  const auto note = [&](const std::filesystem::path& file, const PressFit& fit) {
+    if (fit.extrapolated == 0) return;
+    report->warnings.push_back(Formatted("%s: %d of %d cases are beyond the model's range",
+                                         file.c_str(), fit.extrapolated, fit.presses));
+  };
+  if (!requests.press.empty()) {
+    report->press = FitPress(scene, requests.press, options.width, options.fit_poisson, progress);
+    note(requests.press, *report->press);
+  }
+  if (!requests.loads.empty()) {
+    report->loads = FitLoads(scene, requests.loads, options.width, progress);
+    note(requests.loads, *report->loads);
+  }
+}
+
 }  // namespace
 
 const char* const kIdentifyHelp = R"(DATA is KIND=FILE.csv, where KIND is
@@ -192,6 +234,7 @@ const char* const kIdentifyHelp = R"(DATA is KIND=FILE.csv, where KIND is
   shear                            stress against amount of shear
   relaxation                       time, strain or shear, stress; gives a Prony series
   press                            case,x,y,z,dx,dy,dz,fx,fy,fz as `solve` writes them; gives E
+  loads                            case,x,y,z,fx,fy,fz,dx,dy,dz of points under gravity; gives E
   pictures                         [sequence,]force of the samples that --scene records; gives E
 or FILE.csv alone with columns F11 ... F33 and P11 ... (nominal) or sigma11 ... (true stress).
 All tests of one call are of one material. The header names the units, `Load (N)` or `P_MPa`.
@@ -210,32 +253,31 @@ Examples:
   palpate-slave identify uniaxial=UT.csv equibiaxial=ET.csv planar=PS.csv --stress-unit MPa --out build/rubber
   palpate-slave identify relaxation=hold.csv --out build/adhesive
   palpate-slave identify press=answers.csv --scene deploy/scenes/foam-cube.yaml --out build/cube
+  palpate-slave identify loads=sag.csv --scene beam.yaml --out build/beam
   palpate-slave identify pictures=loadcell.csv --scene recorded.yaml --out build/recorded)";
 
 int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
   const Requests requests = Sort(options);
   const identify::Specimen specimen = SpecimenOf(options);
-  std::vector<std::filesystem::path> inputs{requests.press, requests.pictures, options.scene};
+  std::vector<std::filesystem::path> inputs{requests.press, requests.loads, requests.pictures,
+                                            options.scene};
   for (const TableRequest& request : requests.tests) inputs.push_back(request.file);
   for (const TableRequest& request : requests.relaxations) inputs.push_back(request.file);
   RequireOtherThan("--out", options.out, {"report.json"}, inputs);
   IdentifyReport report;
   {
     ProgressBar progress("identify", stop);
-    IdentifyLaws(requests, specimen, &progress, &report);
+    IdentifyLaws(requests, specimen, options.to < kAllStrains, &progress, &report);
     IdentifyRelaxation(requests, specimen, &report);
+    if (!options.scene.empty() && !report.fits.empty()) {
+      CompareWithScene(LoadScene(options.scene, options.overrides, SceneUse::kSolve), report);
+    }
     const bool nothing = report.tests.empty() && report.relaxations.empty() &&
-                         requests.press.empty() && requests.pictures.empty();
+                         requests.press.empty() && requests.loads.empty() &&
+                         requests.pictures.empty();
     if (nothing) throw InputError(report.warnings.front());
-    if (!requests.press.empty()) {
-      const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
-      LogRemarks(scene);
-      report.press = FitPress(scene, requests.press, options.width, options.fit_poisson, &progress);
-      if (report.press->extrapolated > 0) {
-        report.warnings.push_back(Formatted("%s: %d of %d contacts are beyond the model's range",
-                                            requests.press.c_str(), report.press->extrapolated,
-                                            report.press->presses));
-      }
+    if (!requests.press.empty() || !requests.loads.empty()) {
+      IdentifyOnScene(requests, options, &progress, &report);
     }
     if (!requests.pictures.empty()) {
       ReportProgress(&progress, "images", 0);

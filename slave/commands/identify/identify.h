@@ -10,6 +10,8 @@
 
 namespace palpate {
 
+inline constexpr double kAllStrains = 1e9;
+
 struct IdentifyOptions {
   std::vector<std::string> data;  // KIND=FILE, KIND:RATIO=FILE or FILE, see kIdentifyHelp
   std::filesystem::path out;      // folder, created if missing
@@ -19,7 +21,7 @@ struct IdentifyOptions {
   std::string ends = "free";           // or bonded
   std::string stress_unit;             // of columns that name none; empty: Pa
   std::string x, y;                    // columns; empty: found by their names
-  double from = 0, to = 1e9;           // strains that are used [-]
+  double from = 0, to = kAllStrains;   // strains that are used [-]
   double poisson_ratio = 0.5;          // for bonded ends
   bool fit_poisson = false;            // press: estimate nu too
   double width = 0;                    // press: width of rows without one [m]

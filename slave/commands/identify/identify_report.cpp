@@ -77,6 +77,7 @@ Json ToJson(const LawFit& fit, const std::vector<double>& shares, const Identify
           {"half_width_Pa", HalfWidth(E, fit.young_sigma, report.specimen_sigma)},
           {"rms_of_peak", fit.rms},
           {"rms_of_own_peak", per_test},
+          {"off_at_rest", fit.at_rest.off},
           {"bic", fit.bic},
           {"stable", fit.unstable.empty()},
           {"instability", fit.unstable},
@@ -150,6 +151,7 @@ Json ToJson(const PressFit& press) {
           {"sigma_poisson", press.sigma_poisson},
           {"rms_of_peak", press.rms},
           {"presses", press.presses},
+          {"alone_Pa", Json(press.alone)},
           {"model", press.kind}};
 }
 
@@ -165,6 +167,18 @@ Json ToJson(const PictureFit& pictures) {
           {"passes", pictures.passes}};
 }
 
+std::string ToWords(const PressFit& fit, const char* cases, const char* quantity) {
+  std::string words = fmt::format(
+      "{} {} with {}: E {:.5g} +- {:.2g} Pa, nu {:.4g}, rms {:.3g} % of the largest {}\n  "
+      "object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}}}\n",
+      fit.presses, cases, fit.kind, fit.young_modulus, kWide * fit.sigma_modulus, fit.poisson_ratio,
+      100 * fit.rms, quantity, fit.young_modulus, fit.poisson_ratio);
+  for (const auto& [name, modulus] : fit.alone) {
+    words += fmt::format("  {} alone: E {:.5g} Pa\n", name, modulus);
+  }
+  return words;
+}
+
 std::string ToWords(const PictureFit& fit) {
   std::string words = fmt::format(
       "{} samples with a known force, {} of them in contact: E {:.5g} +- {:.2g} Pa, force offset "
@@ -174,6 +188,10 @@ std::string ToWords(const PictureFit& fit) {
       kWide * fit.sigma_offset, 100 * fit.rms, fit.young_modulus);
   if (fit.prestress > 0) words += fmt::format("  model.prestress: {:.4g} N/m\n", fit.prestress);
   return words;
+}
+
+bool IsRefused(const LawFit& fit) {
+  return fit.at_rest.excess() > identify::kMostOffAtRest;
 }
 
 std::string WordsOf(const LawFit& fit) {
@@ -206,11 +224,14 @@ void AddScene(const IdentifyReport& report, std::string* words) {
   *words += SceneLines(*fit, report.specimen_sigma);
   *words += fmt::format(
       "  E at rest {:.4g} +- {:.2g} Pa: for object.material.young_modulus with this model, or\n"
-      "  for a linear model, which is within 10 % of {} from {:.1f} to {:.1f} % strain\n"
-      "  residual up to {:.0f} % strain: {:.0f} % of the largest stress there\n",
+      "  for a linear model, which is within 10 % of {} from {:.1f} to {:.1f} % strain\n",
       E, HalfWidth(E, fit->young_sigma, report.specimen_sigma), fit->law.name, 100 * low,
-      100 * high, 100 * identify::kSmallStrain,
-      100 * identify::SmallStrainRms(fit->law, report.tests));
+      100 * high);
+  if (fit->at_rest.excess() > identify::kOffAtRest) {
+    *words += fmt::format(
+        "  warning: at rest the measured stress is {:+.0f} % off this model; +- includes it\n",
+        100 * fit->at_rest.off);
+  }
   if (fit->rms > kPoorFit) *words += "  warning: these lines are of a fit worse than 10 %\n";
 }
 
@@ -226,6 +247,18 @@ void AddLaws(const IdentifyReport& report, std::string* words) {
   const LawFit& best = report.fits.front();
   if (!best.unstable.empty()) {
     *words += "no stable constitutive model was found: none is proposed\n";
+    return;
+  }
+  if (report.fitted_to > 0) {
+    *words += fmt::format(
+        "fitted up to {:.0f} % strain: over more, no model also holds at rest; --to fits more\n",
+        100 * report.fitted_to);
+  }
+  if (IsRefused(best)) {
+    *words += fmt::format(
+        "refused: at rest the measured stress is {:+.0f} % off {}: none is proposed; give a test "
+        "with more rows at small strain, or --to\n",
+        100 * best.at_rest.off, best.law.name);
     return;
   }
   const double E = best.law.YoungModulus();
@@ -285,7 +318,7 @@ void AddRelaxation(const IdentifyReport& report, std::string* words) {
 }  // namespace
 
 std::string SceneLines(const LawFit& fit, double specimen_sigma) {
-  if (!fit.unstable.empty() || fit.law.terms.empty()) return {};
+  if (!fit.unstable.empty() || fit.law.terms.empty() || IsRefused(fit)) return {};
   const double G = fit.law.ShearModulus();
   const double sigma = std::hypot(specimen_sigma, fit.young_sigma / fit.law.YoungModulus());
   std::string terms;
@@ -303,14 +336,8 @@ std::string ToWords(const IdentifyReport& report) {
   AddModuli(report, &words);
   if (!report.fits.empty()) AddLaws(report, &words);
   if (report.prony) AddRelaxation(report, &words);
-  if (report.press) {
-    words += fmt::format(
-        "{} contacts with {}: E {:.5g} +- {:.2g} Pa, nu {:.4g}, rms {:.3g} % of the largest "
-        "force\n  object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}}}\n",
-        report.press->presses, report.press->kind, report.press->young_modulus,
-        kWide * report.press->sigma_modulus, report.press->poisson_ratio, 100 * report.press->rms,
-        report.press->young_modulus, report.press->poisson_ratio);
-  }
+  if (report.press) words += ToWords(*report.press, "contacts", "force");
+  if (report.loads) words += ToWords(*report.loads, "cases under loads", "displacement");
   if (report.pictures) words += ToWords(*report.pictures);
   return words;
 }
@@ -323,7 +350,9 @@ void WriteReport(const IdentifyReport& report, const std::filesystem::path& out)
   for (std::size_t i = 0; i < report.fits.size(); ++i) {
     json["laws"].push_back(ToJson(report.fits[i], report.shares[i], report));
   }
-  if (!report.fits.empty() && report.fits.front().unstable.empty()) {
+  if (report.fitted_to > 0) json["fitted_to"] = report.fitted_to;
+  if (!report.fits.empty() && report.fits.front().unstable.empty() &&
+      !IsRefused(report.fits.front())) {
     json[report.fits.front().rms > kPoorFit ? "closest" : "best"] = report.fits.front().law.name;
   }
   if (const LawFit* fit = ReadByScenes(report)) json["scene_law"] = fit->law.name;
@@ -331,6 +360,7 @@ void WriteReport(const IdentifyReport& report, const std::filesystem::path& out)
   json["specimens"] = {{"count", report.specimens}, {"sigma", report.specimen_sigma}};
   if (report.prony) json["relaxation"] = ToJson(*report.prony, FadedOf(report));
   if (report.press) json["press"] = ToJson(*report.press);
+  if (report.loads) json["loads"] = ToJson(*report.loads);
   if (report.pictures) json["pictures"] = ToJson(*report.pictures);
   WriteWholeFile(out / "report.json", json.dump(2) + "\n");
 }

@@ -22,8 +22,9 @@ struct NamedChord {
 };
 
 struct IdentifyReport {
-  std::vector<identify::MaterialTest> tests;
-  std::vector<std::string> warnings;  // of the tables, a sentence each
+  std::vector<identify::MaterialTest> tests;  // rows that were fitted
+  double fitted_to = 0;                       // largest strain of these rows [-]; 0: all
+  std::vector<std::string> warnings;          // of the tables, a sentence each
   std::vector<NamedChord> moduli;
   std::vector<identify::LawFit> fits;       // the best first
   std::vector<std::vector<double>> shares;  // rms of each test over its peak, per fit
@@ -33,12 +34,12 @@ struct IdentifyReport {
   std::size_t specimens = 1;
   std::vector<identify::RelaxationTable> relaxations;
   std::optional<identify::PronyFit> prony;
-  std::optional<PressFit> press;
+  std::optional<PressFit> press, loads;
   std::optional<PictureFit> pictures;
 };
 
-// Lines of a scene for a fit; empty: `model` does not accept this constitutive model, or it is
-// unstable. `specimen_sigma`: as in the report.
+// Lines of a scene for a fit; empty: `model` does not accept this constitutive model, it is
+// unstable, or off at rest. `specimen_sigma`: as in the report.
 std::string SceneLines(const identify::LawFit& fit, double specimen_sigma);
 
 std::string ToWords(const IdentifyReport& report);

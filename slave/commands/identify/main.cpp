@@ -29,11 +29,14 @@ void AddOptions(CLI::App* command, IdentifyOptions* options) {
   command->add_option("--y", options->y, "Name of the load column");
   command->add_option("--from", options->from, "Use rows whose absolute strain is at least this");
   command->add_option("--to", options->to, "Use rows whose absolute strain is at most this");
-  command->add_option("--scene", options->scene, "For press and pictures: scene file (YAML)")
+  command->add_option("--scene", options->scene, "For press, loads and pictures: scene file (YAML)")
       ->type_name("FILE");
-  command->add_option("--override", options->overrides,
-                      "For press and pictures: replace a value of the scene, key.path=value");
-  command->add_option("--width", options->width, "For press: contact width of rows without one [m]")
+  command->add_option(
+      "--override", options->overrides,
+      "For press, loads and pictures: replace a value of the scene, key.path=value");
+  command
+      ->add_option("--width", options->width,
+                   "For press and loads: contact width of rows without one [m]")
       ->check(CLI::Range(0.0, 1e3));
   command->add_flag("--fit-poisson", options->fit_poisson,
                     "For press: estimate Poisson's ratio as well");

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,27 +25,29 @@ constexpr int kGolden = 22;            // steps of the search for nu: 3e-5
 constexpr double kPoissonStep = 5e-3;  // for the curvature of the misfit
 
 struct Press {
+  std::string name;
   std::vector<Contact> contacts;
-  std::vector<Vector3d> forces;
+  std::vector<Vector3d> measured;  // forces, or displacements under loads; NaN: not measured
 };
 
-// Only what `solve` would accept.
-std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& scene,
-                               double width) {
+// Only what `solve` would accept. `given`: the kind of what is prescribed.
+std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& scene, double width,
+                               Contact::Kind given) {
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const TouchableSurface surface(mesh);
   const double largest = SizeOf(mesh);
+  const bool moved = given == Contact::Kind::kDisplacement;
   const auto length = Quantity::kLength, force = Quantity::kForce;
   CsvTable rows(file,
                 {{"case"},
                  {"x", true, length},
                  {"y", true, length},
                  {"z", false, length},
-                 {"dx", true, length},
-                 {"dy", true, length},
+                 {"dx", moved, length},
+                 {"dy", moved, length},
                  {"dz", false, length},
-                 {"fx", true, force},
-                 {"fy", true, force},
+                 {"fx", moved, force},
+                 {"fy", moved, force},
                  {"fz", false, force},
                  {"width", false, length}},
                 CsvTable::Header::kOptional);
@@ -54,12 +58,17 @@ std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& s
       return Vector3d(rows.Number(x), rows.Number(y), rows.Number(z));
     };
     const auto [found, is_new] = known.try_emplace(rows.Text("case"), presses.size());
-    if (is_new) presses.emplace_back();
+    if (is_new) presses.push_back({.name = found->first, .contacts = {}, .measured = {}});
     Press& press = presses[found->second];
-    press.contacts.push_back({.p_O = read("x", "y", "z"),
+    const Vector3d moves = read("dx", "dy", "dz"), forces = read("fx", "fy", "fz");
+    press.contacts.push_back({.kind = given,
+                              .p_O = read("x", "y", "z"),
                               .width = rows.IsAbsent("width") ? width : rows.Number("width"),
-                              .prescribed_O = read("dx", "dy", "dz")});
-    press.forces.push_back(read("fx", "fy", "fz"));
+                              .prescribed_O = moved ? moves : forces});
+    press.measured.push_back(moved ? forces : moves);
+    for (const auto& [axis, name] : {std::pair(0, "dx"), {1, "dy"}, {2, "dz"}}) {
+      if (!moved && rows.IsAbsent(name)) press.measured.back()[axis] = std::nan("");
+    }
     const Contact& contact = press.contacts.back();
     if (const auto refusal = surface.Refuse(contact.p_O)) rows.Refuse("x", *refusal);
     if (contact.width < 0 || contact.width > largest) {
@@ -72,14 +81,15 @@ std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& s
 VectorXd Stacked(const std::vector<Press>& presses) {
   std::vector<double> all;
   for (const Press& press : presses) {
-    for (const Vector3d& f : press.forces) all.insert(all.end(), f.begin(), f.end());
+    for (const Vector3d& f : press.measured) all.insert(all.end(), f.begin(), f.end());
   }
   return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
-// Forces of the presses on the scene's object with this nu and the scene's E.
-VectorXd Answer(Scene scene, double nu, const std::vector<Press>& presses, PressFit* fit,
-                Progress* progress) {
+// Forces of the presses, or displacements under the loads, on the scene's object with this nu.
+// nullopt: the model has no solution.
+std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>& presses,
+                               PressFit* fit, Progress* progress) {
   scene.object.material.poisson_ratio = nu;
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt), progress);
   fit->kind = model->info().kind;
@@ -90,27 +100,26 @@ VectorXd Answer(Scene scene, double nu, const std::vector<Press>& presses, Press
     responses.assign(press.contacts.size(), {});
     model->Reset();
     model->Respond(press.contacts, responses);
-    if (responses.front().validity == Validity::kFailed) {
-      throw std::runtime_error("identify: the model has no solution for a contact: " +
-                               std::string(model->failure()));
-    }
+    if (responses.front().validity == Validity::kFailed) return std::nullopt;
     if (responses.front().validity != Validity::kValid) ++fit->extrapolated;
-    for (const ContactResponse& r : responses) {
-      all.insert(all.end(), r.force_O.begin(), r.force_O.end());
+    for (std::size_t i = 0; i < responses.size(); ++i) {
+      const bool moved = press.contacts[i].kind == Contact::Kind::kDisplacement;
+      const Vector3d& found = moved ? responses[i].force_O : responses[i].displacement_O;
+      all.insert(all.end(), found.begin(), found.end());
     }
   }
   return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
 struct Scale {
-  double factor = 0;  // of E
-  double misfit = 0;  // squared [N^2]
-  double told = 0;    // model's forces squared [N^2]
+  double factor = 0;  // of what is modelled
+  double misfit = 0;  // squared [N^2], [m^2]
+  double told = 0;    // the modelled squared
 };
 
 Scale BestScale(const VectorXd& modelled, const VectorXd& measured) {
   const double told = modelled.squaredNorm();
-  if (!(told > 0)) throw std::runtime_error("identify: the model's forces are all zero");
+  if (!(told > 0)) throw std::runtime_error("identify: the model's answers are all zero");
   const double factor = modelled.dot(measured) / told;
   return {factor, (factor * modelled - measured).squaredNorm(), told};
 }
@@ -131,27 +140,86 @@ double SeekPoisson(const auto& misfit) {
   return 0.5 * (low + high);
 }
 
+void RequireStatic(const Scene& scene, const char* kind) {
+  if (MovesInTime(scene)) {
+    throw std::invalid_argument(std::string(kind) +
+                                ": accepted is a static model without material.relaxation");
+  }
+  if (!scene.object.regions.empty()) {
+    throw std::invalid_argument(std::string(kind) +
+                                ": accepted is a body without object.regions, of one modulus");
+  }
+}
+
+// The scene's modulus, until the modelled displacements are as large as the measured ones.
+VectorXd ScaleToLoads(Scene scene, const std::vector<Press>& presses, const VectorXd& measured,
+                      const std::filesystem::path& file, PressFit* fit, Progress* progress) {
+  constexpr int kMostSteps = 30;
+  constexpr double kEqual = 1e-4, kStiffer = 10;
+  double& E = scene.object.material.young_modulus;
+  for (int i = 0; i < kMostSteps; ++i) {
+    auto modelled = Answer(scene, fit->poisson_ratio, presses, fit, progress);
+    fit->young_modulus = E;
+    if (!modelled) {  // it gives way to its weight
+      E *= kStiffer;
+      continue;
+    }
+    *modelled = measured.array().isNaN().select(0, *modelled);
+    const double factor = BestScale(*modelled, measured.array().isNaN().select(0, measured)).factor;
+    if (!(factor > 0)) {
+      throw InputError(file.string() + ": the displacements point away from gravity and loads");
+    }
+    if (std::abs(factor - 1) < kEqual) return *modelled;
+    E /= factor;
+  }
+  throw std::runtime_error(
+      "identify: no modulus gives displacements as large as the measured ones");
+}
+
 }  // namespace
+
+PressFit FitLoads(const Scene& scene, const std::filesystem::path& file, double width,
+                  Progress* progress) {
+  RequireStatic(scene, "loads");
+  const std::vector<Press> presses = ReadPresses(file, scene, width, Contact::Kind::kForce);
+  const VectorXd rows = Stacked(presses);
+  const VectorXd measured = rows.array().isNaN().select(0, rows);
+  if (!(measured.norm() > 0))
+    throw InputError(file.string() + ": accepted is a row with a dx, dy or dz");
+  PressFit fit{.poisson_ratio = scene.object.material.poisson_ratio,
+               .presses = static_cast<int>(presses.size())};
+  const VectorXd modelled = ScaleToLoads(scene, presses, rows, file, &fit, progress);
+  const Scale best = BestScale(modelled, measured);
+  const auto count = static_cast<double>(rows.size() - rows.array().isNaN().count());
+  fit.sigma_modulus =
+      fit.young_modulus * std::sqrt(best.misfit / std::max(1.0, count - 1) / best.told);
+  fit.rms = std::sqrt(best.misfit / count) / measured.cwiseAbs().maxCoeff();
+  Eigen::Index at = 0;
+  for (const Press& press : presses) {
+    const auto size = 3 * static_cast<Eigen::Index>(press.contacts.size());
+    const Scale own = BestScale(modelled.segment(at, size), measured.segment(at, size));
+    fit.alone.emplace_back(press.name, fit.young_modulus / own.factor);
+    at += size;
+  }
+  return fit;
+}
 
 PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double width,
                   bool seek_poisson, Progress* progress) {
-  if (MovesInTime(scene) || !scene.model.fem.gravity_O.isZero(0)) {
-    throw std::invalid_argument(
-        "press: accepted is a static model without gravity and without material.relaxation, whose "
-        "forces are proportional to E");
+  RequireStatic(scene, "press");
+  if (!scene.model.fem.gravity_O.isZero(0)) {
+    throw std::invalid_argument("press: accepted is a model without gravity");
   }
-  if (!scene.object.regions.empty()) {
-    throw std::invalid_argument(
-        "press: accepted is a body without object.regions, whose forces are proportional to E");
-  }
-  const std::vector<Press> presses = ReadPresses(file, scene, width);
+  const std::vector<Press> presses = ReadPresses(file, scene, width, Contact::Kind::kDisplacement);
   const VectorXd measured = Stacked(presses);
   if (!(measured.norm() > 0)) throw InputError(file.string() + ": all forces are zero");
   PressFit fit{.poisson_ratio = scene.object.material.poisson_ratio,
                .sought_poisson = seek_poisson,
                .presses = static_cast<int>(presses.size())};
   const auto scale_at = [&](double nu) {
-    return BestScale(Answer(scene, nu, presses, &fit, progress), measured);
+    const auto modelled = Answer(scene, nu, presses, &fit, progress);
+    if (!modelled) throw std::runtime_error("identify: the model has no solution for a contact");
+    return BestScale(*modelled, measured);
   };
   const auto misfit = [&](double nu) { return scale_at(nu).misfit; };
   if (seek_poisson) fit.poisson_ratio = SeekPoisson(misfit);

@@ -1,9 +1,12 @@
 // Young's modulus, and optionally Poisson's ratio, of a scene's object from contacts with a known
-// force. Static forces are proportional to E, so one solution per contact is enough.
+// force, or from its sag under gravity and known loads. Static forces are proportional to E, so one
+// solution per contact is enough; a sag is nearly so to 1 / E.
 #pragma once
 
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "slave/program/progress.h"
 #include "slave/scene/scene.h"
@@ -15,10 +18,11 @@ struct PressFit {
   double poisson_ratio = 0;                     // the scene's, unless it was sought
   bool sought_poisson = false;
   double sigma_poisson = 0;  // [-]
-  double rms = 0;            // of the forces, over the largest [-]
-  int presses = 0;           // cases
-  int extrapolated = 0;      // cases beyond the model's range
-  std::string kind;          // of the model
+  double rms = 0;            // of the forces or displacements, over the largest [-]
+  std::vector<std::pair<std::string, double>> alone{};  // of loads: modulus of each case alone [Pa]
+  int presses = 0;                                      // cases
+  int extrapolated = 0;                                 // cases beyond the model's range
+  std::string kind;                                     // of the model
 };
 
 // `file` has rows `case,x,y,z,dx,dy,dz,fx,fy,fz[,width]` as `solve` writes them, frame O, SI; other
@@ -27,5 +31,12 @@ struct PressFit {
 // std::runtime_error: the model has no solution.
 PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double width,
                   bool seek_poisson, Progress* progress);
+
+// From rows `case,x,y,z[,fx,fy,fz][,dx,dy,dz][,width]`: loads of the tool on the object [N], none
+// without a number, and measured displacements from the unloaded shape [m], each component where
+// there is a number. A point that bears no load has a row without one. Gravity is the scene's.
+// Throws as FitPress.
+PressFit FitLoads(const Scene& scene, const std::filesystem::path& file, double width,
+                  Progress* progress);
 
 }  // namespace palpate

@@ -424,9 +424,12 @@ ShortWaves::Share ShortWaves::Interpolate(const Level& level, double force) noex
   const double rise = (at_right.deflection - at_left.deflection) / width;
   const double bow = at_left.compliance + at_right.compliance - 2 * rise;
   const double bend = 3 * rise - 2 * at_left.compliance - at_right.compliance;
-  return {at_left.deflection + width * x * (at_left.compliance + x * (bend + x * bow)),
-          at_left.compliance + x * (2 * bend + 3 * x * bow),
-          at_left.shape + x * (at_right.shape - at_left.shape)};
+  const double deflection =
+      at_left.deflection + width * x * (at_left.compliance + x * (bend + x * bow));
+  const double beside_left = at_left.shape - at_left.deflection;
+  const double beside_right = at_right.shape - at_right.deflection;
+  return {deflection, at_left.compliance + x * (2 * bend + 3 * x * bow),
+          deflection + beside_left + x * (beside_right - beside_left)};
 }
 
 }  // namespace palpate::plate

@@ -18,15 +18,12 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// What a plate works out for a tool that it has not met, and its memory for a press beside the
-// centre.
+// What a plate works out for a load that it has not met, and its memory for one beside the centre.
 void WarmUp(PlateSurface& plate, double width) {
-  Contact contact;
-  contact.p_O.x() = plate.radius() / 2;
-  contact.width = width;
-  contact.prescribed_O.z() = -plate.thickness();
+  const Contact load =
+      PlateSurface::DiscContact(Contact::Kind::kForce, {plate.radius() / 2, 0}, width, 0);
   ContactResponse response;
-  plate.Respond(std::span(&contact, 1), std::span(&response, 1));
+  plate.Respond(std::span(&load, 1), std::span(&response, 1));
   plate.Reset();
 }
 
@@ -44,8 +41,8 @@ PlateLoadIdentifier::PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate, do
       fit_(*plate_, width, finer_.get(), {tighter_.get(), more}),
       surface_(MembraneGrid(plate_->radius())),
       checks_(MakePlateChecks(plate_->radius(), plate_->thickness(), prestress)) {
-  for (PlateSurface* other : {finer_.get(), tighter_.get()}) {
-    if (other != nullptr) WarmUp(*other, width);
+  for (PlateSurface* warmed : {plate_.get(), finer_.get(), tighter_.get()}) {
+    if (warmed != nullptr) WarmUp(*warmed, width);
   }
 }
 

@@ -88,14 +88,15 @@ TEST(FitLaws, StateTheModulusAtRestWithItsSigma) {
   EXPECT_NEAR(fit.young_sigma / std::sqrt(both.dot(fit.covariance * both)), 1, 1e-4);
 }
 
-// Of residuals that are 2 % everywhere, and of one that is off at small strains alone.
-TEST(SmallStrainRms, IsRelativeToTheStressThere) {
+// A softer law's stress is 0.8 of the measured one: a quarter of it is missing everywhere.
+TEST(AtRest, IsByHowMuchTheTestsBeginOffTheLaw) {
   const HyperLaw law{.name = "", .terms = {{3e4, 2}}}, softer{.name = "", .terms = {{2.4e4, 2}}};
   const MaterialTest test = CurveOf(law, TestKind::kUniaxial, 2, 100);
-  EXPECT_LT(SmallStrainRms(law, {test}), 1e-12);
-  const double off = SmallStrainRms(softer, {test});
-  EXPECT_GT(off, 0.1);
-  EXPECT_LT(off, 0.2);
+  EXPECT_NEAR(FindAtRest(law, {test}).off, 0, 1e-12);
+  EXPECT_NEAR(FindAtRest(softer, {test}).off, 0.25, 1e-12);
+  EXPECT_NEAR(FindAtRest(softer, {test}).excess(), 0.25, 1e-9);
+  const MaterialTest noisy = CurveOf(law, TestKind::kUniaxial, 5, 50, 0.05);
+  EXPECT_EQ(FindAtRest(law, {noisy}).excess(), 0);
 }
 
 // G (l - 1 / l^2) against 3 G (l - 1): a tenth apart at l = 0.9066 and 1.1036.

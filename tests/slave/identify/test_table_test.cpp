@@ -107,6 +107,55 @@ TEST(TestTable, ATestThatIsUnloadedToTheEndKeepsItsBeginning) {
   EXPECT_TRUE(test.remarks.empty());
 }
 
+// Words and numbers above the header, a column of words, cells that nobody needs.
+TEST(TestTable, RemarksAndOtherColumnsAreReadPast) {
+  const MaterialTest test =
+      Read("tension",
+           "Operator,Smith,Jones,Brown\nSpeed (mm/min),10\n"
+           "Specimen,30,30,100\n12,8,2024,1\nState,Stretch,Stress (kPa),Temperature\n"
+           "loading,1,0,\nloading,1.1,1,n/a\nloading,1.2,2,21\nhold,1.3,3,\n"
+           "hold,1.4,4,\n");
+  ASSERT_EQ(test.rows.size(), 5U);
+  EXPECT_DOUBLE_EQ(test.rows[4].measured[0], 4e3);
+  EXPECT_TRUE(test.units_named);
+  EXPECT_FALSE(Read("tension", "stretch,stress\n1,0\n1.1,1\n1.2,2\n1.3,3\n").units_named);
+}
+
+// Reference: what a silicone of 1.96e-3 m^2 and 30 mm says in other units.
+TEST(TestTable, ColumnsThatContradictEachOtherAreRefused) {
+  const auto table = [](const char* header, double force, double stress) {
+    std::string text = std::string(header) + "\n";
+    for (int i = 0; i <= 10; ++i) {
+      text += Formatted("%g,%g,%g,%g\n", 1.0 * i, force * i, i / 30.0, stress * i);
+    }
+    return text;
+  };
+  const std::string right = "Compression (mm),Load (N),Strain,Stress (kPa)";
+  const Specimen sizes{.height = 0.03, .diameter = 0.05};
+  EXPECT_EQ(Complaint("compression", table(right.c_str(), 4, 2.04)), "");
+  EXPECT_EQ(Complaint("compression", table(right.c_str(), 4, 2.04), sizes), "");
+  for (const char* wrong : {"Compression (mm),Load (N),Strain,Stress (Pa)",
+                            "Compression (mm),Load (kN),Strain,Stress (kPa)",
+                            "Compression (m),Load (N),Strain,Stress (kPa)"}) {
+    EXPECT_THAT(Complaint("compression", table(wrong, 4, 2.04)), HasSubstr("Check the units"));
+  }
+  EXPECT_THAT(Complaint("compression",
+                        table("Compression (mm),Load (mN),Strain,Stress (kPa)", 4, 2.04), sizes),
+              HasSubstr("Check the units"));
+}
+
+// A rubber to eight times its length bends; the same numbers on a straight line are percent.
+TEST(TestTable, AStrainWithoutAUnitIsPercentWhereTheCurveIsStraight) {
+  std::string rubber = "strain,stress (kPa)\n", percent = rubber;
+  for (int i = 0; i <= 70; ++i) {
+    const double strain = 0.1 * i, stretch = 1 + strain, small = 1 + 0.01 * strain;
+    rubber += Formatted("%g,%.8g\n", strain, 30 * (stretch - 1 / (stretch * stretch)));
+    percent += Formatted("%g,%.8g\n", strain, 30 * (small - 1 / (small * small)));
+  }
+  EXPECT_THAT(Read("tension", rubber).remarks, testing::Contains(HasSubstr("write the unit %")));
+  EXPECT_THAT(Complaint("tension", percent), HasSubstr("% (percent)"));
+}
+
 TEST(TestTable, UnitsStandBehindNames) {
   const MaterialTest test = Read("tension", "lambda,P_MPa\n1,0\n1.1,0.1\n1.2,0.2\n1.3,0.3\n");
   EXPECT_DOUBLE_EQ(test.rows[3].measured[0], 3e5);

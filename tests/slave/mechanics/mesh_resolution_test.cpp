@@ -313,19 +313,26 @@ TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
   }
 }
 
-// Nine nodes of ten-node tetrahedra below a tool of one and a half to two elements: 11 to 23 % off
-// (against 16 cells a side), whatever area they stand for.
-TEST(PatchResolution, FewNodesUnderAToolAreExtrapolated) {
-  const Kind& quadratic = Kinds()[1];
-  for (const int n : {4, 5, 6, 8}) {
-    const auto model = Make(quadratic, {.cells = {n, n, n}});
-    for (const double elements : {1.3, 1.5, 1.7}) {
+// Reference: the half-space, within 3 % (see IsJudgedAsTheHalfSpaceDoes). What is valid under a
+// tool of 1.3 to 2 elements is within 10 % and that. Nine nodes of ten-node tetrahedra, whose area
+// is right, are 11 to 23 % off.
+TEST(PatchResolution, FewNodesUnderAToolAreRightOrExtrapolated) {
+  int valid = 0, flagged = 0;
+  for (const int n : {6, 8}) {
+    const Box box{.cells = {n, n, n}};
+    const auto model = Make(Kinds()[1], box);
+    for (const double elements : {1.3, 1.5, 1.7, 2.0}) {
       for (const Vector3d& p_O : PlacesOnTop(n)) {
         const ContactResponse r = Query(*model, Press(false, p_O, elements / n));
-        EXPECT_EQ(r.doubt, kCoarsePatch) << n << " " << elements << " " << p_O.transpose();
+        const double off = std::abs(StiffnessOf(r) / HalfSpace(false, elements / n, box.nu) - 1);
+        const bool is_valid = r.validity == Validity::kValid;
+        EXPECT_LT(is_valid ? off : 0, 0.13) << n << " " << elements << " " << p_O.transpose();
+        (is_valid ? valid : flagged) += 1;
       }
     }
   }
+  EXPECT_GT(valid, 8);
+  EXPECT_GT(flagged, 8);
 }
 
 // Reference: Timoshenko's beam, k = 1 / (L^3 / 3 E I + L / (5/6 G A)), a unit square across, under
