@@ -105,7 +105,7 @@ class Alarms {
                      100 * moment_.ticks.late_share),
            "The link is slow or the machine is busy: see the charts.");
     }
-    if (moment_.frozen_for > 0 && moment_.felt.state.validity != Validity::kStale) {
+    if (moment_.frozen_for > 0 && moment_.observed.state.validity != Validity::kStale) {
       Note(Formatted("The image has been frozen for %.0f s.", moment_.frozen_for),
            "The force is independent of it: check its age. If this persists, reload the page.");
     }
@@ -156,7 +156,7 @@ std::string NextFor(Validity validity) {
 }
 
 void Alarms::AddValidity() {
-  const SlaveState& felt = moment_.felt.state;
+  const SlaveState& felt = moment_.observed.state;
   if (felt.sequence == 0 || felt.validity == Validity::kValid) return;
   const bool line_says_so = felt.validity == Validity::kStale && tick_.state_age > kLate;
   if (line_says_so) return;

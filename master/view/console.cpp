@@ -42,7 +42,7 @@ std::string Name(const std::string& name) {
 }
 
 std::string Line(const NamedFinger& finger) {
-  const FingerState& felt = finger.felt;
+  const FingerState& felt = finger.contact;
   if (!IsForceKnown(felt)) return Name(finger.name) + InWords(felt);
   const Eigen::Vector3d f = felt.force->cast<double>();
   std::string line = Name(finger.name) + Formatted("%-8s %8.3g N  (%+.3g %+.3g %+.3g) N",
@@ -214,7 +214,7 @@ std::string FingerBrief(const std::vector<NamedFinger>& fingers, const RemoteMes
   std::string line;
   if (fingers.size() > 1) {
     for (const NamedFinger& finger : fingers)
-      line += "  " + finger.name + " " + InWords(finger.felt);
+      line += "  " + finger.name + " " + InWords(finger.contact);
   }
   if (mesh != nullptr) line += "  moved " + Moved(*mesh);
   return line;

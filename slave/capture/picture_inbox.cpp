@@ -292,7 +292,7 @@ std::unique_ptr<StereoSource> PictureInbox::OpenPairs() {
       return sample;
     }
     [[nodiscard]] std::string description() const override {
-      return "images from a driver (FeedPictures)";
+      return "images from a driver (FeedImages)";
     }
 
    private:

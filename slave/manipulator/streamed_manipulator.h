@@ -42,8 +42,8 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   [[nodiscard]] std::optional<Eigen::Vector3d> measured_force() const noexcept override;
   [[nodiscard]] DrivenArm* driven() noexcept override { return this; }
 
-  std::optional<std::string> Take(DriverId driver, const std::string& name,
-                                  const ArmReading& reading, Time arrived_at) override;
+  std::optional<Refusal> Take(DriverId driver, const std::string& name, const ArmReading& reading,
+                              Time arrived_at) override;
   void Leave(DriverId driver) override;
   ArmAim Aim(Time now) override;
 
@@ -66,8 +66,8 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
 
   [[nodiscard]] bool IsFaultyAt(Time now) const noexcept;
   // With mutex_ held, as all functions below.
-  [[nodiscard]] std::optional<std::string> Refusal(DriverId driver, const ArmReading& reading,
-                                                   Time arrived_at) const;
+  [[nodiscard]] std::optional<Refusal> Rejects(DriverId driver, const ArmReading& reading,
+                                               Time arrived_at) const;
   // Fault of a readable reading; empty: none.
   [[nodiscard]] std::string FindFault(const ArmReading& reading, Time measured_at) const;
   void BeginWith(DriverId driver, const std::string& name);

@@ -22,7 +22,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kNothingYet = "no image received yet (FeedPictures)";
+constexpr const char* kNothingYet = "no image received yet (FeedImages)";
 
 // A sensing whose images a driver sends: it is created from the first usable images, and until then
 // reports what it waits for.
@@ -184,7 +184,7 @@ void RequireFriction(const ModelOptions& model) {
 // What is known of a sense before its first picture.
 SenseInfo Awaited(const Scene& scene) {
   SenseInfo info;
-  info.source = "images from a driver (FeedPictures)";
+  info.source = "images from a driver (FeedImages)";
   info.samples = "images";
   info.is_awaited = true;
   info.tells_force = !HasStereoOrDepth(scene.sense) || EstimatesForce(scene);

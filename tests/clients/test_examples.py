@@ -77,7 +77,7 @@ class Examples(unittest.TestCase):
 
     def check_feeding(self, size, *check):
         with Slave(BLOCK, *CAMERA) as slave:
-            text = self.run_example("feed_pictures", slave.address, *size, *check)
+            text = self.run_example("feed_images", slave.address, *size, *check)
             self.assertIn("30 of 30 images accepted", text)
             self.assertIn("accepted is", text)
         with Slave(CUBE, *TACTILE) as slave:
@@ -238,7 +238,7 @@ class Python(Examples):
         with Slave(BLOCK, *CAMERA) as server, palpate.connect(server.address) as slave:
             with self.assertRaisesRegex(ValueError, "accepted is uint8 or uint16"):
                 slave.feed_images([np.zeros((4, 4))])
-            with self.assertRaisesRegex(palpate.Error, "max_rate_hz"):
+            with self.assertRaisesRegex(palpate.Error, "max_rate"):
                 next(slave.states(rate=0.5))
             with self.assertRaisesRegex(palpate.Error, "FAILED_PRECONDITION"):
                 slave.feed_fingertips([palpate.TactileSample("ff", [0.0] * 19)])

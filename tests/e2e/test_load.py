@@ -145,7 +145,7 @@ class Periods:
 
     def __init__(self, stub):
         self.times, self.trouble = [], ""
-        request = messages.WatchTraceRequest(max_rate_hz=10)
+        request = messages.WatchTraceRequest(max_rate=10)
         self.call = stub.WatchTrace(request)
         threading.Thread(target=self.read, daemon=True).start()
 

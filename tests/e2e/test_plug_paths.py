@@ -1,4 +1,4 @@
-"""No simulator in the slave: a site's pictures by URL, GStreamer pipeline, camera and FeedPictures, its fingertips by
+"""No simulator in the slave: a site's pictures by URL, GStreamer pipeline, camera and FeedImages, its fingertips by
 FeedTactile, the tool by DriveTool. The force is as right as where the site is simulated inside, within 1 % of the peak.
 
 usage: test_plug_paths.py [NAME...]   of silicone-block, rubber-membrane, foam-cube
@@ -168,7 +168,7 @@ class Paths(Plugged):
             "URL": lambda home: self.plugged(name, home, url, "y4m"),
             "pipeline": lambda home: self.plugged(name, home, pipeline, "raw"),
             "device": lambda home: self.plugged(name, home, device, "raw", command=self.fake_camera()),
-            "FeedPictures": lambda home: self.fed(name, home, ["sense.camera.source=stream"])})
+            "FeedImages": lambda home: self.fed(name, home, ["sense.camera.source=stream"])})
 
     def test_membrane(self):
         name = self.wanted("rubber-membrane")
@@ -190,7 +190,7 @@ class Paths(Plugged):
             "URL": lambda home: self.plugged(name, home, url, "y4m"),
             "pipeline": lambda home: self.plugged(name, home, pipeline, "raw"),
             "device": lambda home: self.plugged(name, home, device, "raw", command=self.fake_camera()),
-            "FeedPictures": lambda home: self.fed(name, home, [pair.format("source: stream")])})
+            "FeedImages": lambda home: self.fed(name, home, [pair.format("source: stream")])})
 
     def test_cube(self):
         name = self.wanted("foam-cube")

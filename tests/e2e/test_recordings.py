@@ -95,7 +95,7 @@ class Recordings(unittest.TestCase):
         return slave_file, master_file
 
     @unittest.skipUnless(READER, WHY_NOT)
-    def check_master(self, master_file, pictures):
+    def check_master(self, master_file, images):
         parts = read(*files_of(master_file))
         for part in parts:
             self.assertTrue(part["whole"])
@@ -106,7 +106,7 @@ class Recordings(unittest.TestCase):
         self.assertGreater(seen["topics"]["/master/tick"], 200)
         self.assertGreater(seen["topics"]["/slave/state"], 20)
         self.assertGreater(seen["topics"]["/master/command"], 20)
-        self.assertEqual("/slave/picture" in seen["topics"], pictures)
+        self.assertEqual("/slave/image" in seen["topics"], images)
         self.assertIn("foxglove.CompressedImage", seen["schemas"])
         return seen
 
@@ -159,8 +159,8 @@ class Recordings(unittest.TestCase):
 
     def export(self, master_file, seen):
         self.good(MASTER, "export", master_file, "--out", self.out / "exported")
-        pictures = list((self.out / "exported/pictures").iterdir())
-        self.assertEqual(len(pictures), seen["topics"]["/slave/picture"])
+        images = list((self.out / "exported/images").iterdir())
+        self.assertEqual(len(images), seen["topics"]["/slave/image"])
         self.assertGreater(len(list((self.out / "exported/meshes").iterdir())), 1)
         sys.path.insert(0, str(PACKAGE))
         try:

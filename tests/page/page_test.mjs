@@ -264,11 +264,11 @@ describe('a scripted hand presses the block', () => {
     await said(stage, 'tracking is not reinitialized: ');
     await until(async () => {  // between two presses
       await stage.when((status) => !status.clutched && status.state === 'FOLLOWING', 'FOLLOWING');
-      await stage.when((status) => !status.felt.in_contact && size(status.chain.sent) === 0, 'a tool that is free');
+      await stage.when((status) => !status.slave_state.local_model?.in_contact && size(status.chain.sent) === 0, 'a tool that is free');
       await stage.page.keyboard.press('c');
       await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
       await pause(200);
-      if (!stage.status.felt.in_contact) return true;
+      if (!stage.status.slave_state.local_model?.in_contact) return true;
       await stage.page.keyboard.press('c');
       return false;
     }, 'a free tool that stands');
@@ -689,16 +689,16 @@ describe('a mouse feels the block', () => {
     await byHand(async () => {  // lifts it off
       if (!(await press())) return false;
       await page.mouse.move(middle[0], middle[1] - 120, { steps: 10 });
-      await soon(() => !stage.status.felt.in_contact);
+      await soon(() => !stage.status.slave_state.local_model?.in_contact);
       await page.mouse.up();
-      return soon(() => stage.status.state === 'CLUTCHED' && !stage.status.felt.in_contact);
+      return soon(() => stage.status.state === 'CLUTCHED' && !stage.status.slave_state.local_model?.in_contact);
     }, 'a free tool');
     const set = await stage.when((status) => Math.abs(status.force_scale / force_scale - 10 ** 0.1) < 0.01, 'the scale that was asked for');
     assert.equal(set.waiting.force_scale, null);
     await page.keyboard.press('l');
     await until(() => page.evaluate(() => document.activeElement.id === 'position-scale'), 'its slider');
     await right('#position-scale', 2);
-    const tip = stage.status.felt.tip;
+    const tip = Object.values(stage.status.slave_state.p_S_tip);
     await stage.when((status) => Math.abs(status.position_scale / position_scale - 10 ** 0.1) < 0.01, 'the other, at once');
     await until(async () => (await stage.text('position-scale-told')) === '1.26 mm/mm', 'in figures');
     await until(async () => (await page.locator('#position-scale').getAttribute('aria-valuetext')) === '1 mm of the device is 1.26 mm of the tool', 'in words');

@@ -79,7 +79,7 @@ void PrintPictureCost(const Camera& camera) {
   const auto began = std::chrono::steady_clock::now();
   for (int i = 0; i < kRepeats; ++i) bytes = EncodeJpeg(noise, kQuality).size();
   const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
-  PrintLine("on demand", fmt::format("an image (WatchVideo): at most {:.2g} ms and {} kB each",
+  PrintLine("on demand", fmt::format("an image (WatchImages): at most {:.2g} ms and {} kB each",
                                      spent.count() / kRepeats, bytes / 1000));
 }
 

@@ -123,7 +123,7 @@ class FakeMeshServer final : public v1::Teleoperation::Service {
   }
   grpc::Status WatchMesh(grpc::ServerContext* context, const v1::WatchMeshRequest* request,
                          grpc::ServerWriter<v1::MeshState>* writer) override {
-    asked_rate = request->max_rate_hz();
+    asked_rate = request->max_rate();
     for (const auto& message : messages_) writer->Write(message);
     while (!context->IsCancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return grpc::Status::CANCELLED;
@@ -242,7 +242,7 @@ TEST_F(ObserverTest, UsersShareOneStreamOfEachKind) {
     return received.size() == 6 && observer.image() && observer.mesh();
   }));
   EXPECT_THAT(received,
-              testing::UnorderedElementsAre("VideoFrame", "MeshState", "TraceUpdate", "Status",
+              testing::UnorderedElementsAre("ImageState", "MeshState", "TraceUpdate", "Status",
                                             "SceneDescription", "Capabilities"));
   observer.Need(User::kPage, {});
   const std::uint64_t before = observer.mesh_stats().meshes;

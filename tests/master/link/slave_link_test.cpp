@@ -404,11 +404,10 @@ class NearlyASlave : public StrangePeer {
     mapping->set_position_scale(1);
     mapping->set_force_scale(1);
     mapping->set_force_limit(3.3);
-    for (int i = 0; i < 9; ++i) mapping->add_rotation(i % 4 == 0 ? 1 : 0);
+    for (const double q : {1, 0, 0, 0}) mapping->add_orientation(q);
     return grpc::Status::OK;
   }
-  grpc::Status GetCapabilities(grpc::ServerContext*, const v1::GetCapabilitiesRequest*,
-                               v1::Capabilities*) override {
+  grpc::Status GetStatus(grpc::ServerContext*, const v1::GetStatusRequest*, v1::Status*) override {
     return grpc::Status::OK;
   }
 };

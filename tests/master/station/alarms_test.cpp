@@ -26,8 +26,8 @@ StationMoment Good() {
   moment.status.force_limit = 3.3;
   moment.ticks.newest.state = OperatorState::kFollowing;
   moment.ticks.newest.state_age = 0.003;
-  moment.felt.state.sequence = 1;
-  moment.felt.state.validity = Validity::kValid;
+  moment.observed.state.sequence = 1;
+  moment.observed.state.validity = Validity::kValid;
   return moment;
 }
 
@@ -66,7 +66,7 @@ TEST(AlarmsTest, ALostLineIsToldOnce) {
   moment.ticks.newest.state_age = 2;
   moment.ticks.newest.chain.reasons.Add(Reason::kAged);
   moment.ticks.late_share = 0.5;
-  moment.felt.state.validity = Validity::kStale;
+  moment.observed.state.validity = Validity::kStale;
   moment.health_trouble = "no answer in time";
   moment.frozen_for = 2;
   moment.slave_alarms = {"of before"};
@@ -79,7 +79,7 @@ TEST(AlarmsTest, APictureThatStandsStillIsToldUnlessNothingIsSensed) {
   StationMoment moment = Good();
   moment.frozen_for = 2.4;
   EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The image has been frozen for 2 s.")));
-  moment.felt.state.validity = Validity::kStale;
+  moment.observed.state.validity = Validity::kStale;
   EXPECT_THAT(AlarmsOf(moment), Not(Contains(HasText("The image"))));
 }
 

@@ -29,10 +29,10 @@ StationMoment Pressed() {
   tick.chain.sent = {0, 3.3, 0};
   tick.chain.reasons.Add(Reason::kClamped);
   moment.status.force_limit = 3.3;
-  moment.felt.state.sequence = 7;
-  moment.felt.state.sigma = 0.02;
-  moment.felt.state.validity = Validity::kExtrapolated;
-  moment.felt.details = R"({"score":0.97})";
+  moment.observed.state.sequence = 7;
+  moment.observed.state.sigma = 0.02;
+  moment.observed.state.validity = Validity::kExtrapolated;
+  moment.observed.details = R"({"score":0.97})";
   return moment;
 }
 
@@ -43,9 +43,9 @@ TEST(MomentJsonTest, SaysWhatTheTickSays) {
   EXPECT_EQ(json["state"], "FOLLOWING");
   EXPECT_EQ(json["chain"]["sent"], Json::array({0, 3.3, 0}));
   EXPECT_EQ(json["chain"]["reasons"], Json::array({"clamped"}));
-  EXPECT_EQ(json["felt"]["validity"], "extrapolated");
-  EXPECT_NEAR(json["felt"]["sigma"].get<double>(), 0.02, 1e-9);
-  EXPECT_EQ(json["felt"]["details"]["score"], 0.97);
+  EXPECT_EQ(json["slave_state"]["validity"], "VALIDITY_EXTRAPOLATED");
+  EXPECT_NEAR(json["slave_state"]["sigma"].get<double>(), 0.02, 1e-9);
+  EXPECT_EQ(json["slave_state"]["details"]["score"], 0.97);
   EXPECT_EQ(json["link"]["sensed_age"], 0.0625);
   EXPECT_EQ(json["marks"], 2);
   EXPECT_EQ(json["render"], "hold");
@@ -128,24 +128,24 @@ TEST(MomentJsonTest, ASlaveThatRefusesIsNotSearchedFor) {
   EXPECT_THAT(AlarmsOf(moment).front().next, testing::HasSubstr("correct it"));
 }
 
-// What a slave told before it fell silent is neither felt nor measured any more.
+// A state is no longer shown as the present one after a quarter of a second.
 TEST(MomentJsonTest, WhatWasToldTooLongAgoIsNotKnown) {
   StationMoment moment = Pressed();
   moment.status.fingers = {{"tool", {.force = Eigen::Vector3f(0, 1.5F, 0)}}};
-  moment.felt.state.local_model.revision = 1;
-  moment.felt_age = moment.ticks.newest.state_age = 0.2;
+  moment.observed.state.local_model.revision = 1;
+  moment.observed_age = moment.ticks.newest.state_age = 0.2;
   LeaveOutOld(&moment);
   Json json = Json::parse(StatusJson(moment));
   EXPECT_FALSE(json["chain"]["estimated"].is_null());
-  EXPECT_EQ(json["felt"]["details"]["score"], 0.97);
-  moment.felt_age = moment.ticks.newest.state_age = 0.3;
+  EXPECT_EQ(json["slave_state"]["details"]["score"], 0.97);
+  moment.observed_age = moment.ticks.newest.state_age = 0.3;
   LeaveOutOld(&moment);
   json = Json::parse(StatusJson(moment));
   EXPECT_TRUE(json["chain"]["estimated"].is_null());
-  EXPECT_EQ(json["felt"]["validity"], "stale");
-  EXPECT_EQ(json["felt"]["age"], 0.3);
-  for (const char* key : {"sigma", "details", "normal"}) {
-    EXPECT_TRUE(json["felt"][key].is_null()) << key;
+  EXPECT_EQ(json["slave_state"]["validity"], "VALIDITY_STALE");
+  EXPECT_EQ(json["slave_state"]["age"], 0.3);
+  for (const char* key : {"details", "local_model"}) {
+    EXPECT_TRUE(json["slave_state"][key].is_null()) << key;
   }
   EXPECT_TRUE(json["fingers"][0]["force"].is_null());
   EXPECT_EQ(json["fingers"][0]["validity"], "stale");
@@ -221,10 +221,10 @@ TEST(MomentJsonTest, HealthThatIsNoneTellsNoAlarms) {
 TEST(MomentJsonTest, WhatIsNotKnownIsNull) {
   StationMoment moment = Pressed();
   moment.ticks.newest.chain.force_known = false;
-  moment.felt.state.sequence = 0;
+  moment.observed.state.sequence = 0;
   const Json json = Json::parse(StatusJson(moment));
   EXPECT_TRUE(json["chain"]["estimated"].is_null());
-  EXPECT_TRUE(json["felt"].is_null());
+  EXPECT_TRUE(json["slave_state"].is_null());
   EXPECT_TRUE(json["link"]["age"].is_null());
   EXPECT_TRUE(json["rate"].is_null());
 }

@@ -165,19 +165,20 @@ TEST_F(ReplayStationTest, StandsAndGoesWhereItIsSent) {
   for (const Json& sample : back["samples"]) EXPECT_LE(sample[1], back["t"]);
 }
 
-// Before the first state nothing was felt, whatever was felt after.
+// Before the first state there is no force, whatever comes after.
 TEST_F(ReplayStationTest, NothingOfALaterMomentIsShown) {
   Open(0.4, 0.1);
   line_->SendText(R"({"do":"replay","playing":false})");
-  const Json later = Next("status", [](const Json& status) { return !status["felt"].is_null(); });
+  const Json later =
+      Next("status", [](const Json& status) { return !status["slave_state"].is_null(); });
   ASSERT_FALSE(later.is_null());
-  EXPECT_GE(later["felt"]["sequence"], 4);
+  EXPECT_GE(std::stoi(later["slave_state"]["sequence"].get<std::string>()), 4);
   line_->SendText(R"({"do":"replay","to":0})");
   const auto run = later["replay"]["run"];
   const Json first =
       Next("status", [&run](const Json& status) { return status["replay"]["run"] > run; });
   ASSERT_FALSE(first.is_null());
-  EXPECT_TRUE(first["felt"].is_null());
+  EXPECT_TRUE(first["slave_state"].is_null());
 }
 
 TEST_F(ReplayStationTest, ARecordingOfAnotherBuildIsNamed) {

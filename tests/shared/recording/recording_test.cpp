@@ -40,11 +40,12 @@ TEST_F(RecordingTest, KeepsTheOrderOfEachThreadAndLosesNothing) {
   constexpr std::uint64_t kEach = 2000;
   {
     Recording recording({.file = file_});
-    const auto a = recording.Open("/a", v1::FeltState()), b = recording.Open("/b", v1::FeltState());
+    const auto a = recording.Open("/a", v1::SlaveState()),
+               b = recording.Open("/b", v1::SlaveState());
     const auto put = [&](std::uint16_t channel) {
       for (std::uint64_t i = 1; i <= kEach; ++i) {
-        v1::FeltState state;
-        state.set_sample(i);
+        v1::SlaveState state;
+        state.set_sequence(i);
         recording.Put(channel, FromNanoseconds(i), state);
       }
     };
@@ -52,10 +53,10 @@ TEST_F(RecordingTest, KeepsTheOrderOfEachThreadAndLosesNothing) {
   }
   RecordingReader reader(file_);
   std::map<std::string, std::uint64_t> newest;
-  for (v1::FeltState state; reader.Next();) {
+  for (v1::SlaveState state; reader.Next();) {
     reader.Read(&state);
-    EXPECT_EQ(state.sample(), ++newest[std::string(reader.topic())]);
-    EXPECT_EQ(Nanoseconds(reader.at()), state.sample());
+    EXPECT_EQ(state.sequence(), ++newest[std::string(reader.topic())]);
+    EXPECT_EQ(Nanoseconds(reader.at()), state.sequence());
   }
   EXPECT_EQ(newest, (std::map<std::string, std::uint64_t>{{"/a", kEach}, {"/b", kEach}}));
   EXPECT_TRUE(reader.mcap().is_whole());
@@ -66,7 +67,7 @@ TEST_F(RecordingTest, WhatIsMadeLateIsMadeByAnotherThread) {
   const auto here = std::this_thread::get_id();
   {
     Recording recording({.file = file_});
-    const auto a = recording.Open("/a", v1::FeltState());
+    const auto a = recording.Open("/a", v1::SlaveState());
     std::atomic<bool> made{false};
     recording.Put(a, Clock::now(), 10, [&] {
       elsewhere = std::this_thread::get_id() != here;
@@ -81,7 +82,7 @@ TEST_F(RecordingTest, WhatIsMadeLateIsMadeByAnotherThread) {
 // More than may wait at all is never taken, so that memory is bounded; and it is said.
 TEST_F(RecordingTest, WhatCannotWaitIsCountedAndSaid) {
   Recording recording({.file = file_, .most_waiting = 1000});
-  const auto a = recording.Open("/a", v1::FeltState());
+  const auto a = recording.Open("/a", v1::SlaveState());
   recording.Put(a, Clock::now(), 5000, [] { return std::string(); });
   EXPECT_EQ(recording.stats().dropped, 1U);
   EXPECT_THAT(recording.stats().trouble, HasSubstr("1 messages are missing"));
@@ -99,8 +100,8 @@ TEST_F(RecordingTest, WhatIsLostIsToldOnceAtOnce) {
                          words = why;
                          ++told;
                        }});
-  const auto a = recording.Open("/a", v1::FeltState());
-  recording.Put(a, Clock::now(), v1::FeltState());
+  const auto a = recording.Open("/a", v1::SlaveState());
+  recording.Put(a, Clock::now(), v1::SlaveState());
   for (int i = 0; i < 3; ++i) {
     recording.Put(a, Clock::now(), 5000, [] { return std::string(); });
   }
@@ -116,10 +117,11 @@ TEST_F(RecordingTest, ItsEndIsToldOnceInWords) {
                          ++told;
                          EXPECT_THAT(why, HasSubstr("has reached its limit"));
                        }});
-  const auto a = recording.Open("/a", v1::FeltState());
+  const auto a = recording.Open("/a", v1::SlaveState());
   for (int i = 0; i < 3000; ++i) {
-    v1::FeltState state;
-    for (int k = 0; k < 20; ++k) state.add_stiffness(std::sin(i * 100.0 + k));
+    v1::SlaveState state;
+    for (int k = 0; k < 20; ++k)
+      state.mutable_local_model()->add_stiffness(static_cast<float>(std::sin(i * 100.0 + k)));
     recording.Put(a, Clock::now(), state);
   }
   recording.Finish();
@@ -142,13 +144,13 @@ TEST_F(RecordingTest, ASchemaBringsEveryFileItRefersTo) {
 TEST_F(RecordingTest, AMessageOfAnotherTypeIsRefusedByName) {
   {
     Recording recording({.file = file_});
-    recording.Put(recording.Open("/a", v1::FeltState()), Clock::now(), v1::FeltState());
+    recording.Put(recording.Open("/a", v1::SlaveState()), Clock::now(), v1::SlaveState());
   }
   RecordingReader reader(file_);
   ASSERT_TRUE(reader.Next());
   v1::ForceTick tick;
   EXPECT_THAT(Thrown<InputError>([&] { reader.Read(&tick); }),
-              HasSubstr("/a is of palpate.v1.FeltState: accepted is"));
+              HasSubstr("/a is of palpate.v1.SlaveState: accepted is"));
 }
 
 class PartsTest : public FolderTest {
@@ -157,8 +159,8 @@ class PartsTest : public FolderTest {
   static std::uint64_t PutUntil(Recording* recording, std::uint16_t channel, int parts) {
     std::uint64_t count = 0;
     while (recording->part() < parts) {
-      v1::FeltState state;
-      state.set_sample(++count);
+      v1::SlaveState state;
+      state.set_sequence(++count);
       recording->Put(channel, FromNanoseconds(count), state);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -168,11 +170,11 @@ class PartsTest : public FolderTest {
     Recording recording({.file = file_, .part = 0.02});
     recording.Attach("scene.yaml", "name: block");
     recording.Note("made", {{"by", "us"}});
-    return PutUntil(&recording, recording.Open("/a", v1::FeltState()), parts);
+    return PutUntil(&recording, recording.Open("/a", v1::SlaveState()), parts);
   }
   static std::vector<std::uint64_t> Samples(RecordingReader* reader) {
     std::vector<std::uint64_t> samples;
-    for (v1::FeltState state; reader->Next(); samples.push_back(state.sample())) {
+    for (v1::SlaveState state; reader->Next(); samples.push_back(state.sequence())) {
       reader->Read(&state);
     }
     return samples;
@@ -228,7 +230,7 @@ TEST_F(PartsTest, OneThatIsLeftOfAnEarlierRecordingIsLeftOut) {
 TEST_F(PartsTest, AFileThatIsOnlyNamedLikeOneIsLeftOut) {
   {
     Recording recording({.file = folder_ / "a-2024.mcap"});
-    recording.Put(recording.Open("/a", v1::FeltState()), Clock::now(), v1::FeltState());
+    recording.Put(recording.Open("/a", v1::SlaveState()), Clock::now(), v1::SlaveState());
   }
   RecordingReader reader(file_);
   EXPECT_FALSE(reader.Next());
@@ -254,7 +256,7 @@ TEST_F(PartsTest, AFileThatWouldHideThemIsNamed) {
 TEST_F(PartsTest, TheLimitHoldsForAllOfThem) {
   constexpr std::uint64_t kLimit = 100'000;
   Recording recording({.file = file_, .limit = kLimit, .part = 0.02});
-  const auto a = recording.Open("/a", v1::FeltState());
+  const auto a = recording.Open("/a", v1::SlaveState());
   std::mt19937 random(1);
   while (recording.stats().trouble.empty()) {
     std::string noise(1000, '\0');
@@ -272,7 +274,7 @@ TEST_F(PartsTest, TheLimitHoldsForAllOfThem) {
 
 TEST_F(PartsTest, WhereTheNextCannotBeginItEndsAndSaysSo) {
   Recording recording({.file = file_, .part = 0.02});
-  const auto a = recording.Open("/a", v1::FeltState());
+  const auto a = recording.Open("/a", v1::SlaveState());
   std::filesystem::rename(folder_, folder_.string() + ".gone");
   PutUntil(&recording, a, 3);
   recording.Finish();

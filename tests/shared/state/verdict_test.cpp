@@ -18,8 +18,8 @@ TEST(VerdictTest, TheWorseValidityDecides) {
 TEST(VerdictTest, TheHighestRankIsReportedInAnyOrder) {
   for (const bool reversed : {false, true}) {
     Verdict verdict{Validity::kValid};
-    verdict.Fail(reversed ? FailedCheck::kDent : FailedCheck::kScale);
-    verdict.Fail(reversed ? FailedCheck::kScale : FailedCheck::kDent);
+    verdict.Fail(reversed ? FailedCheck::kIndentation : FailedCheck::kScale);
+    verdict.Fail(reversed ? FailedCheck::kScale : FailedCheck::kIndentation);
     EXPECT_EQ(verdict.validity, Validity::kExtrapolated);
     EXPECT_EQ(verdict.check, FailedCheck::kScale) << reversed;
   }
@@ -27,8 +27,8 @@ TEST(VerdictTest, TheHighestRankIsReportedInAnyOrder) {
 
 TEST(VerdictTest, OfEqualRanksTheFirstReasonStays) {
   Verdict verdict{Validity::kValid};
-  verdict.Fail(FailedCheck::kDent, "first");
-  verdict.Fail(FailedCheck::kDent, "second");
+  verdict.Fail(FailedCheck::kIndentation, "first");
+  verdict.Fail(FailedCheck::kIndentation, "second");
   EXPECT_EQ(verdict.reason, "first");
 }
 

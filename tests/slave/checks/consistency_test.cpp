@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr FailedCheck kOne = FailedCheck::kDent, kOther = FailedCheck::kArm;
+constexpr FailedCheck kOne = FailedCheck::kIndentation, kOther = FailedCheck::kArm;
 
 // Reference: the quantile. Windows overlap, so failures come in groups: ten times as many at most.
 TEST(ConsistencyTest, NoiseOfTheStatedSizeFailsNoOftenerThanTheQuantile) {

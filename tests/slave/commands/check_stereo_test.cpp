@@ -183,7 +183,7 @@ TEST_F(CheckFilesTest, WhatIsPluggedInIsNamed) {
   const std::string pushed = said("source: stream", "stream, silence: 60 ms");
   EXPECT_THAT(
       pushed,
-      AllOf(HasSubstr("image pairs from a driver (FeedPictures), 30 Hz"),
+      AllOf(HasSubstr("image pairs from a driver (FeedImages), 30 Hz"),
             HasSubstr("are more than 5 ms apart are not paired"),
             HasSubstr("driven by a client (DriveTool); a fault is raised after 60 ms of silence")));
 }
@@ -193,7 +193,7 @@ TEST(CheckCameraTest, WhatIsPluggedInIsNamed) {
               AllOf(HasSubstr("simulated, 640x480 px"), HasSubstr("manipulator    simulated")));
   EXPECT_THAT(Said(kScenes / "silicone-block.yaml",
                    {"sense.camera.source=stream", "manipulator.source=stream"}),
-              AllOf(HasSubstr("images from a driver (FeedPictures)"),
+              AllOf(HasSubstr("images from a driver (FeedImages)"),
                     HasSubstr("driven by a client (DriveTool)"),
                     HasSubstr("image latency, from the manipulator")));
 }

@@ -35,7 +35,7 @@ class StreamedManipulatorTest : public testing::Test {
     reading.p_S_tip = p_S_tip;
     return reading;
   }
-  std::optional<std::string> Report(const Vector3d& p_S_tip) {
+  std::optional<DrivenArm::Refusal> Report(const Vector3d& p_S_tip) {
     return arm_.Take(kDriver, "a driver", Reading(p_S_tip), test_time);
   }
   void Pass(double seconds) { test_time += Seconds(seconds); }
@@ -300,7 +300,8 @@ TEST_P(RefusedReadingTest, IsRefusedInWords) {
   Pass(kPeriod);
   ArmReading reading = Reading(tip_);
   GetParam().apply(&reading);
-  EXPECT_THAT(arm_.Take(kDriver, "", reading, test_time).value_or(""), HasSubstr(GetParam().words));
+  EXPECT_THAT(arm_.Take(kDriver, "", reading, test_time).value_or(DrivenArm::Refusal{}).why,
+              HasSubstr(GetParam().words));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -315,7 +316,7 @@ TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
   Drive(0.1);
   Pass(kPeriod);
   ArmReading other = Reading(tip_);
-  EXPECT_THAT(arm_.Take(kOther, "b", other, test_time).value_or(""),
+  EXPECT_THAT(arm_.Take(kOther, "b", other, test_time).value_or(DrivenArm::Refusal{}).why,
               HasSubstr("the manipulator is driven by a driver"));
   arm_.Leave(kDriver);
   EXPECT_TRUE(arm_.is_faulty());

@@ -116,10 +116,10 @@ TEST_F(RecordedRunTest, AStateThatDiffersIsNamedWithItsDifference) {
   int estimates = 0;
   const auto file = Changed([&](v1::SenseStep* step) {
     if (!step->has_estimate() || ++estimates != 7) return;
-    v1::FeltState* felt = step->mutable_estimate()->mutable_felt();
-    sample = felt->sample();
-    felt->mutable_force()->set_y(felt->force().y() + 0.125);
-    felt->mutable_p_s_tip()->set_x(felt->p_s_tip().x() + 0.5);
+    v1::SlaveState* state = step->mutable_estimate()->mutable_state();
+    sample = step->estimate().sample();
+    state->mutable_force()->set_y(state->force().y() + 0.125);
+    state->mutable_p_s_tip()->set_x(state->p_s_tip().x() + 0.5);
   });
   const RecordedRun run = Process(file);
   EXPECT_EQ(run.differences.different, 1U);
@@ -178,7 +178,7 @@ TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
                 if (step->has_estimate()) step->mutable_estimate()->mutable_p_s_arm()->set_x(kNan);
               })),
-              HasSubstr("three finite numbers"));
+              HasSubstr("accepted is a finite number"));
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
                 if (step->has_settings()) step->mutable_settings()->set_elements(1 << 30);
               })),
@@ -188,7 +188,7 @@ TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
               })),
               HasSubstr("a recorded decision"));
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
-                if (step->has_pictures()) step->mutable_pictures()->set_sensed_at_ns(5);
+                if (step->has_images()) step->mutable_images()->mutable_sensed_at()->set_seconds(5);
               })),
               HasSubstr("no image received"));
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) { step->mutable_law(); })),

@@ -15,19 +15,19 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 TEST(RequestsTest, BulkRatesAreZeroForThirtyOrOneToOneHundredAndTwenty) {
   v1::WatchMeshRequest mesh;
   EXPECT_EQ(GapOf(mesh), Seconds(1 / 30.0));
-  mesh.set_max_rate_hz(120);
+  mesh.set_max_rate(120);
   EXPECT_EQ(GapOf(mesh), Seconds(1 / 120.0));
-  v1::WatchVideoRequest video;
+  v1::WatchImagesRequest video;
   for (const double rate : {0.99, 121.0, -1.0, kNan, kInf}) {
-    mesh.set_max_rate_hz(rate);
-    video.set_max_rate_hz(rate);
+    mesh.set_max_rate(rate);
+    video.set_max_rate(rate);
     EXPECT_THROW(GapOf(mesh), std::invalid_argument) << rate;
     EXPECT_THROW(GapOf(video), std::invalid_argument) << rate;
   }
 }
 
 TEST(RequestsTest, QualityIsZeroForEightyOrTenToOneHundred) {
-  v1::WatchVideoRequest request;
+  v1::WatchImagesRequest request;
   EXPECT_EQ(QualityOf(request), 80);
   for (const unsigned quality : {10U, 100U}) {
     request.set_quality(quality);

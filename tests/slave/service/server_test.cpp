@@ -67,14 +67,15 @@ TEST_F(ServerTest, TheSceneIsDescribed) {
   EXPECT_EQ(scene.material().young_modulus(), 127e3);
   EXPECT_EQ(scene.model().kind(), "spring");
   EXPECT_EQ(scene.model().reason(), "it is a fake");
-  EXPECT_THAT(scene.operator_().rotation(), testing::ElementsAre(1, 0, 0, 0, 1, 0, 0, 0, 1));
+  EXPECT_THAT(scene.operator_().orientation(), testing::ElementsAre(1, 0, 0, 0));
   EXPECT_EQ(scene.operator_().force_limit(), 3.3);
 }
 
 TEST_F(ServerTest, TheCapabilitiesAreTold) {
   grpc::ClientContext context;
-  v1::Capabilities capabilities;
-  ASSERT_TRUE(Connect()->GetCapabilities(&context, {}, &capabilities).ok());
+  v1::SceneDescription scene;
+  ASSERT_TRUE(Connect()->GetScene(&context, {}, &scene).ok());
+  const v1::Capabilities& capabilities = scene.capabilities();
   EXPECT_EQ(capabilities.degrees_of_freedom(), 2U);
   EXPECT_GE(capabilities.state_rate(), 100);
   EXPECT_TRUE(capabilities.simulated());

@@ -152,7 +152,7 @@ class Arm {
     v1::ArmReport report;
     report.set_sequence(sequence);
     report.set_driver_name("fake six-axis arm");
-    report.set_rate_hz(250);
+    report.set_rate(250);
     ToProto(Clock::now(), report.mutable_measured_at());
     ToProto(tip_, report.mutable_p_s_tip());
     if (rotation_) {
@@ -266,9 +266,9 @@ class SixAxisArmTest : public testing::Test {
   }
   std::uint32_t DegreesOfFreedom() const {
     grpc::ClientContext context;
-    v1::Capabilities capabilities;
-    EXPECT_TRUE(Connect()->GetCapabilities(&context, {}, &capabilities).ok());
-    return capabilities.degrees_of_freedom();
+    v1::SceneDescription scene;
+    EXPECT_TRUE(Connect()->GetScene(&context, {}, &scene).ok());
+    return scene.capabilities().degrees_of_freedom();
   }
   bool IsDriven() const {
     return Eventually([&] {

@@ -457,10 +457,10 @@ TEST_F(TlsTest, AnEmergencyStopIsClearedByWhoOperatesOrByAnAdmin) {
 // Reference: the roles, one line each; whatever else is called, by anyone: no.
 TEST(RolesTest, TheWholeTable) {
   const std::vector<std::string> methods{
-      "GetScene",    "GetStatus",           "GetCapabilities", "Operate",   "WatchState",
-      "WatchMesh",   "WatchVideo",          "SetModel",        "Reset",     "Stop",
-      "FeedTactile", "SetParameters",       "FeedPictures",    "DriveTool", "WatchPatch",
-      "WatchTrace",  "ReinitializeTracking"};
+      "GetScene",  "GetStatus",   "Operate",       "WatchState",
+      "WatchMesh", "WatchImages", "SetModel",      "Reset",
+      "Stop",      "FeedTactile", "SetParameters", "FeedImages",
+      "DriveTool", "WatchPatch",  "WatchTrace",    "ReinitializeTracking"};
   const auto allowed = [&](const std::string& role) {
     std::string may;
     for (const std::string& method : methods) {

@@ -20,10 +20,10 @@ using testing::HasSubstr;
 class WatchTest : public ServiceTest {
  protected:
   // Ends a WatchState of this rate at once; what the server says if it refuses.
-  grpc::Status Watch(double max_rate_hz) {
+  grpc::Status Watch(double max_rate) {
     CallContext context;
     v1::WatchStateRequest request;
-    request.set_max_rate_hz(max_rate_hz);
+    request.set_max_rate(max_rate);
     const auto stream = stub->WatchState(&context, request);
     v1::SlaveState state;
     if (stream->Read(&state)) {
@@ -42,7 +42,7 @@ TEST_F(WatchTest, OnlyRatesThatCanBeKeptAreAccepted) {
        {0.5, -1.0, 1001.0, HUGE_VAL, std::numeric_limits<double>::quiet_NaN()}) {
     const grpc::Status status = Watch(rate);
     EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << rate;
-    EXPECT_THAT(status.error_message(), HasSubstr("max_rate_hz = "));
+    EXPECT_THAT(status.error_message(), HasSubstr("max_rate = "));
     EXPECT_THAT(status.error_message(), HasSubstr("accepted is 0, or 1 to 1000"));
   }
 }
@@ -53,7 +53,7 @@ TEST_F(WatchTest, OnlyRatesThatCanBeKeptAreAccepted) {
 TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
   CallContext context;
   v1::WatchStateRequest request;
-  request.set_max_rate_hz(20);
+  request.set_max_rate(20);
   const auto stream = stub->WatchState(&context, request);
   v1::SlaveState state;
   ASSERT_TRUE(stream->Read(&state));
@@ -173,7 +173,7 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
   std::vector<std::unique_ptr<Watcher>> watchers;
   v1::SlaveState state;
   v1::WatchStateRequest slowly;
-  slowly.set_max_rate_hz(1);
+  slowly.set_max_rate(1);
   for (int i = 0; i < TeleoperationService::kSeats; ++i) {
     auto& watcher = *watchers.emplace_back(std::make_unique<Watcher>());
     SetDeadline(&watcher.context);
@@ -199,13 +199,13 @@ TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
   grpc::ClientContext state_context, mesh_context, video_context;
   for (auto* context : {&state_context, &mesh_context, &video_context}) SetDeadline(context);
   v1::WatchStateRequest slowly;
-  slowly.set_max_rate_hz(1);
+  slowly.set_max_rate(1);
   const auto states = stub->WatchState(&state_context, slowly);
   const auto meshes = stub->WatchMesh(&mesh_context, {});
-  const auto videos = stub->WatchVideo(&video_context, {});
+  const auto videos = stub->WatchImages(&video_context, {});
   v1::SlaveState state;
   v1::MeshState mesh;
-  v1::VideoFrame frame;
+  v1::ImageState frame;
   ASSERT_TRUE(states->Read(&state));
   ASSERT_TRUE(meshes->Read(&mesh));
   slave_.TakeSample();
@@ -340,7 +340,7 @@ TEST_F(WatchTest, ErrorsThatNobodyCanWantAreRefused) {
 TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
   CallContext context;
   v1::WatchTraceRequest request;
-  request.set_max_rate_hz(120);
+  request.set_max_rate(120);
   slave_.TakeSample();
   const auto stream = stub->WatchTrace(&context, request);
   v1::TraceUpdate update;
@@ -359,11 +359,11 @@ TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
 
 TEST_F(WatchTest, PicturesComeAsAskedFor) {
   CallContext context;
-  v1::WatchVideoRequest request;
+  v1::WatchImagesRequest request;
   request.set_overlays(true);
   request.set_quality(35);
-  const auto stream = stub->WatchVideo(&context, request);
-  v1::VideoFrame frame;
+  const auto stream = stub->WatchImages(&context, request);
+  v1::ImageState frame;
   ASSERT_TRUE(stream->Read(&frame));
   EXPECT_EQ(frame.jpeg(), "overlays 35");
   EXPECT_EQ(frame.width(), 640U);
@@ -374,8 +374,8 @@ TEST_F(WatchTest, PicturesComeAsAskedFor) {
 TEST_F(WatchTest, WithoutACameraThereAreNoPictures) {
   slave_.set_has_camera(false);
   CallContext context;
-  v1::VideoFrame frame;
-  const auto stream = stub->WatchVideo(&context, {});
+  v1::ImageState frame;
+  const auto stream = stub->WatchImages(&context, {});
   EXPECT_FALSE(stream->Read(&frame));
   EXPECT_THAT(stream->Finish(),
               EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "the scene has no camera"));

@@ -282,7 +282,7 @@ TEST_F(EstimatorTest, APressWithoutItsDentIsNotValid) {
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
   EXPECT_NE(estimator.estimate().validity, Validity::kValid);
-  EXPECT_EQ(estimator.estimate().check, FailedCheck::kDent);
+  EXPECT_EQ(estimator.estimate().check, FailedCheck::kIndentation);
   for (const double y : {0.087, 0.090, 0.092, 0.092, 0.092}) estimator.Estimate(Draw(0.044, y));
   EXPECT_EQ(estimator.estimate().validity, Validity::kValid) << "free again, it says so";
 }

@@ -1,4 +1,4 @@
-// FeedPictures. Decoding takes milliseconds: in the call's own thread, which also slows a driver
+// FeedImages. Decoding takes milliseconds: in the call's own thread, which also slows a driver
 // down who sends more than can be looked at.
 #include <memory>
 #include <string>
@@ -17,36 +17,36 @@ constexpr double kPictureRate = 64e6;  // [bytes/s]
 
 }  // namespace
 
-grpc::Status TeleoperationService::FeedPictures(grpc::ServerContext* context,
-                                                grpc::ServerReader<v1::PictureSample>* reader,
-                                                v1::FeedPicturesReply* reply) {
+grpc::Status TeleoperationService::FeedImages(grpc::ServerContext* context,
+                                              grpc::ServerReader<v1::ImageSample>* reader,
+                                              v1::FeedImagesReply* reply) {
   const OrdinaryPriority ordinary;
   PictureInbox* const inbox = slave_.picture_inbox();
   if (inbox == nullptr) {
-    return {grpc::StatusCode::FAILED_PRECONDITION,
-            "the scene accepts no images: the source of its sense.camera is not stream"};
+    return Error(v1::ERROR_REASON_NOT_STREAMED,
+                 "the scene accepts no images: the source of its sense.camera is not stream");
   }
   const Seats::Seat seat(&picture_feeds_);
   if (!seat) {
-    return {grpc::StatusCode::FAILED_PRECONDITION, "images are fed by " +
-                                                       std::to_string(picture_feeds_.count()) +
-                                                       " streams: accepted is one"};
+    return Error(v1::ERROR_REASON_SOURCE_TAKEN, "images are fed by " +
+                                                    std::to_string(picture_feeds_.count()) +
+                                                    " streams: accepted is one");
   }
   on_stream_(*context, kPictureRate);
   const auto id = NewStreamId();
   const std::shared_ptr<void> leaves(nullptr, [&](void*) { inbox->Leave(id); });
   const std::uint64_t dropped = inbox->health().dropped;
   std::uint64_t samples = 0;
-  v1::PictureSample message;
+  v1::ImageSample message;
   while (reader->Read(&message)) {
     const Time now = Clock::now();
     std::string reason;
     const auto sample = FromProto(message, &reason);
-    if (!sample) return {grpc::StatusCode::INVALID_ARGUMENT, reason};
+    if (!sample) return Error(v1::ERROR_REASON_INVALID_FIELD, reason);
     if (const auto refusal = inbox->Feed(*sample, now, id)) {
-      return {refusal->is_held ? grpc::StatusCode::FAILED_PRECONDITION
-                               : grpc::StatusCode::INVALID_ARGUMENT,
-              "sample " + std::to_string(message.sequence()) + ": " + refusal->why};
+      return Error(
+          refusal->is_held ? v1::ERROR_REASON_SOURCE_TAKEN : v1::ERROR_REASON_INVALID_FIELD,
+          "sample " + std::to_string(message.sequence()) + ": " + refusal->why);
     }
     ++samples;
   }

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Sends images to a slave at the rate of a camera: a camera driver.
 
-usage: feed_pictures.py HOST:PORT [LEFT ...] [--right RIGHT ...] [--rate HZ] [--size WxH] [--loop] [--check] [--tls DIR]
+usage: feed_images.py HOST:PORT [LEFT ...] [--right RIGHT ...] [--rate HZ] [--size WxH] [--loop] [--check] [--tls DIR]
 
 LEFT, RIGHT: PNG or JPEG files, the left and right images of pairs; a depth image is a PNG of 16 bit. Without files
 thirty grey images of --size (default 64x48) are sent. The scene needs a camera with `source: stream`.
