@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <condition_variable>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -12,6 +11,7 @@
 
 #include "master/link/remote_patch.h"
 #include "master/link/stream_keeper.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 
@@ -112,8 +112,8 @@ struct Observer::Parts {
   PatchReader patch_reader;
   std::optional<std::uint32_t> revision;  // of the scene that was forwarded last
 
-  mutable std::mutex mutex;  // guards the newest values
-  ObservedViews views;       // needed by all users together
+  mutable PriorityInheritanceMutex mutex;  // guards the newest values
+  ObservedViews views;                     // needed by all users together
   std::shared_ptr<const RemoteImage> image;
   std::uint64_t images_received = 0;
   std::shared_ptr<const RemoteMesh> mesh;
@@ -123,9 +123,9 @@ struct Observer::Parts {
   Events events;
   std::map<Time, SampleTrace> traces;  // by the time of their samples
   SlaveTexts texts;
-  std::condition_variable_any wake;  // never notified: a wait that ends with a stop
+  PriorityInheritanceCondition wake;  // never notified: a wait that ends with a stop
 
-  mutable std::mutex streams_mutex;  // guards the users' needs and their streams
+  mutable PriorityInheritanceMutex streams_mutex;  // guards the users' needs and their streams
   std::array<ObservedViews, kUsers> needs;
   // Streams, and the thread of the texts; null: not needed. Last: they use all of the above.
   std::unique_ptr<StreamKeeper<v1::ImageState>> image_stream;
@@ -249,7 +249,8 @@ void Observer::Parts::Poll(const std::stop_token& stop) {
     std::unique_lock lock(mutex);
     answer.version = texts.version + 1;
     texts = std::move(answer);
-    wake.wait_for(lock, stop, kPollEvery, [] { return false; });
+    wake.wait_until(lock, stop, std::chrono::steady_clock::now() + kPollEvery,
+                    [] { return false; });
   }
 }
 

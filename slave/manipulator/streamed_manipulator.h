@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/capture/sender_clock.h"
 #include "slave/manipulator/arm_fit.h"
 #include "slave/manipulator/driven_arm.h"
@@ -80,7 +81,7 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
 
   const ManipulatorOptions options_;
   const Now now_;
-  mutable std::mutex mutex_;  // guards everything below
+  mutable PriorityInheritanceMutex mutex_;  // guards everything below
   TipFollower follower_;
   ToolRotation rotation_;
   ArmAim::Motion motion_ = ArmAim::Motion::kHold;

@@ -11,6 +11,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/picture_inbox.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
@@ -127,7 +128,7 @@ class AwaitedSense final : public SensingPipeline {
   const SenseInfo awaited_;
   std::unique_ptr<SensingPipeline> sense_;
   std::atomic<SensingPipeline*> made_ = nullptr;  // `sense_`, once it has its first sample
-  mutable std::mutex mutex_;                      // guards the next one
+  mutable PriorityInheritanceMutex mutex_;        // guards the next one
   std::string trouble_;
 };
 
