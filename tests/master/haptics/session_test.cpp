@@ -96,7 +96,7 @@ TEST(SessionTest, SeveralFingersAreNamedInViewAndReport) {
   ASSERT_EQ(shown.size(), 2U);
   EXPECT_EQ(shown[0].name, "ff");
   EXPECT_EQ(shown[1].name, "finger 2");
-  EXPECT_EQ(shown[0].felt.validity, Validity::kValid);
+  EXPECT_EQ(shown[0].contact.validity, Validity::kValid);
   ASSERT_EQ(report.fingers.size(), 2U);
   EXPECT_EQ(report.fingers[0].name, "ff");
   EXPECT_EQ(report.fingers[0].contact_share, 0);

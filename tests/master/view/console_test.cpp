@@ -133,7 +133,7 @@ TEST_F(ConsoleTest, OnATerminalTheTableOfFingersIsReplacedAsAWhole) {
     console.Show(status, moment.mesh.get());
     console.Show(status, moment.mesh.get());
     status.fingers.pop_back();  // one finger: the status line tells of it
-    status.fingers[0].felt.in_contact = false;
+    status.fingers[0].contact.in_contact = false;
     console.Show(status);
     status.fingers = moment.fingers;
     console.Show(status, moment.mesh.get());

@@ -13,14 +13,14 @@ using testing::IsEmpty;
 
 TEST(FingerTableTest, TellsOfEachFingerAndOfTheObject) {
   ShapeMoment moment = PinchedCube(0.006);
-  moment.fingers[1].felt.in_contact = false;
-  moment.fingers[1].felt.force = Eigen::Vector3f(0, 0, 0);
+  moment.fingers[1].contact.in_contact = false;
+  moment.fingers[1].contact.force = Eigen::Vector3f(0, 0, 0);
   moment.fingers.push_back(moment.fingers[0]);
   moment.fingers[2].name = "a very long name";
-  moment.fingers[2].felt.validity = Validity::kExtrapolated;
+  moment.fingers[2].contact.validity = Validity::kExtrapolated;
   moment.fingers.push_back(moment.fingers[0]);
-  moment.fingers[3].felt.force.reset();
-  moment.fingers[3].felt.validity = Validity::kTrackingLost;
+  moment.fingers[3].contact.force.reset();
+  moment.fingers[3].contact.validity = Validity::kTrackingLost;
   EXPECT_THAT(
       FingerTable(moment.fingers, moment.mesh.get()),
       ElementsAre("  ff       contact     0.423 N  (-0.42 +0 +0.05) N",
@@ -43,7 +43,7 @@ TEST(FingerTableTest, SaysWhoTheFingertipsAre) {
 
 TEST(FingerTableTest, TheSameInOneLine) {
   ShapeMoment moment = PinchedCube(0.006);
-  moment.fingers[1].felt.in_contact = false;
+  moment.fingers[1].contact.in_contact = false;
   EXPECT_EQ(FingerBrief(moment.fingers, moment.mesh.get()), "  ff 0.423 N  th free  moved 6 mm");
 }
 
