@@ -239,11 +239,10 @@ TEST_F(ObserverTest, UsersShareOneStreamOfEachKind) {
   observer.Need(User::kPage, {.image_rate = 120, .mesh_rate = 120, .mesh_error = 1e-4});
   ASSERT_TRUE(SensingUntil([&] {
     const std::scoped_lock lock(mutex);
-    return received.size() == 6 && observer.image() && observer.mesh();
+    return received.size() == 5 && observer.image() && observer.mesh();
   }));
-  EXPECT_THAT(received,
-              testing::UnorderedElementsAre("ImageState", "MeshState", "TraceUpdate", "Status",
-                                            "SceneDescription", "Capabilities"));
+  EXPECT_THAT(received, testing::UnorderedElementsAre("ImageState", "MeshState", "TraceUpdate",
+                                                      "Status", "SceneDescription"));
   observer.Need(User::kPage, {});
   const std::uint64_t before = observer.mesh_stats().meshes;
   EXPECT_TRUE(SensingUntil([&] { return observer.mesh_stats().meshes > before; }))

@@ -473,11 +473,11 @@ TEST(RolesTest, TheWholeTable) {
     }
     return may;
   };
-  EXPECT_EQ(allowed("operator"), "xxxxxxxxxx.x..xxxx.....");
-  EXPECT_EQ(allowed("observer"), "xxx.xxx..x....xx.x.....");
-  EXPECT_EQ(allowed("sensor"), "xxx......xx.x....x.....");
-  EXPECT_EQ(allowed("arm"), "xxx......x...x...x.....");
-  EXPECT_EQ(allowed("admin"), "xxx.xxxxxx.x..xxxx....x");
+  EXPECT_EQ(allowed("operator"), "xxxxxxxxx.x..xxxx.....");
+  EXPECT_EQ(allowed("observer"), "xx.xxx..x....xx.x.....");
+  EXPECT_EQ(allowed("sensor"), "xx......xx.x....x.....");
+  EXPECT_EQ(allowed("arm"), "xx......x...x...x.....");
+  EXPECT_EQ(allowed("admin"), "xx.xxxxxx.x..xxxx....x");
   for (const char* none : {"", "slave", "Operator", "root"}) {
     EXPECT_EQ(allowed(none), std::string(methods.size() + 6, '.')) << none;
   }
