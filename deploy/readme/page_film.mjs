@@ -27,7 +27,7 @@ async function film(stage) {
   await pause(2 * CYCLE_MS);
   await session.send('Page.stopScreencast');
   await session.detach();
-  return stage.statuses.slice(from).every((status) => status.state !== 'HOLD' && status.validity === 'VALID');
+  return stage.statuses.slice(from).every((status) => status.state !== 'HOLD' && status.felt.validity.toLowerCase() === 'valid');
 }
 
 test('images of two presses', async () => {
