@@ -64,15 +64,15 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 export DEBIAN_FRONTEND=noninteractive
 log=$(mktemp)
-said="install: requesting ${missing[*]}"
+status="install: requesting ${missing[*]}"
 follow() {  # follow LINE: shows the status of apt, keeps the rest
   case $1 in
-    dlstatus:*) said="install: ${1##*:}" ;;
-    pmstatus:*) IFS=: read -r _ name percent _ <<<"$1"; said="install: unpacking and setting up, ${percent%.*} % ($name)" ;;
+    dlstatus:*) status="install: ${1##*:}" ;;
+    pmstatus:*) IFS=: read -r _ name percent _ <<<"$1"; status="install: unpacking and setting up, ${percent%.*} % ($name)" ;;
     "") ;;
     *) echo "$1" >>"$log" ;;
   esac
-  progress "$said, $SECONDS s"
+  progress "$status, $SECONDS s"
 }
 apt() {
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get "$@" -o APT::Status-Fd=1 2>&1 </dev/null | each_line follow ||

@@ -15,7 +15,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-WORDS = ("felt", "eye", "eyes", "said", "told", "dent", "stands")
+WORDS = ("felt", "eyes", "said", "told", "dent", "stands")
 CODE = (".h", ".cpp", ".proto", ".py", ".sh", ".js", ".mjs")
 LOWER = rf"(?<![A-Za-z])(?:{'|'.join(WORDS)})(?![a-z])"
 UPPER = rf"(?<![A-Z])(?:{'|'.join(word.capitalize() for word in WORDS)})(?![a-z])"
