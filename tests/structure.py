@@ -47,8 +47,8 @@ def name_of(path):
 def tags(kinds):
     command = ["ctags", "-R", "--languages=C++", "--langmap=C++:.h.cpp", f"--kinds-C++={kinds}", "--fields=+neKZ",
                "--output-format=json", "-f", "-", *PRODUCT]
-    said = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    return [json.loads(line) for line in said.splitlines()]
+    printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return [json.loads(line) for line in printed.splitlines()]
 
 
 def long_sources(lines):

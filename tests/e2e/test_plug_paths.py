@@ -67,9 +67,9 @@ class Paths(Plugged):
     def site(self, name, to):
         """Plays the scene's site; where it hears of the tool, and the port of its pictures."""
         player = self.start(BIN / "site_player", SCENES / f"{name}.yaml", to, stdout=subprocess.PIPE)
-        said = iter(player.stdout.readline, "")  # with what the site solves ahead
-        self.tool = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in said))).group(1)
-        port = re.fullmatch(r"pictures on \S+:(\d+)\n", next(said)).group(1) if ":" not in to else None
+        printed = iter(player.stdout.readline, "")  # with what the site solves ahead
+        self.tool = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in printed))).group(1)
+        port = re.fullmatch(r"pictures on \S+:(\d+)\n", next(printed)).group(1) if ":" not in to else None
         return player, port
 
     def arm(self, home):

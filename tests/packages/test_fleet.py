@@ -99,10 +99,10 @@ class Manifests(unittest.TestCase):
                 self.assertTrue(wait_until(lambda asked=health: run(*asked).stdout == "SERVING\n"))
             master = words(master_pod["master"], None, "operator", **{"robot01:50051": here, "127.0.0.1:8080": "127.0.0.1:0", "127.0.0.1:9465": "127.0.0.1:0"})
             with subprocess.Popen(master, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=BARE) as process:
-                said = next((line for line in process.stdout if f"connected to {here}" in line), "")
+                printed = next((line for line in process.stdout if f"connected to {here}" in line), "")
                 process.terminate()
                 process.stdout.read()
-            self.assertTrue(said, "the master did not connect")
+            self.assertTrue(printed, "the master did not connect")
         self.assertEqual(run(*health, "--wait", "0.5").returncode, 1, "nobody serves any more")
 
 
