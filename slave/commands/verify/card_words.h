@@ -21,6 +21,15 @@ std::string Words(const Interval& interval, const char* unit = "", double scale 
 // Whether an interval lies inside `low` to `high`, outside, or across an end.
 Finding Judged(const Interval& interval, double low, double high);
 
+// A mistake with a unit multiplies reported forces by `factor`.
+struct UnitMistake {
+  double factor = 1;
+  const char* words = "";
+};
+// The mistake that explains a force that is multiplied by `gain` to within a factor of 1.5; the
+// factor 1: none.
+UnitMistake UnitOf(double gain);
+
 // What is likely wrong with a set-up of this card.
 std::vector<std::string> CausesOf(const ForceCard& card, const SetUp& set_up);
 

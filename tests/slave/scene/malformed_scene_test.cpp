@@ -102,7 +102,7 @@ const BadLine kBadLines[] = {
     {4, "{young_modulus: 127 kPa, poisson_ratio: -1}", ".poisson_ratio", ""},
     {4, "{poisson_ratio: 0.4}", ".young_modulus", "a pressure in Pa kPa MPa GPa TPa"},
     {4, "{young_modulus: 127 kPa, poison_ratio: 0.4, poisson_ratio: 0.4}", ".poison_ratio",
-     "`poisson_ratio` (nearest) or another of young_modulus"},
+     "`poisson_ratio` (nearest) or another of name, young_modulus"},
     {4, "rubber", "", "a map of `key: value`"},
     {4, "{young_modulus: 1, poisson_ratio: 0.4, young_modulus: 2}", ".young_modulus",
      "each key once: it is already in line 4"},

@@ -85,6 +85,27 @@ TEST(SolidSceneTest, TheFormerHyperelasticKindIsRefusedWithItsReplacement) {
 }
 
 // Relaxation superposes answers that do not depend on earlier ones; contacts with friction do.
+// Reference: the row of deploy/scenes/materials.md.
+TEST(SolidSceneTest, ANamedMaterialGivesWhatItsRowStates) {
+  const auto scene_with = [](const std::string& material) {
+    std::string text = SolidScene(kBox, kBottom, "{kind: fem}");
+    const std::string usual = "{young_modulus: 3.8 kPa, poisson_ratio: 0.15, density: 45 kg/m3}";
+    return text.replace(text.find(usual), usual.size(), material);
+  };
+  const Material named = Load(scene_with("{name: dragon-skin-10}")).object.material;
+  EXPECT_DOUBLE_EQ(named.young_modulus, 263.8e3);
+  EXPECT_DOUBLE_EQ(named.poisson_ratio, 0.499);
+  EXPECT_DOUBLE_EQ(named.density, 1070);
+  EXPECT_DOUBLE_EQ(named.young_modulus_tolerance, 0.2);
+  const Material own =
+      Load(scene_with("{name: dragon-skin-10, young_modulus: 240 kPa}")).object.material;
+  EXPECT_DOUBLE_EQ(own.young_modulus, 240e3);
+  EXPECT_DOUBLE_EQ(own.poisson_ratio, 0.499);
+  EXPECT_EQ(own.young_modulus_tolerance, 0) << "that of the table is of its own modulus";
+  EXPECT_THAT(MistakesOf(scene_with("{name: ecoflex-00-30}")), HasSubstr("poisson_ratio"));
+  EXPECT_THAT(MistakesOf(scene_with("{name: jelly}")), HasSubstr("accepted is dragon-skin-10, "));
+}
+
 TEST(SolidSceneTest, RelaxationIsForGreensFunctionsAlone) {
   EXPECT_FALSE(FindModelKind("fem-zone")->takes_relaxation);
   EXPECT_TRUE(FindModelKind("fem-green")->takes_relaxation);
