@@ -161,6 +161,8 @@ class CardMaker {
   std::vector<const MatchedState*> unloaded_;
   Vector3d offset_{0, 0, 0};          // of the unloaded force, where that is wrong [N]
   Matrix3d map_ = Matrix3d::Zero();   // what the force would be without noise: map_ known + offset_
+  Vector3d drift_rate_{0, 0, 0};      // of a record whose drift is wrong [N/s]
+  double drift_from_ = 0;             // [s]
   std::optional<RecordMap> map_fit_;  // of a record
 };
 
@@ -264,6 +266,7 @@ void CardMaker::AddForce() {
   if (card_.force.is_decided && map_fit_->back.is_decided) {
     DivideByUnit(std::sqrt(card_.force.gain.value / map_fit_->back.gain.value));
     record.reported /= card_.unit;
+    drift_rate_ /= card_.unit;
     FitForce(record);
   }
   AddUnit();
@@ -463,6 +466,8 @@ void CardMaker::AddChange(ForceRecord* record) {
     const Eigen::RowVectorXd share = (record->t.array() - record->t(0)).matrix().transpose() /
                                      (record->t(record->t.size() - 1) - record->t(0));
     record->reported -= change.drift_vector * share;
+    drift_from_ = record->t(0);
+    drift_rate_ = change.drift_vector / (record->t(record->t.size() - 1) - drift_from_);
   }
   add("hysteresis", "Hysteresis", change.hysteresis,
       "how much the error differs between loading and unloading");
@@ -504,9 +509,12 @@ SigmaCheck CardMaker::CheckSigma(SigmaKind kind, bool corrected) const {
     const double sigma =
         std::fmax(std::hypot(one->state.sigma, set_up_.has_scene ? one->known.sigma_or_usual() : 0),
                   1e-6 * largest_);
-    const Vector3d known = OnAxes(one->known.force), reported = OnAxes(one->state.force);
-    const Vector3d error =
-        corrected ? Vector3d(reported - map_ * known - offset_) : Vector3d(reported - known);
+    Vector3d known = OnAxes(one->known.force), reported = OnAxes(one->state.force);
+    if (corrected) {
+      known = map_ * known + offset_;
+      if (!drift_rate_.isZero()) reported -= drift_rate_ * (one->state.t - drift_from_);
+    }
+    const Vector3d error = reported - known;
     if (kind == SigmaKind::kVector) check.Add(error.norm(), sigma);
     if (kind == SigmaKind::kMagnitude) check.Add(std::abs(reported.norm() - known.norm()), sigma);
     for (const int axis : card_.axes) {
