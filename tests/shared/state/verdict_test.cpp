@@ -25,21 +25,5 @@ TEST(VerdictTest, TheHighestRankIsReportedInAnyOrder) {
   }
 }
 
-TEST(VerdictTest, OfEqualRanksTheFirstReasonStays) {
-  Verdict verdict{Validity::kValid};
-  verdict.Fail(FailedCheck::kIndentation, "first");
-  verdict.Fail(FailedCheck::kIndentation, "second");
-  EXPECT_EQ(verdict.reason, "first");
-}
-
-TEST(VerdictTest, EachCheckHasARankOfItsOwn) {
-  std::array<int, kFailedChecks> count{};
-  for (int i = 0; i < kFailedChecks; ++i) {
-    ++count[static_cast<std::size_t>(Rank(static_cast<FailedCheck>(i)))];
-  }
-  for (const int one : count) EXPECT_EQ(one, 1);
-  EXPECT_EQ(Rank(FailedCheck::kNone), 0);
-}
-
 }  // namespace
 }  // namespace palpate

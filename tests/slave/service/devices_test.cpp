@@ -38,17 +38,6 @@ class DevicesTest : public ServiceTest {
   v1::FeedImagesReply reply_;
 };
 
-TEST_F(DevicesTest, ASceneWithoutStreamsRefusesThem) {
-  EXPECT_THAT(
-      Feed(*Connect(), {Picture(0)}, &reply_),
-      EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no images")));
-  CallContext context;
-  const auto stub = Connect();
-  EXPECT_THAT(
-      stub->DriveTool(&context)->Finish(),
-      EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no driver")));
-}
-
 class PicturesTest : public DevicesTest {
  protected:
   PicturesTest() {
@@ -70,16 +59,6 @@ TEST_F(PicturesTest, OfAnotherSizeEndTheStreamInWords) {
   EXPECT_THAT(Feed(*Connect(), {Picture(0), wrong}, &reply_),
               EndedWith(grpc::StatusCode::INVALID_ARGUMENT,
                         HasSubstr("sample 2: data of 3072 bytes: accepted is 1536")));
-}
-
-TEST_F(PicturesTest, WithoutEncodingOrStampAreRefused) {
-  v1::ImageSample no_encoding = Picture(0), no_stamp = Picture(0);
-  no_encoding.mutable_image()->clear_encoding();
-  no_stamp.clear_sensed_at();
-  EXPECT_THAT(Feed(*Connect(), {no_encoding}, &reply_).error_message(),
-              HasSubstr("accepted is JPEG, PNG, GREY8, BGR8 or GREY16"));
-  EXPECT_THAT(Feed(*Connect(), {no_stamp}, &reply_).error_message(),
-              HasSubstr("sensed_at is absent: accepted is a time"));
 }
 
 // A driver of the arm as a client sees it.
@@ -183,23 +162,11 @@ INSTANTIATE_TEST_SUITE_P(
                                     std::numeric_limits<double>::quiet_NaN());
                               },
                               "p_S_tip.x = nan: accepted is"},
-                    BadReport{"NoTip", [](v1::ArmReport* r) { r->clear_p_s_tip(); },
-                              "p_S_tip is absent"},
-                    BadReport{"NoStamp", [](v1::ArmReport* r) { r->clear_measured_at(); },
-                              "measured_at is absent"},
                     BadReport{"HalfAQuaternion", [](v1::ArmReport* r) { r->add_orientation(0); },
                               "accepted is a unit quaternion"},
                     BadReport{"OldSequence", [](v1::ArmReport* r) { r->set_sequence(1); },
                               "sequence = 1: accepted is one above the last"}),
     [](const auto& info) { return info.param.name; });
-
-TEST_F(ArmTest, TheSlaveEndsItsStreamsWhenItStops) {
-  Driver driver(Connect());
-  ASSERT_TRUE(driver.Send(driver.Report(0)));
-  ASSERT_TRUE(driver.Read());
-  server_->Stop();
-  EXPECT_EQ(driver.Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
-}
 
 }  // namespace
 }  // namespace palpate

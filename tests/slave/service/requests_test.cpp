@@ -26,38 +26,6 @@ TEST(RequestsTest, BulkRatesAreZeroForThirtyOrOneToOneHundredAndTwenty) {
   }
 }
 
-TEST(RequestsTest, QualityIsZeroForEightyOrTenToOneHundred) {
-  v1::WatchImagesRequest request;
-  EXPECT_EQ(QualityOf(request), 80);
-  for (const unsigned quality : {10U, 100U}) {
-    request.set_quality(quality);
-    EXPECT_EQ(QualityOf(request), static_cast<int>(quality));
-  }
-  for (const unsigned quality : {1U, 9U, 101U, 4'000'000'000U}) {
-    request.set_quality(quality);
-    EXPECT_THROW(QualityOf(request), std::invalid_argument) << quality;
-  }
-}
-
-TEST(RequestsTest, WhatIsAbsentStaysAsItIs) {
-  const ParameterChange change = ToChange(v1::SetParametersRequest{});
-  EXPECT_FALSE(change.position_scale || change.force_scale || change.force_limit ||
-               change.young_modulus);
-}
-
-TEST(RequestsTest, ParametersKeepTheirValues) {
-  v1::SetParametersRequest request;
-  request.set_position_scale(0.5);
-  request.set_force_scale(2);
-  request.set_force_limit(100);
-  request.set_young_modulus(1e13);
-  const ParameterChange change = ToChange(request);
-  EXPECT_EQ(change.position_scale, 0.5);
-  EXPECT_EQ(change.force_scale, 2);
-  EXPECT_EQ(change.force_limit, 100);
-  EXPECT_EQ(change.young_modulus, 1e13);
-}
-
 TEST(RequestsTest, ImpossibleParametersAreRefused) {
   for (const double value : {0.0, -1.0, 5e-324, kNan, kInf, 1e20}) {
     v1::SetParametersRequest scale, force, limit, modulus;

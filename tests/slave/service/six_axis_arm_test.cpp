@@ -326,37 +326,5 @@ TEST_F(SixAxisArmTest, TheToolFollowsTheDevicesRotationWithinTheArmsResolution) 
   EXPECT_FALSE(arm.flipped()) << "a target changed sign";
 }
 
-// Commands as they were before there were rotations.
-TEST_F(SixAxisArmTest, AnOperatorWithoutARotationMovesTheTipAndTurnsNothing) {
-  Arm arm(Connect(), home_, R_S0_);
-  ASSERT_TRUE(IsDriven());
-  Hand hand(Connect());
-  hand.Hold(1, {0, 0, 0}, std::nullopt);
-  ASSERT_TRUE(hand.Reaches(v1::PHASE_FOLLOWING, 1));
-  const Vector3d way_M = scene_.operator_options.transform.R_SM.transpose() * Vector3d(2e-3, 0, 0);
-  hand.Hold(1, way_M, std::nullopt);
-  EXPECT_TRUE(Eventually([&] { return (arm.tip() - home_ - Vector3d(2e-3, 0, 0)).norm() < 1e-5; }))
-      << (arm.tip() - home_).transpose();
-  EXPECT_LT(arm.rotation().angularDistance(R_S0_), kWithin);
-  const auto first = arm.first_report().orientation();
-  const Quaterniond repeated = ToRotation(arm.target().orientation());
-  EXPECT_LT((repeated.coeffs() - ToRotation(first).coeffs()).norm(), 1e-12);
-  EXPECT_FALSE(hand.has_moment()) << "it was not requested";
-}
-
-TEST_F(SixAxisArmTest, AnArmWithoutARotationMovesItsTipAsBefore) {
-  Arm arm(Connect(), home_, std::nullopt);
-  ASSERT_TRUE(IsDriven());
-  EXPECT_EQ(DegreesOfFreedom(), 2U);
-  Hand hand(Connect());
-  hand.Hold(1, {0, 0, 0}, R_M0_);
-  ASSERT_TRUE(hand.Reaches(v1::PHASE_FOLLOWING, 1));
-  const Vector3d way_M = scene_.operator_options.transform.R_SM.transpose() * Vector3d(2e-3, 0, 0);
-  hand.Hold(1, way_M, Quaterniond(AngleAxisd(1, Vector3d::UnitY()) * R_M0_));
-  EXPECT_TRUE(Eventually([&] { return (arm.tip() - home_ - Vector3d(2e-3, 0, 0)).norm() < 1e-5; }))
-      << (arm.tip() - home_).transpose();
-  EXPECT_EQ(arm.target().orientation_size(), 0);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -66,18 +66,6 @@ TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
   context.TryCancel();
 }
 
-TEST_F(WatchTest, SomethingNewlySensedIsSentWithItsStamp) {
-  CallContext context;
-  const auto stream = stub->WatchState(&context, {});
-  v1::SlaveState before, state;
-  ASSERT_TRUE(stream->Read(&before));
-  slave_.TakeSample();
-  do ASSERT_TRUE(stream->Read(&state));
-  while (state.sensed_at().nanos() == before.sensed_at().nanos());
-  EXPECT_GT(state.sequence(), before.sequence());
-  context.TryCancel();
-}
-
 TEST_F(WatchTest, WhatTheChecksMeasuredIsToldToWhomAsksForIt) {
   for (const bool asked : {false, true}) {
     CallContext context;
@@ -305,38 +293,6 @@ TEST(MeshStreamEncoderTest, TractionIsToldToWhomAsksForItAndAddsUpToTheForce) {
   EXPECT_FALSE(message.has_traction());
 }
 
-TEST(MeshStreamEncoderTest, AnOutlinesTractionIsTheModels) {
-  BoundaryShape shape;
-  shape.elements = {0, 1, 1, 2, 2, 0};
-  shape.rest = shape.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-  v1::WatchMeshRequest request;
-  request.set_traction(true);
-  MeshStreamEncoder encoder(request);
-  v1::MeshState message;
-  shape.nodal_forces.assign(9, 0.25F);
-  encoder.Encode(shape, &message);
-  EXPECT_FALSE(message.has_traction()) << "no part of a surface is known";
-  shape.traction = {0, 5000, 2500};
-  encoder.Encode(shape, &message);
-  const auto told = Unpacked(message.traction().unit(), message.traction().steps(), 3);
-  ASSERT_TRUE(told);
-  EXPECT_NEAR(told->unit * told->steps[1], 5000, told->unit / 2);
-  EXPECT_NEAR(told->unit * told->steps[2], 2500, told->unit / 2);
-}
-
-TEST_F(WatchTest, ErrorsThatNobodyCanWantAreRefused) {
-  for (const double error : {-1.0, 1e-7, 0.2, HUGE_VAL, std::numeric_limits<double>::quiet_NaN()}) {
-    CallContext context;
-    v1::WatchMeshRequest request;
-    request.set_relative_error(error);
-    const auto stream = stub->WatchMesh(&context, request);
-    v1::MeshState mesh;
-    EXPECT_FALSE(stream->Read(&mesh)) << error;
-    EXPECT_THAT(stream->Finish(),
-                EndedWith(grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("relative_error = ")));
-  }
-}
-
 TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
   CallContext context;
   v1::WatchTraceRequest request;
@@ -355,31 +311,6 @@ TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
     }
   }
   context.TryCancel();
-}
-
-TEST_F(WatchTest, PicturesComeAsAskedFor) {
-  CallContext context;
-  v1::WatchImagesRequest request;
-  request.set_overlays(true);
-  request.set_quality(35);
-  const auto stream = stub->WatchImages(&context, request);
-  v1::ImageState frame;
-  ASSERT_TRUE(stream->Read(&frame));
-  EXPECT_EQ(frame.jpeg(), "overlays 35");
-  EXPECT_EQ(frame.width(), 640U);
-  EXPECT_EQ(frame.height(), 480U);
-  context.TryCancel();
-}
-
-TEST_F(WatchTest, WithoutACameraThereAreNoPictures) {
-  slave_.set_has_camera(false);
-  CallContext context;
-  v1::ImageState frame;
-  const auto stream = stub->WatchImages(&context, {});
-  EXPECT_FALSE(stream->Read(&frame));
-  EXPECT_THAT(stream->Finish(),
-              EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "the scene has no camera"));
-  EXPECT_EQ(slave_.pictures_taken(), 0);
 }
 
 }  // namespace
