@@ -42,20 +42,6 @@ TEST(ConsistencyTest, ASmallErrorThatLastsFailsAndIsNamed) {
   EXPECT_EQ(verdict.reason, "more");
 }
 
-TEST(ConsistencyTest, AFailureEndsWithTheWindowAndWithAReset) {
-  Consistency consistency(4);
-  const auto close = [&](double value) {
-    consistency.Add({kOne, "x", value, 1});
-    return consistency.Close().verdict.check;
-  };
-  EXPECT_EQ(close(10), kOne);
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(close(0), kOne) << i;
-  EXPECT_EQ(close(0), FailedCheck::kNone);
-  EXPECT_EQ(close(10), kOne);
-  consistency.Reset();
-  EXPECT_EQ(close(0), FailedCheck::kNone);
-}
-
 TEST(ConsistencyTest, SigmaWidensByTheNormalisedSquare) {
   Consistency consistency;
   EXPECT_EQ(consistency.Close().widening, 1);
