@@ -30,7 +30,24 @@ std::vector<double> Press(SimHand& hand, double K, double seconds, double force_
 
 class SimHandWallTest : public testing::TestWithParam<double> {};
 
+// Reference: the depth asked for. The correction's pole lies at 8 k / (k + K) per second; for
+// K = 1000 N/m, the hold of 1 s closes the gap of K / (k + K) to exp(-3.6) of it: 0.08 mm.
+TEST_P(SimHandWallTest, ReachesTheDepthInSpiteOfTheForce) {
+  SimHand hand(kDepth, 0.020);
+  const auto depths = Press(hand, GetParam(), 4, 100);
+  EXPECT_NEAR(*std::max_element(depths.begin(), depths.end()), kDepth, 0.0001);
+  EXPECT_NEAR(depths.back(), -kGap, 1e-6);
+}
+
 INSTANTIATE_TEST_SUITE_P(Stiffness, SimHandWallTest, testing::Values(0, 100, 480, 1000));
+
+// Reference: statics. The arm aims at most kStrength / k too deep, and the force stops rising.
+TEST(SimHandTest, DoesNotWindUpAgainstAForceItCannotOvercome) {
+  SimHand hand(kDepth, 0.020);
+  const auto depths = Press(hand, 1e5, 4, 20);
+  EXPECT_LT(*std::max_element(depths.begin(), depths.end()), kDepth);
+  EXPECT_NEAR(depths.back(), -kGap, 1e-6);
+}
 
 // Reference: a constant force moves the resting arm by f / k.
 TEST(SimHandTest, GivesWayToAForceByItsOwnStiffness) {

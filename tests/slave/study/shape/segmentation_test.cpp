@@ -158,6 +158,8 @@ double Iou(const PointCloud::Ptr& cloud, std::uint32_t label,
   return 0;
 }
 
+constexpr std::uint32_t kBody = 2, kOther = 3;  // labels, in the order of Add
+
 // Tolerance: what lies within the table's tolerance of 6 mm goes with it, of a cube of 60 mm about
 // a tenth.
 TEST(SegmentationTest, FoamCubeIsOneRegionAlthoughItsFacesMeetAtRightAngles) {
