@@ -43,7 +43,7 @@ class ModelValidityMonitor {
   int late_ = 0;                    // the slow ones of the last whole window
   PriorityInheritanceMutex mutex_;  // guards the next one
   std::optional<Breach> breach_;    // the violation that is not yet handled
-  PriorityInheritanceCondition told_;
+  PriorityInheritanceCondition changed_;
   const Remedy remedy_;
   std::jthread thread_;
 };

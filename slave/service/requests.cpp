@@ -97,7 +97,7 @@ ParameterChange ToChange(const v1::SetParametersRequest& request) {
 }
 
 ModelChange ToChange(const v1::SetModelRequest& request) {
-  return {.kind = request.has_kind() ? Presentable(request.kind(), kLongestWord) : ""};
+  return {.kind = Presentable(request.kind(), kLongestWord)};
 }
 
 std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason) {

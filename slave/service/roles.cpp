@@ -71,19 +71,19 @@ class Processor final : public grpc::AuthMetadataProcessor {
     const std::string path =
         found == metadata.end() ? "" : std::string(found->second.data(), found->second.size());
     const Identity who = IdentityOf(*context);
-    const std::string said = Presentable(path, kLongestName);
+    const std::string method = Presentable(path, kLongestName);
     const auto certificate = FactsOf(*context);
     if (!certificate || !Holds(*certificate, *revoked_)) {
       spdlog::warn("audit: {} {} was rejected: no valid certificate", who.role, who.name);
       return Error(v1::ERROR_REASON_CERTIFICATE_INVALID, "the certificate is no longer valid");
     }
     if (!MayCall(who.role, path)) {
-      spdlog::warn("audit: {} {} was rejected: {}", who.role, who.name, said);
+      spdlog::warn("audit: {} {} was rejected: {}", who.role, who.name, method);
       return Error(v1::ERROR_REASON_ROLE_NOT_ALLOWED,
-                   "role '" + who.role + "' may not call " + said +
+                   "role '" + who.role + "' may not call " + method +
                        ": accepted are the calls of its role, see proto/README.md");
     }
-    if (RuleOf(path).is_logged) spdlog::info("audit: {} {} called {}", who.role, who.name, said);
+    if (RuleOf(path).is_logged) spdlog::info("audit: {} {} called {}", who.role, who.name, method);
     return grpc::Status::OK;
   }
 

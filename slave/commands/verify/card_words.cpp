@@ -1,14 +1,11 @@
 #include "slave/commands/verify/card_words.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "shared/text/text.h"
 
 namespace palpate {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 bool IsWrong(const ForceCard& card, std::string_view key) {
   return std::ranges::any_of(card.lines, [&](const CardLine& line) {

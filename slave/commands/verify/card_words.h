@@ -2,12 +2,15 @@
 #pragma once
 
 #include <array>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "slave/commands/verify/force_card.h"
 
 namespace palpate {
+
+inline constexpr double kDegree = std::numbers::pi / 180;  // [rad]
 
 inline constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 

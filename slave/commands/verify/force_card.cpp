@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <numbers>
 #include <numeric>
 #include <utility>
 
 #include <Eigen/QR>
 
 #include "shared/text/text.h"
+#include "slave/commands/verify/card_statistics.h"
 #include "slave/commands/verify/card_words.h"
+#include "slave/commands/verify/position_lines.h"
 #include "slave/commands/verify/record_fit.h"
 
 namespace palpate {
@@ -22,74 +22,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kLoadedShare = 0.05;  // of the largest known force
-constexpr double kDegree = std::numbers::pi / 180;
-
-KnownAndReported Middle(const std::vector<const MatchedState*>& states, const auto& known,
-                        const auto& reported) {
-  KnownAndReported middle;
-  const double share = 1 / static_cast<double>(states.size());
-  for (const MatchedState* one : states) {
-    middle.known += share * known(*one);
-    middle.reported += share * reported(*one);
-    middle.sigma += share * std::hypot(one->state.sigma, one->known.sigma_or_usual());
-  }
-  return middle;
-}
-
-Vector3d KnownOrZero(const Vector3d& vector) {
-  return vector.unaryExpr([](double x) { return std::isfinite(x) ? x : 0; });
-}
-
-std::map<int, std::vector<const MatchedState*>> ByLoad(
-    const std::vector<const MatchedState*>& states) {
-  std::map<int, std::vector<const MatchedState*>> loads;
-  for (const MatchedState* one : states) loads[one->load].push_back(one);
-  return loads;
-}
-
-// Size of the mean of neighbouring errors: from the spread of the means of ten parts or fewer.
-// nullopt: fewer than three errors.
-std::optional<std::pair<Vector3d, Interval>> MeanError(const std::vector<Vector3d>& errors) {
-  constexpr std::size_t kParts = 10;
-  const std::size_t parts = std::min(kParts, errors.size());
-  if (parts < 3) return std::nullopt;
-  std::vector<Vector3d> means(parts, Vector3d::Zero());
-  std::vector<double> counts(parts, 0);
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    const std::size_t part = i * parts / errors.size();
-    means[part] += errors[i];
-    ++counts[part];
-  }
-  Vector3d mean = Vector3d::Zero(), spread = Vector3d::Zero();
-  const double n = static_cast<double>(parts);
-  for (std::size_t i = 0; i < parts; ++i) mean += means[i] / counts[i] / n;
-  for (std::size_t i = 0; i < parts; ++i) spread += (means[i] / counts[i] - mean).cwiseAbs2();
-  const double reach = StudentReach(n - 1) * std::sqrt(spread.sum() / (n * (n - 1)));
-  const double size = mean.norm();
-  return std::pair{mean, Interval{size, std::fmax(0, size - reach), size + reach}};
-}
-
-Interval Inverse(const Interval& interval) {
-  return {1 / interval.value, 1 / interval.high,
-          interval.low > 0 ? 1 / interval.low : std::numeric_limits<double>::infinity()};
-}
-
-// Two ends of what a scale may be: see RecordMap.
-struct Scale {
-  Interval forth, back;
-
-  [[nodiscard]] Interval Both() const {
-    return {std::sqrt(forth.value * back.value), std::fmin(forth.low, back.low),
-            std::fmax(forth.high, back.high)};
-  }
-  [[nodiscard]] Finding Judge(double tolerance) const {
-    const double low = 1 - tolerance, high = 1 + tolerance;
-    const Finding a = Judged(forth, low, high), b = Judged(back, low, high);
-    if (a == Finding::kRight || b == Finding::kRight) return Finding::kRight;
-    const bool agree = (forth.high < low) == (back.high < low);
-    return a == Finding::kWrong && b == Finding::kWrong && agree ? Finding::kWrong : Finding::kOpen;
-  }
-};
 
 // Errors in units of sigma.
 struct SigmaCheck {
@@ -118,7 +50,6 @@ class CardMaker {
 
   void AddForce();
   void AddSigma();
-  void AddPosition();
 
  private:
   void ChooseAxes();
@@ -131,8 +62,6 @@ class CardMaker {
   void FitForce(const ForceRecord& record);
   void DivideByUnit(double gain);
   void AddUnit();
-  void AddPlace(const Vector3d& offset);
-  void FillPosition(CardLine* position);
   void AddZero();
   void AddOffset(const ForceRecord& record);
   void AddMagnitude();
@@ -236,7 +165,7 @@ void CardMaker::DivideByUnit(double gain) {
 void CardMaker::FitLoads() {
   card_.loads.clear();
   for (const auto& [load, states] : ByLoad(loaded_)) {
-    card_.loads.push_back(Middle(
+    card_.loads.push_back(MeanOf(
         states, [&](const MatchedState& one) { return OnAxes(one.known.force); },
         [&](const MatchedState& one) -> Vector3d { return OnAxes(one.state.force) - offset_; }));
   }
@@ -574,93 +503,6 @@ void CardMaker::AddSigma() {
   if (map_fit_) card_.corrected_sigma_ratio = CheckSigma(kind, true).rms();
 }
 
-// `offset`: mean of the reported tip minus the known one, frame S [m].
-void CardMaker::AddPlace(const Vector3d& offset) {
-  if (!(set_up_.object_size > 0)) return;
-  CardLine& line = Add("place", "Tip position");
-  const double size = offset.norm(), right = kPlaceTolerance * set_up_.object_size;
-  line.value = Formatted("%.3g mm beside the known one: (%.3g, %.3g, %.3g) mm", 1e3 * size,
-                         1e3 * offset.x(), 1e3 * offset.y(), 1e3 * offset.z());
-  line.remark = Formatted("right is at most %.3g mm", 1e3 * right);
-  line.finding = size > right ? Finding::kWrong : Finding::kRight;
-}
-
-void CardMaker::AddPosition() {
-  CardLine line{"position", "Position scale", Finding::kUntested, {}, {}, {}};
-  FillPosition(&line);
-  card_.lines.push_back(std::move(line));
-}
-
-void CardMaker::FillPosition(CardLine* position) {
-  CardLine& line = *position;
-  // Where positions are known they count, else depths, as a position on one axis.
-  const auto known_tip = [](const MatchedState& one) { return one.known.p_S_tip; };
-  std::vector<int> axes;
-  for (const int axis : {0, 1, 2}) {
-    if (axis == 2 && set_up_.is_planar) continue;
-    if (std::ranges::any_of(matched_, [&](const MatchedState& one) {
-          return std::isfinite(one.known.p_S_tip(axis)) && std::isfinite(one.state.p_S_tip(axis));
-        })) {
-      axes.push_back(axis);
-    }
-  }
-  const bool by_depth = axes.empty();
-  if (by_depth) axes = {0};
-  const auto known = [&](const MatchedState& one) -> Vector3d {
-    return by_depth ? Vector3d(one.known.depth, 0, 0) : known_tip(one);
-  };
-  const auto reported = [&](const MatchedState& one) -> Vector3d {
-    return by_depth ? Vector3d(one.state.depth, 0, 0) : one.state.p_S_tip;
-  };
-  std::vector<const MatchedState*> states;
-  for (const MatchedState& one : matched_) {
-    if (std::ranges::all_of(axes, [&](int axis) {
-          return std::isfinite(known(one)(axis)) && std::isfinite(reported(one)(axis));
-        })) {
-      states.push_back(&one);
-    }
-  }
-  std::vector<KnownAndReported> middles;
-  Vector3d mean_known = Vector3d::Zero(), mean_reported = Vector3d::Zero();
-  for (const auto& [load, of_load] : ByLoad(states)) {
-    auto& middle = middles.emplace_back(Middle(
-        of_load, [&](const MatchedState& one) { return KnownOrZero(known(one)); },
-        [&](const MatchedState& one) { return KnownOrZero(reported(one)); }));
-    middle.sigma = 0;
-    mean_known += middle.known;
-    mean_reported += middle.reported;
-  }
-  for (KnownAndReported& middle : middles) {
-    middle.known -= mean_known / static_cast<double>(middles.size());
-    middle.reported -= mean_reported / static_cast<double>(middles.size());
-  }
-  if (!by_depth) AddPlace((mean_reported - mean_known) / static_cast<double>(middles.size()));
-  const MapFit fit = FitMap(middles, axes);
-  if (fit.directions == 0) {
-    line.remark = "no position or depth is known";
-    return;
-  }
-  card_.position = fit;
-  line.finding = Finding::kOpen;
-  if (!fit.is_decided) {
-    line.remark = Formatted("%d known positions: hold at least %d", fit.loads, fit.directions + 2);
-    return;
-  }
-  const double low = 1 - kPositionTolerance, high = 1 + kPositionTolerance;
-  line.interval = fit.gain;
-  line.value = Words(fit.gain, "", 1, 4);
-  line.remark = Formatted("%s reported / known, right is %g to %g",
-                          by_depth ? "change of depth" : "travel of the tip", low, high);
-  line.finding = Judged(fit.gain, low, high);
-  if (fit.relation_is_clear && (fit.relation.is_permuted() || fit.relation.is_flipped())) {
-    line.finding = Finding::kWrong;
-    line.remark += "; axes of positions: " + RelationWords(fit.relation, card_.axes);
-  } else if (!by_depth && fit.turn.low > kTurnTolerance) {
-    line.finding = Finding::kWrong;
-    line.remark += "; travel is turned by " + Words(fit.turn, " deg", 1 / kDegree, 1);
-  }
-}
-
 }  // namespace
 
 std::string_view ToString(Finding finding) {
@@ -686,7 +528,7 @@ ForceCard MakeCard(const std::string& finger, const std::vector<MatchedState>& m
   CardMaker maker(matched, set_up, &card);
   maker.AddForce();
   maker.AddSigma();
-  if (set_up.has_scene) maker.AddPosition();
+  if (set_up.has_scene) AddPosition(matched, set_up, &card);
   card.causes = CausesOf(card, set_up);
   return card;
 }
