@@ -28,7 +28,7 @@ std::optional<std::pair<Vector3d, Interval>> MeanError(const std::vector<Vector3
     ++counts[part];
   }
   Vector3d mean = Vector3d::Zero(), spread = Vector3d::Zero();
-  const double n = static_cast<double>(parts);
+  const auto n = static_cast<double>(parts);
   for (std::size_t i = 0; i < parts; ++i) mean += means[i] / counts[i] / n;
   for (std::size_t i = 0; i < parts; ++i) spread += (means[i] / counts[i] - mean).cwiseAbs2();
   const double reach = StudentReach(n - 1) * std::sqrt(spread.sum() / (n * (n - 1)));

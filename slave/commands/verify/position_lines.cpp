@@ -62,7 +62,7 @@ class Positions {
       known += mean.known;
       reported += mean.reported;
     }
-    const double count = static_cast<double>(means_.size());
+    const auto count = static_cast<double>(means_.size());
     for (KnownAndReported& mean : means_) {
       mean.known -= known / count;
       mean.reported -= reported / count;
