@@ -26,19 +26,22 @@ function(palpate_page source)
   set(types_js "text/javascript; charset=utf-8")
   set(types_svg "image/svg+xml")
   set(data "")
+  set(hashes "")
   set(declarations "")
   set(rows "")
   set(number 0)
   foreach(name file IN ZIP_LISTS names files)
     string(REGEX MATCH "[a-z]+$" type ${name})
     string(APPEND data "    \"palpate_page_${number}: .incbin \\\"${file}\\\"\\npalpate_page_${number}_end: .byte 0\\n\"\n")
+    file(SHA256 ${file} hash)
+    string(APPEND hashes "// ${name} ${hash}\n")
     string(APPEND declarations "extern const char palpate_page_${number}[], palpate_page_${number}_end[];\n")
     string(APPEND rows "      {\"/${name}\", \"${types_${type}}\",\n       {palpate_page_${number}, static_cast<std::size_t>(palpate_page_${number}_end - palpate_page_${number})}},\n")
     math(EXPR number "${number} + 1")
   endforeach()
   file(CONFIGURE OUTPUT ${source} @ONLY CONTENT
-"// Made by cmake/PalpatePage.cmake.
-#include \"master/station/server/page_files.h\"
+"// Made by cmake/PalpatePage.cmake. The hashes of the files let ccache see that one has changed.
+@hashes@#include \"master/station/server/page_files.h\"
 
 #include <array>
 
@@ -58,4 +61,5 @@ std::span<const PageFile> PageFiles() {
 }  // namespace palpate
 ")
   set_source_files_properties(${source} PROPERTIES OBJECT_DEPENDS "${files}")
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${files})
 endfunction()

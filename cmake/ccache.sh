@@ -7,11 +7,11 @@ relative=("${@//"$PWD/"/}")
 [[ " $* " == *" -emit-pch "* ]] || exec ccache "${relative[@]}"
 [[ $PWD == */build/* ]] || exec "$@"  # elsewhere nobody would look for what is shared
 
-output='' told=''
+output='' dependencies=''
 for ((i = 1; i < $#; ++i)); do
   case ${!i} in
     -o) j=$((i + 1)) output=${!j} ;;
-    -MF) j=$((i + 1)) told=${!j} ;;
+    -MF) j=$((i + 1)) dependencies=${!j} ;;
   esac
 done
 shared=../precompiled/$(cat - "$output.sum" <<<"${relative[*]}" | sha256sum | cut -c -32)
@@ -23,11 +23,11 @@ is_fresh() {
   [ -z "$(find $headers -newer "$shared.pch" 2>&1)" ]  # one that is gone is an error, and no less a reason
 }
 if is_fresh; then
-  cp "$shared.d" "$told"
+  cp "$shared.d" "$dependencies"
   exec cp "$shared.pch" "$output"
 fi
 "$@"
 mkdir -p ../precompiled
 find ../precompiled -type f -mtime +0 -delete  # each is 0.2 GB
-cp "$told" "$shared.d"
+cp "$dependencies" "$shared.d"
 ln -f "$output" "$shared.pch"

@@ -19,12 +19,12 @@ mkdir -p build
 progress "build $preset: configuring"
 cmake --preset "$preset" "${options[@]}" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
 
-said="build $preset: looking for changes"
+status="build $preset: looking for changes"
 follow() {  # follow LINE: keeps the compilers' output, shows their count
   [ -z "$1" ] || echo "$1" >>"$log"
   [[ $1 =~ ^\[([0-9]+)/([0-9]+)\] ]] &&
-    said="build $preset: [${BASH_REMATCH[1]}/${BASH_REMATCH[2]}] $((100 * BASH_REMATCH[1] / BASH_REMATCH[2])) %"
-  progress "$said, $SECONDS s"
+    status="build $preset: [${BASH_REMATCH[1]}/${BASH_REMATCH[2]}] $((100 * BASH_REMATCH[1] / BASH_REMATCH[2])) %"
+  progress "$status, $SECONDS s"
 }
 NINJA_STATUS='[%f/%t] ' cmake --build "build/$preset" "${targets[@]}" 2>&1 | each_line follow ||
   { progress_end "build $preset: failed" >&2; tail -n 60 "$log" >&2; exit 1; }

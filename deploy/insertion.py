@@ -117,17 +117,17 @@ def depths(states):
 def draw_deformation(states, plan, file):
     """Force over deformation on the way in: paper A, figure 10."""
     deep = depths(states)
-    told = deep[plan["told_sample"] - 1]
+    puncture_depth = deep[plan["told_sample"] - 1]
     shown = [(d, row) for d, row in zip(deep, states) if d is not None]
-    shown = shown[:next((i for i, (d, _) in enumerate(shown) if d > 1.6 * told), len(shown))]
+    shown = shown[:next((i for i, (d, _) in enumerate(shown) if d > 1.6 * puncture_depth), len(shown))]
     rows = [(1e6 * d, row) for d, row in shown]
-    felt = [(d, 1e3 * size(row, "f")) for d, row in rows if size(row, "f") is not None]
+    estimated_force = [(d, 1e3 * size(row, "f")) for d, row in rows if size(row, "f") is not None]
     true = [(d, 1e3 * size(row, "true_f")) for d, row in rows if size(row, "true_f") is not None]
     plot = Plot("Force and deformation of the embryo", "deformation [um]", "force of the embryo on the pipette [mN]",
-                1.02 * max(d for d, _ in true), 1.15 * max(f for _, f in felt + true))
+                1.02 * max(d for d, _ in true), 1.15 * max(f for _, f in estimated_force + true))
     plot.curve(true, "#bbb", "true force of the simulator")
-    plot.curve(felt, "#c33", "estimated from images")
-    plot.mark(1e6 * told, "puncture reported")
+    plot.curve(estimated_force, "#c33", "estimated from images")
+    plot.mark(1e6 * puncture_depth, "puncture reported")
     plot.write(file)
 
 
@@ -179,14 +179,14 @@ def figures(offline, log_file, out):
                             (nearest + 1, "at the target")], out / "insertion.svg")
     draw_deformation(states, plan, out / "force-deformation.svg")
     draw_time(log, out / "force-time.svg")
-    told = plan["told_sample"] - 1
-    force = 1e3 * size(states[told - 1], "f")
-    print(f"force rises to {force:.1f} mN at {1e6 * deep[told - 1]:.0f} um, the puncture is reported in image "
-          f"{plan['told_sample']} (true: {plan['punctured_sample']}), force {1e3 * size(states[told], 'f'):g} mN after it, "
+    sample = plan["told_sample"] - 1
+    force = 1e3 * size(states[sample - 1], "f")
+    print(f"force rises to {force:.1f} mN at {1e6 * deep[sample - 1]:.0f} um, the puncture is reported in image "
+          f"{plan['told_sample']} (true: {plan['punctured_sample']}), force {1e3 * size(states[sample], 'f'):g} mN after it, "
           f"target reached to {1e6 * plan['closest_m']:.1f} um")
     drop = drop_at_the_hand(log)
     print("on the device: " + ("no puncture" if drop is None else f"up to {drop[0]:.2f} N, then {drop[1]:.2f} N"))
-    good = size(states[told], "f") == 0 and plan["closest_m"] < NEAR and drop is not None and drop[1] < 0.05 * drop[0]
+    good = size(states[sample], "f") == 0 and plan["closest_m"] < NEAR and drop is not None and drop[1] < 0.05 * drop[0]
     return 0 if good else 1
 
 

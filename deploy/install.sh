@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
 # usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [mesher] [training] [view] [page] [studies] [packages] [tests] [bare] [fuzz] [gcc]
-#   view: npm, which installs three.js and uPlot of the operator's page   page: view, and the browser of its tests
+#   view: npm, which installs three.js and uPlot of the operator's page   page: view, the browser of its tests, and the tool that joins images
 #   studies: tools that run shards of a study   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
 #   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
 set -euo pipefail
@@ -30,7 +30,7 @@ for part in "$@"; do
   case $part in
     insertion) packages+=("${insertion[@]}") ;;
     view) want_npm ;;
-    page) packages+=(chromium); want_npm ;;
+    page) packages+=(chromium webp); want_npm ;;
     films) packages+=("${films[@]}") ;;
     openni) packages+=("${openni[@]}") ;;
     calibration) packages+=("${calibration[@]}") ;;
@@ -64,15 +64,15 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 export DEBIAN_FRONTEND=noninteractive
 log=$(mktemp)
-said="install: requesting ${missing[*]}"
+status="install: requesting ${missing[*]}"
 follow() {  # follow LINE: shows the status of apt, keeps the rest
   case $1 in
-    dlstatus:*) said="install: ${1##*:}" ;;
-    pmstatus:*) IFS=: read -r _ name percent _ <<<"$1"; said="install: unpacking and setting up, ${percent%.*} % ($name)" ;;
+    dlstatus:*) status="install: ${1##*:}" ;;
+    pmstatus:*) IFS=: read -r _ name percent _ <<<"$1"; status="install: unpacking and setting up, ${percent%.*} % ($name)" ;;
     "") ;;
     *) echo "$1" >>"$log" ;;
   esac
-  progress "$said, $SECONDS s"
+  progress "$status, $SECONDS s"
 }
 apt() {
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get "$@" -o APT::Status-Fd=1 2>&1 </dev/null | each_line follow ||

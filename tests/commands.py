@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Runs the ```sh and ```bash blocks of the README files and guides, as a reader would type them.
+"""Runs the ```sh, ```bash and ```python blocks of the README files and guides, as a reader would type them.
 
 commands.py [FILE...]   every block that is not slow; without FILE: README.md, deploy/guides/*.md, README.md of the folders
   --full                slow blocks, too
   --budget SECONDS      blocks that would start later than that are skipped
 
-The blocks of one file run in order, each in a bash of its own with `set -euo pipefail`, in a scratch copy of the
-repository. Variables and the working directory carry over to the next block. build/release/bin is PALPATE_BIN
-(default: build/release/bin of the repository). What a block leaves running is killed with its process group.
+The blocks of one file run in order in one bash with `set -euo pipefail`, in a scratch copy of the repository. Python
+blocks run there by /usr/bin/python3. Background jobs last until the end of the file or until a block fails, which ends
+the bash; the next block begins a new one. build/release/bin is PALPATE_BIN (default: that of the repository).
 
 A comment on the line before a fence excludes its block: <!-- not run: REASON --> always, <!-- slow --> without --full.
 Blocks that call deploy/demo.sh or tests/run.sh are excluded, because both run by themselves.
@@ -19,6 +19,7 @@ import io
 import os
 import pathlib
 import re
+import select
 import shutil
 import signal
 import subprocess
@@ -44,6 +45,7 @@ class CommandBlock(NamedTuple):
     line: int  # of its first command
     text: str
     notes: tuple  # comments before it
+    language: str = "sh"
 
 
 def blocks_of(text):
@@ -60,9 +62,9 @@ def blocks_of(text):
         end = first
         while end < len(lines) and not re.match(rf"^\s*{re.escape(mark)}{mark[0]}*\s*$", lines[end]):
             end += 1
-        if language in ("sh", "bash"):
+        if language in ("sh", "bash", "python"):
             body = [line[len(indent):] if line.startswith(indent) else line.lstrip() for line in lines[first:end]]
-            blocks.append(CommandBlock(first + 1, "\n".join(body) + "\n", notes_before(lines, number)))
+            blocks.append(CommandBlock(first + 1, "\n".join(body) + "\n", notes_before(lines, number), language))
         number = end + 1
     return blocks
 
@@ -107,21 +109,12 @@ class Scratch:
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(root / name, folder / name)
         folder.mkdir(parents=True, exist_ok=True)
-        self.state = folder.with_name(folder.name + ".state")
 
     def renew(self):
         """What a file's blocks wrote is not there for those of the next file."""
         shutil.rmtree(self.folder / "build", ignore_errors=True)
         (self.folder / "build/release").mkdir(parents=True)
         (self.folder / "build/release/bin").symlink_to(self.programs)
-        self.state.write_text(f"cd {self.folder}\n")
-
-
-# Every variable is exported, so that the next block's bash has it.
-WRAPPED = """source '{state}'
-set -aeuo pipefail
-trap '{{ export -p; echo "cd \\"$PWD\\""; }} >"{state}"' EXIT
-{text}"""
 
 
 def is_running(group):
@@ -144,23 +137,48 @@ def end_group(group):
         os.killpg(group, signal.SIGKILL)
 
 
-def run_block(text, scratch, patience):
-    """(exit code or None if it hung, output, seconds)"""
-    environment = os.environ | {"PATH": "/usr/bin:/bin:" + os.environ.get("PATH", ""), "PALPATE_BIN": str(scratch.programs)}
-    begun = time.monotonic()
-    with tempfile.TemporaryFile() as output:
-        process = subprocess.Popen(["bash", "-c", WRAPPED.format(state=scratch.state, text=text)], cwd=scratch.folder,
-                                   stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, env=environment,
-                                   start_new_session=True)
-        try:
-            code = process.wait(patience)
-        except subprocess.TimeoutExpired:
-            code = None
-        seconds = time.monotonic() - begun
-        end_group(process.pid)
-        process.wait()
-        output.seek(0)
-        return code, output.read().decode(errors="replace"), seconds
+class Shell:
+    """A bash that runs the blocks of one file. Its jobs are in its process group and write to its output."""
+
+    def __init__(self, scratch):
+        environment = os.environ | {"PATH": "/usr/bin:/bin:" + os.environ.get("PATH", ""), "PALPATE_BIN": str(scratch.programs)}
+        self.block = scratch.folder.with_name("block")
+        self.output = tempfile.TemporaryFile()
+        self.done, write_end = os.pipe()
+        self.process = subprocess.Popen(["bash", "-s"], cwd=scratch.folder, env=environment, stdin=subprocess.PIPE, text=True,
+                                        stdout=self.output, stderr=subprocess.STDOUT, pass_fds=[write_end], start_new_session=True)
+        self.write(f"done={write_end}; set -aeuo pipefail")
+        os.close(write_end)
+
+    def write(self, command):
+        self.process.stdin.write(command + "\n")
+        self.process.stdin.flush()
+
+    def run(self, block, patience):
+        """(exit code or None if it hung, output, seconds)"""
+        self.block.write_text(block.text)
+        begun, start = time.monotonic(), self.output.seek(0, os.SEEK_END)
+        run = "/usr/bin/python3" if block.language == "python" else "source"
+        self.write(f"{run} '{self.block}' </dev/null; jobs >/dev/null; echo >&$done")  # numbers of jobs begin anew
+        code = self.wait(begun + patience)
+        self.output.seek(start)
+        return code, self.output.read().decode(errors="replace"), time.monotonic() - begun
+
+    def wait(self, deadline):
+        """0 when the block is done, the exit code of a bash that a block ended, None at the deadline."""
+        while time.monotonic() < deadline:
+            ended = self.process.poll()  # before the pipe, which jobs may keep open
+            if select.select([self.done], [], [], 0 if ended is not None else 0.1)[0] and os.read(self.done, 1):
+                return 0
+            if ended is not None:
+                return ended
+        return None
+
+    def end(self):
+        end_group(self.process.pid)
+        self.process.wait()
+        os.close(self.done)
+        self.output.close()
 
 
 def indented(text):
@@ -172,8 +190,9 @@ class Runner:
         self.scratch, self.full, self.budget = scratch, full, budget
         self.begun = time.monotonic()
         self.counts = {"passed": 0, "failed": 0, "skipped": 0}
+        self.shell = None
 
-    def tell(self, place, outcome, text):
+    def report(self, place, outcome, text):
         self.counts[outcome] += 1
         print(f"{place}: {outcome}{text}", flush=True)
 
@@ -181,27 +200,35 @@ class Runner:
         self.scratch.renew()
         for block in blocks_of(text):
             self.run(f"{name}:{block.line}", block)
+        self.end_shell()
+
+    def end_shell(self):
+        if self.shell:
+            self.shell.end()
+        self.shell = None
 
     def run(self, place, block):
         try:
             reason = reason_to_skip(block, self.full)
         except ValueError as error:
-            self.tell(place, "failed", f": {error}")
+            self.report(place, "failed", f": {error}")
             return
         if reason is None and self.budget is not None and time.monotonic() - self.begun > self.budget:
             reason = f"the budget of {self.budget:g} s is used up"
         if reason is not None:
-            self.tell(place, "skipped", f": {reason}")
+            self.report(place, "skipped", f": {reason}")
             return
         is_slow = "slow" in block.notes
-        code, output, seconds = run_block(block.text, self.scratch, SLOW_PATIENCE if is_slow else PATIENCE)
+        self.shell = self.shell or Shell(self.scratch)
+        code, output, seconds = self.shell.run(block, SLOW_PATIENCE if is_slow else PATIENCE)
         if code == 0:
             note = "; mark it <!-- slow -->" if seconds > MARK_AS_SLOW and not is_slow else ""
-            self.tell(place, "passed", f" in {seconds:.1f} s{note}")
+            self.report(place, "passed", f" in {seconds:.1f} s{note}")
             return
+        self.end_shell()
         why = f"no end after {seconds:.0f} s" if code is None else f"exit code {code}"
         last = "\n".join(output.splitlines()[-OUTPUT_LINES:])
-        self.tell(place, "failed", f": {why}\n  block:\n{indented(block.text)}  output:\n{indented(last)}".rstrip())
+        self.report(place, "failed", f": {why}\n  block:\n{indented(block.text)}  output:\n{indented(last)}".rstrip())
 
     def summary(self):
         print(", ".join(f"{count} {outcome}" for outcome, count in self.counts.items()))

@@ -47,8 +47,8 @@ def name_of(path):
 def tags(kinds):
     command = ["ctags", "-R", "--languages=C++", "--langmap=C++:.h.cpp", f"--kinds-C++={kinds}", "--fields=+neKZ",
                "--output-format=json", "-f", "-", *PRODUCT]
-    said = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    return [json.loads(line) for line in said.splitlines()]
+    printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return [json.loads(line) for line in printed.splitlines()]
 
 
 def long_sources(lines):
@@ -175,8 +175,9 @@ def constants(files):
 
 
 def image_path():
-    """Sources that ARCHITECTURE.md links on the path of an image of one camera, and each of its checks."""
-    table = read(ROOT / "ARCHITECTURE.md").split("## From an image to the network")[1].split("\n## ")[0]
+    """Sources that ARCHITECTURE.md links on the path of an image of one camera to the wire, and each of its checks."""
+    text = read(ROOT / "ARCHITECTURE.md").split("### In the sensing thread")[1]
+    table = text.split("### From the network to the device")[0]
     files = re.findall(r"\]\(([^)]+\.h)\)", table)
     checks = [f for f in includes(ROOT / "slave/checks/camera/camera_checks.cpp") if not f.endswith("camera_checks.h")]
     return files + checks

@@ -34,7 +34,7 @@ int main(int argc, char** argv) try {
     return 2;
   }
   const palpate::Slave slave(argv[1], argc > 3 ? argv[3] : "");
-  const auto can = slave.Capabilities();
+  const auto can = slave.Scene().capabilities();
   const auto low = palpate::ToVector(can.workspace_min()),
              high = palpate::ToVector(can.workspace_max());
   LaggingPoint arm({(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2});

@@ -111,7 +111,7 @@ def main() -> int:
     arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     with palpate.connect(arguments.target, arguments.tls) as slave:
-        can = slave.capabilities()
+        can = slave.scene().capabilities
         low, high = can.workspace_min, can.workspace_max
         home = [0.5 * (a + b) for a, b in ((low.x, high.x), (low.y, high.y), (low.z, high.z))]
         if arguments.home:

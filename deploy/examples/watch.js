@@ -22,7 +22,7 @@ function connect(address, tls) {
 
 async function main(address, tls) {
   const slave = connect(address, tls);
-  const stream = slave.WatchState({max_rate_hz: 100});
+  const stream = slave.WatchState({max_rate: 100});
   stream.on('error', () => {});  // cancel makes one
   const states = [];
   for await (const state of stream) {

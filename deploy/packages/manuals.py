@@ -59,13 +59,13 @@ def manual(program, version, helps):
     lines = [f'.TH {program.upper()} 1 "" "Palpate {version}" "Palpate"\n',
              f".SH NAME\n{program} \\- {roff(top.description.split(': ', 1)[1])}\n",
              f".SH SYNOPSIS\n.B {program}\n.I COMMAND\n[\\fIoptions\\fR]\n.SH COMMANDS\n"]
-    for command, told in helps.items():
+    for command, help in helps.items():
         if command:
-            positional = " ".join(given.name.strip("`") for given in told.options if not given.name.startswith("`-"))
-            lines.append(f".SS {program} {command} {roff(positional)}\n{roff(told.description)}.\n")
-            lines += [option(given) for given in told.options if "--help" not in given.name and "--version" not in given.name]
-            if told.notes:
-                lines.append(".PP\n" + example(told.notes))
+            positional = " ".join(given.name.strip("`") for given in help.options if not given.name.startswith("`-"))
+            lines.append(f".SS {program} {command} {roff(positional)}\n{roff(help.description)}.\n")
+            lines += [option(given) for given in help.options if "--help" not in given.name and "--version" not in given.name]
+            if help.notes:
+                lines.append(".PP\n" + example(help.notes))
     footer = footer_of(references.help_of(program))
     examples, _, codes = footer.partition("Exit codes:")
     lines.append(".SH EXAMPLES\n" + example(re.sub(r"^Examples:\n", "", examples).rstrip()))
@@ -75,17 +75,17 @@ def manual(program, version, helps):
 
 
 def completion(program, helps):
-    def words(told):
-        return " ".join(name.strip("` ") for given in told.options for name in given.name.split(",") if "-" in name)
+    def words(help):
+        return " ".join(name.strip("` ") for given in help.options for name in given.name.split(",") if "-" in name)
 
     choices = {}
-    for told in helps.values():
-        for given in told.options:
+    for help in helps.values():
+        for given in help.options:
             values = re.findall(r"`([^`]+)`", given.argument)
             if given.name.startswith("`-") and values:
                 choices[given.name.strip("`")] = " ".join(values)
     lines = [f'    {name}) mapfile -t COMPREPLY < <(compgen -W "{values}" -- "$word"); return ;;' for name, values in choices.items()]
-    options = [f'    {command}) options="{words(told)}" ;;' for command, told in helps.items() if command]
+    options = [f'    {command}) options="{words(help)}" ;;' for command, help in helps.items() if command]
     return COMPLETION.format(program=program, function=program.replace("-", "_"), choices="\n".join(lines) or "    '') ;;",
                              options="\n".join(options), commands=" ".join(command for command in helps if command))
 

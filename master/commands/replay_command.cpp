@@ -93,7 +93,7 @@ int RunExport(const SessionExportOptions& options, const std::stop_token& stop) 
   const ExportCounts counts = ExportSession(options.file, options.out, stop);
   Console console = Console::Standard();
   console.Print(Formatted("%llu images, %llu meshes",
-                          static_cast<unsigned long long>(counts.pictures),
+                          static_cast<unsigned long long>(counts.images),
                           static_cast<unsigned long long>(counts.meshes)));
   if (!counts.damage.empty()) console.Print("incomplete: " + counts.damage);
   console.Print("written: " + options.out.string());

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <condition_variable>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -12,6 +11,7 @@
 
 #include "master/link/remote_patch.h"
 #include "master/link/stream_keeper.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 
@@ -26,9 +26,9 @@ constexpr std::size_t kTracesKept = 2048;
 constexpr std::size_t kLargestJpeg = 16 << 20;  // [bytes]
 constexpr std::uint32_t kQuality = 75;          // of the JPEG
 
-v1::WatchVideoRequest VideoRequest(const ObservedViews& views) {
-  v1::WatchVideoRequest request;
-  request.set_max_rate_hz(views.image_rate);
+v1::WatchImagesRequest VideoRequest(const ObservedViews& views) {
+  v1::WatchImagesRequest request;
+  request.set_max_rate(views.image_rate);
   request.set_overlays(true);
   request.set_quality(kQuality);
   return request;
@@ -36,7 +36,7 @@ v1::WatchVideoRequest VideoRequest(const ObservedViews& views) {
 
 v1::WatchMeshRequest MeshRequest(const ObservedViews& views) {
   v1::WatchMeshRequest request;
-  request.set_max_rate_hz(views.mesh_rate);
+  request.set_max_rate(views.mesh_rate);
   request.set_nodal_forces(views.nodal_forces);
   request.set_relative_error(views.mesh_error);
   request.set_traction(views.traction);
@@ -45,14 +45,14 @@ v1::WatchMeshRequest MeshRequest(const ObservedViews& views) {
 
 v1::WatchStateRequest StateRequest() {
   v1::WatchStateRequest request;
-  request.set_max_rate_hz(kStateRate);
+  request.set_max_rate(kStateRate);
   request.set_details(true);
   return request;
 }
 
 v1::WatchTraceRequest TraceRequest(bool all) {
   v1::WatchTraceRequest request;
-  if (!all) request.set_max_rate_hz(kTraceRate);
+  if (!all) request.set_max_rate(kTraceRate);
   return request;
 }
 
@@ -84,7 +84,7 @@ struct Observer::Parts {
   Parts(const SlaveLink::Options& link, Options chosen);
 
   // Take a received message and return why it is rejected; empty: it is accepted.
-  std::string Take(const v1::VideoFrame& frame);
+  std::string Take(const v1::ImageState& frame);
   std::string Take(v1::MeshState* message);
   std::string Take(const v1::PatchUpdate& message);
   std::string Take(const v1::SlaveState& message);
@@ -112,8 +112,8 @@ struct Observer::Parts {
   PatchReader patch_reader;
   std::optional<std::uint32_t> revision;  // of the scene that was forwarded last
 
-  mutable std::mutex mutex;  // guards the newest values
-  ObservedViews views;       // needed by all users together
+  mutable PriorityInheritanceMutex mutex;  // guards the newest values
+  ObservedViews views;                     // needed by all users together
   std::shared_ptr<const RemoteImage> image;
   std::uint64_t images_received = 0;
   std::shared_ptr<const RemoteMesh> mesh;
@@ -123,12 +123,12 @@ struct Observer::Parts {
   Events events;
   std::map<Time, SampleTrace> traces;  // by the time of their samples
   SlaveTexts texts;
-  std::condition_variable_any wake;  // never notified: a wait that ends with a stop
+  PriorityInheritanceCondition wake;  // never notified: a wait that ends with a stop
 
-  mutable std::mutex streams_mutex;  // guards the users' needs and their streams
+  mutable PriorityInheritanceMutex streams_mutex;  // guards the users' needs and their streams
   std::array<ObservedViews, kUsers> needs;
   // Streams, and the thread of the texts; null: not needed. Last: they use all of the above.
-  std::unique_ptr<StreamKeeper<v1::VideoFrame>> image_stream;
+  std::unique_ptr<StreamKeeper<v1::ImageState>> image_stream;
   std::unique_ptr<StreamKeeper<v1::MeshState>> mesh_stream;
   std::unique_ptr<StreamKeeper<v1::PatchUpdate>> patch_stream;
   std::unique_ptr<StreamKeeper<v1::SlaveState>> state_stream;
@@ -162,9 +162,9 @@ Observer::Parts::Parts(const SlaveLink::Options& link, Options chosen)
 }
 
 void Observer::Parts::OpenImages() {
-  image_stream = std::make_unique<StreamKeeper<v1::VideoFrame>>(
-      [this](grpc::ClientContext* call) { return stub->WatchVideo(call, VideoRequest(needed())); },
-      [this](v1::VideoFrame* frame) { return Take(*frame); });
+  image_stream = std::make_unique<StreamKeeper<v1::ImageState>>(
+      [this](grpc::ClientContext* call) { return stub->WatchImages(call, VideoRequest(needed())); },
+      [this](v1::ImageState* frame) { return Take(*frame); });
 }
 
 void Observer::Parts::OpenMeshes() {
@@ -177,7 +177,7 @@ void Observer::Parts::OpenMeshes() {
       [this](v1::MeshState* message) { return Take(message); });
 }
 
-std::string Observer::Parts::Take(const v1::VideoFrame& frame) {
+std::string Observer::Parts::Take(const v1::ImageState& frame) {
   std::string reason;
   FieldReader reader(&reason);
   const Time sensed_at = reader.Stamp("sensed_at", frame.sensed_at());
@@ -249,7 +249,8 @@ void Observer::Parts::Poll(const std::stop_token& stop) {
     std::unique_lock lock(mutex);
     answer.version = texts.version + 1;
     texts = std::move(answer);
-    wake.wait_for(lock, stop, kPollEvery, [] { return false; });
+    wake.wait_until(lock, stop, std::chrono::steady_clock::now() + kPollEvery,
+                    [] { return false; });
   }
 }
 
@@ -257,20 +258,17 @@ SlaveTexts Observer::Parts::Ask(const std::stop_token& stop) {
   using Stub = v1::Teleoperation::Stub;
   v1::Status status;
   v1::SceneDescription scene;
-  v1::Capabilities capabilities;
   grpc::Status answer = Query(stub.get(), &Stub::GetStatus, stop, &status);
   if (answer.ok()) {
     Forward(status);
     answer = Query(stub.get(), &Stub::GetScene, stop, &scene);
   }
-  if (answer.ok()) answer = Query(stub.get(), &Stub::GetCapabilities, stop, &capabilities);
   if (!answer.ok()) return {.trouble = WordsOf(answer)};
   if (revision != scene.settings_revision()) {
     revision = scene.settings_revision();
     Forward(scene);
-    Forward(capabilities);
   }
-  return {0, JsonOf(scene), JsonOf(capabilities), JsonOf(status), {}};
+  return {0, JsonOf(scene), JsonOf(status), {}};
 }
 
 Observer::Observer(const SlaveLink::Options& link, Options options)

@@ -39,11 +39,11 @@ struct ObservedState {
   Time received_at{};
 };
 
-// Scene, capabilities and status of the slave in JSON, with the field names of proto/palpate/v1;
+// Scene and status of the slave in JSON, with the field names of proto/palpate/v1;
 // empty: not received yet.
 struct SlaveTexts {
   std::uint64_t version = 0;  // rises with each answer
-  std::string scene, capabilities, status;
+  std::string scene, status;
   std::string trouble;  // why nothing is received
 };
 
@@ -64,8 +64,8 @@ class Observer {
   struct Options {
     LatestValue<ReceivedPatch>* patches = nullptr;  // must outlive the observer; null: no patches
     bool states = false;  // states with their checks 30 times a second, traces and texts
-    // Receives each SceneDescription and Capabilities that changed, and each Status, VideoFrame,
-    // MeshState (with positions) and TraceUpdate. Called by several threads. Empty: not needed.
+    // Receives each SceneDescription that changed, and each Status, ImageState, MeshState
+    // (with positions) and TraceUpdate. Called by several threads. Empty: not needed.
     std::function<void(const google::protobuf::Message&)> on_message = {};
   };
   struct MeshStats {

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kOrthogonality = 1e-6;
+constexpr const char* kUnitQuaternion = "four: a unit quaternion w, x, y, z";
 constexpr std::size_t kLongestWords = 200;  // [characters]
 
 [[noreturn]] void Refuse(const std::string& field, double value, const std::string& accepted) {
@@ -32,16 +32,10 @@ double NonNegative(const char* field, double value) {
 }
 
 Eigen::Matrix3d Rotation(const v1::SceneDescription::Operator& mapping) {
-  if (mapping.rotation_size() != 9) {
-    Refuse("operator.rotation", mapping.rotation_size(), "nine numbers");
-  }
-  Eigen::Matrix3d R;
-  for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = mapping.rotation(i);
-  const double off = (R * R.transpose() - Eigen::Matrix3d::Identity()).norm();
-  if (!(off < kOrthogonality && R.col(0).cross(R.col(1)).dot(R.col(2)) > 0)) {
-    Refuse("operator.rotation: distance from a rotation", off, "0");
-  }
-  return R;
+  std::string reason;
+  const auto R_SM = FieldReader(&reason).Rotation("operator.orientation", mapping.orientation());
+  if (!R_SM) Refuse("operator.orientation: numbers", mapping.orientation_size(), kUnitQuaternion);
+  return R_SM->toRotationMatrix();
 }
 
 // The force continues for this time after a lost link, so the slave's value is bounded.
@@ -76,8 +70,9 @@ std::string OtherRelease(const std::string& slave, const std::string& master) {
   return "The slave is of release " + theirs + ", this master of " + ours + ".";
 }
 
-RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilities& capabilities) {
+RemoteScene ToRemoteScene(const v1::SceneDescription& scene) {
   const auto& mapping = scene.operator_();
+  const auto& capabilities = scene.capabilities();
   RemoteScene remote;
   remote.name = Presentable(scene.name(), kLongestWords);
   remote.geometry = Presentable(scene.geometry(), kLongestWords);

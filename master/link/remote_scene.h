@@ -14,7 +14,6 @@ namespace palpate {
 
 namespace v1 {
 class SceneDescription;
-class Capabilities;
 }  // namespace v1
 
 // A fingertip of the slave's scene.
@@ -37,7 +36,7 @@ struct RemoteScene {
 };
 
 // Throws std::runtime_error with the name of a field that is out of range.
-RemoteScene ToRemoteScene(const v1::SceneDescription& scene, const v1::Capabilities& capabilities);
+RemoteScene ToRemoteScene(const v1::SceneDescription& scene);
 
 // A text if the versions of slave and master are of different releases; empty if they are the same
 // or one is unknown.

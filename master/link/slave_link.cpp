@@ -20,6 +20,7 @@
 #include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
+#include "shared/wire/errors.h"
 
 namespace palpate {
 namespace {
@@ -181,20 +182,20 @@ struct SlaveLink::Parts {
 grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, milliseconds deadline) {
   const Time start = Clock::now();
   v1::SceneDescription description;
-  v1::Capabilities capabilities;
-  grpc::ClientContext for_scene, for_capabilities;
+  v1::Status ignored;
+  grpc::ClientContext for_scene, for_status;
   SetDeadline(&for_scene, deadline);
   for_scene.set_wait_for_ready(waits);
   const RunningCalls::Scope scene_runs(&calls, &for_scene);
-  const RunningCalls::Scope capabilities_run(&calls, &for_capabilities);
+  const RunningCalls::Scope status_runs(&calls, &for_status);
   grpc::Status status = stub->GetScene(&for_scene, {}, &description);
   if (!status.ok()) return status;
   const Time connected = Clock::now();
-  SetDeadline(&for_capabilities, deadline);
-  status = stub->GetCapabilities(&for_capabilities, {}, &capabilities);
+  SetDeadline(&for_status, deadline);
+  status = stub->GetStatus(&for_status, {}, &ignored);  // for its duration, as the line is open
   if (!status.ok()) return status;
   answered_in = SinceThen(connected);
-  *scene = ToRemoteScene(description, capabilities);
+  *scene = ToRemoteScene(description);
   call_deadline = std::max(kShortestDeadline, kTimesTheFirst * SinceThen(start));
   return status;
 }
@@ -253,7 +254,7 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
     if (rereading.joinable()) rereading.join();
     if (next.was_served()) backoff.Reset();
-    const bool held = status.error_code() == grpc::StatusCode::FAILED_PRECONDITION;
+    const bool held = ReasonOf(status) == v1::ERROR_REASON_LEASE_HELD;
     if (!Sleep(held ? kLeaseRetry : backoff.Next())) return;
   }
 }

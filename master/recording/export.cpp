@@ -88,7 +88,7 @@ class SessionExport {
     return feed;
   }
   ExportCounts Finish() {
-    if (counts_.pictures > 0) WriteWholeFile(out_ / "pictures.csv", "number,t\n" + times_);
+    if (counts_.images > 0) WriteWholeFile(out_ / "images.csv", "number,t\n" + times_);
     meshes_.Finish();
     counts_.meshes = meshes_.count();
     return counts_;
@@ -97,17 +97,17 @@ class SessionExport {
  private:
   // Timestamps are of the slave's clock, whose offset is known within the network delay.
   void Add(const std::string& jpeg, Time taken) {
-    if (counts_.pictures == 0) Made(out_ / "pictures");
-    times_ += std::to_string(counts_.pictures) + ",";
+    if (counts_.images == 0) Made(out_ / "images");
+    times_ += std::to_string(counts_.images) + ",";
     AppendNumber(&times_, SecondsBetween(begin_, taken) - clock_offset_, kDigits);
     times_ += "\n";
-    WriteWholeFile(out_ / "pictures" / Numbered(counts_.pictures++, ".jpg"), jpeg);
+    WriteWholeFile(out_ / "images" / Numbered(counts_.images++, ".jpg"), jpeg);
   }
 
   const Time begin_;
   const std::filesystem::path out_;
   MeshFiles meshes_;
-  std::string times_;                  // rows of pictures.csv
+  std::string times_;                  // rows of images.csv
   double now_ = 0, clock_offset_ = 0;  // [s]
   ExportCounts counts_;
 };

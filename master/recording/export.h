@@ -9,13 +9,13 @@
 namespace palpate {
 
 struct ExportCounts {
-  std::uint64_t pictures = 0, meshes = 0;
+  std::uint64_t images = 0, meshes = 0;
   std::string damage;  // unreadable parts of the recording, as text; empty: none
 };
 
 // Writes into `out`, which is created if missing. t [s] starts at the first tick:
 //
-//   pictures.csv, pictures/NNNNNN.jpg   number and t of each image, and the images
+//   images.csv, images/NNNNNN.jpg   number and t of each image, and the images
 //   meshes.pvd, meshes/NNNNNN.vtu       shapes for ParaView: displacement [m] and, if known,
 //                                       traction [Pa]
 //

@@ -40,7 +40,7 @@ class MessageDispatcher {
       feed_.on_tick(FromProto(Parsed<v1::ForceTick>(reader_), reader_.at()));
     } else if (topic == kStateTopic && feed_.on_state) {
       DispatchState();
-    } else if (topic == kPictureTopic && feed_.on_picture) {
+    } else if (topic == kImageTopic && feed_.on_picture) {
       DispatchPicture();
     } else if (topic == kMeshTopic && feed_.on_mesh) {
       DispatchMesh();
@@ -50,8 +50,6 @@ class MessageDispatcher {
       DispatchLog();
     } else if (topic == kSceneTopic && feed_.on_scene) {
       feed_.on_scene(Parsed<v1::SceneDescription>(reader_), reader_.at());
-    } else if (topic == kCapabilitiesTopic && feed_.on_capabilities) {
-      feed_.on_capabilities(Parsed<v1::Capabilities>(reader_), reader_.at());
     } else if (topic == kHealthTopic && feed_.on_health) {
       feed_.on_health(Parsed<v1::Status>(reader_), reader_.at());
     }

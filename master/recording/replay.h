@@ -31,9 +31,8 @@ struct ReplayFeed {
   std::function<void(const std::shared_ptr<const RemoteMesh>&)> on_mesh;
   std::function<void(const SampleTrace&)> on_trace;
   std::function<void(const std::string& line, Time at, bool is_alarm)> on_log;
-  // Messages of the slave about scene, capabilities and status.
+  // Messages of the slave about scene and status.
   std::function<void(const v1::SceneDescription&, Time at)> on_scene;
-  std::function<void(const v1::Capabilities&, Time at)> on_capabilities;
   std::function<void(const v1::Status&, Time at)> on_health;
   // Called every 10 ms of real time with the time in the recording; returns whether to continue.
   // May be empty.

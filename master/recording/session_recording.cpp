@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kHandEvery = 0.01;  // [s]
 
-foxglove::CompressedImage ImageOf(const v1::VideoFrame& frame) {
+foxglove::CompressedImage ImageOf(const v1::ImageState& frame) {
   foxglove::CompressedImage image;
   *image.mutable_timestamp() = frame.sensed_at();
   image.set_format("jpeg");
@@ -45,11 +45,10 @@ SessionRecording::SessionRecording(Recording::Options options)
       tick_(recording_.Open(kTickTopic, v1::ForceTick())),
       command_(recording_.Open(kCommandTopic, v1::OperatorCommand())),
       state_(recording_.Open(kStateTopic, v1::SlaveState())),
-      picture_(recording_.Open(kPictureTopic, foxglove::CompressedImage())),
+      picture_(recording_.Open(kImageTopic, foxglove::CompressedImage())),
       mesh_(recording_.Open(kMeshTopic, v1::MeshState())),
       trace_(recording_.Open(kTraceTopic, v1::TraceUpdate())),
       scene_(recording_.Open(kSceneTopic, v1::SceneDescription())),
-      capabilities_(recording_.Open(kCapabilitiesTopic, v1::Capabilities())),
       health_(recording_.Open(kHealthTopic, v1::Status())),
       hand_(recording_.Open(kHandTopic, foxglove::PoseInFrame())),
       log_(recording_.Open(kMasterLogTopic, foxglove::Log())) {}
@@ -109,13 +108,11 @@ void SessionRecording::OnObserved(const google::protobuf::Message& message) {
   const auto* type = message.GetDescriptor();
   if (type == v1::SceneDescription::descriptor()) {
     recording_.PutStanding(scene_, now, message);
-  } else if (type == v1::Capabilities::descriptor()) {
-    recording_.PutStanding(capabilities_, now, message);
   } else if (!is_on_) {
     return;
-  } else if (type == v1::VideoFrame::descriptor()) {
+  } else if (type == v1::ImageState::descriptor()) {
     if (!IsDue(now, kViews.image_rate, &image_kept_)) return;
-    recording_.Put(picture_, now, ImageOf(static_cast<const v1::VideoFrame&>(message)));
+    recording_.Put(picture_, now, ImageOf(static_cast<const v1::ImageState&>(message)));
   } else if (type == v1::MeshState::descriptor()) {
     PutMesh(now, static_cast<const v1::MeshState&>(message));
   } else if (type == v1::TraceUpdate::descriptor()) {

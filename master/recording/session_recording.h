@@ -3,10 +3,10 @@
 //   /master/tick           palpate.v1.ForceTick, 1000 a second: the force chain
 //   /master/command        palpate.v1.OperatorCommand, as sent
 //   /slave/state           palpate.v1.SlaveState, as received: time of arrival, master's clock
-//   /slave/picture         foxglove.CompressedImage, JPEG with overlays, at most two a second
+//   /slave/image           foxglove.CompressedImage, JPEG with overlays, at most two a second
 //   /slave/mesh            palpate.v1.MeshState, at most two a second
 //   /slave/trace           palpate.v1.TraceUpdate: times of each sample in the stages of the slave
-//   /slave/scene, /capabilities   at each change
+//   /slave/scene           palpate.v1.SceneDescription, at each change
 //   /slave/health          palpate.v1.Status, one a second
 //   /master/tip            foxglove.PoseInFrame: the device, a hundred a second
 //   /log                   foxglove.Log: operator states, events and alarms, as text
@@ -42,12 +42,10 @@ class MeshState;
 }  // namespace v1
 
 inline constexpr std::string_view kTickTopic = "/master/tick", kCommandTopic = "/master/command",
-                                  kStateTopic = "/slave/state", kPictureTopic = "/slave/picture",
+                                  kStateTopic = "/slave/state", kImageTopic = "/slave/image",
                                   kMeshTopic = "/slave/mesh", kTraceTopic = "/slave/trace",
-                                  kSceneTopic = "/slave/scene",
-                                  kCapabilitiesTopic = "/slave/capabilities",
-                                  kHealthTopic = "/slave/health", kHandTopic = "/master/tip",
-                                  kMasterLogTopic = "/log";
+                                  kSceneTopic = "/slave/scene", kHealthTopic = "/slave/health",
+                                  kHandTopic = "/master/tip", kMasterLogTopic = "/log";
 // Name of the metadata with the settings of the session.
 inline constexpr const char* kSessionNote = "palpate.session";
 
@@ -83,8 +81,7 @@ class SessionRecording {
   void LogAlarms(const google::protobuf::Message& status);
 
   Recording recording_;
-  std::uint16_t tick_, command_, state_, picture_, mesh_, trace_, scene_, capabilities_, health_,
-      hand_, log_;
+  std::uint16_t tick_, command_, state_, picture_, mesh_, trace_, scene_, health_, hand_, log_;
   std::atomic<bool> is_on_{true};
   // Used by the thread of the ticks.
   TickRecord last_;

@@ -70,7 +70,7 @@ void WriteReport(const Report& report, const std::filesystem::path& file);
 // A fingertip or the single tool, in the newest state.
 struct NamedFinger {
   std::string name;
-  FingerState felt;
+  FingerState contact;
 };
 
 // Fingertips of the newest state. Those without a name in `names` are numbered.

@@ -105,7 +105,7 @@ class Alarms {
                      100 * moment_.ticks.late_share),
            "The link is slow or the machine is busy: see the charts.");
     }
-    if (moment_.frozen_for > 0 && moment_.felt.state.validity != Validity::kStale) {
+    if (moment_.frozen_for > 0 && moment_.observed.state.validity != Validity::kStale) {
       Note(Formatted("The image has been frozen for %.0f s.", moment_.frozen_for),
            "The force is independent of it: check its age. If this persists, reload the page.");
     }
@@ -156,16 +156,16 @@ std::string NextFor(Validity validity) {
 }
 
 void Alarms::AddValidity() {
-  const SlaveState& felt = moment_.felt.state;
-  if (felt.sequence == 0 || felt.validity == Validity::kValid) return;
-  const bool line_says_so = felt.validity == Validity::kStale && tick_.state_age > kLate;
-  if (line_says_so) return;
-  const std::string check = Spaced(ToString(felt.check));
-  const std::string text = "The force is " + Spaced(ToString(felt.validity)) +
+  const SlaveState& state = moment_.observed.state;
+  if (state.sequence == 0 || state.validity == Validity::kValid) return;
+  const bool is_shown_by_link = state.validity == Validity::kStale && tick_.state_age > kLate;
+  if (is_shown_by_link) return;
+  const std::string check = Spaced(ToString(state.check));
+  const std::string text = "The force is " + Spaced(ToString(state.validity)) +
                            (check.empty() ? "" : " (check: " + check + ")") + ".";
-  const bool is_told =
-      felt.validity == Validity::kExtrapolated || felt.validity == Validity::kPunctured;
-  is_told ? Note(text, NextFor(felt.validity)) : Stop(text, NextFor(felt.validity));
+  const bool is_note =
+      state.validity == Validity::kExtrapolated || state.validity == Validity::kPunctured;
+  is_note ? Note(text, NextFor(state.validity)) : Stop(text, NextFor(state.validity));
 }
 
 void Alarms::AddReasons() {

@@ -56,9 +56,9 @@ bool IsFree(const StationMoment& moment) {
   const OperatorState state = moment.ticks.newest.state;
   const bool is_let_go = state == OperatorState::kReady || state == OperatorState::kClutched ||
                          state == OperatorState::kEstop;
-  return is_let_go && !moment.felt.state.local_model.in_contact &&
+  return is_let_go && !moment.observed.state.local_model.in_contact &&
          std::ranges::none_of(moment.status.fingers,
-                              [](const NamedFinger& finger) { return finger.felt.in_contact; });
+                              [](const NamedFinger& finger) { return finger.contact.in_contact; });
 }
 
 template <class... Cases>
@@ -146,9 +146,9 @@ void LiveStation::Parts::PutMoment() {
     moment.status = status;
     moment.waiting = waiting;
   }
-  moment.felt = observer.state();
-  if (moment.felt.state.sequence > 0) {
-    moment.felt_age = SecondsBetween(moment.felt.received_at, Clock::now());
+  moment.observed = observer.state();
+  if (moment.observed.state.sequence > 0) {
+    moment.observed_age = SecondsBetween(moment.observed.received_at, Clock::now());
   }
   SetWhenFree(moment);
   moment.trace = TraceNow(moment.ticks);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "master/station/alarms.h"
+#include "shared/wire/state_message.h"
 
 namespace palpate {
 namespace {
@@ -87,29 +88,25 @@ Json DeviceOf(const DeviceStatus& device) {
           {"buttons", buttons}};
 }
 
-Json FeltOf(const StationMoment& moment) {
-  const SlaveState& state = moment.felt.state;
-  if (state.sequence == 0) return nullptr;
-  return {{"age", Number(moment.felt_age)},
-          {"sequence", state.sequence},
-          {"sigma", Number(state.sigma)},
-          {"validity", ToString(state.validity)},
-          {"check", ToString(state.check)},
-          {"in_contact", state.local_model.in_contact},
-          {"tip", Triple(state.p_S_tip)},
-          {"normal", state.local_model.known() ? Triple(state.local_model.normal) : Json()},
-          {"settings_revision", state.settings_revision},
-          {"details", Parsed(moment.felt.details)}};
+// The newest state with the field names and values of state.proto, and its age [s].
+Json SlaveStateOf(const StationMoment& moment) {
+  if (moment.observed.state.sequence == 0) return nullptr;
+  v1::SlaveState message;
+  ToProto(moment.observed.state, &message);
+  Json json = Parsed(JsonOf(message));
+  json["age"] = Number(moment.observed_age);
+  json["details"] = Parsed(moment.observed.details);
+  return json;
 }
 
 Json FingersOf(const std::vector<NamedFinger>& named) {
   Json fingers = Json::array();
   for (const NamedFinger& finger : named) {
     fingers.push_back({{"name", finger.name},
-                       {"place", Triple(finger.felt.p_S_contact)},
-                       {"force", finger.felt.force ? Triple(*finger.felt.force) : Json()},
-                       {"in_contact", finger.felt.in_contact},
-                       {"validity", ToString(finger.felt.validity)}});
+                       {"place", Triple(finger.contact.p_S_contact)},
+                       {"force", finger.contact.force ? Triple(*finger.contact.force) : Json()},
+                       {"in_contact", finger.contact.in_contact},
+                       {"validity", ToString(finger.contact.validity)}});
   }
   return fingers;
 }
@@ -229,20 +226,20 @@ std::string HelloJson(const StationHello& hello) {
 
 void LeaveOutOld(StationMoment* moment) {
   constexpr double kOld = 0.250;  // [s]
-  SlaveState& felt = moment->felt.state;
-  if (moment->felt_age > kOld) {
-    felt.validity = Validity::kStale;
-    felt.check = FailedCheck::kNone;
-    felt.sigma = std::nan("");
-    felt.local_model = {};
-    moment->felt.details.clear();
+  SlaveState& state = moment->observed.state;
+  if (moment->observed_age > kOld) {
+    state.validity = Validity::kStale;
+    state.check = FailedCheck::kNone;
+    state.sigma = std::nan("");
+    state.local_model = {};
+    moment->observed.details.clear();
   }
   TickRecord& tick = moment->ticks.newest;
   if (tick.state_age <= kOld) return;
   tick.chain.force_known = false;
   for (NamedFinger& finger : moment->status.fingers) {
-    finger.felt.validity = Validity::kStale;
-    finger.felt.force.reset();
+    finger.contact.validity = Validity::kStale;
+    finger.contact.force.reset();
   }
 }
 
@@ -264,7 +261,7 @@ std::string StatusJson(const StationMoment& moment) {
                {"link", LinkOf(moment)},
                {"device", moment.replay ? Json() : DeviceOf(tick.device)},
                {"fingers", FingersOf(moment.status.fingers)},
-               {"felt", FeltOf(moment)},
+               {"slave_state", SlaveStateOf(moment)},
                {"pointer_holds", moment.pointer_holds},
                {"pointer_used", moment.pointer_used},
                {"video_trouble", moment.video_trouble},
@@ -283,7 +280,6 @@ std::string StatusJson(const StationMoment& moment) {
 std::string HealthJson(const SlaveTexts& texts) {
   return Text({{"kind", "health"},
                {"scene", Parsed(texts.scene)},
-               {"capabilities", Parsed(texts.capabilities)},
                {"status", Parsed(texts.status)},
                {"trouble", texts.trouble}});
 }

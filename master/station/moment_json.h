@@ -45,8 +45,8 @@ struct RecordingMoment {
 // Data of one status message.
 struct StationMoment {
   TickDigest::Moment ticks;
-  SessionStatus status;  // from the session's slow thread
-  ObservedState felt;    // newest observed state
+  SessionStatus status;    // from the session's slow thread
+  ObservedState observed;  // newest state
   bool pointer_holds = false;
   double pointer_used = 0;  // stamp of the last applied target of the page; 0: none
   double frozen_for = 0;    // time since the image is frozen [s]; 0: not frozen, or no image
@@ -58,9 +58,9 @@ struct StationMoment {
   std::string other_release;                 // see OtherRelease
   std::optional<HandTrace> trace;            // of a recent tick; empty: unknown
   SlaveLink::Mapping waiting;  // requested values that wait until disengaged and without contact
-  double felt_age = 0;         // time since `felt` was received [s]
+  double observed_age = 0;     // time since `observed` was received [s]
 };
-// Marks the force as unknown and stale if `felt` is older than a quarter of a second.
+// Marks the force as unknown and stale if `observed` is older than a quarter of a second.
 void LeaveOutOld(StationMoment* moment);
 std::string StatusJson(const StationMoment& moment);
 

@@ -37,30 +37,25 @@ std::string NewestBy(double t, const std::map<double, std::string>& told) {
   return after == told.begin() ? std::string() : std::prev(after)->second;
 }
 
-// Rarely changing data of a recording, read before the replay: scene, capabilities and status of
-// the slave, and the log.
+// Rarely changing data of a recording, read before the replay: scene and status of the slave,
+// and the log.
 class ReplayScene {
  public:
   // Reads the whole recording. Throws InputError if a message is damaged.
   ReplayScene(const Replay& replay, const std::string& file) {
     v1::SceneDescription scene;
-    v1::Capabilities capabilities;
     const auto since = [&](Time at) { return SecondsBetween(replay.span().first, at); };
     ReplayFeed feed;
     feed.on_scene = [&](const v1::SceneDescription& told, Time at) {
       if (scenes_.empty()) scene = told;
       scenes_[since(at)] = JsonOf(told);
     };
-    feed.on_capabilities = [&](const v1::Capabilities& told, Time at) {
-      if (capabilities_.empty()) capabilities = told;
-      capabilities_[since(at)] = JsonOf(told);
-    };
     feed.on_health = [&](const v1::Status& told, Time at) { health_[since(at)] = JsonOf(told); };
     feed.on_log = [&](const std::string& line, Time at, bool is_alarm) {
       entries_.push_back({entries_.size() + 1, since(at), is_alarm, line});
     };
     replay.Play(0, 0, feed, {});
-    if (!scenes_.empty()) hello_.scene = ToRemoteScene(scene, capabilities);
+    if (!scenes_.empty()) hello_.scene = ToRemoteScene(scene);
     hello_.badge = "REPLAY";
     hello_.target = file;
     TakeNote(replay.span().session);
@@ -74,7 +69,7 @@ class ReplayScene {
   }
   // Messages of the slave up to `t` [s].
   [[nodiscard]] SlaveTexts TextsAt(double t) const {
-    return {0, NewestBy(t, scenes_), NewestBy(t, capabilities_), NewestBy(t, health_), {}};
+    return {0, NewestBy(t, scenes_), NewestBy(t, health_), {}};
   }
   // The newest log entries up to `t` [s], newest last.
   [[nodiscard]] std::vector<LogEntry> SaidBy(double t) const {
@@ -101,7 +96,7 @@ class ReplayScene {
   }
 
   StationHello hello_;
-  StatesByTime scenes_, capabilities_, health_;
+  StatesByTime scenes_, health_;
   std::vector<LogEntry> entries_;
 };
 
@@ -200,7 +195,7 @@ ReplayFeed ReplayStation::Parts::Feed() {
 
 // The clocks' offset follows from how old the tick took its state to be.
 void ReplayStation::Parts::Update(const TickRecord& told) {
-  const SlaveState& state = moment.felt.state;
+  const SlaveState& state = moment.observed.state;
   TickRecord tick = told;
   const auto told_then = told_of.find(tick.state_sequence);
   if (told_then != told_of.end()) {
@@ -218,7 +213,7 @@ void ReplayStation::Parts::Update(const TickRecord& told) {
 }
 
 void ReplayStation::Parts::Update(const SlaveState& state) {
-  moment.felt.state = state;
+  moment.observed.state = state;
   told_of[state.sequence] = {state.sensed_at, state.sent_at, state.p_S_tip};
   if (told_of.size() > kUntraced) told_of.erase(told_of.begin());
   ++moment.status.link.states;
@@ -270,7 +265,7 @@ void ReplayStation::Parts::Cut(double t) {
   told_of.clear();
   untraced.clear();
   moment.trace.reset();
-  moment.felt = {};
+  moment.observed = {};
   moment.status.fingers.clear();
   moment.replay->run = ++run;
   health_told = -1;
@@ -316,7 +311,7 @@ void ReplayStation::Parts::Put() {
     moment.replay->speed = course.speed;
   }
   StationMoment shown = moment;
-  shown.felt_age = shown.ticks.newest.state_age;
+  shown.observed_age = shown.ticks.newest.state_age;
   LeaveOutOld(&shown);
   board.Put(Topic::kStatus, StatusJson(shown));
   server->Notify();

@@ -42,13 +42,13 @@ std::string Name(const std::string& name) {
 }
 
 std::string Line(const NamedFinger& finger) {
-  const FingerState& felt = finger.felt;
-  if (!IsForceKnown(felt)) return Name(finger.name) + InWords(felt);
-  const Eigen::Vector3d f = felt.force->cast<double>();
+  const FingerState& contact = finger.contact;
+  if (!IsForceKnown(contact)) return Name(finger.name) + InWords(contact);
+  const Eigen::Vector3d f = contact.force->cast<double>();
   std::string line = Name(finger.name) + Formatted("%-8s %8.3g N  (%+.3g %+.3g %+.3g) N",
-                                                   felt.in_contact ? "contact" : "free", f.norm(),
-                                                   f.x(), f.y(), f.z());
-  if (felt.validity != Validity::kValid) line += "  " + std::string(ToString(felt.validity));
+                                                   contact.in_contact ? "contact" : "free",
+                                                   f.norm(), f.x(), f.y(), f.z());
+  if (contact.validity != Validity::kValid) line += "  " + std::string(ToString(contact.validity));
   return line;
 }
 
@@ -214,7 +214,7 @@ std::string FingerBrief(const std::vector<NamedFinger>& fingers, const RemoteMes
   std::string line;
   if (fingers.size() > 1) {
     for (const NamedFinger& finger : fingers)
-      line += "  " + finger.name + " " + InWords(finger.felt);
+      line += "  " + finger.name + " " + InWords(finger.contact);
   }
   if (mesh != nullptr) line += "  moved " + Moved(*mesh);
   return line;

@@ -52,9 +52,9 @@ VtuGrid GridOf(const ShapeMoment& moment) {
   auto nodal = mesh.nodal_forces;
   for (const NamedFinger& finger : moment.fingers) {
     grid.vertices.push_back(static_cast<int>(grid.points.size()));
-    grid.points.push_back(PlaceNow(finger.felt, mesh));
+    grid.points.push_back(PlaceNow(finger.contact, mesh));
     moved.emplace_back(0, 0, 0);
-    pressed.push_back(PressOf(finger.felt));
+    pressed.push_back(PressOf(finger.contact));
     if (!nodal.empty()) nodal.emplace_back(0, 0, 0);
   }
   PointArray displacement{"displacement", 3, {}, {}}, force{"finger_force", 3, {}, {}};

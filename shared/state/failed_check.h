@@ -15,11 +15,11 @@ enum class FailedCheck : std::uint8_t {
   kTip,            // the tip does not match its template, or the match is ambiguous
   kTipCovered,     // a part of the tip is covered
   kArm,            // the measured tip disagrees with the manipulator pose
-  kPicture,        // blur, noise or brightness differ from the start
+  kImage,          // blur, noise or brightness differ from the start
   kRegistration,   // the object differs from its rest surface
   kCameraMotion,   // camera or rig moved too far to be compensated
   kScale,          // the object's size in the image differs from the scene's
-  kDent,           // measured and computed indentation differ
+  kIndentation,    // measured and computed indentation differ
   kEpipolar,       // stereo points are off their epipolar lines
   kInstants,       // cameras, or camera and manipulator, report different times
   kFrozen,         // the same image or sample repeats
@@ -40,9 +40,9 @@ inline constexpr int kFailedChecks = 21;
 constexpr int Rank(FailedCheck check) {
   constexpr std::array kRising{
       FailedCheck::kNone,         FailedCheck::kModelRange,    FailedCheck::kMisfit,
-      FailedCheck::kDent,         FailedCheck::kTransfer,      FailedCheck::kPose,
+      FailedCheck::kIndentation,  FailedCheck::kTransfer,      FailedCheck::kPose,
       FailedCheck::kArm,          FailedCheck::kTipCovered,    FailedCheck::kTip,
-      FailedCheck::kPicture,      FailedCheck::kElectrode,     FailedCheck::kRestDrift,
+      FailedCheck::kImage,        FailedCheck::kElectrode,     FailedCheck::kRestDrift,
       FailedCheck::kRestShape,    FailedCheck::kScale,         FailedCheck::kRegistration,
       FailedCheck::kCameraMotion, FailedCheck::kEpipolar,      FailedCheck::kInstants,
       FailedCheck::kFrozen,       FailedCheck::kFingerMissing, FailedCheck::kArmFault};
@@ -56,8 +56,8 @@ constexpr int Rank(FailedCheck check) {
 constexpr std::string_view ToString(FailedCheck check) {
   constexpr std::array<std::string_view, kFailedChecks> kWritten{
       "",           "model_range",    "tip",          "tip_covered",
-      "arm",        "picture",        "registration", "camera_motion",
-      "scale",      "dent",           "epipolar",     "instants",
+      "arm",        "image",          "registration", "camera_motion",
+      "scale",      "indentation",    "epipolar",     "instants",
       "frozen",     "misfit",         "rest_shape",   "electrode",
       "rest_drift", "finger_missing", "pose",         "transfer",
       "arm_fault"};

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "shared/wire/fields.h"
+#include "shared/wire/message_fields.h"
 
 namespace palpate {
 namespace {
@@ -91,84 +92,99 @@ void ReadFingers(const v1::SlaveState& message, FieldReader* reader, SlaveState*
   }
 }
 
-void ReadEcho(const v1::SlaveState& message, FieldReader* reader, SlaveState* state) {
-  state->command_sequence = message.command_sequence();
-  if (message.has_echo()) state->echo = reader->Stamp("echo", message.echo());
-  state->echo_delay = reader->NonNegative("echo_delay", message.echo_delay(), kMaxDelay);
+// The fields of an estimate, of a state and of a command: each with its value and the largest
+// accepted size. Parts with rules of their own follow below. Const states are written, others read.
+template <class Estimate, class Fields>
+void VisitEstimate(Estimate& estimate, const Fields& field) {
+  using M = v1::SlaveState;
+  field(M::kSensedAtFieldNumber, estimate.sensed_at, Presence::kRequired);
+  field(M::kPSTipFieldNumber, estimate.p_S_tip, kMaxLength, Presence::kRequired);
+  field(M::kForceFieldNumber, estimate.force, kMaxForce);
+  field(M::kSigmaFieldNumber, estimate.sigma, kMaxForce);
+  field(M::kValidityFieldNumber, estimate.validity);
+  field(M::kCheckFieldNumber, estimate.check);
+  field(M::kMomentFieldNumber, estimate.moment, kMaxMoment);
+  field(M::kMomentSigmaFieldNumber, estimate.moment_sigma, kMaxMoment);
+  field(M::kEventsFieldNumber, estimate.events);
 }
 
-void ReadForces(const v1::SlaveState& message, FieldReader* reader, SlaveState* state) {
-  state->validity = FromProto(message.validity());
-  state->check = FromProto(message.check());
-  if (message.has_force()) state->force = reader->Vector("force", message.force(), kMaxForce);
-  reader->Require(message.has_force() || !IsForceKnown(state->validity), "force is absent",
-                  "a force, or a validity that says it is unknown");
-  state->sigma = reader->NonNegative("sigma", message.sigma(), kMaxForce);
-  if (message.has_true_force()) {
-    state->true_force = reader->Vector("true_force", message.true_force(), kMaxForce);
+template <class State, class Fields>
+void VisitState(State& state, const Fields& field) {
+  using M = v1::SlaveState;
+  field(M::kSequenceFieldNumber, state.sequence);
+  field(M::kSentAtFieldNumber, state.sent_at, Presence::kRequired);
+  VisitEstimate(state, field);
+  field(M::kTrueForceFieldNumber, state.true_force, kMaxForce);
+  field(M::kEnergyInFieldNumber, state.energy_in, kMaxEnergy);
+  field(M::kEnergyOutFieldNumber, state.energy_out, kMaxEnergy);
+  field(M::kCommandSequenceFieldNumber, state.command_sequence);
+  field(M::kEchoFieldNumber, state.echo);
+  field(M::kEchoDelayFieldNumber, state.echo_delay, kMaxDelay);
+  field(M::kEpochFieldNumber, state.epoch);
+  field(M::kOffsetFieldNumber, state.offset, kMaxLength);
+  field(M::kPhaseFieldNumber, state.phase);
+  field(M::kSettingsRevisionFieldNumber, state.settings_revision);
+}
+
+template <class Command, class Fields>
+void VisitCommand(Command& command, const Fields& field) {
+  using M = v1::OperatorCommand;
+  field(M::kSequenceFieldNumber, command.sequence);
+  field(M::kSentAtFieldNumber, command.sent_at, Presence::kWritten);
+  field(M::kEpochFieldNumber, command.epoch);
+  field(M::kPMFieldNumber, command.p_M, kMaxLength, Presence::kWritten);
+  field(M::kVelocityFieldNumber, command.velocity, kMaxSpeed);
+  field(M::kEngagedFieldNumber, command.engaged);
+  field(M::kEnergyInFieldNumber, command.energy_in, kMaxEnergy);
+  field(M::kEnergyOutFieldNumber, command.energy_out, kMaxEnergy);
+  field(M::kStateSequenceFieldNumber, command.state_sequence);
+  field(M::kEchoFieldNumber, command.echo);
+  field(M::kSettingsRevisionFieldNumber, command.settings_revision);
+  field(M::kStopFieldNumber, command.stop);
+  field(M::kOrientationFieldNumber, command.R_M_device);
+  field(M::kTorqueFieldNumber, command.torque);
+}
+
+// The parts of an estimate with rules of their own. No NaN is sent: see the header.
+void WriteParts(const ContactEstimate& estimate, v1::SlaveState* message) {
+  const bool is_sendable = !estimate.force || estimate.force->allFinite();
+  if (!is_sendable) {
+    message->set_validity(v1::VALIDITY_FAILED);
+    message->clear_moment();
   }
-  if (message.has_moment()) {
-    state->moment = reader->Vector("moment", message.moment(), kMaxMoment);
-    state->moment_sigma = reader->NonNegative("moment_sigma", message.moment_sigma(), kMaxMoment);
+  if (!std::isfinite(estimate.moment_sigma)) message->clear_moment();
+  if (!message->has_moment()) message->clear_moment_sigma();
+  if (IsSendable(estimate.local_model)) {
+    WriteModel(estimate.local_model, message->mutable_local_model());
   }
-  if (message.has_local_model()) state->local_model = ReadModel(message.local_model(), reader);
+  if (estimate.finger_count < 2) return;
+  for (int i = 0; i < std::min(estimate.finger_count, kMaxFingers); ++i) {
+    WriteFinger(estimate.fingers[static_cast<std::size_t>(i)], message->add_fingers());
+  }
 }
 
 }  // namespace
 
+void ToProto(const ContactEstimate& estimate, v1::SlaveState* message) {
+  message->Clear();
+  VisitEstimate(estimate, MessageWriter(message));
+  WriteParts(estimate, message);
+}
+
 void ToProto(const SlaveState& state, v1::SlaveState* message) {
   message->Clear();
-  message->set_sequence(state.sequence);
-  ToProto(state.sensed_at, message->mutable_sensed_at());
-  ToProto(state.sent_at, message->mutable_sent_at());
-  ToProto(state.p_S_tip, message->mutable_p_s_tip());
-  const bool sendable = !state.force || state.force->allFinite();
-  if (state.force && sendable) ToProto(*state.force, message->mutable_force());
-  message->set_validity(sendable ? ToProto(state.validity) : v1::VALIDITY_FAILED);
-  message->set_check(ToProto(state.check));
-  if (state.moment && sendable && state.moment->allFinite() && std::isfinite(state.moment_sigma)) {
-    ToProto(*state.moment, message->mutable_moment());
-    message->set_moment_sigma(Narrow(state.moment_sigma));
-  }
-  message->set_sigma(std::isfinite(state.sigma) ? Narrow(state.sigma) : 0);
-  if (IsSendable(state.local_model)) WriteModel(state.local_model, message->mutable_local_model());
-  message->set_energy_in(Narrow(state.energy_in));
-  message->set_energy_out(Narrow(state.energy_out));
-  ToProto(state.events, message->mutable_events());
-  message->set_command_sequence(state.command_sequence);
-  if (state.echo && *state.echo != Time{}) ToProto(*state.echo, message->mutable_echo());
-  message->set_echo_delay(Narrow(state.echo_delay));
-  message->set_epoch(state.epoch);
-  if (!state.offset.isZero(0)) ToProto(state.offset, message->mutable_offset());
-  message->set_phase(ToProto(state.phase));
-  message->set_settings_revision(state.settings_revision);
-  if (state.true_force) ToProto(*state.true_force, message->mutable_true_force());
-  if (state.finger_count < 2) return;
-  for (int i = 0; i < std::min(state.finger_count, kMaxFingers); ++i) {
-    WriteFinger(state.fingers[static_cast<std::size_t>(i)], message->add_fingers());
-  }
+  VisitState(state, MessageWriter(message));
+  WriteParts(state, message);
 }
 
 std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* reason) {
   FieldReader reader(reason);
-  reader.Require(message.has_sensed_at(), "sensed_at is absent", "a time");
-  reader.Require(message.has_sent_at(), "sent_at is absent", "a time");
-  reader.Require(message.has_p_s_tip(), "p_S_tip is absent", "a point");
-  if (!reader.ok()) return std::nullopt;
   SlaveState state;
-  state.sequence = message.sequence();
-  state.sensed_at = reader.Stamp("sensed_at", message.sensed_at());
-  state.sent_at = reader.Stamp("sent_at", message.sent_at());
-  state.p_S_tip = reader.Vector("p_S_tip", message.p_s_tip(), kMaxLength);
-  ReadForces(message, &reader, &state);
-  state.energy_in = reader.NonNegative("energy_in", message.energy_in(), kMaxEnergy);
-  state.energy_out = reader.NonNegative("energy_out", message.energy_out(), kMaxEnergy);
-  state.events = FromProto(message.events());
-  ReadEcho(message, &reader, &state);
-  state.epoch = message.epoch();
-  state.offset = reader.Vector("offset", message.offset(), kMaxLength);
-  state.phase = FromProto(message.phase());
-  state.settings_revision = message.settings_revision();
+  VisitState(state, MessageReader(message, &reader));
+  reader.Require(message.has_force() || !IsForceKnown(state.validity), "force is absent",
+                 "a force, or a validity that says it is unknown");
+  if (!state.moment) state.moment_sigma = 0;
+  if (message.has_local_model()) state.local_model = ReadModel(message.local_model(), &reader);
   ReadFingers(message, &reader, &state);
   if (!reader.ok()) return std::nullopt;
   return state;
@@ -190,20 +206,7 @@ void ToProto(const CheckDetails& details, v1::CheckDetails* message) {
 
 void ToProto(const OperatorCommand& command, v1::OperatorCommand* message) {
   message->Clear();
-  message->set_sequence(command.sequence);
-  ToProto(command.sent_at, message->mutable_sent_at());
-  message->set_epoch(command.epoch);
-  ToProto(command.p_M, message->mutable_p_m());
-  ToProto(command.velocity, message->mutable_velocity());
-  message->set_engaged(command.engaged);
-  message->set_energy_in(command.energy_in);
-  message->set_energy_out(command.energy_out);
-  message->set_state_sequence(command.state_sequence);
-  if (command.echo) ToProto(*command.echo, message->mutable_echo());
-  message->set_settings_revision(command.settings_revision);
-  message->set_stop(command.stop);
-  ToProto(command.R_M_device, message->mutable_orientation());
-  message->set_torque(command.torque);
+  VisitCommand(command, MessageWriter(message));
 }
 
 std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std::string* reason) {
@@ -214,20 +217,7 @@ std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std
   reader.Require(message.epoch() > 0 || !message.engaged(), "epoch = 0",
                  "1 or more while engaged is true");
   OperatorCommand command;
-  command.sequence = message.sequence();
-  if (message.has_sent_at()) command.sent_at = reader.Stamp("sent_at", message.sent_at());
-  command.epoch = message.epoch();
-  command.p_M = reader.Vector("p_M", message.p_m(), kMaxLength);
-  command.velocity = reader.Vector("velocity", message.velocity(), kMaxSpeed);
-  command.engaged = message.engaged();
-  command.energy_in = reader.NonNegative("energy_in", message.energy_in(), kMaxEnergy);
-  command.energy_out = reader.NonNegative("energy_out", message.energy_out(), kMaxEnergy);
-  command.state_sequence = message.state_sequence();
-  if (message.has_echo()) command.echo = reader.Stamp("echo", message.echo());
-  command.settings_revision = message.settings_revision();
-  command.stop = message.stop();
-  command.R_M_device = reader.Rotation("orientation", message.orientation());
-  command.torque = message.torque();
+  VisitCommand(command, MessageReader(message, &reader));
   if (!reader.ok()) return std::nullopt;
   return command;
 }

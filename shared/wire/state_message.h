@@ -20,6 +20,8 @@ inline constexpr std::size_t kMaxStateBytes = 256, kMaxMomentStateBytes = 288;
 // sent if there is more than one, and the moment if it is known: a sender whose reader did not
 // request it resets it before.
 void ToProto(const SlaveState& state, v1::SlaveState* message);
+// The fields of the estimate only.
+void ToProto(const ContactEstimate& estimate, v1::SlaveState* message);
 
 // Overwrites `message`; numbers that are not finite are sent as absent.
 void ToProto(const CheckDetails& details, v1::CheckDetails* message);

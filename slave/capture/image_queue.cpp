@@ -37,7 +37,8 @@ void ImageQueue::Clear() {
   waiting_.clear();
 }
 
-bool ImageQueue::WaitLocked(std::unique_lock<std::mutex>& lock, const std::stop_token& stop) {
+bool ImageQueue::WaitLocked(std::unique_lock<PriorityInheritanceMutex>& lock,
+                            const std::stop_token& stop) {
   changed_.wait(lock, stop, [this] { return closed_ || !waiting_.empty(); });
   return !stop.stop_requested() && !waiting_.empty();
 }

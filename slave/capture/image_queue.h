@@ -1,7 +1,6 @@
 // Hands images from the thread that takes them to the one that uses them.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <deque>
 #include <exception>
@@ -9,6 +8,7 @@
 #include <optional>
 #include <stop_token>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/capture/frame_source.h"
 
 namespace palpate {
@@ -32,10 +32,10 @@ class ImageQueue {
   void WaitUntil(Time time, const std::stop_token& stop);
 
  private:
-  bool WaitLocked(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
+  bool WaitLocked(std::unique_lock<PriorityInheritanceMutex>& lock, const std::stop_token& stop);
 
-  std::mutex mutex_;  // guards what follows
-  std::condition_variable_any changed_;
+  PriorityInheritanceMutex mutex_;  // guards what follows
+  PriorityInheritanceCondition changed_;
   std::deque<StereoPair> waiting_;
   bool closed_ = false;
   std::exception_ptr failure_;

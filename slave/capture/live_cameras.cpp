@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <deque>
 #include <exception>
 #include <mutex>
@@ -14,10 +13,15 @@
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/capture/image_queue.h"
 
 namespace palpate {
 namespace {
+
+std::chrono::steady_clock::time_point After(std::chrono::milliseconds duration) {
+  return std::chrono::steady_clock::now() + duration;
+}
 
 constexpr std::size_t kKept = 4;  // images per camera that may still find their partner
 constexpr auto kRetry = std::chrono::milliseconds(250);  // until a lost camera is opened again
@@ -82,8 +86,8 @@ struct LiveCameras::State {
   const std::chrono::milliseconds patience;
   ImageQueue queue;
 
-  mutable std::mutex mutex;  // guards what follows
-  std::condition_variable_any changed;
+  mutable PriorityInheritanceMutex mutex;  // guards what follows
+  PriorityInheritanceCondition changed;
   std::vector<LiveCamera> cameras;
   CameraHealth health;
   double apart = 0;  // of the pair dropped last [s]
@@ -118,7 +122,7 @@ void LiveCameras::State::AwaitOpened(std::size_t i) {
   std::unique_lock lock(mutex);
   const LiveCamera& camera = cameras[i];
   const auto answered = [&] { return camera.stage != LiveCamera::Stage::kOpening; };
-  if (!changed.wait_for(lock, patience, answered)) {
+  if (!changed.wait_until(lock, After(patience), answered)) {
     throw std::runtime_error(fmt::format("{}: no answer within {:g} s", inputs[i].name,
                                          std::chrono::duration<double>(patience).count()));
   }
@@ -127,8 +131,8 @@ void LiveCameras::State::AwaitOpened(std::size_t i) {
 
 bool LiveCameras::State::HasEnded(std::size_t i) {
   std::unique_lock lock(mutex);
-  return changed.wait_for(lock, kEnds,
-                          [&] { return cameras[i].stage == LiveCamera::Stage::kEnded; });
+  return changed.wait_until(lock, After(kEnds),
+                            [&] { return cameras[i].stage == LiveCamera::Stage::kEnded; });
 }
 
 void LiveCameras::State::ReadOpened(std::size_t i, std::unique_ptr<Film> film,
@@ -143,7 +147,7 @@ void LiveCameras::State::ReadOpened(std::size_t i, std::unique_ptr<Film> film,
     SetGone(i, true);
     {
       std::unique_lock lock(mutex);
-      changed.wait_for(lock, stop, kRetry, [] { return false; });
+      changed.wait_until(lock, stop, After(kRetry), [] { return false; });
     }
     if (stop.stop_requested()) return;
     try {
@@ -235,7 +239,7 @@ std::string LiveCameras::State::Trouble(Time now) const {
 
 void LiveCameras::State::AwaitFirst(const std::stop_token& stop) {
   std::unique_lock lock(mutex);
-  changed.wait_for(lock, stop, patience, [&] {
+  changed.wait_until(lock, stop, After(patience), [&] {
     return health.taken > 0 || std::ranges::any_of(cameras, [](const LiveCamera& camera) {
              return !camera.unlike.empty();
            });

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/image_queue.h"
 #include "slave/capture/pace_limit.h"
@@ -119,7 +120,7 @@ struct PictureInbox::State {
   const Wanted wanted;
   ImageQueue queue;
 
-  mutable std::mutex mutex;  // guards what follows
+  mutable PriorityInheritanceMutex mutex;  // guards what follows
   SenderId sender = 0;
   SenderClock clock;
   std::optional<Time> heard_at, sensed_at;  // slave's clock; sender's
@@ -292,7 +293,7 @@ std::unique_ptr<StereoSource> PictureInbox::OpenPairs() {
       return sample;
     }
     [[nodiscard]] std::string description() const override {
-      return "images from a driver (FeedPictures)";
+      return "images from a driver (FeedImages)";
     }
 
    private:

@@ -1,4 +1,4 @@
-// Receives images from drivers (FeedPictures): the newest counts, and images that do not fit the
+// Receives images from drivers (FeedImages): the newest counts, and images that do not fit the
 // scene are rejected with a sentence.
 #pragma once
 

@@ -48,10 +48,10 @@ Eigen::Isometry3d PoseFrom(const v1::Vec3& position,
   return pose;
 }
 
-cv::Mat PixelsFrom(const v1::CameraPicture& message) {
-  const int type = message.encoding() == v1::CameraPicture::ENCODING_GREY16 ? CV_16UC1
-                   : message.encoding() == v1::CameraPicture::ENCODING_BGR8 ? CV_8UC3
-                                                                            : CV_8UC1;
+cv::Mat PixelsFrom(const v1::Image& message) {
+  const int type = message.encoding() == v1::Image::ENCODING_GREY16 ? CV_16UC1
+                   : message.encoding() == v1::Image::ENCODING_BGR8 ? CV_8UC3
+                                                                    : CV_8UC1;
   cv::Mat image(static_cast<int>(message.height()), static_cast<int>(message.width()), type);
   if (image.total() * image.elemSize() != message.data().size()) {
     throw std::runtime_error(fmt::format("{}: an image of {} x {} px has {} bytes", kProgram,
@@ -189,14 +189,14 @@ class RunningSimulation final : public Simulation {
 
   std::unique_ptr<FrameSource> OpenFrames() override {
     return Open<FrameSource, Frame>([](const v1::SimulatedSample& sample) {
-      const v1::PictureSample& images = sample.images();
-      return Frame{PixelsFrom(images.picture()), images.sequence(), StampFrom(images.sensed_at())};
+      const v1::ImageSample& images = sample.images();
+      return Frame{PixelsFrom(images.image()), images.sequence(), StampFrom(images.sensed_at())};
     });
   }
   std::unique_ptr<StereoSource> OpenPairs() override {
     return Open<StereoSource, StereoPair>([](const v1::SimulatedSample& sample) {
-      const v1::PictureSample& images = sample.images();
-      return StereoPair{PixelsFrom(images.picture()),
+      const v1::ImageSample& images = sample.images();
+      return StereoPair{PixelsFrom(images.image()),
                         images.has_right() ? PixelsFrom(images.right()) : cv::Mat(),
                         images.sequence(), StampFrom(images.sensed_at()), 0};
     });

@@ -2,9 +2,10 @@
 
 #include <array>
 #include <cmath>
-#include <condition_variable>
 #include <mutex>
 #include <utility>
+
+#include "shared/link/priority_inheritance_mutex.h"
 
 namespace palpate {
 namespace {
@@ -37,8 +38,8 @@ struct TactileInbox::State {
 
   const Clock::duration period;
 
-  std::mutex mutex;  // guards what follows
-  std::condition_variable_any fed;
+  PriorityInheritanceMutex mutex;  // guards what follows
+  PriorityInheritanceCondition fed;
   std::vector<FingerStream> fingers;
   std::array<bool, kMaxFingers> was_present{}, is_absent{};
   std::optional<Time> last;  // instant of the last frame
@@ -159,7 +160,10 @@ void TactileInbox::Leave(std::string_view finger, SenderId sender) {
 std::optional<TactileFrame> TactileInbox::Next(const std::stop_token& stop) {
   std::unique_lock lock(state_->mutex);
   std::optional<TactileFrame> frame;
-  state_->fed.wait(lock, stop, [&] { return (frame = state_->TryFrame()).has_value(); });
+  state_->fed.wait(lock, stop, [&] {
+    if (!frame) frame = state_->TryFrame();
+    return frame.has_value();
+  });
   return stop.stop_requested() ? std::nullopt : frame;
 }
 

@@ -81,8 +81,8 @@ class LiveSensing {
   std::atomic<bool> reset_wanted_{false};
   // The last measured tip and the encoder reading at that time, S [m]; under the sensing's mutex.
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
-  bool has_estimate_ = false;        // guarded by the mutex of the pipeline
-  mutable std::mutex stages_mutex_;  // guards the next one
+  bool has_estimate_ = false;                      // guarded by the mutex of the pipeline
+  mutable PriorityInheritanceMutex stages_mutex_;  // guards the next one
   mutable std::vector<StageTimes> stages_;
   PatchPublisher patch_;  // updated under the sensing's mutex
   CarriedModel local_;

@@ -65,8 +65,8 @@ class LiveSettings {
   OperatorPort* port_;
   LatestEstimate* newest_;
   std::atomic<std::uint32_t> revision_{1};
-  std::mutex change_mutex_;   // one change at a time; locked while a model is built
-  mutable std::mutex mutex_;  // never locked long; guards the next two
+  std::mutex change_mutex_;                 // one change at a time; locked while a model is built
+  mutable PriorityInheritanceMutex mutex_;  // never locked long; guards the next two
   Scene scene_;
   SenseInfo info_;
 };

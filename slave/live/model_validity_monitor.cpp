@@ -51,7 +51,7 @@ void ModelValidityMonitor::Update(const ContactEstimate& felt, bool touches, dou
       const std::lock_guard lock(mutex_);
       breach_ = {studied_, words};
     }
-    told_.notify_all();
+    changed_.notify_all();
   }
   deepest_ = 0;
 }
@@ -64,7 +64,7 @@ void ModelValidityMonitor::Run(const std::stop_token& stop) {
   constexpr int kNicest = 19;  // whoever feels or moves goes first
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNicest);
   std::unique_lock lock(mutex_);
-  while (told_.wait(lock, stop, [this] { return breach_.has_value(); })) {
+  while (changed_.wait(lock, stop, [this] { return breach_.has_value(); })) {
     const Breach breach = *std::exchange(breach_, std::nullopt);
     lock.unlock();
     remedy_(breach, stop);

@@ -1,7 +1,6 @@
 // Checks while running whether the assumptions of `model.kind: auto` for its choice still hold.
 #pragma once
 
-#include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -9,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/slave_state.h"
 #include "slave/scene/scene.h"
 
@@ -35,15 +35,15 @@ class ModelValidityMonitor {
   void Run(const std::stop_token& stop);
   [[nodiscard]] bool IsBroken() const noexcept;
 
-  const double budget_;           // of an update [s]
-  double late_from_;              // a longer update counts [s]
-  double studied_;                // to that depth [m]
-  double deepest_ = 0;            // of this contact [m]
-  int updates_ = 0, slow_ = 0;    // with the object touched, of this window
-  int late_ = 0;                  // the slow ones of the last whole window
-  std::mutex mutex_;              // guards the next one
-  std::optional<Breach> breach_;  // the violation that is not yet handled
-  std::condition_variable_any told_;
+  const double budget_;             // of an update [s]
+  double late_from_;                // a longer update counts [s]
+  double studied_;                  // to that depth [m]
+  double deepest_ = 0;              // of this contact [m]
+  int updates_ = 0, slow_ = 0;      // with the object touched, of this window
+  int late_ = 0;                    // the slow ones of the last whole window
+  PriorityInheritanceMutex mutex_;  // guards the next one
+  std::optional<Breach> breach_;    // the violation that is not yet handled
+  PriorityInheritanceCondition changed_;
   const Remedy remedy_;
   std::jthread thread_;
 };

@@ -3,9 +3,10 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <mutex>
 #include <stop_token>
+
+#include "shared/link/priority_inheritance_mutex.h"
 
 namespace palpate {
 
@@ -23,7 +24,8 @@ class ObserverRest {
     if (!is_allowed_) return;
     std::unique_lock lock(mutex_);
     tell(is_watched_ ? 0 : std::chrono::duration<double>(kNap).count());
-    roused_.wait_for(lock, stop, kNap, [this] { return is_watched_ || is_roused_; });
+    roused_.wait_until(lock, stop, std::chrono::steady_clock::now() + kNap,
+                       [this] { return is_watched_ || is_roused_; });
     is_roused_ = false;
   }
   void SetWatched(bool is_watched) {
@@ -44,8 +46,8 @@ class ObserverRest {
 
  private:
   std::atomic<bool> is_allowed_{false};
-  std::mutex mutex_;  // guards the next three
-  std::condition_variable_any roused_;
+  PriorityInheritanceMutex mutex_;  // guards the next three
+  PriorityInheritanceCondition roused_;
   bool is_watched_ = true, is_roused_ = false;
 };
 

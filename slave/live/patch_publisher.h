@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/patch/patch_contact.h"
 #include "shared/state/slave_state.h"
 #include "slave/live/slave.h"
@@ -56,7 +57,7 @@ class PatchPublisher {
   Time told_at_{};
   bool pressed_ = false;  // time since the curve was last checked
 
-  mutable std::mutex mutex_;  // guards the members below
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PatchSnapshot news_;
 };
 

@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-// Description for GetScene, GetCapabilities and `check`.
+// Description for GetScene and `check`.
 struct SlaveDescription {
   Scene scene;  // with the parameters now in force
   std::uint32_t settings_revision = 0;

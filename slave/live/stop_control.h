@@ -4,6 +4,7 @@
 #include <mutex>
 #include <string>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/live/operator_port.h"
 #include "slave/live/stop_record.h"
 
@@ -25,7 +26,7 @@ class StopControl {
  private:
   OperatorPort& port_;
   StopRecord& record_;
-  std::mutex mutex_;  // makes record and release of a stop one decision
+  PriorityInheritanceMutex mutex_;  // makes record and release of a stop one decision
 };
 
 }  // namespace palpate

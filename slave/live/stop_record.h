@@ -10,6 +10,8 @@
 #include <string>
 #include <thread>
 
+#include "shared/link/priority_inheritance_mutex.h"
+
 namespace palpate {
 
 class StopRecord {
@@ -43,7 +45,7 @@ class StopRecord {
   std::mutex file_mutex_;  // locked while the file is written or removed; guards the members below
   bool is_kept_ = true;
   std::condition_variable_any changed_;
-  mutable std::mutex mutex_;  // never locked longer; guards the members below
+  mutable PriorityInheritanceMutex mutex_;  // never locked longer; guards the members below
   bool is_active_ = false;
   std::string reason_;
   Clock::time_point since_{};

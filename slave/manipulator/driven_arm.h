@@ -45,11 +45,17 @@ class DrivenArm {
  public:
   using DriverId = std::uint64_t;  // never 0
 
+  struct Refusal {
+    std::string why;
+    bool is_held = false;  // by another driver: nothing is wrong with the reading
+    bool operator==(const Refusal&) const = default;
+  };
+
   virtual ~DrivenArm() = default;
-  // The first reading of `driver` makes it the driver. nullopt: accepted. Otherwise the reason of
-  // the rejection; the reading is not used.
-  virtual std::optional<std::string> Take(DriverId driver, const std::string& name,
-                                          const ArmReading& reading, Time arrived_at) = 0;
+  // The first reading of `driver` makes it the driver. nullopt: accepted. Otherwise the reading is
+  // not used.
+  virtual std::optional<Refusal> Take(DriverId driver, const std::string& name,
+                                      const ArmReading& reading, Time arrived_at) = 0;
   // The driver has left, if it drove.
   virtual void Leave(DriverId driver) = 0;
   // The target at `now`; the arm's time advances from call to call.

@@ -4,6 +4,7 @@
 
 #include <mutex>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/manipulator/manipulator.h"
 #include "slave/manipulator/tip_follower.h"
 
@@ -41,7 +42,7 @@ class SimulatedManipulator : public Manipulator {
     return follower_;
   }
 
-  mutable std::mutex mutex_;  // guards everything below
+  mutable PriorityInheritanceMutex mutex_;  // guards everything below
   mutable TipFollower follower_;
   mutable Time stepped_at_ = Clock::now();
 };

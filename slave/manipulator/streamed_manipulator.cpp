@@ -136,21 +136,24 @@ std::optional<Eigen::Vector3d> StreamedManipulator::measured_force() const noexc
   return reading_->force;
 }
 
-std::optional<std::string> StreamedManipulator::Refusal(DriverId driver, const ArmReading& reading,
-                                                        Time arrived_at) const {
+std::optional<DrivenArm::Refusal> StreamedManipulator::Rejects(DriverId driver,
+                                                               const ArmReading& reading,
+                                                               Time arrived_at) const {
   if (driver_.id == 0) return std::nullopt;
   if (driver != driver_.id) {
     if (IsSilent(arrived_at)) return std::nullopt;
-    return fmt::format("the manipulator is driven by {}: accepted is one driver at a time",
-                       driver_.name.empty() ? "another stream" : driver_.name);
+    return {{fmt::format("the manipulator is driven by {}: accepted is one driver at a time",
+                         driver_.name.empty() ? "another stream" : driver_.name),
+             true}};
   }
   if (reading.sequence <= driver_.sequence) {
-    return fmt::format("sequence = {}: accepted is one above the last, {}", reading.sequence,
-                       driver_.sequence);
+    return Refusal{fmt::format("sequence = {}: accepted is one above the last, {}",
+                               reading.sequence, driver_.sequence)};
   }
   if (reading.measured_at <= driver_.measured_at) {
-    return fmt::format("measured_at: accepted is a time that increases; this one changed by {} s",
-                       SecondsBetween(driver_.measured_at, reading.measured_at));
+    return Refusal{
+        fmt::format("measured_at: accepted is a time that increases; this one changed by {} s",
+                    SecondsBetween(driver_.measured_at, reading.measured_at))};
   }
   return std::nullopt;
 }
@@ -207,10 +210,12 @@ void StreamedManipulator::Fail(const std::string& why, Time now) {
   Stand();
 }
 
-std::optional<std::string> StreamedManipulator::Take(DriverId driver, const std::string& name,
-                                                     const ArmReading& reading, Time arrived_at) {
+std::optional<DrivenArm::Refusal> StreamedManipulator::Take(DriverId driver,
+                                                            const std::string& name,
+                                                            const ArmReading& reading,
+                                                            Time arrived_at) {
   const std::lock_guard lock(mutex_);
-  if (auto why = Refusal(driver, reading, arrived_at)) return why;
+  if (auto refusal = Rejects(driver, reading, arrived_at)) return refusal;
   // However short, somebody shall have seen it.
   if (IsSilent(arrived_at)) Fail(SilenceInWords(arrived_at), arrived_at);
   if (driver != driver_.id) BeginWith(driver, name);

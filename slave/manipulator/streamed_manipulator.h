@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/capture/sender_clock.h"
 #include "slave/manipulator/arm_fit.h"
 #include "slave/manipulator/driven_arm.h"
@@ -42,8 +43,8 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   [[nodiscard]] std::optional<Eigen::Vector3d> measured_force() const noexcept override;
   [[nodiscard]] DrivenArm* driven() noexcept override { return this; }
 
-  std::optional<std::string> Take(DriverId driver, const std::string& name,
-                                  const ArmReading& reading, Time arrived_at) override;
+  std::optional<Refusal> Take(DriverId driver, const std::string& name, const ArmReading& reading,
+                              Time arrived_at) override;
   void Leave(DriverId driver) override;
   ArmAim Aim(Time now) override;
 
@@ -66,8 +67,8 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
 
   [[nodiscard]] bool IsFaultyAt(Time now) const noexcept;
   // With mutex_ held, as all functions below.
-  [[nodiscard]] std::optional<std::string> Refusal(DriverId driver, const ArmReading& reading,
-                                                   Time arrived_at) const;
+  [[nodiscard]] std::optional<Refusal> Rejects(DriverId driver, const ArmReading& reading,
+                                               Time arrived_at) const;
   // Fault of a readable reading; empty: none.
   [[nodiscard]] std::string FindFault(const ArmReading& reading, Time measured_at) const;
   void BeginWith(DriverId driver, const std::string& name);
@@ -80,7 +81,7 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
 
   const ManipulatorOptions options_;
   const Now now_;
-  mutable std::mutex mutex_;  // guards everything below
+  mutable PriorityInheritanceMutex mutex_;  // guards everything below
   TipFollower follower_;
   ToolRotation rotation_;
   ArmAim::Motion motion_ = ArmAim::Motion::kHold;

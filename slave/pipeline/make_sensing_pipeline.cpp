@@ -11,6 +11,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/picture_inbox.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
@@ -22,7 +23,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kNothingYet = "no image received yet (FeedPictures)";
+constexpr const char* kNothingYet = "no image received yet (FeedImages)";
 
 // A sensing whose images a driver sends: it is created from the first usable images, and until then
 // reports what it waits for.
@@ -127,7 +128,7 @@ class AwaitedSense final : public SensingPipeline {
   const SenseInfo awaited_;
   std::unique_ptr<SensingPipeline> sense_;
   std::atomic<SensingPipeline*> made_ = nullptr;  // `sense_`, once it has its first sample
-  mutable std::mutex mutex_;                      // guards the next one
+  mutable PriorityInheritanceMutex mutex_;        // guards the next one
   std::string trouble_;
 };
 
@@ -184,7 +185,7 @@ void RequireFriction(const ModelOptions& model) {
 // What is known of a sense before its first picture.
 SenseInfo Awaited(const Scene& scene) {
   SenseInfo info;
-  info.source = "images from a driver (FeedPictures)";
+  info.source = "images from a driver (FeedImages)";
   info.samples = "images";
   info.is_awaited = true;
   info.tells_force = !HasStereoOrDepth(scene.sense) || EstimatesForce(scene);

@@ -28,7 +28,7 @@ class Export {
     while (!stop.stop_requested() && reader_.Next()) {
       if (reader_.topic() == kStepTopic) {
         const auto step = Parsed<v1::SenseStep>();
-        if (step.has_pictures()) sequence_ = step.pictures().sequence();
+        if (step.has_images()) sequence_ = step.images().sequence();
       } else if (reader_.topic() == kLeftTopic) {
         Keep("left");
       } else if (reader_.topic() == kRightTopic) {

@@ -26,13 +26,6 @@
 namespace palpate {
 namespace {
 
-Eigen::Vector3d Finite(const v1::Exact3& message) {
-  const Eigen::Vector3d place = FromProto(message);
-  if (!place.allFinite())
-    throw InputError("a recorded position: accepted are three finite numbers");
-  return place;
-}
-
 // What of `settings` is not as it is.
 ModelChange ChangeTo(const v1::SenseStep::Settings& settings, const Scene& scene) {
   v1::SenseStep::Settings known;
@@ -50,19 +43,21 @@ bool IsNone(const ModelChange& change) {
          change.contact.empty();
 }
 
-double Distance(const v1::Exact3& a, const v1::Exact3& b) {
-  return (FromProto(a) - FromProto(b)).norm();
+double Distance(const v1::Vec3& a, const v1::Vec3& b) {
+  return std::hypot(a.x() - b.x(), a.y() - b.y(), a.z() - b.z());
 }
 
-void Compare(const v1::FeltState& now, const v1::FeltState& then, StateDifferences* differences) {
+void Compare(const v1::SenseStep::Estimate& now, const v1::SenseStep::Estimate& then,
+             StateDifferences* differences) {
   ++differences->states;
-  if (now.SerializeAsString() == then.SerializeAsString()) return;
+  const v1::SlaveState &state = now.state(), &recorded = then.state();
+  if (state.SerializeAsString() == recorded.SerializeAsString()) return;
   if (differences->different++ == 0) differences->first = now.sample();
-  differences->force = std::max(differences->force, Distance(now.force(), then.force()));
-  differences->tip = std::max(differences->tip, Distance(now.p_s_tip(), then.p_s_tip()));
-  const bool is_told_alike =
-      now.validity() == then.validity() && now.has_force() == then.has_force();
-  if (!is_told_alike) ++differences->validity;
+  differences->force = std::max(differences->force, Distance(state.force(), recorded.force()));
+  differences->tip = std::max(differences->tip, Distance(state.p_s_tip(), recorded.p_s_tip()));
+  const bool is_as_valid =
+      state.validity() == recorded.validity() && state.has_force() == recorded.has_force();
+  if (!is_as_valid) ++differences->validity;
 }
 
 // With the model that ran: whoever would choose by time would choose another one elsewhere.
@@ -113,20 +108,20 @@ class Again {
     if (step.has_acquired()) return is_acquired_ = sense_->Acquire({});
     if (step.has_reset() && is_acquired_) sense_->Reset();
     if (step.has_estimate()) Estimate(step.estimate());
-    if (has_felt_) DoBetween(step);
+    if (has_estimate_) DoBetween(step);
     return true;
   }
 
-  // What nobody could ask before something was felt.
+  // Queries that need an estimate.
   void DoBetween(const v1::SenseStep& step) {
     switch (step.step_case()) {
       case v1::SenseStep::kSettings:
         return Adopt(step.settings());
       case v1::SenseStep::kPlaneAt:
-        sense_->LocalModelAt(Finite(step.plane_at()));
+        sense_->LocalModelAt(RecordedPosition(step.plane_at()));
         return;
       case v1::SenseStep::kPatchAt:
-        sense_->MakePatch(Finite(step.patch_at()), patch_.get());
+        sense_->MakePatch(RecordedPosition(step.patch_at()), patch_.get());
         return;
       case v1::SenseStep::kLaw: {
         PatchLaw law;
@@ -144,13 +139,13 @@ class Again {
     if (!std::exchange(is_acquired_, false)) {
       throw InputError("a recorded estimate without its sample");
     }
-    const Eigen::Vector3d p_S_arm = Finite(recorded.p_s_arm());
+    const Eigen::Vector3d p_S_arm = RecordedPosition(recorded.p_s_arm());
     sense_->Process();
-    const ContactEstimate& felt = sense_->Estimate(p_S_arm);
-    v1::FeltState now;
-    ToProto(felt, &now);
-    Compare(now, recorded.felt(), &run_.differences);
-    if (!std::exchange(has_felt_, true)) start_ = felt.sensed_at;
+    const ContactEstimate& estimate = sense_->Estimate(p_S_arm);
+    v1::SenseStep::Estimate now;
+    ToProto(estimate, &now);
+    Compare(now, recorded, &run_.differences);
+    if (!std::exchange(has_estimate_, true)) start_ = estimate.sensed_at;
     for (const StateRow& row : offline_report_->Add(start_, nullptr)) states_.Write(row);
   }
 
@@ -193,7 +188,7 @@ class Again {
   std::unique_ptr<OfflineReport> offline_report_;
   StatesFile states_;
   std::unique_ptr<SurfacePatch> patch_ = std::make_unique<SurfacePatch>();
-  bool is_acquired_ = false, has_felt_ = false;
+  bool is_acquired_ = false, has_estimate_ = false;
   Time start_{};
   RecordedRun run_;
 };

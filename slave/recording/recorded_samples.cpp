@@ -91,13 +91,13 @@ bool RecordedSamples::NextPictures(StereoPair* pair) {
   v1::SenseStep step;
   do {
     if (!NextStep(&step)) return false;
-  } while (!step.has_pictures());
-  pair->sequence = step.pictures().sequence();
-  pair->sensed_at = StampFrom(step.pictures().sensed_at_ns());
-  pair->skew = step.pictures().skew();
+  } while (!step.has_images());
+  pair->sequence = step.images().sequence();
+  pair->sensed_at = RecordedTime(step.images().sensed_at());
+  pair->skew = step.images().skew();
   pair->left = NextPicture(kLeftTopic, pair->sensed_at);
-  if (step.pictures().pictures() > 1) pair->right = NextPicture(kRightTopic, pair->sensed_at);
-  return !pair->left.empty() && (step.pictures().pictures() < 2 || !pair->right.empty());
+  if (step.images().images() > 1) pair->right = NextPicture(kRightTopic, pair->sensed_at);
+  return !pair->left.empty() && (step.images().images() < 2 || !pair->right.empty());
 }
 
 std::optional<Frame> RecordedSamples::NextFrame() {

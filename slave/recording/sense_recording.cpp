@@ -48,13 +48,13 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
   }
   void Process() noexcept override { sense_->Process(); }
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
-    const ContactEstimate& felt = sense_->Estimate(p_S_tip);
+    const ContactEstimate& estimate = sense_->Estimate(p_S_tip);
     Put([&](v1::SenseStep* step) {
       ToProto(p_S_tip, step->mutable_estimate()->mutable_p_s_arm());
-      ToProto(felt, step->mutable_estimate()->mutable_felt());
+      ToProto(estimate, step->mutable_estimate());
     });
-    PutTip(felt);
-    return felt;
+    PutTip(estimate);
+    return estimate;
   }
   [[nodiscard]] std::string_view doubt() const override { return sense_->doubt(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
@@ -109,14 +109,14 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     fill(&step);
     kept_.recording_->Put(kept_.steps_, Clock::now(), step);
   }
-  void PutTip(const ContactEstimate& felt) {
+  void PutTip(const ContactEstimate& estimate) {
     foxglove::PoseInFrame pose;
-    ToProto(felt.sensed_at, pose.mutable_timestamp());
+    ToProto(estimate.sensed_at, pose.mutable_timestamp());
     pose.set_frame_id("slave");
     auto* position = pose.mutable_pose()->mutable_position();
-    position->set_x(felt.p_S_tip.x());
-    position->set_y(felt.p_S_tip.y());
-    position->set_z(felt.p_S_tip.z());
+    position->set_x(estimate.p_S_tip.x());
+    position->set_y(estimate.p_S_tip.y());
+    position->set_z(estimate.p_S_tip.z());
     pose.mutable_pose()->mutable_orientation()->set_w(1);
     kept_.recording_->Put(kept_.tip_, Clock::now(), pose);
   }
@@ -165,10 +165,10 @@ void SenseRecording::Opened() {
 
 void SenseRecording::PutInstant(std::uint64_t sequence, Time sensed_at, int pictures, double skew) {
   v1::SenseStep step;
-  step.mutable_pictures()->set_sequence(sequence);
-  step.mutable_pictures()->set_sensed_at_ns(Nanoseconds(sensed_at));
-  step.mutable_pictures()->set_pictures(static_cast<std::uint32_t>(pictures));
-  step.mutable_pictures()->set_skew(skew);
+  step.mutable_images()->set_sequence(sequence);
+  ToProto(sensed_at, step.mutable_images()->mutable_sensed_at());
+  step.mutable_images()->set_images(static_cast<std::uint32_t>(pictures));
+  step.mutable_images()->set_skew(skew);
   recording_->Put(steps_, Clock::now(), step);
 }
 

@@ -46,55 +46,18 @@ FingerReading FromProto(const v1::FingerSample& message) {
   return reading;
 }
 
-void ToProto(const FingerState& finger, v1::FingerContact* message) {
-  palpate::ToProto(finger.p_S_contact.cast<double>(), message->mutable_p_s_contact());
-  if (finger.force) palpate::ToProto(finger.force->cast<double>(), message->mutable_force());
-  message->set_in_contact(finger.in_contact);
-  message->set_validity(ToProto(finger.validity));
-}
-
 }  // namespace
 
-void ToProto(const Eigen::Vector3d& vector, v1::Exact3* message) {
-  message->set_x(vector.x());
-  message->set_y(vector.y());
-  message->set_z(vector.z());
-}
-
-void ToProto(const ContactEstimate& felt, v1::FeltState* message) {
-  message->Clear();
-  message->set_sample(felt.sample);
-  message->set_sensed_at_ns(Nanoseconds(felt.sensed_at));
-  ToProto(felt.p_S_tip, message->mutable_p_s_tip());
-  ToProto(felt.p_S_contact, message->mutable_p_s_contact());
-  message->set_depth(felt.depth);
-  if (felt.force) ToProto(*felt.force, message->mutable_force());
-  message->set_sigma(felt.sigma);
-  message->set_validity(ToProto(felt.validity));
-  message->set_check(ToProto(felt.check));
-  const LocalModel& local = felt.local_model;
-  ToProto(local.reference, message->mutable_reference());
-  ToProto(local.normal, message->mutable_normal());
-  ToProto(local.force, message->mutable_reference_force());
-  for (int i = 0; i < 9; ++i) message->add_stiffness(local.stiffness(i / 3, i % 3));
-  message->set_valid_radius(local.valid_radius);
-  message->set_revision(local.revision);
-  message->set_in_contact(local.in_contact);
-  ToProto(felt.events, message->mutable_events());
-  for (int i = 0; i < felt.finger_count; ++i) {
-    ToProto(felt.fingers[static_cast<std::size_t>(i)], message->add_fingers());
-  }
-  ToProto(felt.details, message->mutable_details());
-  if (felt.moment) {
-    ToProto(*felt.moment, message->mutable_moment());
-    message->set_moment_sigma(felt.moment_sigma);
-  }
+void ToProto(const ContactEstimate& estimate, v1::SenseStep::Estimate* message) {
+  ToProto(estimate, message->mutable_state());
+  ToProto(estimate.details, message->mutable_state()->mutable_details());
+  message->set_sample(estimate.sample);
 }
 
 void ToProto(const TactileFrame& frame, v1::TactileInstant* message) {
   message->Clear();
   message->set_sequence(frame.sequence);
-  message->set_sensed_at_ns(Nanoseconds(frame.sensed_at));
+  ToProto(frame.sensed_at, message->mutable_sensed_at());
   message->set_after_gap(frame.after_gap);
   for (const FingerReading& reading : frame.fingers) ToProto(reading, message->add_fingers());
 }
@@ -102,7 +65,7 @@ void ToProto(const TactileFrame& frame, v1::TactileInstant* message) {
 TactileFrame FromProto(const v1::TactileInstant& message) {
   TactileFrame frame;
   frame.sequence = message.sequence();
-  frame.sensed_at = StampFrom(message.sensed_at_ns());
+  frame.sensed_at = RecordedTime(message.sensed_at());
   frame.after_gap = message.after_gap();
   if (message.fingers_size() > kMaxFingers) {
     throw InputError("a sample of " + std::to_string(message.fingers_size()) +
@@ -123,11 +86,20 @@ void ToProto(const Scene& scene, v1::SenseStep::Settings* message) {
   if (!scene.model.decision.reason.empty()) message->set_decided(DecidedText(scene));
 }
 
-Time StampFrom(std::uint64_t ns) {
-  constexpr std::uint64_t kLatest = std::uint64_t{1} << 62;  // in the year 2116
-  if (ns > kLatest)
-    throw InputError("a stamp of " + std::to_string(ns) + " ns: accepted is before 2116");
-  return FromNanoseconds(ns);
+Eigen::Vector3d RecordedPosition(const v1::Vec3& message) {
+  std::string reason;
+  FieldReader reader(&reason);
+  const Eigen::Vector3d position = reader.Vector("a recorded position", message, kMaxLength);
+  if (!reader.ok()) throw InputError(reason);
+  return position;
+}
+
+Time RecordedTime(const google::protobuf::Timestamp& message) {
+  std::string reason;
+  FieldReader reader(&reason);
+  const Time time = reader.Stamp("a recorded time", message);
+  if (!reader.ok()) throw InputError(reason);
+  return time;
 }
 
 }  // namespace palpate

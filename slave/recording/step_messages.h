@@ -1,4 +1,4 @@
-// Converts inputs and outputs of the sensing to and from messages, with all digits.
+// Converts inputs of the sensing to and from messages, with all digits, and its estimates.
 #pragma once
 
 #include <string>
@@ -11,13 +11,8 @@
 
 namespace palpate {
 
-void ToProto(const Eigen::Vector3d& vector, v1::Exact3* message);
-inline Eigen::Vector3d FromProto(const v1::Exact3& message) {
-  return {message.x(), message.y(), message.z()};
-}
-
-// Overwrites `message`. The bytes are equal if and only if the estimates are equal.
-void ToProto(const ContactEstimate& felt, v1::FeltState* message);
+// Overwrites the state and the number of the sample, and leaves `p_S_arm`.
+void ToProto(const ContactEstimate& estimate, v1::SenseStep::Estimate* message);
 void ToProto(const TactileFrame& frame, v1::TactileInstant* message);
 // Throws InputError: more fingertips than there may be, fewer electrodes or numbers of a pose, a
 // number that is not finite.
@@ -25,7 +20,8 @@ TactileFrame FromProto(const v1::TactileInstant& message);
 
 void ToProto(const Scene& scene, v1::SenseStep::Settings* message);
 
-// [ns since 1970]. Throws InputError: no time of ours.
-Time StampFrom(std::uint64_t ns);
+// Throw InputError: not finite, or out of range.
+Eigen::Vector3d RecordedPosition(const v1::Vec3& message);
+Time RecordedTime(const google::protobuf::Timestamp& message);
 
 }  // namespace palpate

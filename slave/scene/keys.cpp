@@ -14,17 +14,6 @@ namespace {
 
 using Table = std::map<std::string, SceneKey, std::less<>>;
 
-// Cells of a row `| a | b |`, trimmed.
-std::vector<std::string_view> CellsOf(std::string_view row) {
-  std::vector<std::string_view> cells;
-  for (std::size_t begin = 1; begin < row.size();) {
-    const std::size_t end = std::min(row.find('|', begin), row.size());
-    cells.push_back(Trimmed(row.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return cells;
-}
-
 std::string_view Unquoted(std::string_view code) {
   return code.size() > 1 && code.front() == '`' && code.back() == '`'
              ? code.substr(1, code.size() - 2)
@@ -105,7 +94,7 @@ Table ReadTable() {
     const std::string_view line = page.substr(0, page.find('\n'));
     page.remove_prefix(std::min(page.size(), line.size() + 1));
     if (!line.starts_with("| `")) continue;
-    const std::vector<std::string_view> cells = CellsOf(line);
+    const std::vector<std::string_view> cells = TableCells(line);
     if (cells.size() != 5) throw std::logic_error("table of keys: " + std::string(line));
     const Dimension dimension = DimensionOf(cells[1]);
     SceneKey& key = table[std::string(Unquoted(cells[0]))];
@@ -133,6 +122,16 @@ std::string RowOf(std::string_view path) {
 }
 
 }  // namespace
+
+std::vector<std::string_view> TableCells(std::string_view row) {
+  std::vector<std::string_view> cells;
+  for (std::size_t begin = 1; begin < row.size();) {
+    const std::size_t end = std::min(row.find('|', begin), row.size());
+    cells.push_back(Trimmed(row.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return cells;
+}
 
 const SceneKey& SceneKeyAt(std::string_view path) {
   static const Table table = ReadTable();

@@ -34,6 +34,9 @@ struct SceneKey {
 // has no such row.
 const SceneKey& SceneKeyAt(std::string_view path);
 
+// Cells of a row `| a | b |` of Markdown, trimmed.
+std::vector<std::string_view> TableCells(std::string_view row);
+
 // The page with the tables, Markdown.
 std::string_view SceneKeysPage();
 

@@ -1,11 +1,14 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
+#include <string>
 #include <system_error>
 
 #include "slave/mesh/outline.h"
 #include "slave/scene/contour_file.h"
+#include "slave/scene/materials.h"
 #include "slave/scene/sections.h"
 
 namespace palpate {
@@ -147,13 +150,33 @@ std::vector<RelaxationTerm> ReadRelaxation(Section& material) {
   return terms;
 }
 
+// nullptr: no name, or none of the table, which is refused.
+const NamedMaterial* ReadName(Section& material) {
+  if (!material.Has("name")) return nullptr;
+  std::string names;
+  for (const NamedMaterial& one : NamedMaterials()) {
+    names.append(names.empty() ? "" : ", ").append(one.name);
+  }
+  const NamedMaterial* named = FindMaterial(material.Text("name", names));
+  if (named == nullptr) material.Refuse("name", names);
+  return named;
+}
+
 Material ReadMaterial(Section& object) {
   Section section = object.Open("material", "a map of young_modulus, poisson_ratio, ...");
   Material material;
-  material.young_modulus = section.Number("young_modulus");
-  material.poisson_ratio = section.Number("poisson_ratio");
-  material.density = section.Number("density");
-  material.young_modulus_tolerance = section.Number("tolerance");
+  const NamedMaterial* named = ReadName(section);
+  const auto known = [&](double value) {
+    return named != nullptr && std::isfinite(value) ? std::optional(value) : std::nullopt;
+  };
+  const NamedMaterial from = named != nullptr ? *named : NamedMaterial{};
+  material.young_modulus = section.Number("young_modulus", known(from.young_modulus));
+  material.poisson_ratio = section.Number("poisson_ratio", known(from.poisson_ratio));
+  material.density = section.Number("density", known(from.density));
+  // The tolerance is that of the table's modulus.
+  const bool is_own = named == nullptr || section.Has("young_modulus");
+  material.young_modulus_tolerance =
+      section.Number("tolerance", is_own ? std::nullopt : known(from.tolerance));
   material.relaxation = ReadRelaxation(section);
   return material;
 }

@@ -41,7 +41,8 @@ grpc::Status ChangeUnderWay::Make(const grpc::ServerContext& context,
   const OrdinaryPriority ordinary;
   const std::unique_lock one(one_at_a_time_, std::try_to_lock);
   if (!one) {
-    return {grpc::StatusCode::ABORTED, "another change of settings is under way: try again"};
+    return Error(v1::ERROR_REASON_CHANGE_UNDER_WAY,
+                 "another change of settings is under way: try again");
   }
   Listener listener(*this, context);
   return Guarded([&] { work(&listener); });

@@ -10,6 +10,7 @@
 
 #include "palpate/v1/telemetry.pb.h"
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/clock.h"
 #include "slave/program/progress.h"
 
@@ -29,7 +30,7 @@ class ChangeUnderWay {
   class Listener;
 
   std::mutex one_at_a_time_;
-  mutable std::mutex mutex_;  // guards the members below; never locked long
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below; never locked long
   std::optional<v1::ModelBuildProgress> making_;
   Time began_{};
 };

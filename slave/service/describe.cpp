@@ -25,7 +25,7 @@ void AddFingertips(const Tactile& tactile, v1::SceneDescription* message) {
     fingertip->set_localiser(NameOf(tactile.localise));
     fingertip->set_rate(tactile.rate);
     ToProto(finger.X_SF.translation(), fingertip->mutable_p_s_finger());
-    for (int i = 0; i < 9; ++i) fingertip->add_rotation(finger.X_SF.linear()(i / 3, i % 3));
+    ToProto(Eigen::Quaterniond(finger.X_SF.linear()), fingertip->mutable_orientation());
   }
 }
 
@@ -41,6 +41,25 @@ void AddDecision(const ModelDecision& decision, v1::SceneDescription::Model* mes
     if (std::isfinite(one.update)) rejected->set_update(one.update);
     if (std::isfinite(one.precompute)) rejected->set_precompute(one.precompute);
   }
+}
+
+void AddCapabilities(const SlaveDescription& description, v1::Capabilities* message) {
+  constexpr std::uint32_t kPlanarFreedom = 2, kFreedom = 3, kWithRotation = 6;
+  const Scene& scene = description.scene;
+  ToProto(scene.manipulator.workspace_min, message->mutable_workspace_min());
+  ToProto(scene.manipulator.workspace_max, message->mutable_workspace_max());
+  const bool is_planar = IsPlanar(scene.object.geometry) && !scene.sense.Find<Tactile>();
+  const std::uint32_t translations = is_planar ? kPlanarFreedom : kFreedom;
+  message->set_degrees_of_freedom(description.turns ? kWithRotation : translations);
+  message->set_sensor_rate(SensorRate(scene.sense));
+  message->set_state_rate(Publisher::kStateRate);
+  message->add_local_models(v1::LocalModel::KIND_UNILATERAL_PLANE);
+  message->add_local_models(v1::LocalModel::KIND_SURFACE_PATCH);
+  message->set_max_speed(scene.manipulator.max_speed);
+  message->set_max_position_scale(kMaxPositionScale);
+  message->set_max_force_scale(kMaxForceScale);
+  message->set_simulated(description.simulated);
+  message->set_version(Version());
 }
 
 }  // namespace
@@ -73,39 +92,21 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   mapping->set_position_scale(options.transform.position_scale);
   mapping->set_force_scale(options.transform.force_scale);
   mapping->set_force_limit(options.force_limit);
-  for (int i = 0; i < 9; ++i) mapping->add_rotation(options.transform.R_SM(i / 3, i % 3));
+  ToProto(Eigen::Quaterniond(options.transform.R_SM), mapping->mutable_orientation());
   mapping->set_press_depth(options.press_depth);
   mapping->set_press_speed(options.press_speed);
   mapping->set_dead_after(scene.link.dead_after);
   if (const auto* tactile = scene.sense.Find<Tactile>()) AddFingertips(*tactile, message);
-}
-
-void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
-  constexpr std::uint32_t kPlanarFreedom = 2, kFreedom = 3, kWithRotation = 6;
-  const Scene& scene = description.scene;
-  ToProto(scene.manipulator.workspace_min, message->mutable_workspace_min());
-  ToProto(scene.manipulator.workspace_max, message->mutable_workspace_max());
-  const bool is_planar = IsPlanar(scene.object.geometry) && !scene.sense.Find<Tactile>();
-  const std::uint32_t translations = is_planar ? kPlanarFreedom : kFreedom;
-  message->set_degrees_of_freedom(description.turns ? kWithRotation : translations);
-  message->set_sensor_rate(SensorRate(scene.sense));
-  message->set_state_rate(Publisher::kStateRate);
-  message->add_local_models(v1::LocalModel::KIND_UNILATERAL_PLANE);
-  message->add_local_models(v1::LocalModel::KIND_SURFACE_PATCH);
-  message->set_max_speed(scene.manipulator.max_speed);
-  message->set_max_position_scale(kMaxPositionScale);
-  message->set_max_force_scale(kMaxForceScale);
-  message->set_simulated(description.simulated);
-  message->set_version(Version());
+  AddCapabilities(description, message->mutable_capabilities());
 }
 
 void ToProto(const SlaveStatus& status, v1::Status* message) {
   message->set_phase(ToProto(status.phase));
   message->set_validity(ToProto(status.validity));
-  message->set_frames(status.frames);
+  message->set_samples(status.frames);
   message->set_commands(status.commands);
   message->set_commands_refused(status.commands_refused);
-  message->set_frame_rate(status.frame_rate);
+  message->set_sample_rate(status.frame_rate);
   ToProto(status.started_at, message->mutable_started_at());
   ToProto(Clock::now(), message->mutable_now());
   for (const StageTimes& times : status.stages) {
@@ -135,7 +136,7 @@ void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* mess
   message->mutable_nodal_forces()->Assign(shape.nodal_forces.begin(), shape.nodal_forces.end());
 }
 
-void ToProto(JpegPicture picture, std::uint64_t sequence, v1::VideoFrame* message) {
+void ToProto(JpegPicture picture, std::uint64_t sequence, v1::ImageState* message) {
   message->Clear();
   message->set_sequence(sequence);
   ToProto(picture.sensed_at, message->mutable_sensed_at());

@@ -11,18 +11,18 @@ constexpr double kFastest = 100;            // [m/s]
 constexpr double kLongestDelay = 1;         // of an image [s]
 constexpr std::size_t kLongestFault = 200;  // [characters]
 
-std::optional<PushedPicture> Pushed(const v1::CameraPicture& message, std::string_view name,
+std::optional<PushedPicture> Pushed(const v1::Image& message, std::string_view name,
                                     FieldReader* reader) {
   using Encoding = PushedPicture::Encoding;
   PushedPicture picture{
       .data = &message.data(), .width = message.width(), .height = message.height()};
   const int encoding = message.encoding();
-  const bool is_known = encoding >= v1::CameraPicture::ENCODING_JPEG &&
-                        encoding <= v1::CameraPicture::ENCODING_GREY16;
+  const bool is_known =
+      encoding >= v1::Image::ENCODING_JPEG && encoding <= v1::Image::ENCODING_GREY16;
   reader->Require(is_known, std::string(name) + ".encoding = " + std::to_string(encoding),
                   "JPEG, PNG, GREY8, BGR8 or GREY16");
   if (!is_known) return std::nullopt;
-  picture.encoding = static_cast<Encoding>(encoding - v1::CameraPicture::ENCODING_JPEG);
+  picture.encoding = static_cast<Encoding>(encoding - v1::Image::ENCODING_JPEG);
   return picture;
 }
 
@@ -31,33 +31,33 @@ std::optional<PushedPicture> Pushed(const v1::CameraPicture& message, std::strin
 void ToProto(const ArmHealth& health, v1::ArmStatus* message) {
   message->set_driver_name(health.driver);
   message->set_fault(health.fault);
-  if (health.lag) message->set_lag_s(*health.lag);
+  if (health.lag) message->set_lag(*health.lag);
   if (health.scale) message->set_scale(*health.scale);
   message->set_reports(health.reports);
-  message->set_rate_hz(health.rate);
+  message->set_rate(health.rate);
 }
 
 void ToProto(const CameraHealth& health, v1::CameraStatus* message) {
   message->set_trouble(health.trouble);
   message->set_taken(health.taken);
   message->set_dropped(health.dropped);
-  message->set_skew_s(health.skew);
+  message->set_skew(health.skew);
 }
 
-std::optional<PushedSample> FromProto(const v1::PictureSample& message, std::string* reason) {
+std::optional<PushedSample> FromProto(const v1::ImageSample& message, std::string* reason) {
   FieldReader reader(reason);
   reader.Require(message.has_sensed_at(), "sensed_at is absent", "a time");
-  reader.Require(message.has_picture(), "picture is absent", "an image");
+  reader.Require(message.has_image(), "image is absent", "an image");
   if (!reader.ok()) return std::nullopt;
   PushedSample sample;
   sample.sequence = message.sequence();
   sample.sensed_at = reader.Stamp("sensed_at", message.sensed_at());
-  if (const auto picture = Pushed(message.picture(), "picture", &reader)) sample.picture = *picture;
+  if (const auto image = Pushed(message.image(), "image", &reader)) sample.picture = *image;
   if (message.has_right()) sample.right = Pushed(message.right(), "right", &reader);
   if (message.has_right_sensed_at()) {
     sample.right_sensed_at = reader.Stamp("right_sensed_at", message.right_sensed_at());
   }
-  sample.delay = reader.NonNegative("delay_s", message.delay_s(), kLongestDelay);
+  sample.delay = reader.NonNegative("delay", message.delay(), kLongestDelay);
   if (!reader.ok()) return std::nullopt;
   return sample;
 }

@@ -14,7 +14,7 @@ constexpr int kMostReports = 4000;                                   // per seco
 constexpr std::size_t kLongestName = 64;                             // [characters]
 
 grpc::Status Refused(const std::string& why) {
-  return {grpc::StatusCode::INVALID_ARGUMENT, why};
+  return Error(v1::ERROR_REASON_INVALID_FIELD, why);
 }
 
 }  // namespace
@@ -24,8 +24,8 @@ DriveStream::DriveStream(DrivenArm* arm) : arm_(arm), driver_(NewStreamId()), pa
 DriveStream::Reactor* DriveStream::Open(DrivenArm* arm, DriveStreams* streams) {
   if (arm == nullptr) {
     return new RefusedStream<Reactor>(
-        {grpc::StatusCode::FAILED_PRECONDITION,
-         "the scene accepts no driver: its manipulator.source is not stream"});
+        Error(v1::ERROR_REASON_NOT_STREAMED,
+              "the scene accepts no driver: its manipulator.source is not stream"));
   }
   const std::shared_ptr<DriveStream> stream(new DriveStream(arm));
   stream->self_ = stream;
@@ -40,25 +40,24 @@ DriveStream::Reactor* DriveStream::Open(DrivenArm* arm, DriveStreams* streams) {
 grpc::Status DriveStream::Take() {
   const Time now = Clock::now();
   if (!pace_.Allows(now)) {
-    return {grpc::StatusCode::RESOURCE_EXHAUSTED,
-            "more than " + std::to_string(kMostReports) +
-                " reports within a second: accepted is one per target"};
+    return Error(v1::ERROR_REASON_TOO_MANY,
+                 "more than " + std::to_string(kMostReports) +
+                     " reports within a second: accepted is one per target");
   }
   std::string reason;
   const auto reading = FromProto(report_, &reason);
   if (!reading) return Refused(reason);
   if (rate_ == 0) {
-    const double rate = report_.rate_hz() == 0 ? kUsualRate : report_.rate_hz();
+    const double rate = report_.rate() == 0 ? kUsualRate : report_.rate();
     if (!(rate >= kSlowest && rate <= kFastest)) {
-      return Refused("rate_hz = " + std::to_string(rate) + ": accepted is 0, or 100 to 1000");
+      return Refused("rate = " + std::to_string(rate) + ": accepted is 0, or 100 to 1000");
     }
     name_ = Presentable(report_.driver_name(), kLongestName);
     rate_ = rate;
   }
-  if (const auto why = arm_->Take(driver_, name_, *reading, now)) {
-    const bool is_driven = why->starts_with("the manipulator is driven");
-    if (!is_driven) return Refused(*why);
-    return {grpc::StatusCode::FAILED_PRECONDITION, *why};
+  if (const auto refusal = arm_->Take(driver_, name_, *reading, now)) {
+    return Error(refusal->is_held ? v1::ERROR_REASON_SOURCE_TAKEN : v1::ERROR_REASON_INVALID_FIELD,
+                 refusal->why);
   }
   return grpc::Status::OK;
 }

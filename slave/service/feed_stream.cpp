@@ -17,8 +17,8 @@ FeedStream::FeedStream(TactileInbox* inbox, v1::FeedTactileReply* reply)
 Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTactileReply* reply) {
   if (inbox == nullptr) {
     return new RefusedStream<Reactor>(
-        {grpc::StatusCode::FAILED_PRECONDITION,
-         "the scene accepts no tactile samples: its sense.tactile.source is not stream"});
+        Error(v1::ERROR_REASON_NOT_STREAMED,
+              "the scene accepts no tactile samples: its sense.tactile.source is not stream"));
   }
   const std::shared_ptr<FeedStream> stream(new FeedStream(inbox, reply));
   stream->self_ = stream;
@@ -53,7 +53,7 @@ void FeedStream::OnReadDone(bool ok) {
   }
   Exit();
   if (!ok) return End(grpc::Status::OK);
-  if (!reason.empty()) return End({grpc::StatusCode::INVALID_ARGUMENT, reason});
+  if (!reason.empty()) return End(Error(v1::ERROR_REASON_INVALID_FIELD, reason));
   Read(&sample_);
 }
 

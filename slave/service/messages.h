@@ -25,11 +25,11 @@ namespace palpate {
 Clock::duration GapOf(const v1::WatchStateRequest& request);
 // 0 means 30 Hz.
 Clock::duration GapOf(const v1::WatchMeshRequest& request);
-Clock::duration GapOf(const v1::WatchVideoRequest& request);
+Clock::duration GapOf(const v1::WatchImagesRequest& request);
 // 0 means 10 Hz.
 Clock::duration GapOf(const v1::WatchTraceRequest& request);
 // JPEG quality, 0 means 80.
-int QualityOf(const v1::WatchVideoRequest& request);
+int QualityOf(const v1::WatchImagesRequest& request);
 
 ParameterChange ToChange(const v1::SetParametersRequest& request);
 ModelChange ToChange(const v1::SetModelRequest& request);
@@ -46,7 +46,7 @@ std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::st
 
 // nullopt: no timestamp, or an unknown encoding; `reason` states which and what is accepted. The
 // result points into `message`.
-std::optional<PushedSample> FromProto(const v1::PictureSample& message, std::string* reason);
+std::optional<PushedSample> FromProto(const v1::ImageSample& message, std::string* reason);
 // nullopt: numbers that are not finite or too large, no timestamp, no tip, an incomplete
 // quaternion; `reason` states which and what is accepted.
 std::optional<ArmReading> FromProto(const v1::ArmReport& message, std::string* reason);
@@ -55,12 +55,11 @@ void ToProto(const CameraHealth& health, v1::CameraStatus* message);
 void ToProto(const ArmAim& aim, Time now, v1::ArmTarget* message);
 
 void ToProto(const SlaveDescription& description, v1::SceneDescription* message);
-void ToProto(const SlaveDescription& description, v1::Capabilities* message);
 // Fills the slave's fields; the service adds operator, observers and its own counts.
 void ToProto(const SlaveStatus& status, v1::Status* message);
 // `with_topology`: elements and rest positions too, for the first message of a stream.
 void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* message);
 // Moves the image's bytes into the message.
-void ToProto(JpegPicture picture, std::uint64_t sequence, v1::VideoFrame* message);
+void ToProto(JpegPicture picture, std::uint64_t sequence, v1::ImageState* message);
 
 }  // namespace palpate

@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience(50);  // of a wait, until a look whether to end
-constexpr int kQuality = 80;                        // of images, the default of WatchVideo
+constexpr int kQuality = 80;                        // of images, the default of WatchImages
 
 }  // namespace
 
@@ -72,7 +72,7 @@ void NatsFeed::Publish(const SlaveState& state, Time now) {
     ToProto(shape, true, mesh);
     return true;
   });
-  PublishBulk<v1::VideoFrame>(state, now, &images_, [&](v1::VideoFrame* image) {
+  PublishBulk<v1::ImageState>(state, now, &images_, [&](v1::ImageState* image) {
     const auto picture = service_.Encoded(state.sensed_at, true, kQuality);
     if (picture) ToProto(*picture, state.sequence, image);
     return picture != nullptr;

@@ -33,14 +33,15 @@ Reactor* OperateStream::Open(const Host& host, const grpc::ServerContextBase& co
 grpc::Status OperateStream::RequestLease(const std::optional<std::string>& name) {
   const auto self = std::static_pointer_cast<OperateStream>(self_);
   const auto dismiss = [weak = std::weak_ptr(self)](const std::string& reason) {
-    if (const auto dismissed = weak.lock()) dismissed->End({grpc::StatusCode::ABORTED, reason});
+    if (const auto dismissed = weak.lock())
+      dismissed->End(Error(v1::ERROR_REASON_LEASE_LOST, reason));
   };
   OperatorLease::Answer answer;
   const auto asked = Guarded([&] { answer = host_.lease.RequestTicket(peer_, name, dismiss); });
   if (!asked.ok()) return asked;
   if (const auto* refusal = std::get_if<OperatorLease::Refusal>(&answer)) {
     host_.refused.Add("Operate", client_, refusal->why);
-    return {grpc::StatusCode::FAILED_PRECONDITION, refusal->why};
+    return Error(v1::ERROR_REASON_LEASE_HELD, refusal->why);
   }
   if (const auto* ticket = std::get_if<OperatorLease::Ticket>(&answer)) {
     ticket_ = *ticket;

@@ -101,14 +101,16 @@ void OperatorLease::ReportRoundTrip(const OperatorCommand& command) {
 void OperatorLease::RefuseOthers(const std::string& peer) const {
   const std::scoped_lock lock(mutex_);
   if (holder_.ticket == 0 || holder_.peer == peer) return;
-  throw std::logic_error("only the operator may change settings: " + DescribeHolder());
+  throw RejectedCall(v1::ERROR_REASON_LEASE_HELD,
+                     "only the operator may change settings: " + DescribeHolder());
 }
 
 void OperatorLease::RequireHeldBy(const std::string& peer, const std::string& what) const {
   RefuseOthers(peer);
   const std::scoped_lock lock(mutex_);
   if (holder_.ticket != 0 && holder_.peer == peer) return;
-  throw std::logic_error(what + " only by the current operator, or by an admin");
+  throw RejectedCall(v1::ERROR_REASON_LEASE_HELD,
+                     what + " only by the current operator, or by an admin");
 }
 
 void OperatorLease::Release(Ticket ticket) {
@@ -131,7 +133,9 @@ void OperatorLease::Evict(const std::string& reason) {
   {
     const std::scoped_lock lock(mutex_);
     const bool is_reserved = holder_.ticket == 0 && reserved_.Left() > 0;
-    if (holder_.ticket == 0 && !is_reserved) throw std::logic_error("there is no operator");
+    if (holder_.ticket == 0 && !is_reserved) {
+      throw RejectedCall(v1::ERROR_REASON_NO_OPERATOR, "there is no operator");
+    }
     const std::string name = is_reserved ? std::exchange(reserved_, {}).name : NameOfHolder();
     barred_ = {holder_.ticket, name, Clock::now() + kBarred};
     if (is_reserved) return;

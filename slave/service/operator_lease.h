@@ -59,11 +59,11 @@ class OperatorLease {
   void Release(Ticket ticket);
   // The holder of `ticket` left on purpose: the lease is not reserved.
   void Leave(Ticket ticket);
-  // Ends the holder's stream because of `reason`, or a reservation. Throws std::logic_error: there
+  // Ends the holder's stream because of `reason`, or a reservation. Throws RejectedCall: there
   // is neither.
   void Evict(const std::string& reason);
 
-  // Throws std::logic_error: another connection than that of `peer` holds the lease. A connection
+  // Throws RejectedCall: another connection than that of `peer` holds the lease. A connection
   // has one certificate, so this identifies the operator.
   void RefuseOthers(const std::string& peer) const;
   // The same, and also throws without an operator, for actions that only a connected operator may

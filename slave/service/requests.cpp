@@ -23,7 +23,7 @@ constexpr unsigned kQuality = 80, kMinQuality = 10, kMaxQuality = 100;
 
 Clock::duration Gap(double rate, double rate_for_zero, double max_rate) {
   if (!(rate == 0 || (rate >= 1 && rate <= max_rate))) {  // so written, NaN is refused too
-    Refuse("max_rate_hz", Formatted("%g", rate), Formatted("0, or 1 to %g", max_rate));
+    Refuse("max_rate", Formatted("%g", rate), Formatted("0, or 1 to %g", max_rate));
   }
   if (rate == 0) rate = rate_for_zero;
   return rate > 0 ? Seconds(1 / rate) : Clock::duration::zero();
@@ -35,48 +35,40 @@ double Scale(const char* field, double value, double max) {
          Formatted("%g", kLeastSetting) + " to " + Formatted("%g", max));
 }
 
-constexpr double kPoseUnitTolerance = 0.01;  // of a quaternion's length
-constexpr int kQuaternion = 4;
-
 std::optional<Eigen::Isometry3d> ReadPose(const v1::TactileSample& message, FieldReader* reader) {
-  const auto& q = message.orientation();
-  if (!message.has_p_s_finger() && q.empty()) return std::nullopt;
+  if (!message.has_p_s_finger() && message.orientation().empty()) return std::nullopt;
   reader->Require(message.has_p_s_finger(), "p_S_finger is absent",
                   "a position with an orientation");
-  reader->Require(q.size() == kQuaternion,
-                  "orientation of " + std::to_string(q.size()) + " numbers",
-                  "four with p_S_finger: w, x, y, z");
+  reader->Require(!message.orientation().empty(), "orientation is absent",
+                  "an orientation with p_S_finger");
   if (!reader->ok()) return std::nullopt;
   const Eigen::Vector3d p_S = reader->Vector("p_S_finger", message.p_s_finger(), kMaxLength);
-  const Eigen::Quaterniond q_SF(q[0], q[1], q[2], q[3]);
-  reader->Require(
-      std::abs(q_SF.norm() - 1) <= kPoseUnitTolerance,  // so written, NaN is refused too
-      "orientation of length " + std::to_string(q_SF.norm()), "a unit quaternion");
+  const auto R_SF = reader->Rotation("orientation", message.orientation());
   if (!reader->ok()) return std::nullopt;
   Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
-  X_SF.translate(p_S).rotate(q_SF.normalized());
+  X_SF.translate(p_S).rotate(*R_SF);
   return X_SF;
 }
 
 }  // namespace
 
 Clock::duration GapOf(const v1::WatchStateRequest& request) {
-  return Gap(request.max_rate_hz(), 0, kMaxStateRate);
+  return Gap(request.max_rate(), 0, kMaxStateRate);
 }
 
 Clock::duration GapOf(const v1::WatchMeshRequest& request) {
-  return Gap(request.max_rate_hz(), kBulkRate, kMaxBulkRate);
+  return Gap(request.max_rate(), kBulkRate, kMaxBulkRate);
 }
 
-Clock::duration GapOf(const v1::WatchVideoRequest& request) {
-  return Gap(request.max_rate_hz(), kBulkRate, kMaxBulkRate);
+Clock::duration GapOf(const v1::WatchImagesRequest& request) {
+  return Gap(request.max_rate(), kBulkRate, kMaxBulkRate);
 }
 
 Clock::duration GapOf(const v1::WatchTraceRequest& request) {
-  return Gap(request.max_rate_hz(), kTraceRate, kMaxBulkRate);
+  return Gap(request.max_rate(), kTraceRate, kMaxBulkRate);
 }
 
-int QualityOf(const v1::WatchVideoRequest& request) {
+int QualityOf(const v1::WatchImagesRequest& request) {
   const unsigned quality = request.quality() == 0 ? kQuality : request.quality();
   if (quality < kMinQuality || quality > kMaxQuality)
     Refuse("quality", std::to_string(quality), "0, or 10 to 100");

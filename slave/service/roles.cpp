@@ -28,15 +28,14 @@ struct Rule {
   unsigned roles;
   bool is_logged;
 };
-constexpr std::array<Rule, 19> kRules{{{"GetScene", kAnybody, false},
+constexpr std::array<Rule, 17> kRules{{{"GetScene", kAnybody, false},
                                        {"GetStatus", kAnybody, false},
-                                       {"GetCapabilities", kAnybody, false},
                                        {"Operate", kOperator, true},
                                        {"WatchState", kWatches, false},
                                        {"WatchMesh", kWatches, false},
                                        {"WatchPatch", kWatches, false},
                                        {"WatchTrace", kWatches, false},
-                                       {"WatchVideo", kWatches, false},
+                                       {"WatchImages", kWatches, false},
                                        {"SetModel", kOperator | kAdmin, true},
                                        {"SetParameters", kOperator | kAdmin, true},
                                        {"Reset", kOperator | kAdmin, true},
@@ -44,7 +43,7 @@ constexpr std::array<Rule, 19> kRules{{{"GetScene", kAnybody, false},
                                        {"EvictOperator", kAdmin, true},
                                        {"Stop", kAnybody, true},
                                        {"FeedTactile", kSensor, true},
-                                       {"FeedPictures", kSensor, true},
+                                       {"FeedImages", kSensor, true},
                                        {"DriveTool", kArm, true}}};
 constexpr std::string_view kHealth = "/grpc.health.v1.Health/";
 constexpr std::string_view kReflection = "/grpc.reflection.v1alpha.ServerReflection/";
@@ -72,19 +71,19 @@ class Processor final : public grpc::AuthMetadataProcessor {
     const std::string path =
         found == metadata.end() ? "" : std::string(found->second.data(), found->second.size());
     const Identity who = IdentityOf(*context);
-    const std::string said = Presentable(path, kLongestName);
+    const std::string method = Presentable(path, kLongestName);
     const auto certificate = FactsOf(*context);
     if (!certificate || !Holds(*certificate, *revoked_)) {
       spdlog::warn("audit: {} {} was rejected: no valid certificate", who.role, who.name);
-      return {grpc::StatusCode::UNAUTHENTICATED, "the certificate is no longer valid"};
+      return Error(v1::ERROR_REASON_CERTIFICATE_INVALID, "the certificate is no longer valid");
     }
     if (!MayCall(who.role, path)) {
-      spdlog::warn("audit: {} {} was rejected: {}", who.role, who.name, said);
-      return {grpc::StatusCode::PERMISSION_DENIED,
-              "role '" + who.role + "' may not call " + said +
-                  ": accepted are the calls of its role, see proto/README.md"};
+      spdlog::warn("audit: {} {} was rejected: {}", who.role, who.name, method);
+      return Error(v1::ERROR_REASON_ROLE_NOT_ALLOWED,
+                   "role '" + who.role + "' may not call " + method +
+                       ": accepted are the calls of its role, see proto/README.md");
     }
-    if (RuleOf(path).is_logged) spdlog::info("audit: {} {} called {}", who.role, who.name, said);
+    if (RuleOf(path).is_logged) spdlog::info("audit: {} {} called {}", who.role, who.name, method);
     return grpc::Status::OK;
   }
 

@@ -10,30 +10,44 @@
 #include <grpcpp/support/status.h>
 
 #include "shared/link/priority_inheritance_mutex.h"
+#include "shared/wire/errors.h"
 #include "slave/program/progress.h"
 
 namespace palpate {
 
 // How every stream ends when the slave stops.
 inline grpc::Status Stopping() {
-  return {grpc::StatusCode::UNAVAILABLE, "the slave is stopping"};
+  return Error(v1::ERROR_REASON_STOPPING, "the slave is stopping");
 }
 
-// Runs `work`. std::invalid_argument: INVALID_ARGUMENT; another std::logic_error (not now):
-// FAILED_PRECONDITION; Interrupted: CANCELLED; anything else: INTERNAL.
+// A call that is rejected for `reason`.
+class RejectedCall : public std::logic_error {
+ public:
+  RejectedCall(v1::ErrorReason reason, const std::string& message)
+      : std::logic_error(message), reason_(reason) {}
+  [[nodiscard]] v1::ErrorReason reason() const noexcept { return reason_; }
+
+ private:
+  v1::ErrorReason reason_;
+};
+
+// Runs `work`. Errors: RejectedCall: its reason; std::invalid_argument: INVALID_FIELD; another
+// std::logic_error: TOOL_IN_USE; Interrupted: CANCELLED; anything else: INTERNAL.
 template <class Work>
 grpc::Status Guarded(const Work& work) {
   try {
     work();
     return grpc::Status::OK;
+  } catch (const RejectedCall& error) {
+    return Error(error.reason(), error.what());
   } catch (const std::invalid_argument& error) {
-    return {grpc::StatusCode::INVALID_ARGUMENT, error.what()};
+    return Error(v1::ERROR_REASON_INVALID_FIELD, error.what());
   } catch (const std::logic_error& error) {
-    return {grpc::StatusCode::FAILED_PRECONDITION, error.what()};
+    return Error(v1::ERROR_REASON_TOOL_IN_USE, error.what());
   } catch (const Interrupted& error) {
-    return {grpc::StatusCode::CANCELLED, error.what()};
+    return Error(v1::ERROR_REASON_CANCELLED, error.what());
   } catch (const std::exception& error) {
-    return {grpc::StatusCode::INTERNAL, error.what()};
+    return Error(v1::ERROR_REASON_INTERNAL, error.what());
   }
 }
 

@@ -48,7 +48,7 @@ class StreamList {
   }
 
  private:
-  std::mutex mutex_;  // guards the members below
+  PriorityInheritanceMutex mutex_;  // guards the members below
   std::vector<std::weak_ptr<Stream>> streams_;
   bool closed_ = false;
 };

@@ -34,12 +34,6 @@ grpc::ServerUnaryReactor* TeleoperationService::GetStatus(grpc::CallbackServerCo
   return Answer(context, [&] { FillStatus(reply); });
 }
 
-grpc::ServerUnaryReactor* TeleoperationService::GetCapabilities(
-    grpc::CallbackServerContext* context, const v1::GetCapabilitiesRequest* /*request*/,
-    v1::Capabilities* reply) {
-  return Answer(context, [&] { ToProto(slave_.Describe(), reply); });
-}
-
 void TeleoperationService::FillStatus(v1::Status* reply) const {
   ToProto(slave_.Status(), reply);
   reply->set_operator_name(lease_.holder_name());

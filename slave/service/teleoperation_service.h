@@ -35,10 +35,9 @@ using CalledBack =
             v1::Teleoperation::WithCallbackMethod_EvictOperator<
                 v1::Teleoperation::WithCallbackMethod_GetStatus<
                     v1::Teleoperation::WithCallbackMethod_GetScene<
-                        v1::Teleoperation::WithCallbackMethod_GetCapabilities<
-                            v1::Teleoperation::WithCallbackMethod_FeedTactile<
-                                v1::Teleoperation::WithCallbackMethod_DriveTool<
-                                    v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>>>>;
+                        v1::Teleoperation::WithCallbackMethod_FeedTactile<
+                            v1::Teleoperation::WithCallbackMethod_DriveTool<
+                                v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>>>;
 
 class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
@@ -54,9 +53,6 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   grpc::ServerUnaryReactor* GetStatus(grpc::CallbackServerContext* context,
                                       const v1::GetStatusRequest* request,
                                       v1::Status* reply) override;
-  grpc::ServerUnaryReactor* GetCapabilities(grpc::CallbackServerContext* context,
-                                            const v1::GetCapabilitiesRequest* request,
-                                            v1::Capabilities* reply) override;
   grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* Operate(
       grpc::CallbackServerContext* context) override;
   grpc::Status WatchState(grpc::ServerContext* context, const v1::WatchStateRequest* request,
@@ -65,8 +61,8 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
                           grpc::ServerWriter<v1::TraceUpdate>* writer) override;
   grpc::Status WatchMesh(grpc::ServerContext* context, const v1::WatchMeshRequest* request,
                          grpc::ServerWriter<v1::MeshState>* writer) override;
-  grpc::Status WatchVideo(grpc::ServerContext* context, const v1::WatchVideoRequest* request,
-                          grpc::ServerWriter<v1::VideoFrame>* writer) override;
+  grpc::Status WatchImages(grpc::ServerContext* context, const v1::WatchImagesRequest* request,
+                           grpc::ServerWriter<v1::ImageState>* writer) override;
   grpc::Status WatchPatch(grpc::ServerContext* context, const v1::WatchPatchRequest* request,
                           grpc::ServerWriter<v1::PatchUpdate>* writer) override;
   grpc::Status SetModel(grpc::ServerContext* context, const v1::SetModelRequest* request,
@@ -87,9 +83,8 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
                                                           v1::FeedTactileReply* reply) override;
   grpc::ServerBidiReactor<v1::ArmReport, v1::ArmTarget>* DriveTool(
       grpc::CallbackServerContext* context) override;
-  grpc::Status FeedPictures(grpc::ServerContext* context,
-                            grpc::ServerReader<v1::PictureSample>* reader,
-                            v1::FeedPicturesReply* reply) override;
+  grpc::Status FeedImages(grpc::ServerContext* context, grpc::ServerReader<v1::ImageSample>* reader,
+                          v1::FeedImagesReply* reply) override;
 
   // Ends the streams that only listen; those that watch end with the publisher.
   void EndStreams() { feeds_.Close(), drives_.Close(); }

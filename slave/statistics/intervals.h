@@ -14,9 +14,9 @@ struct Interval {
 // Source: Cornish and Fisher's expansion of Student's t (Abramowitz and Stegun, 26.7.5); 3.1 % too
 // small for 2 degrees, 0.7 % for 3.
 inline double StudentReach(double freedom) {
-  constexpr double z = 1.959964;
-  const double z2 = z * z, v = freedom;
-  return z * (1 + (z2 + 1) / (4 * v) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * v * v) +
+  constexpr double kZ = 1.959964;
+  const double z2 = kZ * kZ, v = freedom;
+  return kZ * (1 + (z2 + 1) / (4 * v) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * v * v) +
               (3 * z2 * z2 * z2 + 19 * z2 * z2 + 17 * z2 - 15) / (384 * v * v * v));
 }
 

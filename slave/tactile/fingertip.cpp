@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "slave/pipeline/stopwatch.h"
+#include "slave/program/stopwatch.h"
 
 namespace palpate {
 namespace {

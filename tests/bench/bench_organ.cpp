@@ -16,10 +16,10 @@
 #include <Eigen/Geometry>
 #include <benchmark/benchmark.h>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "slave/mesh/index.h"
 #include "tests/bench/organ_bodies.h"
 
 namespace palpate {

@@ -54,8 +54,8 @@ def main():
             before, after = answers[0][key], answers[1][key]
             difference = max((abs(before[one] - after[one]) for one in before.keys() & after.keys()), default=0)
             differ += difference > a.same
-            told = f"  answers differ by {difference:.2g}" if before else ""
-            print(f"{ratio:6.3f}  {least[0][key] / 1e3:12.2f} -> {least[1][key] / 1e3:12.2f} us  {name} {key}{told}", flush=True)
+            difference_text = f"  answers differ by {difference:.2g}" if before else ""
+            print(f"{ratio:6.3f}  {least[0][key] / 1e3:12.2f} -> {least[1][key] / 1e3:12.2f} us  {name} {key}{difference_text}", flush=True)
     if not ratios:
         print("compare.py: no benchmark that both have", file=sys.stderr)
         return 2

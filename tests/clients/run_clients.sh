@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the scripted clients of one language against a slave: one operates, if the language has such a client, while the other watches;
 # or, with PALPATE_CLIENTS=feed, a driver feeds it tactile samples; with PALPATE_CLIENTS=devices one feeds
-# it pictures and another drives its arm for a second.
+# it images and another drives its arm for a second.
 #   run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]
 # SERVER must print `listening on HOST:PORT` and end on SIGTERM. Exit code 77: the language's gRPC is
 # not here and cannot be installed.
@@ -35,7 +35,7 @@ case $language in
     operate=("$python" "$examples/operate.py")
     watch=("$python" "$examples/watch.py")
     feed=("$python" "$examples/feed_tactile.py" --check)
-    pictures=("$python" "$examples/feed_pictures.py" --check)
+    images=("$python" "$examples/feed_images.py" --check)
     drive=("$python" "$examples/drive_arm.py" --duration 1 --home 0,0,0)
     ;;
   node)
@@ -62,7 +62,7 @@ if [[ ${PALPATE_CLIENTS:-} == feed ]]; then
 fi
 
 if [[ ${PALPATE_CLIENTS:-} == devices ]]; then
-  "${pictures[@]}" "$address"
+  "${images[@]}" "$address"
   "${drive[@]}" "$address"
   exit
 fi

@@ -17,7 +17,7 @@ WIDTH, HEIGHT = 640, 480
 
 
 def garbled(draw):
-    message = devices.PictureSample(sequence=1, picture=devices.CameraPicture(
+    message = devices.ImageSample(sequence=1, image=devices.Image(
         encoding=draw.randrange(0, 7), data=draw.randbytes(draw.choice([0, 1, 100, 100_000])),
         width=draw.choice([0, 1, WIDTH, 2**31]), height=draw.choice([0, 1, HEIGHT, 2**31])))
     message.sensed_at.FromNanoseconds(time.time_ns())
@@ -37,7 +37,7 @@ def main():
             if how == "flood":
                 slave.feed_images(itertools.repeat(np.zeros((HEIGHT, WIDTH), dtype=np.uint8)))
             else:
-                slave.stub.FeedPictures(iter([garbled(draw)]), timeout=10)
+                slave.stub.FeedImages(iter([garbled(draw)]), timeout=10)
         except (palpate.Error, grpc.RpcError):
             time.sleep(0.001)
 

@@ -111,22 +111,22 @@ def cell(kind, render, trip, jitter, loss, seed, datagrams):
     # A line that was idle takes some round trips to carry 200 states a second; a pinch takes its time.
     seconds = (20 if kind == "soft" else 8) + 16 * trip / 1000
     with tempfile.TemporaryDirectory() as folder:
-        said, rows = session(kind, render, trip, jitter, loss, seed, seconds, pathlib.Path(folder), datagrams)
-    if said is None:  # nobody was found, and nothing reached the hand
+        printed, rows = session(kind, render, trip, jitter, loss, seed, seconds, pathlib.Path(folder), datagrams)
+    if printed is None:  # nobody was found, and nothing reached the hand
         return dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, [kind, render, trip, jitter, loss, seed, seconds])) | {
             "served": 0, "safe": 1, "datagrams": 0}
-    error, compensated = said["force_error"] or {}, said.get("force_error_delay_compensated") or {}
+    error, compensated = printed["force_error"] or {}, printed.get("force_error_delay_compensated") or {}
     # One contact alone is the first; of what moves a place tells no force.
     compensated = compensated if compensated.get("contact_ticks") and kind != "moving" else {}
     grows = any(oscillation_grows(forces) for forces in stretches(rows))
-    safe = said["force_sent_peak_N"] <= FORCE_LIMIT + 1e-6 and said["energy_min_J"] >= NOISE_ENERGY and not grows
+    safe = printed["force_sent_peak_N"] <= FORCE_LIMIT + 1e-6 and printed["energy_min_J"] >= NOISE_ENERGY and not grows
     return dict(zip(COLUMNS, [
         kind, render, trip, jitter, loss, seed, seconds, error.get("rms_N", ""), error.get("relative_rms", ""),
-        compensated.get("rms_N", ""), compensated.get("relative_rms", ""), f"{drift(rows):.2e}", said["energy_min_J"], int(grows),
-        round(said["stale_ticks"] / max(said["ticks"], 1), 4),
-        round((said["states"] + said["commands"]) / said["duration_s"], 1), round(said["rtt_us"]["p50"] / 1000, 2),
-        said["reconnects"], said["force_sent_peak_N"], int(said["states"] > 0), int(safe), int(said["states_by_datagram"] > 0),
-        *(round(said[times][q] / 1000, 2) for times, q in DELAYS), round(said["seconds_in"].get("HOLD", 0), 3),
+        compensated.get("rms_N", ""), compensated.get("relative_rms", ""), f"{drift(rows):.2e}", printed["energy_min_J"], int(grows),
+        round(printed["stale_ticks"] / max(printed["ticks"], 1), 4),
+        round((printed["states"] + printed["commands"]) / printed["duration_s"], 1), round(printed["rtt_us"]["p50"] / 1000, 2),
+        printed["reconnects"], printed["force_sent_peak_N"], int(printed["states"] > 0), int(safe), int(printed["states_by_datagram"] > 0),
+        *(round(printed[times][q] / 1000, 2) for times, q in DELAYS), round(printed["seconds_in"].get("HOLD", 0), 3),
         round(late_energy(rows), 7)]))
 
 

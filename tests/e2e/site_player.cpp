@@ -1,5 +1,5 @@
 // Plays a simulated site to a slave that takes it for a real one: what it shows goes without loss
-// through FeedPictures or FeedTactile, or to whoever connects as a stream of raw pictures; the tool
+// through FeedImages or FeedTactile, or to whoever connects as a stream of raw pictures; the tool
 // in it is where an arm's driver says by UDP, whom it answers with the force.
 //   site_player SCENE HOST:PORT [HOW]  feeds that slave; on SIGUSR1 its driver goes wrong, as HOW:
 //     queue (a dozen pictures wait in it and are stamped when they leave), zoom (by
@@ -149,12 +149,12 @@ class WrongDriver {
   std::deque<Pictures::Shot> kept_;
 };
 
-int FeedPictures(Pictures pictures, WrongDriver driver, v1::Teleoperation::Stub* stub) {
+int FeedImages(Pictures pictures, WrongDriver driver, v1::Teleoperation::Stub* stub) {
   grpc::ClientContext context;
   context.set_wait_for_ready(true);
-  v1::FeedPicturesReply reply;
-  const auto writer = stub->FeedPictures(&context, &reply);
-  v1::PictureSample sample;
+  v1::FeedImagesReply reply;
+  const auto writer = stub->FeedImages(&context, &reply);
+  v1::ImageSample sample;
   do {
     const auto shot = driver.Spoilt(pictures.Next());
     const cv::Mat right = shot.pictures.size() > 1 ? shot.pictures.back() : cv::Mat();
@@ -195,7 +195,7 @@ int Play(const std::string& file, const std::string& to, const std::string& how)
   const auto stub = v1::Teleoperation::NewStub(
       grpc::CreateCustomChannel(to, grpc::InsecureChannelCredentials(), arguments));
   if (scene.sense.Find<Tactile>()) return FeedTactile(*environment, scene, stub.get());
-  return FeedPictures(Pictures(*environment, scene), WrongDriver(how), stub.get());
+  return FeedImages(Pictures(*environment, scene), WrongDriver(how), stub.get());
 }
 
 }  // namespace

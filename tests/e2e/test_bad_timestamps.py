@@ -49,12 +49,12 @@ class Lies(Plugged):
         truth = [(s.sent_at.ToNanoseconds() / 1e9, vector(s.true_force)) for s in self.seen if s.HasField("true_force")]
         times = [t for t, _ in truth]
         peak = max(math.hypot(*force) for _, force in truth)
-        valid, wrong, worst, said, told = 0, 0, 0.0, {}, set()
+        valid, wrong, worst, said, reported = 0, 0, 0.0, {}, set()
         for state in self.seen:
             at = state.sensed_at.ToNanoseconds() / 1e9
-            if at < since or at in told or not state.HasField("force"):
+            if at < since or at in reported or not state.HasField("force"):
                 continue
-            told.add(at)
+            reported.add(at)
             if state.validity != states.VALIDITY_VALID:
                 name = states.FailedCheck.Name(state.check)
                 said[name] = said.get(name, 0) + 1

@@ -24,8 +24,8 @@ from untrusted_clients import OURS, PREFACE, SETTINGS, WINDOW_UPDATE, call, conn
 OBSERVERS = 16
 MOST = 2  # times as old as alone
 WIDEST = 2**31 - 1  # window of HTTP/2 [bytes]
-MESH = struct.pack("<Bd", 0x09, 30) + b"\xf1\x01" + struct.pack("<d", 1e-4)  # max_rate_hz, relative_error: as the page asks
-VIDEO = struct.pack("<Bd", 0x09, 60) + b"\x10\x01"  # max_rate_hz, overlays
+MESH = struct.pack("<Bd", 0x09, 30) + b"\xf1\x01" + struct.pack("<d", 1e-4)  # max_rate, relative_error: as the page asks
+VIDEO = struct.pack("<Bd", 0x09, 60) + b"\x10\x01"  # max_rate, overlays
 
 
 def observe(address, counted):
@@ -35,7 +35,7 @@ def observe(address, counted):
     for _ in range(OBSERVERS):
         line = connect(address, greets=False)
         widest = frame(SETTINGS, 0, 0, struct.pack(">HI", 4, WIDEST)) + frame(WINDOW_UPDATE, 0, 0, struct.pack(">I", WIDEST - 65535))
-        line.sendall(PREFACE + widest + call(1, OURS + "WatchMesh", MESH) + call(3, OURS + "WatchVideo", VIDEO))
+        line.sendall(PREFACE + widest + call(1, OURS + "WatchMesh", MESH) + call(3, OURS + "WatchImages", VIDEO))
         ready.register(line, selectors.EVENT_READ)
     room = bytearray(1 << 20)
     while True:

@@ -21,11 +21,11 @@ class Death(unittest.TestCase):
         self.out = pathlib.Path(self.folder.name)
 
     def operate(self, address, seconds):
-        with open(self.out / "said", "w") as said:
+        with open(self.out / "said", "w") as printed:
             master = subprocess.Popen(
                 [MASTER, "connect", address, "--duration", str(seconds), "--report", str(self.out / "report.json"),
                  "--log", str(self.out / "log.csv")],
-                stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.DEVNULL, env=BARE)
+                stdin=subprocess.DEVNULL, stdout=printed, stderr=subprocess.DEVNULL, env=BARE)
         self.addCleanup(master.kill)
         return master
 

@@ -93,7 +93,7 @@ class Fingertips(unittest.TestCase):
                         self.assertTrue(math.isfinite(float(text)), f"{key} = {text} at {row['t']} s")
 
     def test_a_meshs_topology_comes_once_and_then_positions(self):
-        stream = self.client(self.slave.address).WatchMesh(self.messages.WatchMeshRequest(max_rate_hz=30), timeout=PATIENCE)
+        stream = self.client(self.slave.address).WatchMesh(self.messages.WatchMeshRequest(max_rate=30), timeout=PATIENCE)
         meshes = [next(stream) for _ in range(5)]
         stream.cancel()
         first = meshes[0]
@@ -126,7 +126,7 @@ class Fingertips(unittest.TestCase):
                                        self.rest_recording(4)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                       stderr=subprocess.STDOUT, text=True, env=environment)
             known = (self.states.VALIDITY_VALID, self.states.VALIDITY_EXTRAPOLATED)
-            stream = stub.WatchState(self.messages.WatchStateRequest(max_rate_hz=100), timeout=PATIENCE)
+            stream = stub.WatchState(self.messages.WatchStateRequest(max_rate=100), timeout=PATIENCE)
             seen = []
 
             def both_are_known():

@@ -63,7 +63,7 @@ class Operator:
 
     def __init__(self, stub):
         self.scale = stub.GetScene(messages.GetSceneRequest(), timeout=10).operator.position_scale
-        self.speed = min(FASTEST, stub.GetCapabilities(messages.GetCapabilitiesRequest(), timeout=10).max_speed)
+        self.speed = min(FASTEST, stub.GetScene(messages.GetSceneRequest(), timeout=10).capabilities.max_speed)
         self.commands, self.sequence, self.epoch = queue.Queue(), 0, 0
         self.hand = (0.0, 0.0, 0.0)
         self.surface, self.newest = None, None

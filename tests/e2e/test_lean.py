@@ -123,9 +123,9 @@ class Parts(unittest.TestCase):
 
 class Version(unittest.TestCase):
     def test_the_version_names_the_commit(self):
-        said = run(SLAVE, "--version").stdout.strip()
-        self.assertRegex(said, r"^\d+\.\d+\.\d+(\+[0-9a-f]{7,}(\.changed)?)?$")
-        self.assertEqual("+" in said, (ROOT / ".git").exists() and shutil.which("git") is not None)
+        printed = run(SLAVE, "--version").stdout.strip()
+        self.assertRegex(printed, r"^\d+\.\d+\.\d+(\+[0-9a-f]{7,}(\.changed)?)?$")
+        self.assertEqual("+" in printed, (ROOT / ".git").exists() and shutil.which("git") is not None)
 
 
 if __name__ == "__main__":

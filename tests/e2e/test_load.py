@@ -145,7 +145,7 @@ class Periods:
 
     def __init__(self, stub):
         self.times, self.trouble = [], ""
-        request = messages.WatchTraceRequest(max_rate_hz=10)
+        request = messages.WatchTraceRequest(max_rate=10)
         self.call = stub.WatchTrace(request)
         threading.Thread(target=self.read, daemon=True).start()
 
@@ -236,11 +236,11 @@ def under(name, load, seconds, folder):
         watching.close()
         master.send_signal(signal.SIGINT)
         master.wait(timeout=PATIENCE)
-        said = json.loads(report.read_text())
+        printed = json.loads(report.read_text())
         (p_quiet, _), (p_load, gap) = periods.p99(0, quiet), periods.p99(quiet, loaded)
         return {"alive": alive, "memory": memory, "quiet": p_quiet, "load": p_load, "gap": gap,
                 "answered": None if None in answered else max(answered), "stop": sorted(stops)[98], "held": held,
-                "kept": said["reconnects"] == 0, "trouble": periods.trouble, "alarms": list(status.alarms)}
+                "kept": printed["reconnects"] == 0, "trouble": periods.trouble, "alarms": list(status.alarms)}
 
 def main():
     parser = argparse.ArgumentParser()

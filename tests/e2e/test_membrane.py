@@ -81,10 +81,10 @@ class TwoEyes(unittest.TestCase):
             stub = self.client(slave.address)
             scene = stub.GetScene(self.messages.GetSceneRequest(), timeout=PATIENCE)
             self.assertIn("membrane", scene.geometry)
-            able = stub.GetCapabilities(self.messages.GetCapabilitiesRequest(), timeout=PATIENCE)
+            able = stub.GetScene(self.messages.GetSceneRequest(), timeout=PATIENCE).capabilities
             self.assertEqual(able.degrees_of_freedom, 3)
             self.assertEqual(able.sensor_rate, 30)
-            video = stub.WatchVideo(self.messages.WatchVideoRequest(overlays=True), timeout=PATIENCE)
+            video = stub.WatchImages(self.messages.WatchImagesRequest(overlays=True), timeout=PATIENCE)
             pictures = [next(video) for _ in range(5)]
             video.cancel()
             mesh = stub.WatchMesh(self.messages.WatchMeshRequest(nodal_forces=True), timeout=PATIENCE)
@@ -148,7 +148,7 @@ class TwoEyes(unittest.TestCase):
     def test_a_target_is_watched_live(self):
         with Slave(TARGET) as slave:
             stub = self.client(slave.address)
-            stream = stub.WatchState(self.messages.WatchStateRequest(max_rate_hz=100), timeout=PATIENCE)
+            stream = stub.WatchState(self.messages.WatchStateRequest(max_rate=100), timeout=PATIENCE)
             seen, places = [], set()
 
             def is_followed():

@@ -79,10 +79,10 @@ class Observers(unittest.TestCase):
 
             # The first ones may be of before the first image.
             self.assertTrue(wait_until(lambda: message("state", state_pb2.SlaveState()).validity == state_pb2.VALIDITY_VALID))
-            self.assertTrue(wait_until(lambda: message("status", telemetry_pb2.Status()).frames > 0))
+            self.assertTrue(wait_until(lambda: message("status", telemetry_pb2.Status()).samples > 0))
             mesh = message("mesh", state_pb2.MeshState())  # whoever comes later has the topology, too
             self.assertEqual((len(mesh.elements) // mesh.nodes_per_element, len(mesh.positions)), (180, len(mesh.rest)))
-            self.assertTrue(message("image", state_pb2.VideoFrame()).jpeg.startswith(b"\xff\xd8"))
+            self.assertTrue(message("image", state_pb2.ImageState()).jpeg.startswith(b"\xff\xd8"))
 
     def test_a_password_and_tls_are_used_and_a_wrong_one_is_reported(self):
         for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["observer", "ca", "observer", "grace"],

@@ -201,22 +201,14 @@ class BadInput(unittest.TestCase):
         self.refuse(2, "process", BLOCK)
         self.refuse(2)
 
-    def test_a_missing_scene_is_named(self):
-        self.assertIn("nowhere.yaml", self.refuse(2, "check", self.out / "nowhere.yaml"))
-
     def test_a_mistake_is_told_with_line_key_value_and_what_is_accepted(self):
         scene = self.out / "scene.yaml"
         scene.write_text(pathlib.Path(BLOCK).read_text().replace("127 kPa", "127 kg"))
         line = 1 + next(i for i, text in enumerate(scene.read_text().splitlines()) if "127 kg" in text)
-        said = self.refuse(2, "check", scene)
-        self.assertIn(f"scene.yaml:{line}: ", said)
+        printed = self.refuse(2, "check", scene)
+        self.assertIn(f"scene.yaml:{line}: ", printed)
         for word in ("young_modulus", "127 kg", "accepted is"):
-            self.assertIn(word, said)
-
-    def test_a_mistaken_override_is_told(self):
-        said = self.refuse(2, "check", BLOCK, "--override", "model.elements=many")
-        self.assertIn("model.elements", said)
-        self.assertIn("accepted is", said)
+            self.assertIn(word, printed)
 
     def pictures(self, pattern):
         """The block's scene over picture files."""
@@ -226,25 +218,11 @@ class BadInput(unittest.TestCase):
         scene.write_text(text.replace("source: simulated", f'file: "{pattern}"'))
         return scene
 
-    def test_an_empty_directory_is_named(self):
-        (self.out / "frames").mkdir()
-        said = self.refuse(2, "process", self.pictures("frames/%04d.png"), "--out", self.out / "out")
-        self.assertIn("frames/%04d.png", said)
-
     def test_a_broken_picture_is_named(self):
         (self.out / "frames").mkdir()
         (self.out / "frames/0000.png").write_bytes(b"not a picture")
-        said = self.refuse(1, "process", self.pictures("frames/%04d.png"), "--out", self.out / "out")
-        self.assertIn("0000.png", said)
-
-    def test_a_contour_file_with_two_points_is_refused(self):
-        (self.out / "outline.csv").write_text("x,y\n0,0\n1,0\n")
-        scene = self.out / "scene.yaml"
-        scene.write_text("name: two points\nobject:\n  geometry: {contour: outline.csv, thickness: 9 mm}\n"
-                         "  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {kind: bem2d}\n")
-        (self.out / "contacts.csv").write_text("case,x,y,z,dx,dy,dz\n1,0,0,0,0,0,0\n")
-        said = self.refuse(2, "solve", scene, "--contacts", self.out / "contacts.csv", "--out", self.out / "a.csv")
-        self.assertIn("outline.csv", said)
+        printed = self.refuse(1, "process", self.pictures("frames/%04d.png"), "--out", self.out / "out")
+        self.assertIn("0000.png", printed)
 
 
 if __name__ == "__main__":

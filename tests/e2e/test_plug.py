@@ -35,7 +35,7 @@ class Plug(Plugged):
         arm = self.status().arm
         self.assertEqual(arm.driver_name, "fake six-axis arm")
         self.assertAlmostEqual(arm.scale, 1, delta=0.1)
-        print(json.dumps({"lag_ms": 1e3 * arm.lag_s, "scale": arm.scale}))
+        print(json.dumps({"lag_ms": 1e3 * arm.lag, "scale": arm.scale}))
 
 
 if __name__ == "__main__":

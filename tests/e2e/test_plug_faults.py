@@ -50,14 +50,14 @@ class Plugs(Plugged):
             self.assertTrue(wait_until(lambda: log.newest_force() > PRESSED), self.status())
             at = time.monotonic()
             undo = event()
-            said = set()
+            printed = set()
 
             def is_silent():
-                said.update(self.status().alarms)
+                printed.update(self.status().alarms)
                 return log.fell_silent(at) is not None
             self.assertTrue(wait_until(is_silent), "the hand is let go")
             delays.append(log.fell_silent(at))
-            self.assertTrue(any(word in alarm for alarm in said for word in words), said)
+            self.assertTrue(any(word in alarm for alarm in printed for word in words), printed)
             undo()
             self.unplug()
             self.plug(driver)

@@ -1,4 +1,4 @@
-"""No simulator in the slave: a site's pictures by URL, GStreamer pipeline, camera and FeedPictures, its fingertips by
+"""No simulator in the slave: a site's pictures by URL, GStreamer pipeline, camera and FeedImages, its fingertips by
 FeedTactile, the tool by DriveTool. The force is as right as where the site is simulated inside, within 1 % of the peak.
 
 usage: test_plug_paths.py [NAME...]   of silicone-block, rubber-membrane, foam-cube
@@ -67,9 +67,9 @@ class Paths(Plugged):
     def site(self, name, to):
         """Plays the scene's site; where it hears of the tool, and the port of its pictures."""
         player = self.start(BIN / "site_player", SCENES / f"{name}.yaml", to, stdout=subprocess.PIPE)
-        said = iter(player.stdout.readline, "")  # with what the site solves ahead
-        self.tool = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in said))).group(1)
-        port = re.fullmatch(r"pictures on \S+:(\d+)\n", next(said)).group(1) if ":" not in to else None
+        printed = iter(player.stdout.readline, "")  # with what the site solves ahead
+        self.tool = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in printed))).group(1)
+        port = re.fullmatch(r"pictures on \S+:(\d+)\n", next(printed)).group(1) if ":" not in to else None
         return player, port
 
     def arm(self, home):
@@ -168,7 +168,7 @@ class Paths(Plugged):
             "URL": lambda home: self.plugged(name, home, url, "y4m"),
             "pipeline": lambda home: self.plugged(name, home, pipeline, "raw"),
             "device": lambda home: self.plugged(name, home, device, "raw", command=self.fake_camera()),
-            "FeedPictures": lambda home: self.fed(name, home, ["sense.camera.source=stream"])})
+            "FeedImages": lambda home: self.fed(name, home, ["sense.camera.source=stream"])})
 
     def test_membrane(self):
         name = self.wanted("rubber-membrane")
@@ -190,7 +190,7 @@ class Paths(Plugged):
             "URL": lambda home: self.plugged(name, home, url, "y4m"),
             "pipeline": lambda home: self.plugged(name, home, pipeline, "raw"),
             "device": lambda home: self.plugged(name, home, device, "raw", command=self.fake_camera()),
-            "FeedPictures": lambda home: self.fed(name, home, [pair.format("source: stream")])})
+            "FeedImages": lambda home: self.fed(name, home, [pair.format("source: stream")])})
 
     def test_cube(self):
         name = self.wanted("foam-cube")

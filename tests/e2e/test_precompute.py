@@ -35,9 +35,9 @@ class Precompute(unittest.TestCase):
         """How many groups of columns were computed, and of how many."""
         done = run(*self.command(cache, "--shard", shard), env=ENVIRONMENT)
         self.assertEqual(done.returncode, 0, done.stderr)
-        said = re.search(rf"shard {shard}: (\d+) of (\d+) groups of columns computed", done.stdout)
-        self.assertTrue(said, done.stdout)
-        return tuple(map(int, said.groups()))
+        printed = re.search(rf"shard {shard}: (\d+) of (\d+) groups of columns computed", done.stdout)
+        self.assertTrue(printed, done.stdout)
+        return tuple(map(int, printed.groups()))
 
     @staticmethod
     def contents(cache):

@@ -79,10 +79,10 @@ class Recordings(unittest.TestCase):
         return done.stdout
 
     def process_again(self, recording, least):
-        said = self.good(SLAVE, "process", recording, "--out", self.out / "again")
+        printed = self.good(SLAVE, "process", recording, "--out", self.out / "again")
         summary = json.loads((self.out / "again/summary.json").read_text())
-        self.assertGreater(summary["states"], least, said)
-        self.assertEqual(summary["different"], 0, said)
+        self.assertGreater(summary["states"], least, printed)
+        self.assertEqual(summary["different"], 0, printed)
         return summary
 
     def both_ends(self, scene, *settings, parts=()):
@@ -95,7 +95,7 @@ class Recordings(unittest.TestCase):
         return slave_file, master_file
 
     @unittest.skipUnless(READER, WHY_NOT)
-    def check_master(self, master_file, pictures):
+    def check_master(self, master_file, images):
         parts = read(*files_of(master_file))
         for part in parts:
             self.assertTrue(part["whole"])
@@ -106,7 +106,7 @@ class Recordings(unittest.TestCase):
         self.assertGreater(seen["topics"]["/master/tick"], 200)
         self.assertGreater(seen["topics"]["/slave/state"], 20)
         self.assertGreater(seen["topics"]["/master/command"], 20)
-        self.assertEqual("/slave/picture" in seen["topics"], pictures)
+        self.assertEqual("/slave/image" in seen["topics"], images)
         self.assertIn("foxglove.CompressedImage", seen["schemas"])
         return seen
 
@@ -147,10 +147,10 @@ class Recordings(unittest.TestCase):
         self.check_master(master_file, False)
 
     def play(self, master_file):
-        said = self.good(MASTER, "replay", master_file, "--speed", "4", "--from", "0.5")
-        lines = [line for line in said.splitlines() if " N [" in line]
+        printed = self.good(MASTER, "replay", master_file, "--speed", "4", "--from", "0.5")
+        lines = [line for line in printed.splitlines() if " N [" in line]
         self.assertGreater(len(lines), 1)
-        self.assertTrue(all(line.startswith("REPLAY") for line in lines), said)
+        self.assertTrue(all(line.startswith("REPLAY") for line in lines), printed)
 
     @staticmethod
     def is_same(kept, logged):
@@ -159,8 +159,8 @@ class Recordings(unittest.TestCase):
 
     def export(self, master_file, seen):
         self.good(MASTER, "export", master_file, "--out", self.out / "exported")
-        pictures = list((self.out / "exported/pictures").iterdir())
-        self.assertEqual(len(pictures), seen["topics"]["/slave/picture"])
+        images = list((self.out / "exported/images").iterdir())
+        self.assertEqual(len(images), seen["topics"]["/slave/image"])
         self.assertGreater(len(list((self.out / "exported/meshes").iterdir())), 1)
         sys.path.insert(0, str(PACKAGE))
         try:
@@ -186,9 +186,9 @@ class Recordings(unittest.TestCase):
                 for number in range(first, min(first + AT_ONCE, KILLS)):
                     file = self.out / f"{number}.mcap"
                     parts = ["--record-part", "1"] if number % 2 else []
-                    with open(file.with_suffix(".said"), "w") as said:
+                    with open(file.with_suffix(".said"), "w") as printed:
                         process = subprocess.Popen([MASTER, "connect", slave.address, "--record", file, *parts], env=BARE,
-                                                   stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.DEVNULL)
+                                                   stdin=subprocess.DEVNULL, stdout=printed, stderr=subprocess.DEVNULL)
                     victims.append((chance.uniform(0.3, 1.5), process, file))
                 began = time.time()
                 killed = {}
@@ -203,8 +203,8 @@ class Recordings(unittest.TestCase):
                     seen = as_one([found[str(part)] for part in files_of(file)])
                     self.assertFalse(seen["whole"])
                     if "/master/tick" not in seen["topics"]:
-                        told = re.findall(r"^ *([\d.]+) s ", file.with_suffix(".said").read_text(), re.MULTILINE)
-                        self.assertFalse([t for t in told if float(t) > 1], f"seed {seed}: nothing was kept of a second and more")
+                        reported = re.findall(r"^ *([\d.]+) s ", file.with_suffix(".said").read_text(), re.MULTILINE)
+                        self.assertFalse([t for t in reported if float(t) > 1], f"seed {seed}: nothing was kept of a second and more")
                         continue
                     self.assertGreater(seen["last"]["/master/tick"], moment - 1, f"seed {seed}")
                     length = seen["last"]["/master/tick"] - seen["first"]["/master/tick"]

@@ -169,8 +169,8 @@ class Session(unittest.TestCase):
             self.assertTrue(wait_until(lambda: len(os.listdir(f"/proc/{first.pid}/task")) > 2))
             time.sleep(0.5)
             with Slave(command=[SLAVE, "serve", BLOCK, "--listen", address, "--override", "model.elements=60"]):
-                said, _ = first.communicate(timeout=2 * PATIENCE)
-        self.assertEqual(first.returncode, 0, said)
+                printed, _ = first.communicate(timeout=2 * PATIENCE)
+        self.assertEqual(first.returncode, 0, printed)
 
     def test_nobody_there_is_said(self):
         done = run(MASTER, "connect", "127.0.0.1:9", "--wait", "1", "--duration", "1")
@@ -293,9 +293,9 @@ class Signals(unittest.TestCase):
         master = subprocess.Popen([MASTER, "connect", address], stdin=its, stdout=its, stderr=its, env=BARE, preexec_fn=own_it)
         self.addCleanup(master.kill)
         os.close(its)
-        said = b""
-        while b"FOLLOWING" not in said:
-            said += os.read(ours, 4096)
+        printed = b""
+        while b"FOLLOWING" not in printed:
+            printed += os.read(ours, 4096)
         threads = len(os.listdir(f"/proc/{master.pid}/task"))
         os.close(ours)
         return master, threads

@@ -125,8 +125,8 @@ class Study(Shards):
         while not partial.exists() and time.monotonic() < end:
             time.sleep(0.01)
         process.send_signal(signal.SIGTERM)
-        said, _ = process.communicate(timeout=PATIENCE)
-        self.assertEqual((process.returncode, file.exists()), (1, False), said)
+        printed, _ = process.communicate(timeout=PATIENCE)
+        self.assertEqual((process.returncode, file.exists()), (1, False), printed)
         done = self.study("--shard", "1/1", "--out", out)
         before = int(re.search(r"(\d+) of them measured before", done.stdout).group(1))
         self.assertGreater(before, 0)

@@ -25,10 +25,10 @@ class ThinLine(unittest.TestCase):
     def test_the_stream_lives_beside_datagrams(self):
         for rate in (60e3, 30e3):  # [bytes/s]; the stream alone takes 90, without a pace 60 cut it three times in these seconds
             with self.subTest(rate=rate):
-                said = self.operate(rate)
-                self.assertEqual(said["reconnects"], 0)
-                self.assertGreater(said["states_by_datagram"], 0)
-                self.assertGreater(said["seconds_in"].get("FOLLOWING", 0), 0.5)
+                printed = self.operate(rate)
+                self.assertEqual(printed["reconnects"], 0)
+                self.assertGreater(printed["states_by_datagram"], 0)
+                self.assertGreater(printed["seconds_in"].get("FOLLOWING", 0), 0.5)
 
 
 if __name__ == "__main__":

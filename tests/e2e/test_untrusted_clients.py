@@ -79,11 +79,11 @@ def attack(name, seconds, out):
         answered = answers(address, PATIENCE)
         master.send_signal(signal.SIGINT)
         master.wait(timeout=PATIENCE)
-        said = json.loads(report.read_text())
+        printed = json.loads(report.read_text())
         kept, passed = (b - a for a, b in zip(stolen_before, stolen()))
         return {"alive": slave.process.poll() is None, "memory": memory(slave.process.pid), "answered": answered,
                 "stop": sorted(stops)[len(stops) // 2], "stop_max": max(stops), "held": held(log),
-                "reconnects": said["reconnects"], "trouble": said["trouble"],
+                "reconnects": printed["reconnects"], "trouble": printed["trouble"],
                 "stolen": kept / passed}
 
 

@@ -42,23 +42,23 @@ class Log:
     def fell_silent(self, since):
         """[s] from a monotonic time to the last tick with a force before a second without one; None: not yet."""
         after = [row for row in self.follow() if float(row["t"]) + self.behind > since]
-        felt = [k for k, row in enumerate(after) if force(row) > 0]
-        last = felt[-1] if felt else 0
+        estimated = [k for k, row in enumerate(after) if force(row) > 0]
+        last = estimated[-1] if estimated else 0
         if len(after) - last < 1000:
             return None
         times = [float(row["t"]) for row in after[:last + 2]]
         lost = sum(max(0.0, b - a - TICK) for a, b in zip(times, times[1:]))
-        return max(0.0, times[-1] + self.behind - since - lost) if felt else 0.0
+        return max(0.0, times[-1] + self.behind - since - lost) if estimated else 0.0
 
     def oldest_felt(self, since):
         """Age of the newest state [s] at the last tick with a force after a monotonic time, less what ticks were lost: no less
         than the time since the event that ended the states."""
         after = [row for row in self.rows if float(row["t"]) + self.behind > since]
-        felt = [k for k, row in enumerate(after) if force(row) > 0]
-        if not felt:
+        estimated = [k for k, row in enumerate(after) if force(row) > 0]
+        if not estimated:
             return 0.0
-        times = [float(row["t"]) for row in after[max(0, felt[-1] - 200):felt[-1] + 1]]
-        return float(after[felt[-1]]["age_s"]) - sum(max(0.0, b - a - TICK) for a, b in zip(times, times[1:]))
+        times = [float(row["t"]) for row in after[max(0, estimated[-1] - 200):estimated[-1] + 1]]
+        return float(after[estimated[-1]]["age_s"]) - sum(max(0.0, b - a - TICK) for a, b in zip(times, times[1:]))
 
 
 def force(row):

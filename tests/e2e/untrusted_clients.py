@@ -203,7 +203,7 @@ def idle_streams(address, end):
 
 def video_watchers(address, end):
     words = PREFACE + frame(SETTINGS, 0, 0) + frame(WINDOW_UPDATE, 0, 0, struct.pack(">I", 2**30))
-    hold(address, end, 64, words + call(1, OURS + "WatchVideo", b"\x10\x01\x18\x64"), 4096)
+    hold(address, end, 64, words + call(1, OURS + "WatchImages", b"\x10\x01\x18\x64"), 4096)
 
 
 # What is asked of a slave under each of them: see test_untrusted_clients.py.

@@ -61,7 +61,7 @@ void Read(std::size_t kind, std::string_view bytes) {
     }
     default:
       GapOf(Parsed<v1::WatchStateRequest>(bytes));
-      QualityOf(Parsed<v1::WatchVideoRequest>(bytes));
+      QualityOf(Parsed<v1::WatchImagesRequest>(bytes));
   }
 }
 

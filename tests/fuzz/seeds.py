@@ -141,7 +141,7 @@ def messages(folder):
         "SlaveState": (1, "sequence: 4 sensed_at { seconds: 1700000000 } force { x: 1 y: 0 z: 0 }"),
         "TactileSample": (2, "electrodes: [" + ", ".join(["10"] * 19) + "] sensed_at { seconds: 1700000000 }"),
         "SetParametersRequest": (3, ""), "SetModelRequest": (4, ""), "SurfacePatch": (5, "epoch: 1"),
-        "PatchLaw": (6, "epoch: 1 revision: 1"), "WatchStateRequest": (7, "max_rate_hz: 30")}
+        "PatchLaw": (6, "epoch: 1 revision: 1"), "WatchStateRequest": (7, "max_rate: 30")}
     for name, (kind, text) in messages.items():
         # Field names may have grown since; an empty message is a seed, too.
         encoded = subprocess.run(["protoc", f"--proto_path={ROOT}/proto", f"--encode=palpate.v1.{name}",

@@ -80,7 +80,6 @@ class Schedule {
 
  private:
   [[nodiscard]] Time SlaveNow() const { return now_ + slave_minus_master_; }
-  void Draw();
   void Happen();
   void Step();
   void RunSlave();

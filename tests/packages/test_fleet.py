@@ -44,17 +44,6 @@ class Manifests(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertEqual(re.findall(r": (\w+) palpate\S*: checked", done.stdout), ["Namespace", "DaemonSet", "Deployment"])
 
-    def test_a_manifest_that_does_not_is_found(self):
-        for right, wrong, words in (("hostNetwork: true", "hostNetwork: yes please", "hostNetwork"),
-                                    ("updateStrategy:", "updateStrateggy:", "updateStrateggy"),
-                                    ("periodSeconds: 2\n", "periodSecond: 2\n", "periodSecond"),
-                                    ("mountPath: /tls}", "path: /tls}", "mountPath"),
-                                    ("apiVersion: apps/v1", "apiVersion: apps/v1beta9", "apps/v1beta9")):
-            self.assertIn(right, self.text)
-            done = self.check(self.text.replace(right, wrong, 1))
-            self.assertEqual(done.returncode, 1, wrong)
-            self.assertIn(words, done.stdout + done.stderr)
-
     def containers(self, kind):
         """{name: container} of one document, as JSON."""
         print_it = "import('yaml').then(({default: y}) => console.log(JSON.stringify(y.parseAllDocuments(require('fs').readFileSync(0, 'utf8'), {version: '1.1'}))))"
@@ -99,10 +88,10 @@ class Manifests(unittest.TestCase):
                 self.assertTrue(wait_until(lambda asked=health: run(*asked).stdout == "SERVING\n"))
             master = words(master_pod["master"], None, "operator", **{"robot01:50051": here, "127.0.0.1:8080": "127.0.0.1:0", "127.0.0.1:9465": "127.0.0.1:0"})
             with subprocess.Popen(master, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=BARE) as process:
-                said = next((line for line in process.stdout if f"connected to {here}" in line), "")
+                printed = next((line for line in process.stdout if f"connected to {here}" in line), "")
                 process.terminate()
                 process.stdout.read()
-            self.assertTrue(said, "the master did not connect")
+            self.assertTrue(printed, "the master did not connect")
         self.assertEqual(run(*health, "--wait", "0.5").returncode, 1, "nobody serves any more")
 
 
@@ -121,12 +110,11 @@ class Robots(unittest.TestCase):
     @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd-analyze")
     def test_systemd_accepts_it(self):
         template = self.folder / "palpate-slave@.service"
-        for text, code in ((self.unit, 0), (self.unit.replace("[Service]\n", "[Service]\nType=nothing\n"), 1)):
-            # systemd looks for the program where the package installs it.
-            template.write_text(text.replace("/usr/bin/palpate-slave", "/bin/true"))
-            done = run("systemd-analyze", "verify", "--man=no", "--recursive-errors=no", self.folder / "palpate-slave@robot01.service")
-            found = [line for line in done.stderr.splitlines() if "palpate" in line]
-            self.assertEqual(bool(found) or done.returncode != 0, bool(code), done.stderr)
+        # systemd looks for the program where the package installs it.
+        template.write_text(self.unit.replace("/usr/bin/palpate-slave", "/bin/true"))
+        done = run("systemd-analyze", "verify", "--man=no", "--recursive-errors=no", self.folder / "palpate-slave@robot01.service")
+        self.assertNotIn("palpate", done.stderr)
+        self.assertEqual(done.returncode, 0, done.stderr)
         template.write_text(self.unit)
         done = run("systemd-analyze", "security", "--offline=true", "--threshold=30", template)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)

@@ -45,16 +45,16 @@ class Packages(unittest.TestCase):
         build(cls.new, NEW)
 
     def test_lintian_reports_no_errors(self):
-        told = must("lintian", "--fail-on", "error", "--tag-display-limit", "0", *sorted(self.new.glob("*.deb")))
-        print(told)
+        reported = must("lintian", "--fail-on", "error", "--tag-display-limit", "0", *sorted(self.new.glob("*.deb")))
+        print(reported)
 
     def test_sums_and_bill_of_materials_name_every_package(self):
         must("sha256sum", "--check", "SHA256SUMS", cwd=self.new)
         bill = json.loads((self.new / f"palpate_{NEW}.cdx.json").read_text())
         by_name = {each["name"]: each for each in bill["components"]}
         for deb in self.new.glob("*.deb"):
-            told = by_name[deb.name.split("_")[0]]
-            self.assertEqual(told["hashes"][0]["content"], must("sha256sum", deb).split()[0])
+            reported = by_name[deb.name.split("_")[0]]
+            self.assertEqual(reported["hashes"][0]["content"], must("sha256sum", deb).split()[0])
         # Loaded, header-only, and brought by npm.
         for name in ("libgrpc++1.51", "libopencv-core406", "libc6", "libeigen3-dev", "three"):
             self.assertTrue(by_name[name]["version"], name)
@@ -74,9 +74,9 @@ class Packages(unittest.TestCase):
         with subprocess.Popen([BIN / "palpate-slave", "serve", ROOT / "deploy/scenes/silicone-block.yaml", "--listen", "127.0.0.1:0"],
                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as slave:
             address = slave.stdout.readline().removeprefix("listening on ").strip()
-            told = must(self.scratch / "client/client", address)
+            reported = must(self.scratch / "client/client", address)
             slave.terminate()
-        self.assertRegex(told, r"^silicone-block: 50 states, the last with validity \d")
+        self.assertRegex(reported, r"^silicone-block: 50 states, the last with validity \d")
 
     def test_installed_run_upgraded_and_removed_in_a_bare_debian(self):
         with BareDebian(self.scratch / "bare/root") as debian, two_networks() as (slave_net, master_net):
@@ -98,13 +98,13 @@ class Packages(unittest.TestCase):
         self.assertEqual(debian.palpate_files(), [])
         before = processor_seconds()
         self.install(debian, "old", "palpate-slave")
-        code, told = debian.run("palpate-slave", "demo")
+        code, reported = debian.run("palpate-slave", "demo")
         self.assertEqual(code, 1)
-        self.assertIn("apt install palpate-master", told)
+        self.assertIn("apt install palpate-master", reported)
         self.install(debian, "old", *PROGRAMS)
         installed = processor_seconds()
-        told = debian.must("palpate-slave", "demo", "--out", "/tmp/demo")
-        self.assertRegex(told, r"== passed: force error \d+\.\d % of the peak")
+        reported = debian.must("palpate-slave", "demo", "--out", "/tmp/demo")
+        self.assertRegex(reported, r"== passed: force error \d+\.\d % of the peak")
         report = json.loads((debian.folder / "tmp/demo/report.json").read_text())
         self.assertGreater(report["force_peak_N"], 1.5)  # of 2.37 N in a 5 mm press, see tests/e2e
         print(f"processor time: {installed - before:.0f} s to install, {processor_seconds() - installed:.0f} s for the demo")
@@ -124,12 +124,12 @@ class Packages(unittest.TestCase):
         with debian.serving(*self.unit_command(debian), user="palpate") as address:
             self.assertEqual(address, "127.0.0.1:50051")
             self.assertEqual(debian.must("palpate-slave", "health", user="palpate"), "SERVING\n")
-            told = debian.must("timeout", "--preserve-status", "4", *self.unit_command(debian, "user/palpate-master"), user="palpate")
-            self.assertIn("connected to 127.0.0.1:50051", told)
-            self.assertIn("http://127.0.0.1:8080", told)
-        code, told = debian.run("palpate-slave", "health", "--wait", "0.5")
+            reported = debian.must("timeout", "--preserve-status", "4", *self.unit_command(debian, "user/palpate-master"), user="palpate")
+            self.assertIn("connected to 127.0.0.1:50051", reported)
+            self.assertIn("http://127.0.0.1:8080", reported)
+        code, reported = debian.run("palpate-slave", "health", "--wait", "0.5")
         self.assertEqual(code, 1, "nobody serves any more")
-        self.assertIn("127.0.0.1:50051", told)
+        self.assertIn("127.0.0.1:50051", reported)
 
     def two_networks(self, debian, slave_net, master_net):
         debian.must("sh", "-c", "cd /srv && palpate-certs ca ca && palpate-certs slave ca /etc/palpate/tls lab-slave 10.77.0.1 && "

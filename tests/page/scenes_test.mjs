@@ -12,7 +12,7 @@ for (const scene of scenes) {
   test(scene, async () => {
     const stage = await Stage.open({ scene, size: [1920, 1080] });
     try {
-      await stage.when((status) => status.link.connected && status.felt, 'states');
+      await stage.when((status) => status.link.connected && status.slave_state, 'states');
       await until(async () => (await stage.text('scene')) === scene, 'its name');
       await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
       const isSeen = await until(async () => (/ms old|s old/.test(await stage.text('picture-age')) ? 'seen' : /No image: /.test(await stage.text('picture-empty')) && 'felt'), 'a picture, or why there is none');
@@ -58,12 +58,12 @@ for (const scene of ['silicone-block', 'rubber-membrane', 'foam-cube']) {
       };
       await until(async () => (await go(4), isHeld() && force() > 0.15 * stage.status.force_limit), 'a force');
       await stage.sees('.force-label');
-      const felt = force(), { validity } = stage.status.felt;
+      const felt = force(), { validity } = stage.status.slave_state;
       await stage.shoot(`mouse-${scene}-pressed`);
       await stage.page.mouse.up();
       await stage.when((status) => size(status.chain.sent) === 0, 'a hand that is let go');
       await stage.shows('hint', /The tool is in contact: engage again/);
-      await until(async () => (await go(-4), !stage.status.felt.in_contact), 'the tool drawn out');
+      await until(async () => (await go(-4), !stage.status.slave_state.local_model?.in_contact), 'the tool drawn out');
       await stage.page.mouse.up();
       await stage.shows('hint', /^(Drag |The page was silent)/);
       console.log(`${scene}: drag ${told[1]}, ${felt.toFixed(2)} N, ${validity}`);

@@ -104,7 +104,7 @@ class ArmDriver {
     if (reading.force) Set(*reading.force, report.mutable_measured_force());
     report.set_fault(reading.fault);
     report.set_driver_name(name_);
-    report.set_rate_hz(rate_);
+    report.set_rate(rate_);
     report.set_target_sequence(target_);
     return report;
   }

@@ -40,18 +40,13 @@ class Slave {
   }
 
   [[nodiscard]] v1::Teleoperation::Stub& stub() const noexcept { return *stub_; }
-  // What is modelled: object, material, model, scales and limits.
+  // What is modelled, and in `capabilities` workspace, degrees of freedom, rates and limits.
   [[nodiscard]] v1::SceneDescription Scene() const {
     return Request<v1::SceneDescription>(&v1::Teleoperation::Stub::GetScene, v1::GetSceneRequest());
   }
   // Phase, validity, operator, rates and alarms.
   [[nodiscard]] v1::Status Status() const {
     return Request<v1::Status>(&v1::Teleoperation::Stub::GetStatus, v1::GetStatusRequest());
-  }
-  // Workspace, degrees of freedom, rates and limits.
-  [[nodiscard]] v1::Capabilities Capabilities() const {
-    return Request<v1::Capabilities>(&v1::Teleoperation::Stub::GetCapabilities,
-                                     v1::GetCapabilitiesRequest());
   }
   // Emergency stop, latched until Reset.
   v1::Status Stop(const std::string& reason) const {
@@ -68,7 +63,7 @@ class Slave {
   // one), until it returns false. Needs no lease and cannot move the tool.
   void Watch(const std::function<bool(const State&)>& on_state, double rate = 0) const {
     v1::WatchStateRequest request;
-    request.set_max_rate_hz(rate);
+    request.set_max_rate(rate);
     grpc::ClientContext context;
     const auto stream = stub_->WatchState(&context, request);
     v1::SlaveState message;
@@ -86,9 +81,9 @@ class Slave {
   }
 
   // Sends what `next` returns until it returns nothing. The scene's camera needs `source: stream`.
-  v1::FeedPicturesReply FeedImages(
-      const std::function<std::optional<v1::PictureSample>()>& next) const {
-    return Feed<v1::FeedPicturesReply>(&v1::Teleoperation::Stub::FeedPictures, next);
+  v1::FeedImagesReply FeedImages(
+      const std::function<std::optional<v1::ImageSample>()>& next) const {
+    return Feed<v1::FeedImagesReply>(&v1::Teleoperation::Stub::FeedImages, next);
   }
   // The same for readings of fingertips. Returns how many were accepted.
   std::uint64_t FeedFingertips(

@@ -32,7 +32,7 @@ class Operator {
   Operator(v1::Teleoperation::Stub* stub, const v1::SceneDescription& scene, std::string name)
       : name_(std::move(name)),
         scale_(scene.operator_().position_scale()),
-        rotation_(scene.operator_().rotation().begin(), scene.operator_().rotation().end()),
+        rotation_(RotationMatrix(scene.operator_().orientation())),
         silence_(scene.operator_().dead_after() > 0 ? scene.operator_().dead_after() : 0.030),
         revision_(scene.settings_revision()) {
     context_.AddMetadata("palpate-operator-bin", name_);
@@ -125,6 +125,14 @@ class Operator {
   static constexpr std::chrono::milliseconds kPeriod{4};
   static constexpr std::chrono::seconds kHeld{1}, kAnswer{10};
 
+  // Row-major, of a unit quaternion w, x, y, z.
+  template <class Numbers>
+  static std::array<double, 9> RotationMatrix(const Numbers& q) {
+    const double w = q.Get(0), x = q.Get(1), y = q.Get(2), z = q.Get(3);
+    return {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+            2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+            2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+  }
   static Vector Sum(const Vector& a, const Vector& b) {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
   }
@@ -152,11 +160,9 @@ class Operator {
   }
   void Check() const {
     if (!ended_) return;
-    if (status_.error_code() == grpc::FAILED_PRECONDITION ||
-        status_.error_code() == grpc::ABORTED) {
-      throw LeaseHeld(status_);
-    }
-    throw Error(status_);
+    const Error error(status_);
+    if (error.reason() == "LEASE_HELD" || error.reason() == "LEASE_LOST") throw LeaseHeld(status_);
+    throw error;
   }
   template <typename Condition>
   void Await(const Condition& condition, const char* otherwise) {
@@ -230,7 +236,7 @@ class Operator {
 
   const std::string name_;
   const double scale_;
-  const std::vector<double> rotation_;
+  const std::array<double, 9> rotation_;  // R_SM, row-major
   const double silence_;
   const std::uint32_t revision_;
   grpc::ClientContext context_;

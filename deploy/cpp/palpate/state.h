@@ -11,6 +11,7 @@
 
 #include <google/protobuf/util/time_util.h>
 #include <grpcpp/grpcpp.h>
+#include <palpate/v1/errors.pb.h>
 #include <palpate/v1/state.pb.h>
 
 namespace palpate {
@@ -24,11 +25,19 @@ class Error : public std::runtime_error {
  public:
   Error(grpc::StatusCode code, const std::string& details)
       : std::runtime_error(details), code_(code) {}
-  explicit Error(const grpc::Status& status) : Error(status.error_code(), status.error_message()) {}
+  explicit Error(const grpc::Status& status) : Error(status.error_code(), status.error_message()) {
+    v1::ErrorStatus details;
+    v1::ErrorInfo info;
+    if (!details.ParseFromString(status.error_details()) || details.details().empty()) return;
+    if (info.ParseFromString(details.details(0).value())) reason_ = info.reason();
+  }
   [[nodiscard]] grpc::StatusCode code() const noexcept { return code_; }
+  // Name of an ErrorReason in errors.proto, for example `LEASE_HELD`. Empty: none.
+  [[nodiscard]] const std::string& reason() const noexcept { return reason_; }
 
  private:
   grpc::StatusCode code_;
+  std::string reason_;
 };
 
 // Another client operates, or the operator was evicted.

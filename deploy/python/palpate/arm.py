@@ -93,7 +93,7 @@ class ArmDriver:
                 self._arm.hold()
             reading = self._arm.measure(dt)
             self.exchange.reports += 1
-            message = devices_pb2.ArmReport(sequence=self.exchange.reports, driver_name=self._name, rate_hz=self._rate,
+            message = devices_pb2.ArmReport(sequence=self.exchange.reports, driver_name=self._name, rate=self._rate,
                                             target_sequence=self._target, fault=reading.fault, at_limit=reading.at_limit,
                                             orientation=[float(x) for x in reading.orientation])
         set_time(message.measured_at, None)

@@ -6,17 +6,24 @@ from typing import Any, Generic, Iterator, TypeVar
 
 import grpc
 
+from palpate.v1 import errors_pb2
+
 
 Message = TypeVar("Message")
 
 
 class Error(Exception):
-    """A call that the slave rejected, or a lost connection. `code` is the gRPC status code, `details` the sentence of the slave."""
+    """A call that the slave rejected, or a lost connection.
 
-    def __init__(self, code: str, details: str) -> None:
+    `code` is the gRPC status code, `reason` the name of an ErrorReason in errors.proto (empty: none), and `details` the
+    sentence of the slave.
+    """
+
+    def __init__(self, code: str, details: str, reason: str = "") -> None:
         super().__init__(f"{code}: {details}")
         self.code = code
         self.details = details
+        self.reason = reason
 
 
 class LeaseHeld(Error):
@@ -42,6 +49,16 @@ class Source(Generic[Message]):
             raise
 
 
+def reason_of(error: Any) -> str:
+    """The ErrorReason of an error of gRPC, without its prefix. Empty: none."""
+    for key, value in error.trailing_metadata() or ():
+        if key == "grpc-status-details-bin":
+            for detail in errors_pb2.ErrorStatus.FromString(value).details:
+                if detail.type_url == "type.googleapis.com/google.rpc.ErrorInfo":
+                    return str(errors_pb2.ErrorInfo.FromString(detail.value).reason)
+    return ""
+
+
 @contextlib.contextmanager
 def translated(source: Source[Any] | None = None) -> Iterator[None]:
     """Raises Error in place of the errors of gRPC, or what `source` raised."""
@@ -50,4 +67,4 @@ def translated(source: Source[Any] | None = None) -> Iterator[None]:
     except grpc.RpcError as error:
         if source is not None and source.raised is not None:
             raise source.raised from None
-        raise Error(error.code().name, error.details() or "") from None
+        raise Error(error.code().name, error.details() or "", reason_of(error)) from None

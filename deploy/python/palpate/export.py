@@ -2,8 +2,8 @@
 
 Of a master's recording: one entry per tick in OUT/numpy (t, p_M, p_S, force, estimated, sigma, validity, check, phase,
 reasons, state_sequence, age, sensed_age, marks), the same as OUT/ticks.csv, and OUT/states.csv with a row per received state.
-Of a slave's recording: one entry per state (t, sample, p_S_tip, force, sigma, moment, moment_sigma, validity, check), the
-same as OUT/states.csv, and with fingertips tactile (t, then 19 electrodes, dynamic and static pressure of each).
+Of a slave's recording: one entry per estimate (t, sample), the same as OUT/states.csv, and with fingertips tactile (t, then
+19 electrodes, dynamic and static pressure of each). The other columns of states are the fields of SlaveState in state.proto.
 SI units; t [s] since the first entry. Unknown numbers are NaN, in CSV empty. Images and meshes: `palpate-master export` and
 `palpate-slave export`.
 """
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from palpate.recording import messages
-from palpate.state import vector
+from palpate.state import seconds, vector
 from palpate.v1 import recording_pb2, state_pb2
 
 Columns = dict[str, list[Any]]
@@ -39,7 +39,7 @@ def export(file: pathlib.Path, out: pathlib.Path) -> tuple[int, int]:
         if topic == "/slave/state":
             state = state_pb2.SlaveState.FromString(data)
             by_sequence[state.sequence] = state
-            _add(states, _of_state(t - first, state))
+            _add(states, {"t": t - first, **_columns(state)})
         elif topic == "/master/tick":
             tick = recording_pb2.ForceTick.FromString(data)
             _add(ticks, _of_tick(t - first, tick, by_sequence.get(tick.state_sequence)))
@@ -47,7 +47,8 @@ def export(file: pathlib.Path, out: pathlib.Path) -> tuple[int, int]:
             step = recording_pb2.SenseStep.FromString(data)
             kind = step.WhichOneof("step")
             if kind == "estimate":
-                _add(sensed, _of_estimate(step.estimate.felt))
+                state = step.estimate.state
+                _add(sensed, {"t": seconds(state.sensed_at), "sample": np.uint64(step.estimate.sample), **_columns(state)})
             elif kind == "tactile":
                 tactile.append(_of_tactile(step.tactile))
     (out / "numpy").mkdir(parents=True, exist_ok=True)
@@ -75,15 +76,23 @@ def _add(columns: Columns, row: dict[str, Any]) -> None:
         columns.setdefault(name, []).append(value)
 
 
-def _force(message: Any) -> Any:
-    return vector(message.force) if message.HasField("force") else np.array(UNKNOWN)
-
-
-def _of_state(t: float, state: state_pb2.SlaveState) -> dict[str, Any]:
-    true = vector(state.true_force) if state.HasField("true_force") else np.array(UNKNOWN)
-    return {"t": t, "sequence": state.sequence, "tip": vector(state.p_S_tip), "f": _force(state),
-            "sigma": state.sigma if state.HasField("force") else np.nan, "validity": np.uint8(state.validity),
-            "check": np.uint8(state.check), "true_f": true}
+def _columns(state: state_pb2.SlaveState) -> dict[str, Any]:
+    """The numbers, vectors and times of a state by the names of state.proto. Absent vectors and times are NaN."""
+    row: dict[str, Any] = {}
+    for field in state.DESCRIPTOR.fields:
+        value = getattr(state, field.name)
+        if field.label == field.LABEL_REPEATED:
+            continue
+        kind = field.message_type.name if field.message_type else ""
+        if kind in ("Vec3", "Vec3f"):
+            row[field.name] = vector(value) if state.HasField(field.name) else np.array(UNKNOWN)
+        elif kind == "Timestamp":
+            row[field.name] = seconds(value) if state.HasField(field.name) else np.nan
+        elif not kind:
+            row[field.name] = np.uint8(value) if field.enum_type else value
+    for sigma, of in (("sigma", "force"), ("moment_sigma", "moment")):
+        row[sigma] = row[sigma] if state.HasField(of) else np.nan
+    return row
 
 
 def _of_tick(t: float, tick: recording_pb2.ForceTick, state: state_pb2.SlaveState | None) -> dict[str, Any]:
@@ -99,17 +108,8 @@ def _of_tick(t: float, tick: recording_pb2.ForceTick, state: state_pb2.SlaveStat
             "sensed_age": tick.sensed_age if tick.HasField("sensed_age") else np.nan, "marks": np.uint64(tick.marks)}
 
 
-def _of_estimate(felt: recording_pb2.FeltState) -> dict[str, Any]:
-    has_moment = felt.HasField("moment")
-    return {"t": 1e-9 * felt.sensed_at_ns, "sample": np.uint64(felt.sample), "p_S_tip": vector(felt.p_S_tip),
-            "force": _force(felt), "sigma": felt.sigma if felt.HasField("force") else np.nan,
-            "moment": vector(felt.moment) if has_moment else np.array(UNKNOWN),
-            "moment_sigma": felt.moment_sigma if has_moment else np.nan, "validity": np.uint8(felt.validity),
-            "check": np.uint8(felt.check)}
-
-
 def _of_tactile(frame: Any) -> list[float]:
-    row = [1e-9 * frame.sensed_at_ns]
+    row = [seconds(frame.sensed_at)]
     last = max((i for i, finger in enumerate(frame.fingers) if finger.present), default=0)
     for finger in frame.fingers[:last + 1]:
         row += [*finger.electrodes, finger.pac, finger.pdc] if finger.present else [np.nan] * (ELECTRODES + 2)

@@ -14,14 +14,14 @@ from palpate.v1 import devices_pb2, state_pb2
 
 Item = TypeVar("Item")
 # Grey (8 or 16 bit) or blue, green, red (8 bit) pixels; or a PNG or JPEG file, as its path or its bytes.
-Picture = Union["npt.NDArray[np.uint8]", "npt.NDArray[np.uint16]", pathlib.Path, bytes]
+Pixels = Union["npt.NDArray[np.uint8]", "npt.NDArray[np.uint16]", pathlib.Path, bytes]
 
 
 @dataclasses.dataclass
 class Image:
     """An image, a stereo pair or a depth image. Times are in seconds since 1970 on this machine's clock, of the middle of the exposure."""
-    left: Picture
-    right: Picture | None = None
+    left: Pixels
+    right: Pixels | None = None
     t: float | None = None  # None: now
     right_t: float | None = None  # None: as `t`
 
@@ -67,9 +67,9 @@ def set_vector(message: Any, numbers: Sequence[float] | Array) -> None:
     message.x, message.y, message.z = (float(number) for number in numbers)
 
 
-def picture(image: Picture) -> devices_pb2.CameraPicture:
+def encoded(image: Pixels) -> devices_pb2.Image:
     """The message of one image."""
-    kinds = devices_pb2.CameraPicture
+    kinds = devices_pb2.Image
     if isinstance(image, (pathlib.Path, bytes)):
         data = image if isinstance(image, bytes) else image.read_bytes()
         is_png = data.startswith(b"\x89PNG")
@@ -83,14 +83,14 @@ def picture(image: Picture) -> devices_pb2.CameraPicture:
     return kinds(encoding=encoding, width=image.shape[1], height=image.shape[0], data=pixels.tobytes())
 
 
-def pictures(images: Iterable[Image | Picture]) -> Iterator[devices_pb2.PictureSample]:
-    """The messages of FeedPictures."""
+def image_samples(images: Iterable[Image | Pixels]) -> Iterator[devices_pb2.ImageSample]:
+    """The messages of FeedImages."""
     for sequence, item in enumerate(images, start=1):
         image = item if isinstance(item, Image) else Image(item)
-        message = devices_pb2.PictureSample(sequence=sequence, picture=picture(image.left))
+        message = devices_pb2.ImageSample(sequence=sequence, image=encoded(image.left))
         set_time(message.sensed_at, image.t)
         if image.right is not None:
-            message.right.CopyFrom(picture(image.right))
+            message.right.CopyFrom(encoded(image.right))
             if image.right_t is not None:
                 set_time(message.right_sensed_at, image.right_t)
         yield message

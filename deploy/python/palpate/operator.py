@@ -9,9 +9,9 @@ from typing import Any, Callable, Iterator, Sequence
 import grpc
 import numpy as np
 
-from palpate.errors import Error, Interrupted, LeaseHeld, translated
+from palpate.errors import Error, Interrupted, LeaseHeld, reason_of, translated
 from palpate.feeds import set_time, set_vector
-from palpate.state import Array, Phase, State, States, vector
+from palpate.state import Array, Phase, State, States, rotation_matrix, vector
 from palpate.v1 import scene_pb2, state_pb2, teleoperation_pb2
 
 PERIOD = 0.004  # [s] between commands; the slave holds the tool after 30 ms of silence
@@ -31,7 +31,7 @@ class Operator:
         self._stub, self._name = stub, name
         mapping = scene.operator
         self._scale = float(mapping.position_scale)
-        self._rotation = np.reshape(mapping.rotation, (3, 3)).astype(np.float64)
+        self._rotation = rotation_matrix(mapping.orientation)
         self._revision, self._silence = scene.settings_revision, mapping.dead_after or 0.030
         self._changed = threading.Condition()
         self._states: list[State] = []  # since the last motion began
@@ -199,8 +199,9 @@ class Operator:
                     self._heard = time.monotonic()
                     self._changed.notify_all()
         except grpc.RpcError as error:
-            lost = error.code() in (grpc.StatusCode.FAILED_PRECONDITION, grpc.StatusCode.ABORTED)
-            self._error = (LeaseHeld if lost else Error)(error.code().name, error.details() or "")
+            reason = reason_of(error)
+            kind = LeaseHeld if reason in ("LEASE_HELD", "LEASE_LOST") else Error
+            self._error = kind(error.code().name, error.details() or "", reason)
         with self._changed:
             self._ended = True
             self._changed.notify_all()

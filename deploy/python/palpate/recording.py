@@ -42,23 +42,10 @@ def read_recording(file: str | os.PathLike[str]) -> Recording:
         elif topic == "/slave/sense":
             step = recording_pb2.SenseStep.FromString(data)
             if step.WhichOneof("step") == "estimate":
-                states.append(State(_state(step.estimate.felt)))
+                states.append(State(step.estimate.state))
     rows = [[vector(tick.p_M), vector(tick.sent)] for _, tick in ticks]
     pairs = np.array(rows, dtype=np.float64).reshape(-1, 2, 3)
     return Recording(States.of(states), np.array([t for t, _ in ticks]), pairs[:, 0], pairs[:, 1])
-
-
-def _state(felt: recording_pb2.FeltState) -> state_pb2.SlaveState:
-    state = state_pb2.SlaveState(sigma=felt.sigma, validity=felt.validity, check=felt.check, fingers=felt.fingers)
-    state.sensed_at.FromNanoseconds(felt.sensed_at_ns)
-    model = state.local_model
-    model.in_contact = felt.in_contact
-    pairs = [(state.p_S_tip, felt.p_S_tip)] + ([(state.force, felt.force)] if felt.HasField("force") else [])
-    if felt.HasField("normal"):
-        pairs += [(model.reference, felt.reference), (model.normal, felt.normal)]
-    for to, source in pairs:
-        to.x, to.y, to.z = source.x, source.y, source.z
-    return state
 
 
 def messages(file: str | os.PathLike[str]) -> Iterator[tuple[str, float, bytes]]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from palpate.arm import Arm, ArmDriver, Exchange
 from palpate.errors import Error, LeaseHeld, Source, translated
-from palpate.feeds import Image, Picture, TactileSample, pictures, tactile
+from palpate.feeds import Image, Pixels, TactileSample, image_samples, tactile
 from palpate.operator import Operator
 from palpate.state import Mesh, State, States, Validity, seconds as seconds_of
 from palpate.v1 import devices_pb2, scene_pb2, telemetry_pb2, teleoperation_pb2 as pb
@@ -57,7 +57,7 @@ class Slave:
     # ---- description and status
 
     def scene(self) -> scene_pb2.SceneDescription:
-        """What is modelled: object, material, model, scales and limits."""
+        """What is modelled, and in `capabilities` workspace, degrees of freedom, rates and limits."""
         with translated():
             return self.stub.GetScene(pb.GetSceneRequest(), timeout=ANSWER)  # type: ignore[no-any-return]
 
@@ -65,11 +65,6 @@ class Slave:
         """Phase, validity, operator, rates and alarms."""
         with translated():
             return self.stub.GetStatus(pb.GetStatusRequest(), timeout=ANSWER)  # type: ignore[no-any-return]
-
-    def capabilities(self) -> scene_pb2.Capabilities:
-        """Workspace, degrees of freedom, rates and limits."""
-        with translated():
-            return self.stub.GetCapabilities(pb.GetCapabilitiesRequest(), timeout=ANSWER)  # type: ignore[no-any-return]
 
     def reset(self) -> telemetry_pb2.Status:
         """Clears an emergency stop. Without one, tool, object and baseline are detected again."""
@@ -89,7 +84,7 @@ class Slave:
         Needs no lease and cannot move the tool. A slow reader skips states. `details` adds the moment, and what each
         check measured.
         """
-        stream = self.stub.WatchState(pb.WatchStateRequest(max_rate_hz=rate, details=details), timeout=seconds)
+        stream = self.stub.WatchState(pb.WatchStateRequest(max_rate=rate, details=details), timeout=seconds)
         try:
             for message in stream:
                 yield State(message)
@@ -105,7 +100,7 @@ class Slave:
 
     def meshes(self, rate: float = 0, seconds: float | None = None) -> Iterator[Mesh]:
         """Yields the newest deformed boundary, at most `rate` per second [Hz] (0: 30)."""
-        stream = self.stub.WatchMesh(pb.WatchMeshRequest(max_rate_hz=rate), timeout=seconds)
+        stream = self.stub.WatchMesh(pb.WatchMeshRequest(max_rate=rate), timeout=seconds)
         elements, rest = np.zeros((0, 2), dtype=np.int64), np.zeros((0, 3))
         try:
             for message in stream:
@@ -135,14 +130,14 @@ class Slave:
 
     # ---- drivers
 
-    def feed_images(self, images: Iterable[Image | Picture]) -> devices_pb2.FeedPicturesReply:
+    def feed_images(self, images: Iterable[Image | Pixels]) -> devices_pb2.FeedImagesReply:
         """Sends images, pairs or depth images until `images` ends; `paced` gives them a rate.
 
         The scene's camera needs `source: stream`. Returns how many were accepted.
         """
-        source = Source(pictures(images))
+        source = Source(image_samples(images))
         with translated(source):
-            return self.stub.FeedPictures(iter(source))  # type: ignore[no-any-return]
+            return self.stub.FeedImages(iter(source))  # type: ignore[no-any-return]
 
     def feed_fingertips(self, samples: Iterable[TactileSample]) -> int:
         """Sends readings of fingertips until `samples` ends; `replayed` gives recorded ones their pace.

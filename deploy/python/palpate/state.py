@@ -4,7 +4,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import pathlib
-from typing import Any, Iterable
+from typing import Any, Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -49,6 +49,14 @@ def _name(kind: Any, prefix: str, number: int) -> str:
 def vector(message: Any) -> Array:
     """The three numbers of a Vec3 or Vec3f."""
     return np.array([message.x, message.y, message.z], dtype=np.float64)
+
+
+def rotation_matrix(quaternion: Sequence[float]) -> Array:
+    """The 3x3 rotation matrix of a unit quaternion w, x, y, z."""
+    w, (x, y, z) = quaternion[0], quaternion[1:]
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    matrix: Array = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+    return matrix
 
 
 def _unknown() -> Array:

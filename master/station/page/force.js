@@ -1,5 +1,5 @@
 // The force on the device, and each step from the estimate to it.
-import { REASONS, TRACE, VALIDITY, figure, fixed, ms, norm, write } from './words.js';
+import { REASONS, TRACE, VALIDITY, codeOf, figure, fixed, ms, norm, write } from './words.js';
 
 const STATIONS = [['estimated', 'estimated'], ['local', 'local model'], ['scaled', 'scaled'], ['passive', 'passive'], ['limited', 'limited'], ['sent', 'sent']];
 const HOLD_S = 3;  // of the peak
@@ -31,7 +31,7 @@ export class ForcePanel {
     write(byId('components'), `sent, device frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; tare ${figure(norm(status.tare))} N` : ''}`);
     const { trace } = status;
     write(byId('trace'), trace ? `end-to-end latency ${ms(trace.total, 0)}: ${TRACE.map(([key, , short]) => `${short} ${fixed(1e3 * trace[key], 1)}`).join(', ')}` : '');
-    this.showValidity(status.felt);
+    this.showValidity(status.slave_state);
     this.showFingers(status.fingers);
   }
   // Clears all values.
@@ -62,7 +62,7 @@ export class ForcePanel {
     set('fill', 0, sent);
     set('hold', this.peak);
     set('limit', limit);
-    const scaled = norm(status.chain.scaled), sigma = (status.felt?.sigma || 0) * scales.force_scale;
+    const scaled = norm(status.chain.scaled), sigma = (status.slave_state?.sigma || 0) * scales.force_scale;
     const known = status.chain.estimated !== null && sigma > 0 && scaled > 0;
     this.meter.querySelector('.sigma').hidden = !known;
     if (known) set('sigma', scaled - sigma, 2 * sigma);
@@ -82,11 +82,12 @@ export class ForcePanel {
     why.textContent = row.title = words;
     row.dataset.changed = reasons.length > 0;
   }
-  showValidity(felt) {
-    const [level, words] = felt ? VALIDITY[felt.validity] : ['idle', 'not received yet'];
+  showValidity(state) {
+    const [level, words] = state ? VALIDITY[codeOf(state.validity, 'VALIDITY_')] : ['idle', 'not received yet'];
     const chip = byId('validity');
     chip.dataset.level = level;
-    write(chip, words + (felt?.check ? `: ${felt.check.replaceAll('_', ' ')}` : ''));
+    const check = codeOf(state?.check, 'FAILED_CHECK_');
+    write(chip, words + (check === 'unspecified' ? '' : `: ${check.replaceAll('_', ' ')}`));
   }
   showFingers(fingers) {
     const list = byId('fingers');

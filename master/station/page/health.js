@@ -15,7 +15,7 @@ function certificateOf(until) {
 
 // Names and values in groups: [[group, [[name, value], ...]], ...].
 function groupsOf(hello, health, status) {
-  const scene = health?.scene, can = health?.capabilities, slave = health?.status, groups = [];
+  const scene = health?.scene, can = health?.scene?.capabilities, slave = health?.status, groups = [];
   if (hello) {
     groups.push(['Session', [hello.badge === 'REPLAY' ? ['recording', hello.target] : ['slave at', `${hello.target}, ${hello.encrypted ? 'TLS' : 'plain text'}`], ...(hello.badge === 'REPLAY' ? [] : [['role', status?.link.role || 'unknown']]), ['device', hello.device], ['rendering', hello.render],
       [hello.badge === 'REPLAY' ? 'recorded by palpate-master' : 'palpate-master', hello.version], ['clock offset', status ? ms(status.link.clock_offset, 3) : '-'], ['age of the sample', ms(status?.link.sensed_age ?? NaN, 0)], ['reconnects', status?.link.reconnects ?? '-'],
@@ -45,7 +45,7 @@ function groupsOf(hello, health, status) {
   if (can) groups.push(['Limits', [['sensor rate', `${figure(can.sensor_rate)} Hz`], ['largest tool speed', `${figure(can.max_speed * 1e3)} mm/s`], ['workspace x, y, z', spanOf(can)], ['largest position and force scale', `${figure(can.max_position_scale)}, ${figure(can.max_force_scale)}`], ['palpate-slave', can.version]]]);
   if (slave) {
     groups.push(['Slave', [['phase', (slave.phase || '').replace('PHASE_', '').toLowerCase()], ['operator', slave.operator_name || 'unnamed'], ['observers', slave.observers],
-      ['samples per second', figure(slave.frame_rate)], ...(slave.stages || []).map((stage) => [`${stage.stage}: median, 99 % below`, `${figure(stage.p50_us / 1e3)}, ${figure(stage.p99_us / 1e3)} ms`])]]);
+      ['samples per second', figure(slave.sample_rate)], ...(slave.stages || []).map((stage) => [`${stage.stage}: median, 99 % below`, `${figure(stage.p50_us / 1e3)}, ${figure(stage.p99_us / 1e3)} ms`])]]);
   }
   return groups;
 }

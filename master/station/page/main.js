@@ -57,7 +57,7 @@ const takers = {
   health(message) {
     told.health = message;
     view.forceScale = mapping().force_scale;
-    view.takeWorkspace(message.capabilities);
+    view.takeWorkspace(message.scene?.capabilities);
   },
   past(message) { charts.takePast(message); },
   said(message) { alarms.showSaid(message.said); },
@@ -76,7 +76,7 @@ const takers = {
     if (why || pointer.engaged) told.why = why || '';  // engaged again
     showHint();
     view.take(message);
-    const { score = null, misfit = null } = message.felt?.details || {};
+    const { score = null, misfit = null } = message.slave_state?.details || {};
     charts.take(message.samples.map((sample) => [...sample, score, misfit]), message.replay?.run);
     if (charts.asksPast(performance.now())) link.send({ do: 'past' });
     replay.show(message);
@@ -103,7 +103,7 @@ function hint(status) {
   if (status?.state === 'ESTOP') return 'Stopped: dragging moves nothing until the stop is reset (R).';
   if (pointer.isLedElsewhere) return 'Another page controls the tool: engage here after it has disengaged.';
   if (pointer.isIdle && status?.state === 'READY') return 'Engaged, but the tool does not follow: disengage, then engage again.';
-  const inside = status?.felt?.in_contact ? 'The tool is in contact: engage again to press further or to retract it.' : '';
+  const inside = status?.slave_state?.local_model?.in_contact ? 'The tool is in contact: engage again to press further or to retract it.' : '';
   const way = view.wayToPress(), fingers = status?.fingers.length > 1;
   return [told.why, inside].filter(Boolean).join(' ') || `Drag ${way || 'here'}: ${fingers ? PINCH : DRAG}`;
 }
@@ -189,8 +189,8 @@ function showFigures(now) {
   showFacts();
   alarms.show(alarmsOf(told), told.status?.t);
   if (told.status) force.show(told.status, mapping());
-  if (told.hello) scales.show(mapping(), told.hello, told.status?.waiting, told.health?.capabilities);
-  controls.showKinds(told.health?.scene?.model?.kind || told.hello?.model, told.health?.capabilities?.degrees_of_freedom === 2);
+  if (told.hello) scales.show(mapping(), told.hello, told.status?.waiting, told.health?.scene?.capabilities);
+  controls.showKinds(told.health?.scene?.model?.kind || told.hello?.model, told.health?.scene?.capabilities?.degrees_of_freedom === 2);
   if (told.status) controls.showActs(told.status);
   if (now - healthAt < 500 || byId('health').hidden) return;
   healthAt = now;

@@ -57,7 +57,7 @@ export class PicturePanel {
     else if (this.shownT === null && status?.video_trouble) write(empty, `No image: ${status.video_trouble}`);
   }
   showChecks(status) {
-    const details = status?.felt?.details || {};
+    const details = status?.slave_state?.details || {};
     const names = { score: ['score', ''], contour_px: ['contour', ' px'], registration_px: ['registration', ' px'], epipolar_px: ['epipolar', ' px'],
       camera_motion_px: ['camera moved', ' px'], misfit: ['misfit', ' sigma'], rest_drift: ['baseline drift', ' counts'] };
     const told = Object.entries(names).filter(([key]) => Number.isFinite(details[key])).map(([key, [name, unit]]) => `${name} ${figure(details[key])}${unit}`);

@@ -2,7 +2,7 @@
 import { Body } from './body.js';
 import { Camera } from './camera.js';
 import { viridisBar } from './colours.js';
-import { LATER_S, ageWords, figure, fixed, lengthUnit, norm, stressUnit, write } from './words.js';
+import { LATER_S, ageWords, figure, fixed, lengthUnit, norm, stressUnit, write, xyz } from './words.js';
 
 const ARROW_SHARE = 0.15;   // of the object's size, at the force limit
 const LEAST_ARROW = 0.005;  // of the limit: less is not drawn
@@ -174,14 +174,14 @@ export class View {
     }
     if (!this.body || !status?.fingers.length) return;
     this.size = this.body.box.getSize(new this.three.Vector3()).length();
-    const felt = status.felt, tip = felt ? felt.tip : status.fingers[0].place;
+    const state = status.slave_state, model = state?.local_model, tip = state ? xyz(state.p_S_tip) : status.fingers[0].place;
     this.putBall(this.tip, tip, 0.016);
-    this.tip.material.opacity = felt?.validity === 'stale' ? 0.3 : 1;
+    this.tip.material.opacity = state?.validity === 'VALIDITY_STALE' ? 0.3 : 1;
     this.putBall(this.hand, status.p_S, 0.02);
     this.spring.visible = true;
     this.spring.geometry.setFromPoints([new this.three.Vector3(...tip), new this.three.Vector3(...status.p_S)]);
-    this.tangent.visible = Boolean(felt?.in_contact && felt.normal);
-    if (this.tangent.visible) this.putTangent(tip, felt.normal);
+    this.tangent.visible = Boolean(model?.in_contact && model.normal);
+    if (this.tangent.visible) this.putTangent(tip, xyz(model.normal));
     const limit = status.force_limit || 1;
     this.putArrow(status, tip, limit);
     this.putOthers(status.fingers.slice(1), limit);
@@ -282,8 +282,8 @@ export class View {
   }
   // Direction of a drag on the screen that presses the tool into the object. Empty: unknown, or in contact.
   wayToPress() {
-    if (!this.body || !this.camera || !this.status?.felt) return '';
-    const { min, max } = this.body.box, tip = this.status.felt.tip;
+    if (!this.body || !this.camera || !this.status?.slave_state) return '';
+    const { min, max } = this.body.box, tip = xyz(this.status.slave_state.p_S_tip);
     const gaps = ['x', 'y', 'z'].map((axis, i) => Math.max(0, min[axis] - tip[i]) - Math.max(0, tip[i] - max[axis]));
     const [[axis, gap]] = gaps.map((part, i) => [i, part]).sort(([, a], [, b]) => Math.abs(b) - Math.abs(a));
     if (gap === 0) return '';

@@ -4,6 +4,10 @@
 export const write = (element, text) => {
   if (element.textContent !== text) element.textContent = text;
 };
+// A value of an enumeration in state.proto, without its prefix: `VALIDITY_STALE` is `stale`.
+export const codeOf = (value, prefix) => (value || `${prefix}UNSPECIFIED`).slice(prefix.length).toLowerCase();
+// The numbers of a vector in state.proto.
+export const xyz = (v) => [v.x, v.y, v.z];
 export const norm = (v) => v && Math.hypot(v[0], v[1], v[2]);
 export const fixed = (value, digits = 2) => (Number.isFinite(value) ? value.toFixed(digits) : '-');
 // Three significant digits, without an exponent where it can be read without.

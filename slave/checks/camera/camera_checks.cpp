@@ -65,7 +65,7 @@ Verdict ExamineQuality(const CameraSample& sample) {
   const ObjectSighting& object = *sample.object;
   if (!IsBlurred(object) && !IsTipRough(sample) && object.exposure <= Limits::kOverexposed)
     return {Validity::kValid};
-  return Failed(FailedCheck::kPicture, "the image is blurred, overexposed or too noisy at the tip");
+  return Failed(FailedCheck::kImage, "the image is blurred, overexposed or too noisy at the tip");
 }
 
 class RepeatedImageCheck final : public Check<CameraSample> {
@@ -124,7 +124,7 @@ class IndentationCheck final : public Check<CameraSample> {
   void Examine(const CameraSample& sample, Findings* findings) noexcept override {
     if (!sample.compares_edge() || !sample.object->known) return;
     if (sample.object->apart > Limits::kMostApart) {
-      findings->Fail(FailedCheck::kDent,
+      findings->Fail(FailedCheck::kIndentation,
                      "the object's edge lies beside the computed outline: something covers it, or "
                      "touches elsewhere");
     }
@@ -133,7 +133,7 @@ class IndentationCheck final : public Check<CameraSample> {
     distrust_ = Agrees(sample) ? std::max(0, distrust_ - 1) : Limits::kDistrust;
     unconfirmed_ = is_confirmed ? 0 : unconfirmed_ + 1;
     if (distrust_ > 0 || unconfirmed_ > Limits::kUnconfirmed) {
-      findings->Fail(FailedCheck::kDent, "observed and computed indentation differ");
+      findings->Fail(FailedCheck::kIndentation, "observed and computed indentation differ");
     }
   }
   void Reset() noexcept override { distrust_ = unconfirmed_ = 0; }

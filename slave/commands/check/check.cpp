@@ -18,6 +18,7 @@
 #include "slave/commands/running_scene.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/decided_model.h"
+#include "slave/scene/materials.h"
 #include "slave/scene/scene_loader.h"
 
 namespace palpate {
@@ -79,7 +80,7 @@ void PrintPictureCost(const Camera& camera) {
   const auto began = std::chrono::steady_clock::now();
   for (int i = 0; i < kRepeats; ++i) bytes = EncodeJpeg(noise, kQuality).size();
   const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
-  PrintLine("on demand", fmt::format("an image (WatchVideo): at most {:.2g} ms and {} kB each",
+  PrintLine("on demand", fmt::format("an image (WatchImages): at most {:.2g} ms and {} kB each",
                                      spent.count() / kRepeats, bytes / 1000));
 }
 
@@ -143,9 +144,21 @@ void PrintChoice(const Scene& scene) {
   for (std::size_t i = 1; i < lines.size(); ++i) PrintLine("", lines[i]);
 }
 
+// The named material, its interval and where it was read.
+void PrintNamedMaterial(const CheckOptions& options, const Material& material) {
+  const NamedMaterial* named = MaterialOfScene(options.scene, options.overrides);
+  if (named == nullptr) return;
+  const double E = material.young_modulus, sigma = material.young_modulus_tolerance;
+  PrintLine("named", fmt::format("{}: E = {:.4g} Pa, {:.4g} to {:.4g} Pa within one standard "
+                                 "deviation",
+                                 named->name, E, E * (1 - sigma), E * (1 + sigma)));
+  PrintLine("source", std::string(named->source));
+}
+
 int RunCheck(const CheckOptions& options) {
   // Membranes and volumes need no senses.
   const Scene body = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  PrintNamedMaterial(options, body.object.material);
   if (body.sense.Find<Tactile>()) {
     CheckTactile(LoadRunningScene(options.scene, options.overrides));
     return 0;

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kPushed = "from a driver (FeedPictures)";
+constexpr const char* kPushed = "from a driver (FeedImages)";
 
 std::string InWords(const Eye& eye) {
   switch (eye.kind) {

@@ -208,7 +208,7 @@ std::string SeenInWords(const Scene& scene, const SurfacePointTracker& tracker,
 
 void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   if (TakesPictures(scene.sense)) {
-    PrintLine("images", "none until a driver sends them (FeedPictures)");
+    PrintLine("images", "none until a driver sends them (FeedImages)");
     return;
   }
   const auto simulation = IsSimulated(scene) ? StartSimulation(scene, {}) : nullptr;

@@ -37,6 +37,7 @@ Json ToJson(const ForceCard& card) {
                                {"text", line.value},
                                {"remark", line.remark}};
   }
+  json["unit"] = card.unit;
   const MapFit& fit = card.force;
   json["map"] = {{"reported_per_known", MatrixJson(fit.map)},
                  {"half_width", MatrixJson(fit.half_width)},
@@ -73,8 +74,9 @@ void WriteRefusal(const std::string& scene, const std::string& why,
 std::string ToText(const std::vector<ForceCard>& cards) {
   std::string text;
   for (const ForceCard& card : cards) {
-    text += Formatted("%s: %s, %zu loads, %d states\n", NameOf(card).c_str(),
-                      card.passes() ? "passes" : "does not pass", card.loads.size(), card.states);
+    text += Formatted("%s: %s, ", NameOf(card).c_str(), card.passes() ? "passes" : "does not pass");
+    if (!card.loads.empty()) text += Formatted("%zu loads, ", card.loads.size());
+    text += Formatted("%d states under load\n", card.states);
     for (const CardLine& line : card.lines) {
       text += Formatted("  %-20s  %-11s  %s\n", line.title.c_str(),
                         std::string(ToString(line.finding)).c_str(),

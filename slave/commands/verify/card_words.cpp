@@ -1,17 +1,63 @@
 #include "slave/commands/verify/card_words.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "shared/text/text.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 bool IsWrong(const ForceCard& card, std::string_view key) {
-  return card.line(key).finding == Finding::kWrong;
+  return std::ranges::any_of(card.lines, [&](const CardLine& line) {
+    return line.key == key && line.finding == Finding::kWrong;
+  });
+}
+
+std::string ValueOf(const ForceCard& card, std::string_view key) {
+  return card.line(key).value;
+}
+
+void AddChangeCauses(const ForceCard& card, std::vector<std::string>* causes) {
+  if (IsWrong(card, "delay")) {
+    const bool is_late = card.line("delay").interval->value > 0;
+    causes->push_back("Reported forces come " + ValueOf(card, "delay") +
+                      (is_late ? " after" : " before (negative: earlier than)") +
+                      " the known ones: a delay, or two clocks that differ.");
+  }
+  if (IsWrong(card, "time")) {
+    causes->push_back("The error drifts by " + ValueOf(card, "time") +
+                      " during the record: the baseline of the sensor, or warming.");
+  }
+  if (IsWrong(card, "hysteresis")) {
+    causes->push_back("Hysteresis: loading and unloading differ by " + ValueOf(card, "hysteresis") +
+                      " at the same force.");
+  }
+  if (IsWrong(card, "size")) {
+    causes->push_back("The error depends on the size of the force, " + ValueOf(card, "size") +
+                      " beside scale and offset: saturation, a dead zone, or a law that is not "
+                      "linear.");
+  }
+}
+
+void AddSigmaCauses(const ForceCard& card, const SetUp& set_up, std::vector<std::string>* causes) {
+  if (!IsWrong(card, "sigma")) return;
+  constexpr double kCovers = 1.5;
+  if (card.sigma_ratio < 1) {
+    causes->push_back(Formatted("Sigma is too large: errors are %.2g of it.", card.sigma_ratio));
+  } else if (causes->empty()) {
+    causes->emplace_back(
+        set_up.has_scene
+            ? "Only sigma is wrong, it is too small: state the tolerance of "
+              "the material (object.material.tolerance) or the noise."
+            : Formatted("Sigma is too small: errors are %.2g times as large.", card.sigma_ratio));
+  } else if (card.corrected_sigma_ratio > kCovers) {
+    causes->push_back(
+        Formatted("Sigma is too small by itself: with the errors above corrected, "
+                  "errors still are %.2g times as large.",
+                  card.corrected_sigma_ratio));
+  } else {
+    causes->emplace_back("Sigma is too small because of the errors above.");
+  }
 }
 
 void AddScaleCauses(const ForceCard& card, const SetUp& set_up, std::vector<std::string>* causes) {
@@ -59,11 +105,15 @@ void AddScaleCauses(const ForceCard& card, const SetUp& set_up, std::vector<std:
       cause += ", or the scale of the pixels: known positions would tell";
     }
     causes->push_back(cause + ".");
-  } else {
+  } else if (set_up.has_scene) {
     causes->push_back(
         Formatted("Forces are scaled by %.3f in every direction: the gain of the fingertip "
                   "(`palpate-slave train` fits it).",
                   force.gain.value));
+  } else {
+    const Interval& scale = *card.line("magnitude").interval;
+    causes->push_back("Forces are scaled by " + Words(scale) +
+                      Formatted(" in every direction: divide them by it, or train again."));
   }
 }
 
@@ -72,9 +122,13 @@ void AddScaleCauses(const ForceCard& card, const SetUp& set_up, std::vector<std:
 std::vector<std::string> CausesOf(const ForceCard& card, const SetUp& set_up) {
   std::vector<std::string> causes;
   const MapFit& force = card.force;
+  if (IsWrong(card, "unit")) {
+    causes.push_back(
+        Formatted("A unit is wrong by a factor of %.4g: %s.", card.unit, UnitOf(card.unit).words));
+  }
   if (IsWrong(card, "zero")) {
-    causes.emplace_back(
-        "There is a force without a load: measure the baseline again with nothing in contact.");
+    causes.push_back("There is a force without a load, an offset of " + ValueOf(card, "zero") +
+                     ": measure the baseline again with nothing in contact.");
   }
   constexpr double kFollows = 0.5;
   if (force.is_decided && force.explained < kFollows) {
@@ -99,13 +153,29 @@ std::vector<std::string> CausesOf(const ForceCard& card, const SetUp& set_up) {
   if (card.position && IsWrong(card, "position") && causes.empty()) {
     causes.emplace_back("Positions are turned or mirrored: the pose of the camera.");
   }
-  if (IsWrong(card, "sigma")) {
-    causes.emplace_back(causes.empty()
-                            ? "Only sigma is wrong, it is too small: state the tolerance of "
-                              "the material (object.material.tolerance) or the noise."
-                            : "Sigma is too small because of the errors above.");
+  if (IsWrong(card, "place")) {
+    causes.push_back("The tip is " + ValueOf(card, "place") +
+                     ": the pose of camera or object, or the template of the tip.");
   }
+  AddChangeCauses(card, &causes);
+  AddSigmaCauses(card, set_up, &causes);
   return causes;
+}
+
+UnitMistake UnitOf(double gain) {
+  constexpr double kGravity = 9.80665, kReach = 1.5;
+  static constexpr std::array kMistakes{
+      UnitMistake{1000, "reported in mN, or known in kN"},
+      UnitMistake{1000 / kGravity, "reported in g"},
+      UnitMistake{kGravity, "known in kgf, or reported times 9.81 once too often"},
+      UnitMistake{1 / kGravity, "reported in kgf, or known times 9.81 once too often"},
+      UnitMistake{kGravity / 1000, "known in g"},
+      UnitMistake{0.001, "known in mN, or reported in kN"}};
+  for (const UnitMistake& mistake : kMistakes) {
+    const double rest = gain / mistake.factor;
+    if (rest < kReach && rest > 1 / kReach) return mistake;
+  }
+  return {};
 }
 
 std::string AxisNames(const std::vector<int>& axes) {

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <array>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "slave/commands/verify/force_card.h"
 
 namespace palpate {
+
+inline constexpr double kDegree = std::numbers::pi / 180;  // [rad]
 
 inline constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 
@@ -20,6 +23,15 @@ std::string Words(const Interval& interval, const char* unit = "", double scale 
                   int digits = 3);
 // Whether an interval lies inside `low` to `high`, outside, or across an end.
 Finding Judged(const Interval& interval, double low, double high);
+
+// A mistake with a unit multiplies reported forces by `factor`.
+struct UnitMistake {
+  double factor = 1;
+  const char* words = "";
+};
+// The mistake that explains a force that is multiplied by `gain` to within a factor of 1.5; the
+// factor 1: none.
+UnitMistake UnitOf(double gain);
 
 // What is likely wrong with a set-up of this card.
 std::vector<std::string> CausesOf(const ForceCard& card, const SetUp& set_up);

@@ -14,21 +14,45 @@ t is the time since the first state. x,y,z is the known position of the tip, dep
 indentation, sigma that of each axis of the force (default 1 % of it). An empty cell is
 unknown. fx,fy,fz may be absent if only positions are known.
 
+--forces judges any source of forces against measured ones, without a scene: a table with the columns
+measured_fx to measured_fz and estimated_fx to estimated_fz, of which axes may be absent, and if
+known t, sigma and validity (`valid`, 1 or true). Rows without t are taken in their order.
+
 Examples:
   palpate-slave verify deploy/scenes/silicone-block.yaml --out build/card
   palpate-slave verify deploy/scenes/silicone-block.yaml --sensor --out build/card
   palpate-slave verify slave.mcap --loads loads.csv --out build/card
   palpate-slave verify scene.yaml --states states.csv --loads loads.csv --out build/card
   palpate-slave verify scene.yaml --connect 127.0.0.1:50051 --sensor --duration 30 --out build/card
+  palpate-slave verify --forces forces.csv --out build/card
+  palpate-slave verify --forces log.csv --measured Fz --estimated pred --measured-unit g --out card
 
 Exit codes: 0 all that was tested is right, 1 something is wrong or not decided, 2 unusable
 arguments or scene.)";
 
+void AddForceOptions(CLI::App* command, VerifyOptions* options) {
+  ForceColumns& columns = options->columns;
+  Add(command, "--forces", &options->forces, "FILE",
+      "Measured and estimated forces of any source: CSV, see below")
+      ->check(CLI::ExistingFile);
+  AddShown(command, "--measured", &columns.measured, "Columns of the measured force; - for none");
+  AddShown(command, "--estimated", &columns.estimated, "Columns of the estimated force");
+  AddShown(command, "--time", &columns.time, "Column of the time");
+  AddShown(command, "--sigma", &columns.sigma, "Column of sigma, in the unit of the estimate");
+  AddShown(command, "--validity", &columns.validity, "Column of the validity");
+  AddShown(command, "--measured-unit", &columns.measured_unit,
+           "Unit of the measured force: N, mN, uN, kN, g, kgf or lbf");
+  AddShown(command, "--estimated-unit", &columns.estimated_unit, "Unit of the estimated force");
+  AddShown(command, "--time-unit", &columns.time_unit, "Unit of the time: s, ms, min or h");
+}
+
 void AddOptions(CLI::App* command, VerifyOptions* options) {
   AddSceneOptions(command, &options->scene, &options->overrides);
-  command->get_option("scene")->description(
-      "Scene file (YAML), or a recording of the slave (FILE.mcap)");
+  command->get_option("scene")
+      ->description("Scene file (YAML), or a recording of the slave (FILE.mcap)")
+      ->required(false);
   Add(command, "--out", &options->out, "DIR", "Folder for report.json")->required();
+  AddForceOptions(command, options);
   Add(command, "--loads", &options->loads, "FILE", "Known loads: CSV, see below")
       ->check(CLI::ExistingFile);
   command->add_flag("--sensor", options->sensor,

@@ -118,7 +118,8 @@ Matrix3d AxisRelation::matrix() const {
   return matrix;
 }
 
-MapFit FitMap(const std::vector<KnownAndReported>& loads, const std::vector<int>& axes) {
+MapFit FitMap(const std::vector<KnownAndReported>& loads, const std::vector<int>& axes,
+              double repeats) {
   MapFit fit{.loads = static_cast<int>(loads.size())};
   const auto count = static_cast<Eigen::Index>(loads.size());
   MatrixXd known = MatrixXd::Zero(3, count), reported = known;
@@ -154,17 +155,15 @@ MapFit FitMap(const std::vector<KnownAndReported>& loads, const std::vector<int>
     return fit;
   }
   fit.explained = 1 - (residual * W * residual.transpose()).trace() / all;
-  const Eigen::Index freedom = count - fit.directions;
+  const double freedom = static_cast<double>(count) / repeats - fit.directions;
   fit.is_decided = freedom >= 2;
   const std::size_t best = BestRelation(p, X);
   fit.relation = p.relations[best];
   if (!fit.is_decided) return fit;
 
   const Vector3d deviation =
-      ((residual * W * residual.transpose()).diagonal().array() / static_cast<double>(freedom))
-          .max(0)
-          .sqrt();
-  const double reach = StudentReach(static_cast<double>(freedom));
+      ((residual * W * residual.transpose()).diagonal().array() / freedom).max(0).sqrt();
+  const double reach = StudentReach(freedom);
   fit.half_width = reach * deviation *
                    (p.U * spread * p.U.transpose()).diagonal().cwiseMax(0).cwiseSqrt().transpose();
   const MatrixXd root = spread.llt().matrixL();

@@ -49,7 +49,8 @@ struct MapFit {
 };
 
 // Weighted least squares over loads. `axes`: the axes that are known, 0 to 2; others are ignored.
-// the intervals, of each reported axis on its own.
-MapFit FitMap(const std::vector<KnownAndReported>& loads, const std::vector<int>& axes);
+// `repeats`: how many neighbouring loads share their errors (1: each has its own).
+MapFit FitMap(const std::vector<KnownAndReported>& loads, const std::vector<int>& axes,
+              double repeats = 1);
 
 }  // namespace palpate

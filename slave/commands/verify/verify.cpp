@@ -7,9 +7,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include "shared/text/text.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/verify/card_report.h"
+#include "slave/commands/verify/force_figure.h"
 #include "slave/commands/verify/live_states.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/recording/recorded_run.h"
@@ -35,6 +38,9 @@ SetUp SetUpOf(const Scene& scene) {
   if (const auto* camera = scene.sense.Find<Camera>()) {
     set_up.pixel = camera->pixel;
     set_up.position_source = "the scale of the pixels";
+    Eigen::AlignedBox2d box;
+    for (const auto& point : OutlineOf(scene.object.geometry).outer) box.extend(point);
+    if (!box.isEmpty()) set_up.object_size = box.diagonal().norm();
   }
   return set_up;
 }
@@ -141,9 +147,38 @@ void Check(const VerifyOptions& options) {
                    inputs);
 }
 
+int Report(const CardTitle& title, const std::vector<ForceCard>& cards,
+           const std::filesystem::path& folder) {
+  WriteCards(title, cards, folder);
+  std::fputs(ToText(cards).c_str(), stdout);
+  std::printf("written: %s\n", (folder / "report.json").c_str());
+  return std::ranges::all_of(cards, &ForceCard::passes) ? 0 : 1;
+}
+
+int VerifyForces(const VerifyOptions& options) {
+  if (!options.scene.empty() || !options.loads.empty() || !options.states.empty() ||
+      !options.connect.empty() || options.sensor) {
+    throw std::invalid_argument(
+        "--forces: accepted without a scene, --loads, --states, --connect "
+        "and --sensor");
+  }
+  RequireOtherThan("--out", options.out, {"report.json", "forces.svg"}, std::array{options.forces});
+  std::filesystem::create_directories(options.out);
+  const auto pairs = ReadForcePairs(options.forces, options.columns);
+  if (pairs.empty()) {
+    throw InputError(options.forces.string() + ": no row has a measured and an estimated force");
+  }
+  const std::vector cards{
+      MakeCard("", pairs, {.sigma_of_vector = true, .is_record = true, .has_scene = false})};
+  WriteWholeFile(options.out / "forces.svg",
+                 DrawForces(options.forces.filename().string(), cards[0], pairs));
+  return Report({"", options.forces.filename().string()}, cards, options.out);
+}
+
 }  // namespace
 
 int RunVerify(const VerifyOptions& options, const std::stop_token& stop) {
+  if (!options.forces.empty()) return VerifyForces(options);
   Check(options);
   std::filesystem::create_directories(options.out);
   const Scene scene = SceneOf(options, stop);
@@ -171,14 +206,11 @@ int RunVerify(const VerifyOptions& options, const std::stop_token& stop) {
   if (stop.stop_requested()) return 1;
   const MatchedStates matched =
       options.sensor ? MatchSensor(session.states) : Match(session.states, session.loads);
+  SetUp set_up = SetUpOf(scene);
+  set_up.is_record = options.sensor || session.loads.is_record;
   std::vector<ForceCard> cards;
-  for (const auto& [finger, states] : matched) {
-    cards.push_back(MakeCard(finger, states, SetUpOf(scene)));
-  }
-  WriteCards({scene.name, session.source}, cards, options.out);
-  std::fputs(ToText(cards).c_str(), stdout);
-  std::printf("written: %s\n", (options.out / "report.json").c_str());
-  return std::ranges::all_of(cards, &ForceCard::passes) ? 0 : 1;
+  for (const auto& [finger, states] : matched) cards.push_back(MakeCard(finger, states, set_up));
+  return Report({scene.name, session.source}, cards, options.out);
 }
 
 }  // namespace palpate

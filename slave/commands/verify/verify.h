@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "slave/commands/verify/force_pairs.h"
 #include "slave/commands/verify/known_loads.h"
 
 namespace palpate {
@@ -15,6 +16,8 @@ namespace palpate {
 struct VerifyOptions {
   std::filesystem::path scene;  // or a slave's recording, FILE.mcap
   std::vector<std::string> overrides;
+  std::filesystem::path forces;  // CSV of pairs; no scene then
+  ForceColumns columns;
   std::filesystem::path out;
   std::filesystem::path loads;   // CSV; empty: see `sensor`, else questions
   bool sensor = false;           // the states have the force of a sensor

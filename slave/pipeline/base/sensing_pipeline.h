@@ -21,8 +21,8 @@
 #include "slave/capture/pace.h"
 #include "slave/capture/picture_inbox.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/pipeline/stopwatch.h"
 #include "slave/program/progress.h"
+#include "slave/program/stopwatch.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
 

@@ -12,7 +12,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/checks/points/points_checks.h"
-#include "slave/pipeline/stopwatch.h"
+#include "slave/program/stopwatch.h"
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/dots/stereo_dots.h"

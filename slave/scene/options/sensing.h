@@ -25,7 +25,7 @@ struct Camera {
     kVideo,
     kDevice,
     kUrl,    // a stream's address or a GStreamer pipeline
-    kStream  // FeedPictures
+    kStream  // FeedImages
   } source = Source::kSimulated;
   // Files: printf pattern, glob, directory or one image. Video: its path. kUrl: the address. Paths
   // are relative to the working directory and include the scene's folder.
@@ -117,7 +117,7 @@ struct StereoCameras {
     kSimulated,
     kFiles,
     kEyes,   // `eyes`
-    kStream  // FeedPictures
+    kStream  // FeedImages
   } source = Source::kSimulated;
   std::vector<Eye> eyes;      // left, right; one camera: both sides in one image
   double sync = 5e-3;         // largest time between the two images of a pair [s]
@@ -224,7 +224,7 @@ class SenseOptions {
 bool HasStereoOrDepth(const SenseOptions& sense);
 // Whether the scene has a camera of any kind.
 bool HasPictures(const SenseOptions& sense);
-// Whether the images come from a driver (FeedPictures).
+// Whether the images come from a driver (FeedImages).
 bool TakesPictures(const SenseOptions& sense);
 // Rate of the images or samples of the first sensing [Hz]; 0: no sensing.
 double SensorRate(const SenseOptions& sense);

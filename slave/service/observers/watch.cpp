@@ -1,4 +1,4 @@
-// WatchState, WatchMesh, WatchTrace, WatchPatch, WatchVideo.
+// WatchState, WatchMesh, WatchTrace, WatchPatch, WatchImages.
 #include <optional>
 #include <stdexcept>
 #include <type_traits>
@@ -23,7 +23,7 @@ constexpr std::chrono::milliseconds kPaceWait(5);  // until a stream asks again 
 
 void RequireCamera(const Slave& slave) {
   if (!HasPictures(slave.Describe().scene.sense)) {
-    throw std::logic_error("the scene has no camera");
+    throw RejectedCall(v1::ERROR_REASON_NO_CAMERA, "the scene has no camera");
   }
 }
 
@@ -42,7 +42,7 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Pre
   if (!seat) {
     const std::string why = std::to_string(kSeats) + " streams are open already";
     refused_.Add("a stream of " + Message::descriptor()->name(), ClientOf(*context), why);
-    return {grpc::StatusCode::RESOURCE_EXHAUSTED, why};
+    return Error(v1::ERROR_REASON_TOO_MANY, why);
   }
   const auto box = publisher_.Subscribe();  // its states tell when there is something new
   Message message;
@@ -150,9 +150,9 @@ std::shared_ptr<const JpegPicture> TeleoperationService::Encoded(Time sensed_at,
   return picture ? known : nullptr;
 }
 
-grpc::Status TeleoperationService::WatchVideo(grpc::ServerContext* context,
-                                              const v1::WatchVideoRequest* request,
-                                              grpc::ServerWriter<v1::VideoFrame>* writer) {
+grpc::Status TeleoperationService::WatchImages(grpc::ServerContext* context,
+                                               const v1::WatchImagesRequest* request,
+                                               grpc::ServerWriter<v1::ImageState>* writer) {
   int quality = 0;
   const auto prepare = [&] {
     quality = QualityOf(*request);
@@ -161,7 +161,7 @@ grpc::Status TeleoperationService::WatchVideo(grpc::ServerContext* context,
   };
   std::optional<Time> sensed_at;
   return Watch(context, prepare, &bulk_pace_, writer,
-               [&](const SlaveState& state, v1::VideoFrame* message) {
+               [&](const SlaveState& state, v1::ImageState* message) {
                  if (state.sensed_at == sensed_at) return false;
                  const auto picture = Encoded(state.sensed_at, request->overlays(), quality);
                  if (!picture) return false;  // nothing seen yet

@@ -7,13 +7,12 @@
 namespace palpate {
 namespace {
 
-v1::CameraPicture::Encoding EncodingOf(const cv::Mat& image) {
-  if (image.depth() == CV_16U) return v1::CameraPicture::ENCODING_GREY16;
-  return image.channels() == 3 ? v1::CameraPicture::ENCODING_BGR8
-                               : v1::CameraPicture::ENCODING_GREY8;
+v1::Image::Encoding EncodingOf(const cv::Mat& image) {
+  if (image.depth() == CV_16U) return v1::Image::ENCODING_GREY16;
+  return image.channels() == 3 ? v1::Image::ENCODING_BGR8 : v1::Image::ENCODING_GREY8;
 }
 
-void Put(const cv::Mat& image, v1::CameraPicture* message) {
+void Put(const cv::Mat& image, v1::Image* message) {
   const cv::Mat whole = image.isContinuous() ? image : image.clone();
   message->set_encoding(EncodingOf(whole));
   message->set_data(whole.data, whole.total() * whole.elemSize());
@@ -59,19 +58,19 @@ void Put(const GroundTruth& truth, double radius, v1::DisplacementGrid* message)
 
 }  // namespace
 
-v1::PictureSample ToMessage(const Frame& frame) {
-  v1::PictureSample message;
+v1::ImageSample ToMessage(const Frame& frame) {
+  v1::ImageSample message;
   message.set_sequence(frame.sequence);
   ToProto(frame.sensed_at, message.mutable_sensed_at());
-  Put(frame.image, message.mutable_picture());
+  Put(frame.image, message.mutable_image());
   return message;
 }
 
-v1::PictureSample ToMessage(const StereoPair& pair) {
-  v1::PictureSample message;
+v1::ImageSample ToMessage(const StereoPair& pair) {
+  v1::ImageSample message;
   message.set_sequence(pair.sequence);
   ToProto(pair.sensed_at, message.mutable_sensed_at());
-  Put(pair.left, message.mutable_picture());
+  Put(pair.left, message.mutable_image());
   if (!pair.right.empty()) Put(pair.right, message.mutable_right());
   return message;
 }

@@ -15,8 +15,8 @@
 namespace palpate {
 
 // Times are those of the samples. Images are sent as pixels, without loss.
-v1::PictureSample ToMessage(const Frame& frame);
-v1::PictureSample ToMessage(const StereoPair& pair);
+v1::ImageSample ToMessage(const Frame& frame);
+v1::ImageSample ToMessage(const StereoPair& pair);
 // One message per fingertip of `frame`, named after `fingers`.
 std::vector<v1::TactileSample> ToMessages(const TactileFrame& frame,
                                           const std::vector<Finger>& fingers);

@@ -50,11 +50,11 @@ class Delay {
 template <typename Source>
 void FeedFrom(Source& source, const Slave& slave, const std::stop_token& stop) {
   Delay delay;
-  (void)slave.FeedImages([&]() -> std::optional<v1::PictureSample> {
+  (void)slave.FeedImages([&]() -> std::optional<v1::ImageSample> {
     const auto sample = source.Next(stop);
     if (!sample) return std::nullopt;
-    v1::PictureSample message = ToMessage(*sample);
-    message.set_delay_s(delay.Add(sample->sensed_at));
+    v1::ImageSample message = ToMessage(*sample);
+    message.set_delay(delay.Add(sample->sensed_at));
     return message;
   });
 }
@@ -131,7 +131,7 @@ class Streams {
 // it estimates a force, its baseline or rest shape must be known as well.
 bool UsesSamples(const v1::Status& status, std::uint64_t frames, bool has_force) {
   const bool is_known = !has_force || status.validity() == v1::VALIDITY_VALID;
-  return status.frames() > frames && is_known && status.arm().fault().empty() &&
+  return status.samples() > frames && is_known && status.arm().fault().empty() &&
          status.cameras().trouble().empty();
 }
 
@@ -143,7 +143,7 @@ void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnviro
   environment.MoveTool(scene.manipulator.home, Patience::kNone);
   const Slave sensor(target.address, target.tls.empty() ? target.tls : target.tls / "sensor");
   const Slave arm(target.address, target.tls.empty() ? target.tls : target.tls / "arm");
-  const std::uint64_t frames = sensor.Status().frames();
+  const std::uint64_t frames = sensor.Status().samples();
   const bool has_force = !environment.target();
   Streams streams(stop);
   const std::stop_token end = streams.end();

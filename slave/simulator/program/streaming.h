@@ -17,7 +17,7 @@ struct StreamingTarget {
   std::filesystem::path tls;
 };
 
-// Sends images (FeedPictures) or tactile samples (FeedTactile) at the scene's rate, and moves the
+// Sends images (FeedImages) or tactile samples (FeedTactile) at the scene's rate, and moves the
 // tool to the targets of DriveTool, until `stop` is requested. Prints `streaming to HOST:PORT` once
 // the slave has its baseline or rest shape and drives the tool. Where the scene's manipulator is a
 // stream, another driver moves the tool: it prints `tool on HOST:PORT` first, see ToolSocket. Logs

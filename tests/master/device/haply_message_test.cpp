@@ -28,18 +28,6 @@ TEST(HaplyMessageTest, ReadsPositionVelocityForceGripAndScaling) {
   EXPECT_EQ(*state->gate_gain, 0.3);
 }
 
-TEST(HaplyMessageTest, AStateWithoutADeviceHasNoIdentifier) {
-  const auto state = ParseHaplyState(R"({"inverse3": [], "verse_grip": []})");
-  ASSERT_TRUE(state);
-  EXPECT_EQ(state->id, "");
-}
-
-TEST(HaplyMessageTest, ASleepingGripPressesNothing) {
-  std::string text = kState;
-  text.replace(text.find("\"awake\": true"), 13, "\"awake\": false");
-  EXPECT_EQ(ParseHaplyState(text)->buttons, 0U);
-}
-
 TEST(HaplyMessageTest, NonsenseIsNoState) {
   for (
       const char* text :
@@ -60,44 +48,6 @@ TEST(HaplyMessageTest, WritesForcesInBothForms) {
   EXPECT_EQ(written(HaplyForm::kValues), nlohmann::json({{"values", axes}}));
   EXPECT_EQ(written(HaplyForm::kVector), nlohmann::json({{"vector", axes}}));
   EXPECT_EQ(written(HaplyForm::kBoth), nlohmann::json({{"values", axes}, {"vector", axes}}));
-}
-
-// Reference: clients of 3.1 and 3.3 write `values`, the documentation of 3.5 `vector`.
-TEST(HaplyMessageTest, ChoosesTheFormByTheRelease) {
-  const auto form = [](const char* tag) {
-    return HaplyFormOf(std::string(R"({"git_tag": ")") + tag + "\"}");
-  };
-  EXPECT_EQ(form("3.1.1"), HaplyForm::kValues);
-  EXPECT_EQ(form("v3.0.4"), HaplyForm::kValues);
-  EXPECT_EQ(form("3.3.2"), HaplyForm::kValues);
-  EXPECT_EQ(form("3.4.0"), HaplyForm::kBoth);
-  EXPECT_EQ(form("3.5.0"), HaplyForm::kVector);
-  EXPECT_EQ(form("3.10.0"), HaplyForm::kVector);
-  EXPECT_EQ(form("4.0.0"), HaplyForm::kVector);
-  EXPECT_EQ(HaplyFormOf(R"({"project_version": "3.1.1.0"})"), HaplyForm::kValues);
-  EXPECT_EQ(HaplyFormOf("{}"), HaplyForm::kBoth);
-  EXPECT_EQ(HaplyFormOf("<html>"), HaplyForm::kBoth);
-}
-
-// Of a VerseGrip with a cable, which has one button.
-TEST(HaplyMessageTest, ReadsAGripWithACable) {
-  const char* text = R"({"inverse3": [{"device_id": "1", "state": {
-        "cursor_position": {"x": 0, "y": 0, "z": 0}}}], "wireless_verse_grip": [],
-      "verse_grip": [{"device_id": "2", "state": {"button": true, "hall": 1,
-        "orientation": {"w": 0, "x": 1, "y": 0, "z": 0}}}]})";
-  const auto state = ParseHaplyState(text);
-  ASSERT_TRUE(state);
-  EXPECT_TRUE(state->has_grip);
-  EXPECT_EQ(state->buttons, 1U);
-  EXPECT_EQ(state->orientation->x(), 1);
-}
-
-TEST(HaplyMessageTest, CountsSessionsAndReadsTheGlobalScale) {
-  const auto sessions = ParseHaplySessions(R"({"sessions": [{}, {}], "force_scale": 0.5})");
-  ASSERT_TRUE(sessions);
-  EXPECT_EQ(sessions->count, 2U);
-  EXPECT_EQ(sessions->force_scale, 0.5);
-  EXPECT_FALSE(ParseHaplySessions("{}"));
 }
 
 }  // namespace

@@ -72,36 +72,6 @@ TEST_F(HapticDeviceTest, TheForceRisesByAtMostAFifthOfANewtonPerMillisecond) {
   EXPECT_NEAR(device_.force.y(), 3.8, 1e-12) << "and turns no faster";
 }
 
-TEST_F(HapticDeviceTest, ALateTickHasNoLargerStep) {
-  Tick({4, 0, 0}, 15);
-  EXPECT_NEAR(device_.force.x(), 0.2, 1e-12);
-}
-
-// A second force without a reading in between has no time to rise in.
-TEST_F(HapticDeviceTest, WritingTwiceRaisesNothingTwice) {
-  Tick({4, 0, 0});
-  device_.Write({4, 0, 0}, {0, 0, 0});
-  EXPECT_NEAR(device_.force.x(), 0.2, 1e-12);
-}
-
-TEST_F(HapticDeviceTest, TheSmallerOfBothLimitsHolds) {
-  for (int i = 0; i < 100; ++i) Tick({30, 40, 0});
-  EXPECT_NEAR(device_.force.norm(), kForce, 1e-12);
-  EXPECT_EQ(device_.status().output, DeviceOutput::kSaturated);
-  device_.LowerForceLimit(3.3);
-  device_.LowerForceLimit(4);
-  for (int i = 0; i < 100; ++i) Tick({30, 40, 0});
-  EXPECT_NEAR(device_.force.norm(), 3.3, 1e-12) << "a limit is never raised";
-}
-
-// Reference: the torque needs as long to its limit as the force, 5 N at 0.2 N/ms: 25 ms.
-TEST_F(HapticDeviceTest, TheTorqueIsLimitedToo) {
-  for (int i = 0; i < 12; ++i) Tick({0, 0, 0}, 1, {0, 0, 9});
-  EXPECT_NEAR(device_.torque.z(), kTorque * 12 / 25, 1e-12);
-  for (int i = 0; i < 100; ++i) Tick({0, 0, 0}, 1, {0, 0, 9});
-  EXPECT_NEAR(device_.torque.z(), kTorque, 1e-12);
-}
-
 // A torque that always drives the handle on. Reference: the credit of 0.5 mJ is used up after
 // 0.1 N m x 5 mrad, and then only the work of a tick, 0.1 mJ, is added.
 TEST_F(HapticDeviceTest, TheTorqueReturnsNoMoreEnergyThanItReceivedPlusTheCredit) {
@@ -137,26 +107,6 @@ TEST_F(HapticDeviceTest, AnOrientationThatIsNoRotationIsAFault) {
   device_.next.q_M = Eigen::Quaterniond(1.005, 0, 0, 0);
   EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kNone);
   EXPECT_NEAR(reading_.q_M.norm(), 1, 1e-15) << "rounding is removed";
-}
-
-TEST_F(HapticDeviceTest, WithoutACalibrationThereIsNoForce) {
-  for (const auto calibration :
-       {Calibration::kPending, Calibration::kManual, Calibration::kUnknown}) {
-    device_.next.status.calibration = calibration;
-    const WriteResult result = Tick({1, 0, 0});
-    EXPECT_EQ(result.output, DeviceOutput::kOff);
-    EXPECT_EQ(result.cause, DeviceFault::kNotCalibrated);
-    EXPECT_TRUE(device_.force.isZero(0));
-    EXPECT_EQ(reading_.status.fault, DeviceFault::kNotCalibrated);
-  }
-}
-
-TEST_F(HapticDeviceTest, BeforeTheFirstNewReadingThereIsNoForce) {
-  device_.next.repeated = true;
-  EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kSilent);
-  device_.next.repeated = false;
-  EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kNone);
-  EXPECT_GT(device_.force.x(), 0);
 }
 
 // Reference: 20 ms, and at least the ticks of 19 ms before it keep their force.
@@ -200,14 +150,6 @@ TEST_F(HapticDeviceTest, ImpossibleNumbersAreAFaultAndNeverAForce) {
       EXPECT_LE(device_.force.norm(), kForce * (1 + 1e-12));
     }
   }
-}
-
-TEST_F(HapticDeviceTest, DroppingTheForceTakesNoTime) {
-  for (int i = 0; i < 100; ++i) Tick({4, 0, 0});
-  device_.DropForce();
-  EXPECT_TRUE(device_.force.isZero(0));
-  Tick({4, 0, 0});
-  EXPECT_NEAR(device_.force.x(), 0.2, 1e-12) << "and it rises from zero";
 }
 
 // With what every driver goes through, and the devices that move an arm.
@@ -300,29 +242,6 @@ TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
   }
   EXPECT_GT(with_force, 20000) << "the test did not exercise forces";
   EXPECT_GT(without, 5000);
-}
-
-TEST(DeviceStatusTest, SaysFaultCauseAndCode) {
-  DeviceStatus status;
-  EXPECT_EQ(FaultInWords(status), "");
-  status.fault = DeviceFault::kUnplugged;
-  status.cause = "USB cable";
-  status.code = 0x302;
-  EXPECT_EQ(FaultInWords(status), "unplugged: USB cable (code 0x302)");
-  status.buttons = 0b1010;
-  status.force_share = 0.3F;
-  status.temperature = 0.4F;
-  EXPECT_THAT(InWords(status), HasSubstr("renders 30 % of the force, motor 40 %, buttons 2 4"));
-}
-
-TEST(DeviceCapabilitiesTest, LeaveOutWhatIsUnknown) {
-  DeviceCapabilities own = Capabilities();
-  EXPECT_EQ(InWords(own), "6 axes sensed, 6 with force, up to 5 N, up to 0.1 N m");
-  own.stiffness = 400;
-  own.rate = 1000;
-  EXPECT_THAT(InWords(own), HasSubstr("400 N/m, 1000 Hz"));
-  own.simulated = true;  // as a SpaceMouse, whose force moves a model only
-  EXPECT_EQ(InWords(own), "6 axes sensed, no force");
 }
 
 }  // namespace

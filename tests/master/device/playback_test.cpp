@@ -57,11 +57,6 @@ TEST(PlaybackTest, EngagesAfterTheFirstReadingAndLetsGoAtTheEnd) {
   EXPECT_EQ(playback.Read(At(1e6)).p_M.x(), 0.1);
 }
 
-TEST(PlaybackTest, SaysWhenItCrossesAGap) {
-  const Playback playback(Write("time_s,x,y,z\n0,0,0,0\n0.75,0.1,0,0\n"));
-  EXPECT_THAT(playback.description(), HasSubstr("gaps up to 0.75 s"));
-}
-
 TEST(PlaybackTest, ErrorsTellFileLineAndWhatIsAccepted) {
   const std::string header = "time_s,x,y,z\n0,0,0,0\n";
   EXPECT_THAT(ErrorOf(""), HasSubstr("empty"));
@@ -74,15 +69,6 @@ TEST(PlaybackTest, ErrorsTellFileLineAndWhatIsAccepted) {
   EXPECT_THAT(ErrorOf(header + "1,1,1\n"), HasSubstr("z = ''"));
   EXPECT_THAT(ErrorOf(header + "1,1,1,2mm\n"), HasSubstr("z = '2mm'"));
   EXPECT_THAT(ErrorOf(header + "1,1e30,0,0\n"), HasSubstr("beyond 100 m"));
-}
-
-TEST(OpenDeviceTest, KnowsItsDevicesAndSaysWhichWhenAskedForAnother) {
-  EXPECT_THAT(OpenDevice("sim-hand", 0.005, 0.02)->description(), HasSubstr("presses 5 mm"));
-  EXPECT_THROW(OpenDevice("playback:/nowhere.csv", 0, 0), std::runtime_error);
-  EXPECT_THROW(OpenDevice("sim-hand", -1, 0.02), std::invalid_argument);
-  for (const char* spec : {"omega.7", "", "playback:", "sim-hand2"}) {
-    EXPECT_THROW(OpenDevice(spec, 0.005, 0.02), std::invalid_argument) << spec;
-  }
 }
 
 }  // namespace

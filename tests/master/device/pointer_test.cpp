@@ -91,27 +91,5 @@ TEST_F(PointerTest, AnotherPageHoldsAfterASilentOneAndMovesNothing) {
   EXPECT_NEAR((taken.p_M - before).norm(), 0, 1e-4);
 }
 
-TEST_F(PointerTest, NobodyHasSpokenYetHoldsNothing) {
-  EXPECT_FALSE(stage.Run(0.1, {0, 0, 0}, true, false).engaged);
-}
-
-// Reference: Hooke's law of the arm.
-TEST_F(PointerTest, GivesWayToTheForce) {
-  stage.force = {0, 2, 0};
-  const DeviceReading reading = stage.Run(2, {0, 0, 0}, true);
-  EXPECT_NEAR(reading.p_M.y(), 2 / Arm().stiffness, 1e-6);
-}
-
-TEST_F(PointerTest, TellsWhichAimItUsed) {
-  stage.Run(0.5, kAim, true);
-  EXPECT_EQ(stage.pointer.used(), 480);
-}
-
-TEST_F(PointerTest, ASpeedThatIsNoneIsRefused) {
-  for (const double speed : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    EXPECT_THROW(Pointer{speed}, std::invalid_argument);
-  }
-}
-
 }  // namespace
 }  // namespace palpate

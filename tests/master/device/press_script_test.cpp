@@ -50,46 +50,6 @@ TEST_P(PressScriptGapTest, PressesToTheDepthAtTheSpeedAndHoldsAThirdOfTheContact
 
 INSTANTIATE_TEST_SUITE_P(Gaps, PressScriptGapTest, testing::Values(0.0, 0.001, 0.005, 0.010));
 
-TEST(PressScriptTest, ALongWayTakesTwoPeriodsAndStillHoldsAThird) {
-  PressScript script(0.005, 0.020, 0.01);
-  const Walk walk = WalkFor(script, 16, 0.030);
-  EXPECT_EQ(walk.presses, 2);
-  EXPECT_GE(walk.held, walk.contact / 3);
-}
-
-// A run before ended while the tool was pressed in, and it stands there. Reference: what was asked
-// for: as deep as any press, and outside at the end; the next one begins there.
-TEST(PressScriptTest, AToolThatStandsInsideIsDrawnOut) {
-  PressScript script(0.005, 0.020, 0.01);
-  double tool = 0.003, hand = 0;  // depths [m]: the tool's; where the hand was a tick before
-  double deepest = 0, fastest = 0, outermost = 1;
-  int presses = 0;
-  for (int i = 0; i < 8000; ++i) {
-    const HandIntent intent = script.Step(i * kTick, kTick, DeviceGuide{true, kInward, -tool});
-    const double advance = intent.p_M.dot(kInward);
-    const double before = tool;
-    if (intent.engaged) tool += advance - hand;  // the clutch: what it moves by counts
-    hand = advance;
-    if (before <= 0 && tool > 0) ++presses;
-    deepest = std::max(deepest, tool);
-    if (i < 4000) outermost = std::min(outermost, tool);
-    if (intent.engaged) fastest = std::max(fastest, std::abs(tool - before) / kTick);
-  }
-  EXPECT_NEAR(deepest, 0.005, 1e-9);
-  EXPECT_NEAR(outermost, -0.005, 1e-9);
-  EXPECT_EQ(presses, 1) << "the second begins outside";
-  EXPECT_LT(fastest, 0.0201);
-  EXPECT_NEAR(tool, -0.005, 1e-9);
-}
-
-TEST(PressScriptTest, NeverGoesInWithoutAGuide) {
-  PressScript script(0.005, 0.020, 0.01);
-  for (int i = 0; i < 20000; ++i) {
-    const HandIntent intent = script.Step(i * kTick, kTick, DeviceGuide{});
-    ASSERT_EQ(intent.p_M.norm(), 0) << i;
-  }
-}
-
 TEST(PressScriptTest, NeverFollowsANonsensicalGuide) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const DeviceGuide& guide :
@@ -135,13 +95,6 @@ TEST(PressScriptTest, RetreatsSmoothlyWhenTheGuideStaysLost) {
   }
   EXPECT_TRUE(went_in);
   EXPECT_EQ(last, 0);
-}
-
-TEST(PressScriptTest, RefusesWhatNoHandCanDo) {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(PressScript(nan, 0.02, 0.01), std::invalid_argument);
-  EXPECT_THROW(PressScript(0.005, 0, 0.01), std::invalid_argument);
-  EXPECT_THROW(PressScript(0.005, 0.02, -1), std::invalid_argument);
 }
 
 }  // namespace

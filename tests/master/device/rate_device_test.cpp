@@ -59,11 +59,6 @@ TEST_F(RateDeviceTest, MovesAtTheCommandedVelocityWhileEngaged) {
   EXPECT_NEAR((rest.p_M - Eigen::Vector3d(0.01, 0, -0.02)).norm(), 0, 1e-4);
 }
 
-TEST_F(RateDeviceTest, StaysWhileReleased) {
-  source_->input.share = {1, 1, 1};
-  EXPECT_NEAR(Run(1).p_M.norm(), 0, 1e-12);
-}
-
 TEST_F(RateDeviceTest, YieldsToTheForceAndShowsIt) {
   source_->input.engaged = true;
   force_ = {0, 3, 0};
@@ -93,14 +88,6 @@ TEST_F(RateDeviceTest, AFaultOfTheSourceDisengagesAtOnce) {
   EXPECT_EQ(gone.status.fault, DeviceFault::kUnplugged);
   EXPECT_FALSE(gone.engaged);
   EXPECT_NEAR((Run(0.5).p_M - gone.p_M).norm(), 0, 0.002) << "the arm comes to rest";
-}
-
-TEST(SpeedOfTest, ReadsMillimetresPerSecond) {
-  EXPECT_EQ(SpeedOf("gamepad", ""), 0.02);
-  EXPECT_EQ(SpeedOf("gamepad", "50"), 0.05);
-  for (const char* text : {"0", "-1", "201", "nan", "fast"}) {
-    EXPECT_THROW(SpeedOf("gamepad", text), std::invalid_argument) << text;
-  }
 }
 
 // Reference: at most one command in 50 ms, one in 100 ms while it lasts, and a zero at the end.

@@ -77,14 +77,6 @@ LineSample Line(double round_trip, double gap) {
   return line;
 }
 
-TEST(DoctorTest, AShortLineIsGoodALongOneIsToldHowToBeFelt) {
-  const RemoteScene scene;
-  EXPECT_EQ(Of(CheckLine(Line(0.001, 0.005), scene), "round trip").grade, Grade::kGood);
-  const Finding far = Of(CheckLine(Line(0.3, 0.005), scene), "round trip");
-  EXPECT_EQ(far.grade, Grade::kNote);
-  EXPECT_THAT(far.advice, HasSubstr("local"));
-}
-
 TEST(DoctorTest, GapsInWhichTheHandWouldBeLetGoAreBadAndTheKeyIsNamed) {
   const RemoteScene scene;
   LineSample line = Line(0.01, 0.01);
@@ -96,16 +88,6 @@ TEST(DoctorTest, GapsInWhichTheHandWouldBeLetGoAreBadAndTheKeyIsNamed) {
   EXPECT_THAT(gaps.advice, HasSubstr("dead_after: 120 ms"));
 }
 
-TEST(DoctorTest, OtherVersionsAlarmsAndClocksAreTold) {
-  LineSample line = Line(0.001, 0.005);
-  line.alarms = {"nobody drives the arm"};
-  line.clock_offset = 3600;
-  const Findings findings = CheckLine(line, {});
-  EXPECT_EQ(Of(findings, "version").grade, Grade::kNote);
-  EXPECT_THAT(Of(findings, "slave").measured, HasSubstr("nobody drives the arm"));
-  EXPECT_EQ(Of(findings, "clocks").grade, Grade::kNote);
-}
-
 TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
   FakeSlave slave;
   Server server(slave, "127.0.0.1:0", false);
@@ -114,16 +96,6 @@ TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
   EXPECT_EQ(CheckDatagrams(TryDatagrams(options, 20)).grade, Grade::kGood);
   EXPECT_FALSE(std::ranges::any_of(slave.commands(), &OperatorCommand::engaged));
   EXPECT_EQ(slave.ends(), 1);
-}
-
-TEST(DoctorTest, DatagramsThatDoNotComeAndThoseThatAreNotOursToTryAreToldApart) {
-  LinkStats tried;
-  tried.connected = true;
-  EXPECT_THAT(CheckDatagrams(tried).advice, HasSubstr("UDP"));
-  EXPECT_EQ(CheckDatagrams(tried).grade, Grade::kNote);
-  tried.connected = false;
-  tried.trouble = "the lease is held by Ada";
-  EXPECT_THAT(CheckDatagrams(tried).measured, HasSubstr("not tried: the lease is held by Ada"));
 }
 
 // Reference: measurements that would take two minutes each; the limit is far above what ending
@@ -147,15 +119,6 @@ TEST(DoctorTest, AnExaminationEndsWhenItIsAskedTo) {
     }
     EXPECT_LT(SecondsBetween(begin, Clock::now()), 60) << (line ? "line" : "timer");
   }
-}
-
-TEST(DoctorTest, PhasesAreToldInWords) {
-  FakeSlave slave;
-  Server server(slave, "127.0.0.1:0", false);
-  SlaveLink::Options options;
-  options.target = server.address();
-  const Findings findings = ExamineLine(options, 0.1);
-  EXPECT_THAT(Of(findings, "slave").measured, HasSubstr("ready: no operator is engaged"));
 }
 
 TEST(DoctorTest, NobodyThereIsAFindingWithTheNextStep) {

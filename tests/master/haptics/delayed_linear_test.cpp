@@ -11,17 +11,6 @@ Eigen::Vector3d Along(double x) {
   return {x, 0, 0};
 }
 
-// Reference: counted by hand, four ticks per sample, the first held before it has a predecessor.
-TEST(DelayedLinearTest, GoesStraightFromSampleToSampleOnePeriodLate) {
-  const double samples[] = {0, 1, 3, 2};
-  const double expected[] = {0, 0, 0, 0, 0, .25, .5, .75, 1, 1.5, 2, 2.5, 3, 2.75, 2.5, 2.25};
-  DelayedLinear shown;
-  for (int tick = 0; tick < 16; ++tick) {
-    if (tick % 4 == 0) shown.Add(tick, tick, Along(samples[tick / 4]));
-    EXPECT_EQ(shown.At(tick).x(), expected[tick]) << "tick " << tick;
-  }
-}
-
 // Reference: a constant transport delay adds to the lag and to nothing else.
 TEST(DelayedLinearTest, AConstantTransportDelayShiftsARampByItself) {
   DelayedLinear shown;
@@ -52,14 +41,6 @@ TEST(DelayedLinearTest, JitterNeitherStallsNorOvershoots) {
     if (now > 1) worst = std::max(worst, std::abs(now - shown.At(now).x() - period - 0.014));
   }
   EXPECT_LT(worst, 0.0015);
-}
-
-TEST(DelayedLinearTest, HoldsTheNewestWhenSamplesStop) {
-  DelayedLinear shown;
-  EXPECT_EQ(shown.At(5).x(), 0);
-  shown.Add(0, 0, Along(1));
-  shown.Add(1, 1, Along(2));
-  EXPECT_EQ(shown.At(100).x(), 2);
 }
 
 TEST(DelayedLinearTest, IgnoresStampsThatDoNotRise) {

@@ -71,27 +71,6 @@ TEST_P(AnyDirectionTest, TheHandPressesAlongTheNormalAndRetreatsEveryFourSeconds
   EXPECT_LT(rig.slave.depth(), 0) << "it went back";
 }
 
-// Reference: the law of the plane at the recording's own place, K d along the normal.
-TEST_P(AnyDirectionTest, ARecordedHandFeelsTheSameLaw) {
-  VirtualSlave::Options options = Foam(GetParam());
-  options.shear = 0;
-  const auto file = std::filesystem::path(testing::TempDir()) / "palpate-oblique.csv";
-  const Eigen::Vector3d far = -0.006 * options.normal;
-  {
-    std::ofstream out(file);
-    out.precision(17);
-    out << "time_s,x,y,z\n0,0,0,0\n0.5,0,0,0\n1.5," << far.x() << ',' << far.y() << ',' << far.z()
-        << "\n2.5," << far.x() << ',' << far.y() << ',' << far.z() << '\n';
-  }
-  Playback hand(file);
-  Rig rig(options, RenderMode::kLocal, 12);
-  rig.Run(hand, 2.4);
-  ASSERT_EQ(rig.state(), OperatorState::kFollowing);
-  const Eigen::Vector3d expected = options.K * 0.002 * options.normal;
-  EXPECT_LT((rig.loop.record().chain.sent - expected).norm(), 1e-9);
-  std::filesystem::remove(file);
-}
-
 INSTANTIATE_TEST_SUITE_P(Normals, AnyDirectionTest, testing::ValuesIn(kNormals));
 
 class SlowStatesTest : public testing::TestWithParam<std::tuple<double, double>> {};
@@ -181,42 +160,6 @@ TEST(LaggingForceTest, ShowsInTheErrorOfInterpolationAndNotInThatOfTheLocalModel
     EXPECT_NEAR(local.rms, slope * delay, slope * 1.5 * kTick) << delay;
     const double lag = (0.5 * (kWindow - 1) + 1) * kSample + delay;
     EXPECT_NEAR(late.rms, slope * lag, slope * (1.5 * kTick)) << delay;
-  }
-}
-
-// A network whose window is not full knows no force yet: the hand waits, and presses when it does.
-TEST(LaggingForceTest, TheHandWaitsUntilTheWindowIsFull) {
-  Rig rig(Foam({0, 0, 1}), RenderMode::kLocal, 12);
-  SimHand hand(kDepth, 0.020);
-  rig.slave.validity = Validity::kTrackingLost;
-  rig.Run(hand, 1.5, [](const TickRecord& record) {
-    EXPECT_NE(record.state, OperatorState::kFollowing);
-    EXPECT_EQ(record.chain.sent.norm(), 0);
-  });
-  rig.slave.validity = Validity::kValid;
-  double peak = 0;
-  rig.Run(hand, 6.5, [&](const TickRecord&) { peak = std::max(peak, rig.slave.depth()); });
-  EXPECT_NEAR(peak, kDepth, 0.02 * kDepth);
-}
-
-TEST(SeveralFingersTest, AreRecordedByTheNewestStateAndAToolAloneAsOne) {
-  for (const bool several : {false, true}) {
-    VirtualSlave::Options options = Foam({0, 0, 1});
-    options.several = several;
-    Rig rig(options, RenderMode::kLocal, 12);
-    SimHand hand(kDepth, 0.020);
-    TickSummary summary;
-    EXPECT_EQ(rig.loop.record().finger_count, 0) << "before any state";
-    rig.Run(hand, 4, [&](const TickRecord& record) { summary.Add(record, std::nullopt); });
-    ASSERT_EQ(summary.fingers().size(), several ? 2U : 1U);
-    const FingerSummary& first = summary.fingers()[0];
-    EXPECT_NEAR(first.force_peak, options.K * kDepth, 0.02 * options.K * kDepth);
-    EXPECT_GT(first.contact_share(), 0.2);
-    EXPECT_LT(first.contact_share(), 0.9);
-    if (several) {
-      // The wire carries single precision: 6e-8 of it.
-      EXPECT_NEAR(summary.fingers()[1].force_peak, first.force_peak / 2, 1e-7);
-    }
   }
 }
 

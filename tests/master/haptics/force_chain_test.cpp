@@ -31,14 +31,5 @@ TEST(LimitForceTest, HugeAndImpossibleForcesStayFiniteAndWithin) {
   }
 }
 
-TEST(ReasonsTest, AreWrittenInWordsJoinedByPlus) {
-  Reasons reasons;
-  EXPECT_EQ(ToString(reasons), "");
-  reasons.Add(Reason::kClamped);
-  reasons.Add(Reason::kStale);
-  EXPECT_EQ(ToString(reasons), "stale+clamped");
-  EXPECT_EQ(ToString(Reason::kBadDevice), "bad_device");
-}
-
 }  // namespace
 }  // namespace palpate

@@ -21,13 +21,6 @@ TEST(ForceErrorTest, CountsTheTicksInWhichEitherForceIsLargeEnough) {
   EXPECT_NEAR(summary.rms, std::sqrt((0.01 + 0.09 + 0.16) / 3), 1e-12);
 }
 
-TEST(ForceErrorTest, HugeAndTinyForcesHaveAPlace) {
-  ForceError error;
-  error.Add({1e200, 0, 0}, {0, 0, 0});
-  error.Add({1e-200, 0, 0}, {0, 0, 0});
-  EXPECT_EQ(error.Above(1).ticks, 1U);
-}
-
 // A break that is told three ticks later and fades in two; a truth that lags without one.
 TEST(BreakingErrorTest, TicksFromTheBreakToNoForceStandApart) {
   ForceError contact;

@@ -53,11 +53,6 @@ TEST_F(LocalContactTest, TheTangentToAStiffeningLawNeverPulls) {
   EXPECT_GT(contact.ForceAt({0, -0.0021, 0}, kLater).y(), 0);
 }
 
-TEST_F(LocalContactTest, NothingKnownIsNoForce) {
-  EXPECT_FALSE(contact.known());
-  EXPECT_EQ(contact.ForceAt({0, -1, 0}, 0).norm(), 0);
-}
-
 // An oblique plane through the origin, bonded: K couples all directions.
 LocalModel BondedWall(const Eigen::Vector3d& reference, bool in_contact, std::uint32_t revision) {
   LocalModel model;
@@ -69,6 +64,7 @@ LocalModel BondedWall(const Eigen::Vector3d& reference, bool in_contact, std::ui
   model.in_contact = in_contact;
   return model;
 }
+
 const Eigen::Vector3d kAlong = Eigen::Vector3d(4, -3, 0) / 5,
                       kInto = Eigen::Vector3d(-3, -4, 0) / 5;
 
@@ -147,28 +143,6 @@ TEST_F(LocalContactTest, ChangesUponChangesAreContinuousAndNeverPull) {
     }
     last = force;
   }
-}
-
-TEST_F(LocalContactTest, TheFirstModelGrowsFromNothing) {
-  contact.Take(Wall(1000, 0, 1), 0);
-  EXPECT_EQ(contact.ForceAt({0, -0.002, 0}, 0).y(), 0);
-  EXPECT_NEAR(contact.ForceAt({0, -0.002, 0}, 0.015).y(), 1.0, 1e-12);
-}
-
-TEST_F(LocalContactTest, OppositeNormalsBlendWithoutNonsense) {
-  contact.Take(Wall(1000, 0, 1), 0);
-  LocalModel flipped = Wall(1000, 0, 2);
-  flipped.normal = {0, -1, 0};
-  contact.Take(flipped, kLater);
-  for (int tick = 0; tick < 40; ++tick) {
-    EXPECT_NEAR(contact.At(kLater + tick * 0.001).normal.norm(), 1, 1e-12);
-  }
-}
-
-TEST_F(LocalContactTest, KnowsItsRange) {
-  contact.Take(Wall(1000, 0, 1), 0);
-  EXPECT_FALSE(contact.IsBeyond({0, -0.009, 0}));
-  EXPECT_TRUE(contact.IsBeyond({0, -0.011, 0}));
 }
 
 // Reference: by hand. Eigenvalues 3000 and -100 along two perpendicular directions become 2000 and

@@ -77,15 +77,6 @@ TEST_F(OperatorMachineTest, SilenceBeyondThirtyMillisecondsHolds) {
   EXPECT_EQ(Run(), kHold);
 }
 
-TEST_F(OperatorMachineTest, WhereTheSceneAllowsMoreSilenceMoreIsBorne) {
-  machine_.set_dead_after(0.2);
-  Follow();
-  in_.state_age = 0.199;
-  EXPECT_EQ(Run(), kFollowing);
-  in_.state_age = 0.201;
-  EXPECT_EQ(Run(), kHold);
-}
-
 // The way up can fail alone: states come, but the tool stands where it was.
 TEST_F(OperatorMachineTest, AToolThatDoesNotFollowHoldsAndLastingSoNeedsANewEngagement) {
   Follow();

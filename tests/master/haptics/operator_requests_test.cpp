@@ -69,16 +69,6 @@ TEST_F(OperatorRequestsTest, AClutchThatClosesEngagesAnewWithoutMovingTheTool) {
   EXPECT_NEAR((rig_.slave.tip() - tip).norm(), 0, 1e-12);
 }
 
-TEST_F(OperatorRequestsTest, AMarkStandsInTheTickInWhichItWasMade) {
-  const TickRecord before = rig_.Tick(puppet_);
-  ++rig_.requests.marks;
-  const TickRecord after = rig_.Tick(puppet_);
-  EXPECT_EQ(before.marks, 0U);
-  EXPECT_EQ(after.marks, 1U);
-  EXPECT_EQ(ActsInWords(before, after), std::vector<std::string>{"mark 1"});
-  EXPECT_NEAR(after.chain.sent.y(), 1, 1e-9) << "the hand feels nothing of it";
-}
-
 TEST_F(OperatorRequestsTest, AnotherRenderingWaitsUntilNobodyFeelsIt) {
   rig_.requests.render = RenderMode::kHold;
   rig_.Run(puppet_, 0.1);
@@ -137,12 +127,6 @@ TEST_F(TareTest, TakesTheDriftFromTheHandAndSaysSo) {
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kTared));
 }
 
-TEST_F(TareTest, WithoutItTheDriftIsFelt) {
-  Press();
-  EXPECT_NEAR(puppet_.felt.y(), 1.05, 1e-9);
-  EXPECT_FALSE(rig_.loop.record().chain.reasons.Has(Reason::kTared));
-}
-
 // Whatever could hide a contact.
 TEST_F(TareTest, RefusesWhatIsNoForceWithoutContact) {
   drift_ = {0, 0.4, 0};  // of 3.3 N
@@ -164,14 +148,6 @@ TEST_F(TareTest, AContactThatIsMadeMeanwhileIsNotTared) {
   rig_.slave.lie = [](SlaveState* state) { state->local_model.in_contact = true; };
   rig_.Run(puppet_, 0.3);
   EXPECT_EQ(rig_.loop.record().tare_state, TareState::kTouching);
-}
-
-TEST_F(TareTest, OtherSettingsEndIt) {
-  ASSERT_EQ(RequestTare(), TareState::kDone);
-  rig_.settings.Put({0, {}, 3.3, kUsualDeadAfter});
-  rig_.Run(puppet_, 0.05);
-  EXPECT_TRUE(rig_.loop.record().tare.isZero(0));
-  EXPECT_EQ(rig_.loop.record().tare_state, TareState::kNone);
 }
 
 }  // namespace

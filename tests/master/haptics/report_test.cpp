@@ -47,27 +47,6 @@ TEST(ReportTest, HasEveryKeyOfTheContract) {
   EXPECT_EQ(report["state"], "READY");
 }
 
-TEST(ReportTest, FingersAndShapeAreToldWhereThereAreSome) {
-  const json plain = json::parse(ToJson(Example()));
-  EXPECT_FALSE(plain.contains("fingers"));
-  EXPECT_FALSE(plain.contains("shape"));
-  Report report = Example();
-  report.fingers = {{"ff", 0.5, 0.42}, {"th", 0.25, std::nan("")}};
-  report.shape = ShapeReport{37, 0.0063};
-  const json told = json::parse(ToJson(report));
-  EXPECT_EQ(told["fingers"].size(), 2U);
-  EXPECT_EQ(told["fingers"][0],
-            json({{"name", "ff"}, {"contact_share", 0.5}, {"force_peak_N", 0.42}}));
-  EXPECT_EQ(told["fingers"][1]["force_peak_N"], 0);
-  EXPECT_EQ(told["shape"], json({{"meshes", 37}, {"deflection_peak_m", 0.0063}}));
-}
-
-TEST(ReportTest, ForceErrorIsNullWithoutATrueForce) {
-  Report report = Example();
-  report.force_error.reset();
-  EXPECT_TRUE(json::parse(ToJson(report))["force_error"].is_null());
-}
-
 TEST(ReportTest, StaysJsonWhateverTheNumbersAndWords) {
   Report report = Example();
   report.force_peak = std::nan("");
@@ -75,14 +54,6 @@ TEST(ReportTest, StaysJsonWhateverTheNumbersAndWords) {
   report.duration = 0;
   report.trouble = {"\xff\xfe broken \" words"};
   EXPECT_TRUE(json::accept(ToJson(report)));
-}
-
-TEST(ReportTest, IsWrittenWholeOrTheErrorSaysWhere) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "palpate-report.json";
-  WriteReport(Example(), file);
-  EXPECT_EQ(json::parse(std::ifstream(file))["ticks"], 7979);
-  EXPECT_THROW(WriteReport(Example(), "/nowhere/report.json"), std::runtime_error);
-  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -33,40 +33,12 @@ TEST(StableStiffnessTest, IsWhereACycleBeginsToGainEnergy) {
   }
 }
 
-TEST(StableStiffnessTest, TakesTheSmallerOfMakerAndRate) {
-  EXPECT_EQ(StableStiffness(RenderMode::kLocal, {}, 1), 2000) << "at the tick of 1 ms";
-  EXPECT_EQ(StableStiffness(RenderMode::kLocal, {.device_rate = 4000}, 0), 2000);
-  EXPECT_EQ(StableStiffness(RenderMode::kLocal, {.device_stiffness = 400}, 0), 400);
-  EXPECT_NEAR(StableStiffness(RenderMode::kLocal, {400, 100}, 0), 200, 1e-9);
-}
-
 // Reference: K < b / (T_s / 2 + t_d), by hand for 50 Hz and 10 ms.
 TEST(StableStiffnessTest, HeldAndInterpolatedForcesDependOnSensorAndLink) {
   const RenderedRate rate{.sensor_rate = 50};
   EXPECT_NEAR(StableStiffness(RenderMode::kHold, rate, 0.010), 50, 1e-9);
   EXPECT_NEAR(StableStiffness(RenderMode::kInterpolate, rate, 0.010), 25, 1e-9);
   EXPECT_EQ(StableStiffness(RenderMode::kLocal, rate, 0.010), 2000);
-}
-
-TEST(StiffnessNoticeTest, NamesTheKeyOnce) {
-  StiffnessNotice notice({.device_stiffness = 400}, 400);
-  TickRecord tick;
-  tick.position_scale = 0.5;
-  tick.force_scale = 4;
-  EXPECT_THAT(notice.Check(tick), IsEmpty()) << "no model yet";
-  tick.model_stiffness = 199;
-  EXPECT_THAT(notice.Check(tick), IsEmpty()) << "398 N/m";
-  tick.model_stiffness = 800;
-  EXPECT_EQ(notice.Check(tick),
-            "operator.position_scale 0.5 x operator.force_scale 4 x 800 N/m of the object = 1600 "
-            "N/m at the device, which renders 400 N/m stably with --render local: a stiffer "
-            "contact is rendered with that. Lower operator.force_scale to 1, or "
-            "operator.position_scale.");
-  EXPECT_THAT(notice.Check(tick), IsEmpty()) << "once";
-  tick.force_scale = 8;
-  EXPECT_THAT(notice.Check(tick), HasSubstr("Lower operator.force_scale to 1,"));
-  tick.render = RenderMode::kHold;
-  EXPECT_THAT(notice.Check(tick), HasSubstr("or use --render local."));
 }
 
 }  // namespace

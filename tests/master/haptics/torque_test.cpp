@@ -28,27 +28,6 @@ TeleopTransform Scaled(std::mt19937_64* random) {
   return transform;
 }
 
-// T^p and its inverse over eight decades of scale. The tolerance is rounding of the larger of
-// position and offset, divided by the scale.
-TEST(TorqueTest, PositionsGoToTheToolAndBack) {
-  std::mt19937_64 random(14);
-  std::uniform_real_distribution<double> exponent(-4, 4);
-  for (int i = 0; i < 1000; ++i) {
-    TeleopTransform transform = Scaled(&random);
-    transform.position_scale = std::pow(10, exponent(random));
-    transform.offset = AnyOf(&random);
-    const Vector3d p_M = AnyOf(&random), p_S = AnyOf(&random);
-    const double size = p_M.norm() + (transform.offset.norm() + p_S.norm()) /
-                                         std::min(1.0, transform.position_scale);
-    ASSERT_LT((transform.ToMaster(transform.ToSlave(p_M)) - p_M).norm(), 1e-14 * size);
-    ASSERT_LT((transform.ToSlave(transform.ToMaster(p_S)) - p_S).norm(),
-              1e-14 * (p_S.norm() + transform.offset.norm()));
-    transform.ZeroOffset(p_M, p_S);
-    ASSERT_LT((transform.ToSlave(p_M) - p_S).norm(),
-              1e-14 * (p_S.norm() + transform.position_scale * p_M.norm()));
-  }
-}
-
 // Reference: the power of a wrench. The ratio of device to tool is the same for a force with any
 // velocity and a moment with any rotation. Rotations follow unscaled: w_S = R_SM w_M.
 TEST(TorqueTest, ForceAndTorqueScalePowerAlike) {
@@ -177,16 +156,6 @@ TEST(TorqueTest, TheHandleTurnsTheToolAndFeelsItsMoment) {
   device.next.engaged = false;
   for (int i = 0; i < 100; ++i) tick();
   EXPECT_TRUE(device.torque.isZero(0)) << "with the force";
-}
-
-TEST(TorqueTest, ADeviceWithoutActuatorsAsksForNone) {
-  Rig rig;
-  Puppet puppet;
-  rig.Run(puppet, 0.1);
-  const OperatorCommand* command = rig.commands.Take();
-  ASSERT_NE(command, nullptr);
-  EXPECT_FALSE(command->torque);
-  EXPECT_FALSE(command->R_M_device);
 }
 
 }  // namespace

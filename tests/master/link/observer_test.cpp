@@ -73,32 +73,6 @@ TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   EXPECT_EQ(observer.mesh(), mesh) << "the last one stays";
 }
 
-TEST_F(ObserverTest, NodalForcesComeIfAskedFor) {
-  Observer observer(Line(), {});
-  observer.Need(User::kShapes, {.mesh_rate = 120, .nodal_forces = true});
-  observer.Need(User::kPage, kMeshes);
-  ASSERT_TRUE(SensingUntil([&] { return observer.mesh() != nullptr; }));
-  EXPECT_EQ(observer.mesh()->nodal_forces.size(), 3U);
-}
-
-TEST_F(ObserverTest, ItComesBackWithTheSlave) {
-  const std::string address = server_->address();
-  Observer observer(To(address), {});
-  observer.Need(User::kShapes, kMeshes);
-  ASSERT_TRUE(SensingUntil([&] { return observer.mesh_stats().meshes > 0; }));
-  server_.reset();
-  ASSERT_TRUE(Eventually([&] { return !observer.mesh_stats().trouble.empty(); }));
-  EXPECT_TRUE(observer.mesh()) << "what was seen last";
-  server_ = std::make_unique<Server>(slave_, address, false);
-  const std::uint64_t before = observer.mesh_stats().meshes;
-  ASSERT_TRUE(SensingUntil([&] { return observer.mesh_stats().meshes > before; }));
-  EXPECT_EQ(observer.mesh_stats().trouble, "");
-}
-
-TEST_F(ObserverTest, PlainTextLeavesThisMachineOnlyOnRequest) {
-  EXPECT_THROW(Observer(To("192.0.2.1:5"), {}), std::invalid_argument);
-}
-
 TEST_F(ObserverTest, StopsAtOnceWhereNobodyIsAndTwiceIsFine) {
   const std::string address = server_->address();
   server_.reset();
@@ -123,7 +97,7 @@ class FakeMeshServer final : public v1::Teleoperation::Service {
   }
   grpc::Status WatchMesh(grpc::ServerContext* context, const v1::WatchMeshRequest* request,
                          grpc::ServerWriter<v1::MeshState>* writer) override {
-    asked_rate = request->max_rate_hz();
+    asked_rate = request->max_rate();
     for (const auto& message : messages_) writer->Write(message);
     while (!context->IsCancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return grpc::Status::CANCELLED;
@@ -178,15 +152,6 @@ TEST_F(ObserverTest, PicturesComeWithOverlaysAndNobodyMakesThemForNobody) {
   EXPECT_EQ(observer.image_trouble(), "");
 }
 
-TEST_F(ObserverTest, ASlaveWithoutACameraIsSaidInItsWords) {
-  slave_.set_has_camera(false);
-  Observer observer(Line(), {});
-  observer.Need(User::kPage, kImages);
-  ASSERT_TRUE(SensingUntil([&] { return !observer.image_trouble().empty(); }));
-  EXPECT_THAT(observer.image_trouble(), HasSubstr("camera"));
-  EXPECT_FALSE(observer.image());
-}
-
 TEST_F(ObserverTest, TheSlaveTellsOfItselfAndOfWhatHappens) {
   Observer observer(Line(), {.states = true});
   ASSERT_TRUE(SensingUntil(
@@ -203,30 +168,6 @@ TEST_F(ObserverTest, TheSlaveTellsOfItselfAndOfWhatHappens) {
   EXPECT_FALSE(observer.TakeEvents().Has(Event::kPuncture)) << "once is enough";
 }
 
-TEST_F(ObserverTest, ASamplesTraceIsFoundByWhenItWasTaken) {
-  Observer observer(Line(), {.states = true});
-  std::optional<SampleTrace> trace;
-  Time sensed_at{};
-  ASSERT_TRUE(SensingUntil([&] {
-    sensed_at = observer.state().state.sensed_at;
-    trace = observer.TraceOf(sensed_at);
-    return trace.has_value();
-  }));
-  EXPECT_GT(trace->sample, 0U);
-  EXPECT_EQ(trace->sensed_at, sensed_at);
-  EXPECT_FALSE(observer.TraceOf(sensed_at + Clock::duration(1)));
-}
-
-TEST_F(ObserverTest, ASlaveThatIsGoneIsSaidAndFoundAgain) {
-  const Observer observer(Line(), {.states = true});
-  ASSERT_TRUE(SensingUntil([&] { return !observer.texts().scene.empty(); }));
-  const std::string address = server_->address();
-  server_.reset();
-  ASSERT_TRUE(SensingUntil([&] { return !observer.texts().trouble.empty(); }));
-  server_ = std::make_unique<Server>(slave_, address, false);
-  EXPECT_TRUE(SensingUntil([&] { return observer.texts().trouble.empty(); }));
-}
-
 // A page and a recording share each stream: what either needs more of decides.
 TEST_F(ObserverTest, UsersShareOneStreamOfEachKind) {
   std::mutex mutex;
@@ -239,26 +180,14 @@ TEST_F(ObserverTest, UsersShareOneStreamOfEachKind) {
   observer.Need(User::kPage, {.image_rate = 120, .mesh_rate = 120, .mesh_error = 1e-4});
   ASSERT_TRUE(SensingUntil([&] {
     const std::scoped_lock lock(mutex);
-    return received.size() == 6 && observer.image() && observer.mesh();
+    return received.size() == 5 && observer.image() && observer.mesh();
   }));
-  EXPECT_THAT(received,
-              testing::UnorderedElementsAre("VideoFrame", "MeshState", "TraceUpdate", "Status",
-                                            "SceneDescription", "Capabilities"));
+  EXPECT_THAT(received, testing::UnorderedElementsAre("ImageState", "MeshState", "TraceUpdate",
+                                                      "Status", "SceneDescription"));
   observer.Need(User::kPage, {});
   const std::uint64_t before = observer.mesh_stats().meshes;
   EXPECT_TRUE(SensingUntil([&] { return observer.mesh_stats().meshes > before; }))
       << "the recording still needs them";
-}
-
-// Reference: what the fake accepts, `bem2d` alone, and its words for the rest.
-TEST_F(ObserverTest, MappingAndModelAreSetOrRefusedWithTheReason) {
-  SlaveLink link(Line());
-  EXPECT_EQ(link.SetMapping({.position_scale = 0.5}), "");
-  EXPECT_EQ(slave_.parameters().position_scale, 0.5);
-  EXPECT_FALSE(slave_.parameters().force_scale);
-  EXPECT_EQ(link.SetModel("bem2d"), "");
-  EXPECT_NE(link.SetModel("clay"), "");
-  EXPECT_NE(link.SetMapping({.force_scale = -1}), "");
 }
 
 }  // namespace

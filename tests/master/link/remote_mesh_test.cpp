@@ -82,16 +82,6 @@ TEST(RemoteMeshTest, TractionIsThereWhereItIsTold) {
   EXPECT_THAT(mesh->traction.steps, testing::ElementsAre(0, 0, 3, 255));
 }
 
-TEST(RemoteMeshTest, PlanarObjectsComeAsLines) {
-  v1::MeshState message = Tetrahedron();
-  message.set_nodes_per_element(2);
-  std::string reason;
-  const auto mesh = FromProto(message, nullptr, &reason);
-  ASSERT_TRUE(mesh) << reason;
-  EXPECT_EQ(mesh->topology->lines.size(), 6U);
-  EXPECT_TRUE(mesh->topology->surface.triangles.empty());
-}
-
 // As a slave sends it to those who give an error of 1/64 m.
 v1::MeshState Moved(ShapeEncoder* encoder, const v1::MeshState& whole, const v1::MeshState& first) {
   const std::vector<float> rest(first.rest().begin(), first.rest().end());
@@ -143,21 +133,6 @@ TEST(MeshReaderTest, NothingIsShownOnTopOfMovesThatWereRefused) {
   EXPECT_FALSE(reader.is_lost());
 }
 
-TEST(MeshReaderTest, AnotherUnitOrBothFormsAreRefused) {
-  for (const bool both : {false, true}) {
-    ShapeEncoder encoder;
-    encoder.Restart(4, 1 / 32.0);
-    MeshReader reader;
-    std::string reason;
-    v1::MeshState first = Moved(&encoder, Tetrahedron(), Tetrahedron());
-    v1::MeshState second = Moved(&encoder, Later(), Tetrahedron());
-    if (both) *second.mutable_positions() = Later().positions();
-    if (!both) second.mutable_moves()->set_unit(1 / 16.0);
-    ASSERT_TRUE(reader.Read(&first, &reason));
-    EXPECT_FALSE(reader.Read(&second, &reason)) << both;
-  }
-}
-
 struct Damage {
   const char* reason;
   std::function<void(v1::MeshState*)> apply;
@@ -179,23 +154,10 @@ INSTANTIATE_TEST_SUITE_P(
     OneEach, DamagedMeshTest,
     testing::Values(Damage{"rest is absent", [](auto* m) { *m = Later(); }},
                     Damage{"nodes_per_element", [](auto* m) { m->set_nodes_per_element(4); }},
-                    Damage{"nodes_per_element",
-                           [](auto* m) { m->set_nodes_per_element(0xffffffffU); }},
-                    Damage{"elements", [](auto* m) { m->add_elements(0); }},
                     Damage{"elements", [](auto* m) { m->set_elements(5, 4); }},
-                    Damage{"elements", [](auto* m) { m->set_elements(5, 0xffffffffU); }},
-                    Damage{"rest", [](auto* m) { m->add_rest(0); }},
-                    Damage{"rest", [](auto* m) { m->set_rest(2, kNan); }},
                     Damage{"fixed_nodes", [](auto* m) { m->add_fixed_nodes(4); }},
                     Damage{"positions", [](auto* m) { m->set_positions(2, kNan); }},
-                    Damage{"positions", [](auto* m) { m->set_positions(2, 1e30F); }},
                     Damage{"positions", [](auto* m) { m->mutable_positions()->Truncate(9); }},
-                    Damage{"positions", [](auto* m) { m->mutable_positions()->Truncate(10); }},
-                    Damage{"nodal_forces", [](auto* m) { m->add_nodal_forces(1); }},
-                    Damage{"nodal_forces",
-                           [](auto* m) {
-                             for (int i = 0; i < 3; ++i) m->add_nodal_forces(1);
-                           }},
                     Damage{"traction", [](auto* m) { m->mutable_traction()->set_unit(1); }},
                     Damage{"traction",
                            [](auto* m) {

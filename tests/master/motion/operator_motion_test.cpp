@@ -236,66 +236,6 @@ TEST(OperatorMotionTest, ALostSurfaceReleasesNoJump) {
   EXPECT_NEAR(last, -0.001, 1e-15) << "it catches up";
 }
 
-TEST(OperatorMotionTest, TheBoxStopsTheCommand) {
-  MotionOptions options;
-  options.box = Fixture::ParseBox("0,0,0:10,10,10");
-  OperatorMotion motion(options, kStiffest);
-  const TeleopTransform transform;
-  const OperatorMotion::Situation now{1, true, true, kTick};
-  motion.Command(At({0.005, 0.005, 0.012}), transform, now);
-  const DeviceReading command = motion.Command(At({0.015, -0.001, 0.013}), transform, now);
-  EXPECT_EQ(command.p_M, Vector3d(0.010, 0, 0.012)) << "it began outside along z";
-  EXPECT_TRUE(motion.is_active());
-  // Springs of 500 N/m push back.
-  const Vector3d f = motion.ForceAtDevice({1, 1, 1});
-  EXPECT_LT(f.x(), 0);
-  EXPECT_GT(f.y(), 0);
-  motion.Command(At({0.005, 0.005, 0.005}), transform, now);
-  EXPECT_EQ(motion.ForceAtDevice({1, 1, 1}), Vector3d(1, 1, 1));
-  EXPECT_EQ(motion.Command(At({0.005, 0.005, 0.012}), transform, now).p_M.z(), 0.010);
-}
-
-TEST(OperatorMotionTest, TheClutchButtonIsCountedFromOne) {
-  MotionOptions options;
-  DeviceReading reading;
-  reading.status.buttons = 0b10;
-  EXPECT_FALSE(OperatorMotion(options, kStiffest).IsClutched(reading));
-  options.clutch_button = 2;
-  EXPECT_TRUE(OperatorMotion(options, kStiffest).IsClutched(reading));
-  options.clutch_button = 1;
-  EXPECT_FALSE(OperatorMotion(options, kStiffest).IsClutched(reading));
-}
-
-TEST(OperatorMotionTest, WithoutSettingsTheReadingIsTheCommand) {
-  std::mt19937_64 random(9);
-  OperatorMotion motion({}, kStiffest);
-  EXPECT_EQ(motion.contact_stiffness(), kStiffest);
-  const TeleopTransform transform = AnyTransform(&random);
-  const OperatorMotion::Situation now{1, true, true, kTick};
-  DeviceGuide surface{true, {0, -1, 0}, 0, 0};
-  motion.SetSurface(surface);
-  for (int i = 0; i < 100; ++i) {
-    const Vector3d p = Somewhere(&random), f = Somewhere(&random);
-    ASSERT_EQ(motion.Command(At(p), transform, now).p_M, p);
-    ASSERT_EQ(motion.ForceAtDevice(f), f);
-    ASSERT_FALSE(motion.is_active());
-  }
-}
-
-TEST(OperatorMotionTest, ReadsLocks) {
-  MotionOptions options;
-  options.ParseLocks("z,x");
-  EXPECT_TRUE(options.locked[0] && !options.locked[1] && options.locked[2]);
-  for (const char* text : {"", ",", "x,", "w", "xy", "x;y"}) {
-    try {
-      options.ParseLocks(text);
-      ADD_FAILURE() << text;
-    } catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), HasSubstr("accepted are axes of the master"));
-    }
-  }
-}
-
 TEST(OperatorMotionAllocationTest, ATickTakesNothingFromTheHeap) {
   std::mt19937_64 random(10);
   MotionOptions options;

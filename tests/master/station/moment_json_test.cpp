@@ -29,10 +29,10 @@ StationMoment Pressed() {
   tick.chain.sent = {0, 3.3, 0};
   tick.chain.reasons.Add(Reason::kClamped);
   moment.status.force_limit = 3.3;
-  moment.felt.state.sequence = 7;
-  moment.felt.state.sigma = 0.02;
-  moment.felt.state.validity = Validity::kExtrapolated;
-  moment.felt.details = R"({"score":0.97})";
+  moment.observed.state.sequence = 7;
+  moment.observed.state.sigma = 0.02;
+  moment.observed.state.validity = Validity::kExtrapolated;
+  moment.observed.details = R"({"score":0.97})";
   return moment;
 }
 
@@ -43,9 +43,9 @@ TEST(MomentJsonTest, SaysWhatTheTickSays) {
   EXPECT_EQ(json["state"], "FOLLOWING");
   EXPECT_EQ(json["chain"]["sent"], Json::array({0, 3.3, 0}));
   EXPECT_EQ(json["chain"]["reasons"], Json::array({"clamped"}));
-  EXPECT_EQ(json["felt"]["validity"], "extrapolated");
-  EXPECT_NEAR(json["felt"]["sigma"].get<double>(), 0.02, 1e-9);
-  EXPECT_EQ(json["felt"]["details"]["score"], 0.97);
+  EXPECT_EQ(json["slave_state"]["validity"], "VALIDITY_EXTRAPOLATED");
+  EXPECT_NEAR(json["slave_state"]["sigma"].get<double>(), 0.02, 1e-9);
+  EXPECT_EQ(json["slave_state"]["details"]["score"], 0.97);
   EXPECT_EQ(json["link"]["sensed_age"], 0.0625);
   EXPECT_EQ(json["marks"], 2);
   EXPECT_EQ(json["render"], "hold");
@@ -54,98 +54,24 @@ TEST(MomentJsonTest, SaysWhatTheTickSays) {
   EXPECT_TRUE(json["recording"].is_null()) << "none can be made";
 }
 
-TEST(MomentJsonTest, SaysCalibrationOutputTemperatureAndButtonsOfTheDevice) {
-  StationMoment moment;
-  moment.ticks.newest.device.calibration = Calibration::kCalibrated;
-  moment.ticks.newest.device.buttons = 0b101;
-  moment.ticks.newest.device.temperature = 0.5F;
-  const auto device = nlohmann::json::parse(StatusJson(moment))["device"];
-  EXPECT_EQ(device["fault"], "");
-  EXPECT_EQ(device["calibration"], "calibrated");
-  EXPECT_EQ(device["output"], "ok");
-  EXPECT_EQ(device["temperature"], 0.5);
-  EXPECT_TRUE(device["force_share"].is_null()) << "unknown is not zero";
-  EXPECT_EQ(device["buttons"], nlohmann::json::parse("[1, 3]"));
-}
-
-TEST(MomentJsonTest, AlarmsSayTheNextStep) {
-  StationMoment moment = Pressed();
-  moment.status.link.connected = true;
-  const Json alarms = Json::parse(StatusJson(moment))["alarms"];
-  ASSERT_EQ(alarms.size(), 2U);
-  EXPECT_EQ(alarms[0]["text"], "The force is extrapolated.");
-  EXPECT_EQ(alarms[1]["text"], "The force was changed: the force limit.");
-  EXPECT_EQ(alarms[1]["next"], "Press less: a larger force cannot be rendered.");
-}
-
-TEST(MomentJsonTest, ADiskThatIsFullIsSaidWithTheNextStep) {
-  StationMoment moment;
-  moment.recording = {false, 12.5,
-                      "a.mcap: the recording has ended: it cannot be written: No space", 0.0};
-  const auto alarms = AlarmsOf(moment);
-  const auto said = std::ranges::find_if(
-      alarms, [](const Alarm& alarm) { return alarm.text.starts_with("The recording: a.mcap"); });
-  ASSERT_NE(said, alarms.end());
-  EXPECT_THAT(said->next, testing::HasSubstr("Free disk space"));
-}
-
-TEST(MomentJsonTest, ADiskThatWillBeFullIsSaidBeforeItIs) {
-  StationMoment moment;
-  const auto is_said = [&moment] {
-    return std::ranges::any_of(AlarmsOf(moment), [](const Alarm& alarm) {
-      return alarm.text == "The recording: 150 MB are left on its disk.";
-    });
-  };
-  moment.recording = {true, 12.5, "", 150.0};
-  EXPECT_TRUE(is_said());
-  moment.recording->on = false;
-  EXPECT_FALSE(is_said());
-  moment.recording = {true, 12.5, "", 15000.0};
-  EXPECT_FALSE(is_said());
-}
-
-TEST(MomentJsonTest, ClocksThatAreFarApartAreSaid) {
-  StationMoment moment;
-  const auto is_said = [&moment] {
-    return std::ranges::any_of(AlarmsOf(moment), [](const Alarm& alarm) {
-      return alarm.text == "The slave's clock differs by -3600 s.";
-    });
-  };
-  moment.status.link.clock_offset = -3600;
-  EXPECT_TRUE(is_said());
-  moment.status.link.clock_offset = -30;
-  EXPECT_THAT(AlarmsOf(moment), testing::Not(testing::Contains(testing::Field(
-                                    &Alarm::text, testing::HasSubstr("The slave's clock")))));
-}
-
-// Who refuses is there: whether it runs is not the question.
-TEST(MomentJsonTest, ASlaveThatRefusesIsNotSearchedFor) {
-  StationMoment moment;
-  moment.status.link.trouble = "the lease is held by Ada";
-  EXPECT_THAT(AlarmsOf(moment).front().next, testing::HasSubstr("Is palpate-slave running?"));
-  moment.status.link.answers = true;
-  EXPECT_EQ(AlarmsOf(moment).front().text, "No link to the slave: the lease is held by Ada.");
-  EXPECT_THAT(AlarmsOf(moment).front().next, testing::HasSubstr("correct it"));
-}
-
-// What a slave told before it fell silent is neither felt nor measured any more.
+// A state is no longer shown as the present one after a quarter of a second.
 TEST(MomentJsonTest, WhatWasToldTooLongAgoIsNotKnown) {
   StationMoment moment = Pressed();
   moment.status.fingers = {{"tool", {.force = Eigen::Vector3f(0, 1.5F, 0)}}};
-  moment.felt.state.local_model.revision = 1;
-  moment.felt_age = moment.ticks.newest.state_age = 0.2;
+  moment.observed.state.local_model.revision = 1;
+  moment.observed_age = moment.ticks.newest.state_age = 0.2;
   LeaveOutOld(&moment);
   Json json = Json::parse(StatusJson(moment));
   EXPECT_FALSE(json["chain"]["estimated"].is_null());
-  EXPECT_EQ(json["felt"]["details"]["score"], 0.97);
-  moment.felt_age = moment.ticks.newest.state_age = 0.3;
+  EXPECT_EQ(json["slave_state"]["details"]["score"], 0.97);
+  moment.observed_age = moment.ticks.newest.state_age = 0.3;
   LeaveOutOld(&moment);
   json = Json::parse(StatusJson(moment));
   EXPECT_TRUE(json["chain"]["estimated"].is_null());
-  EXPECT_EQ(json["felt"]["validity"], "stale");
-  EXPECT_EQ(json["felt"]["age"], 0.3);
-  for (const char* key : {"sigma", "details", "normal"}) {
-    EXPECT_TRUE(json["felt"][key].is_null()) << key;
+  EXPECT_EQ(json["slave_state"]["validity"], "VALIDITY_STALE");
+  EXPECT_EQ(json["slave_state"]["age"], 0.3);
+  for (const char* key : {"details", "local_model"}) {
+    EXPECT_TRUE(json["slave_state"][key].is_null()) << key;
   }
   EXPECT_TRUE(json["fingers"][0]["force"].is_null());
   EXPECT_EQ(json["fingers"][0]["validity"], "stale");
@@ -172,59 +98,14 @@ TEST(MomentJsonTest, TheLineIsLostConnectedDegradedOrGood) {
   EXPECT_EQ(told("word"), "connected") << "no states yet";
 }
 
-TEST(MomentJsonTest, WhereTheTipIsToBeAndWhereItWasSeenAreTold) {
-  StationMoment moment = Pressed();
-  TickSample sample;
-  sample.p_S = {0.001, 0.0020000000499, 0};
-  sample.p_S_tip = {0.0015, 0, std::numeric_limits<double>::quiet_NaN()};
-  moment.ticks.samples = {sample};
-  const Json told = Json::parse(StatusJson(moment))["samples"][0];
-  ASSERT_EQ(told.size(), 17U);
-  EXPECT_EQ(told[11], 0.001);
-  EXPECT_EQ(told[12], 0.002) << "to ten nanometres";
-  EXPECT_EQ(told[14], 0.0015);
-  EXPECT_TRUE(told[16].is_null());
-}
-
-TEST(MomentJsonTest, WhatTheHandGoesByAndWhatWaitsAreToldApart) {
-  StationMoment moment = Pressed();
-  moment.ticks.newest.force_scale = 2;
-  moment.waiting.force_scale = 5;
-  const Json json = Json::parse(StatusJson(moment));
-  EXPECT_EQ(json["force_scale"], 2);
-  EXPECT_EQ(json["waiting"]["force_scale"], 5);
-  EXPECT_TRUE(json["waiting"]["position_scale"].is_null());
-}
-
-TEST(MomentJsonTest, ASlaveOfAnotherReleaseIsSaidWithTheNextStep) {
-  EXPECT_EQ(OtherRelease("0.1.0+aaaa", "0.1.0+bbbb.changed"), "");
-  EXPECT_EQ(OtherRelease("", "0.1.0"), "");
-  StationMoment moment;
-  moment.other_release = OtherRelease("0.2.0+aaaa", "0.1.0+aaaa");
-  const auto alarms = AlarmsOf(moment);
-  const auto said = std::ranges::find(
-      alarms, "The slave is of release 0.2.0, this master of 0.1.0.", &Alarm::text);
-  ASSERT_NE(said, alarms.end());
-  EXPECT_THAT(said->next, testing::HasSubstr("Install the same release at both ends"));
-}
-
-TEST(MomentJsonTest, HealthThatIsNoneTellsNoAlarms) {
-  SlaveTexts words;
-  EXPECT_TRUE(AlarmsIn(words).empty());
-  words.status = R"({"alarms":["the disk is full", 7]})";
-  EXPECT_EQ(AlarmsIn(words), std::vector<std::string>{"the disk is full"});
-  words.status = R"({"alarms":"none"})";
-  EXPECT_NO_THROW(AlarmsIn(words));
-}
-
 // Zero newtons and no news are two things.
 TEST(MomentJsonTest, WhatIsNotKnownIsNull) {
   StationMoment moment = Pressed();
   moment.ticks.newest.chain.force_known = false;
-  moment.felt.state.sequence = 0;
+  moment.observed.state.sequence = 0;
   const Json json = Json::parse(StatusJson(moment));
   EXPECT_TRUE(json["chain"]["estimated"].is_null());
-  EXPECT_TRUE(json["felt"].is_null());
+  EXPECT_TRUE(json["slave_state"].is_null());
   EXPECT_TRUE(json["link"]["age"].is_null());
   EXPECT_TRUE(json["rate"].is_null());
 }
@@ -236,15 +117,6 @@ TEST(MomentJsonTest, NumbersThatAreNoneAndWordsThatAreNoTextStayReadable) {
   const Json json = Json::parse(StatusJson(moment));
   EXPECT_TRUE(json["p_M"][0].is_null());
   EXPECT_NE(json["link"]["trouble"].get<std::string>().find("\"quoted\""), std::string::npos);
-}
-
-TEST(MomentJsonTest, HealthOfASlaveThatSaysNothingIsNull) {
-  SlaveTexts words;
-  words.scene = "{not json";
-  words.trouble = "nobody there";
-  const Json json = Json::parse(HealthJson(words));
-  EXPECT_TRUE(json["scene"].is_null());
-  EXPECT_EQ(json["trouble"], "nobody there");
 }
 
 // Three counts, the places, the elements: what page/body.js reads.

@@ -34,19 +34,6 @@ TEST(StatusLineTest, TellsStateRateRoundTripAgeAndForceWithABar) {
             "[##########..........]");
 }
 
-TEST(StatusLineTest, SaysWhyTheForceWasChangedAndWhatTroublesTheLink) {
-  SessionStatus status = Following();
-  status.tick.chain.reasons.Add(Reason::kClamped);
-  status.link.trouble = "the lease is held by anna";
-  EXPECT_THAT(FormatStatus(status),
-              AllOf(HasSubstr("clamped"), HasSubstr("(the lease is held by anna)")));
-}
-
-TEST(StatusLineTest, ShowsADashForWhatIsNotKnown) {
-  EXPECT_THAT(FormatStatus(SessionStatus()),
-              AllOf(HasSubstr("RTT     - ms"), HasSubstr("age   - ms")));
-}
-
 TEST(StatusLineTest, StaysALineWhateverTheNumbers) {
   SessionStatus status = Following();
   status.tick.chain.sent = {1e300, -1e300, std::nan("")};
@@ -98,61 +85,6 @@ TEST_F(ConsoleTest, OnATerminalOneLineIsReplacedAndEndedBeforeOthers) {
   const std::string text = Written();
   EXPECT_EQ(Count(text, '\r'), 5);
   EXPECT_THAT(text, HasSubstr("\ndone\n"));
-}
-
-// What a terminal shows after `text`: knows the three controls that the console uses.
-std::vector<std::string> Screen(const std::string& text) {
-  std::vector<std::string> rows{""};
-  std::size_t row = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '\r') continue;  // every line is written whole
-    if (text[i] == '\n') {
-      if (++row == rows.size()) rows.emplace_back();
-      rows[row].clear();
-    } else if (text[i] == '\x1b') {
-      const std::size_t end = text.find_first_of("AJK", i);
-      if (text[end] == 'A') row -= std::stoul(text.substr(i + 2, end - i - 2));
-      if (text[end] == 'A') rows[row].clear();
-      if (text[end] == 'J') rows.resize(row + 1);
-      i = end;
-    } else {
-      if (i > 0 && text[i - 1] == '\r') rows[row].clear();
-      rows[row] += text[i];
-    }
-  }
-  return rows;
-}
-
-TEST_F(ConsoleTest, OnATerminalTheTableOfFingersIsReplacedAsAWhole) {
-  const ShapeMoment moment = PinchedCube(0.006);
-  SessionStatus status = Following();
-  status.fingers = moment.fingers;
-  {
-    Console console(file_, true);
-    console.Show(status);
-    console.Show(status, moment.mesh.get());
-    console.Show(status, moment.mesh.get());
-    status.fingers.pop_back();  // one finger: the status line tells of it
-    status.fingers[0].felt.in_contact = false;
-    console.Show(status);
-    status.fingers = moment.fingers;
-    console.Show(status, moment.mesh.get());
-    console.Print("done");
-  }
-  EXPECT_THAT(Screen(Written()), ElementsAre(HasSubstr("FOLLOWING"), HasSubstr("ff       contact"),
-                                             HasSubstr("th       contact"),
-                                             HasSubstr("moved by up to 6 mm"), "done", ""));
-}
-
-TEST_F(ConsoleTest, InAPipeTheFingersStandBehindTheStatus) {
-  const ShapeMoment moment = PinchedCube(0.006);
-  SessionStatus status = Following();
-  status.fingers = moment.fingers;
-  Console console(file_, false);
-  console.Show(status, moment.mesh.get());
-  const std::string text = Written();
-  EXPECT_EQ(Count(text, '\n'), 1);
-  EXPECT_THAT(text, HasSubstr("  ff 0.423 N  th 0.401 N  moved 6 mm\n"));
 }
 
 }  // namespace

@@ -24,13 +24,6 @@ class ShapeFileTest : public FolderTest {
   const ShapeMoment moment_ = PinchedCube(0.006);
 };
 
-TEST_F(ShapeFileTest, NamesThatSayNothingAreRefused) {
-  EXPECT_NO_THROW(CheckShapeFile("b/a.vtu"));
-  for (const char* name : {"a", "a.png", "vtu", ".vtu", "a.svg", "a.VTU"}) {
-    EXPECT_THROW(CheckShapeFile(name), std::invalid_argument) << name;
-  }
-}
-
 // Reference: the mesh itself: two points more, the fingers.
 TEST_F(ShapeFileTest, AVtuHasTheDeformedSurfaceItsDisplacementAndTheFingersForces) {
   ASSERT_TRUE(WriteShape(moment_, folder_ / "a.vtu"));
@@ -65,23 +58,6 @@ TEST_F(ShapeFileTest, AFileThatCannotBeWrittenIsTold) {
   EXPECT_THAT(file.Finish(), HasSubstr("/nowhere/a.vtu: cannot be written"));
 }
 
-TEST_F(ShapeFileTest, WithoutAMeshThereIsNoFileAndItIsSaid) {
-  ShapeFile file(folder_ / "a.vtu", [] { return nullptr; });
-  EXPECT_THAT(file.Finish(), HasSubstr("the slave sent no shape"));
-  EXPECT_EQ(FilesThere(), 0);
-}
-
-TEST_F(ShapeFileTest, TheLastMomentIsWrittenAtTheEnd) {
-  ShapeFile file(folder_ / "a.vtu", [this] { return moment_.mesh; });
-  file.Update({});
-  file.Update(moment_.fingers);
-  EXPECT_EQ(file.Finish(), "");
-  EXPECT_THAT(Read(folder_ / "a.vtu"),
-              HasSubstr("NumberOfPoints=\"" + std::to_string(moment_.mesh->positions.size() + 2)));
-  EXPECT_EQ(FilesThere(), 2) << "and the deepest moment";
-  EXPECT_EQ(file.Finish(), "") << "twice is fine";
-}
-
 // The hand presses and goes back: the last file shows the object at rest, the other one the
 // press.
 TEST_F(ShapeFileTest, TheDeepestMomentIsKeptForTheEnd) {
@@ -109,22 +85,6 @@ TEST_F(ShapeFileTest, TheDeepestMomentIsKeptForTheEnd) {
   EXPECT_EQ(largest(Read(folder_ / "a.vtu")), 0);
   EXPECT_NEAR(largest(Read(DeepestFile(folder_ / "a.vtu"))), 0.004, 1e-4);
   EXPECT_EQ(DeepestFile("x/pinch.vtu"), "x/pinch-deepest.vtu");
-}
-
-// However often it is told of fingers: once at the beginning, once at the end, and between them not
-// more than once a second.
-TEST_F(ShapeFileTest, IsNotWrittenMoreThanOnceASecond) {
-  std::atomic<int> writes{0};
-  const Time begin = Clock::now();
-  ShapeFile file(folder_ / "a.vtu", [&] {
-    ++writes;
-    return moment_.mesh;
-  });
-  for (int i = 0; i < 1000; ++i) file.Update(moment_.fingers);
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  file.Finish();
-  EXPECT_GE(writes, 1);
-  EXPECT_LE(writes, 2 + SecondsBetween(begin, Clock::now()));
 }
 
 }  // namespace

@@ -29,24 +29,6 @@ TEST(SummaryTableTest, SaysWhatAPersonWantsToKnow) {
   }
 }
 
-TEST(SummaryTableTest, TellsOfFingersAndShapeWhereThereAreSome) {
-  EXPECT_THAT(FormatSummary(Report()), testing::Not(HasSubstr("finger")));
-  EXPECT_THAT(FormatSummary(Report()), testing::Not(HasSubstr("deflection")));
-  Report report;
-  report.fingers = {{"ff", 0.5, 0.42}, {"th", 0.25, 0.4}};
-  report.shape = ShapeReport{37, 0.0063};
-  const std::string text = FormatSummary(report);
-  EXPECT_THAT(text,
-              HasSubstr("finger ff              in contact 50 % of the time, at most 0.420 N"));
-  EXPECT_THAT(text, HasSubstr("largest deflection     6.30 mm in 37 meshes"));
-}
-
-TEST(SummaryTableTest, SaysWhenTheTruthIsNotKnown) {
-  const std::string text = FormatSummary(Report());
-  EXPECT_THAT(text, HasSubstr("peak estimated force"));
-  EXPECT_THAT(text, HasSubstr("reports no true force"));
-}
-
 TEST(SummaryTableTest, SurvivesNumbersOfAnySize) {
   Report report;
   report.force_peak = 1e300;

@@ -83,16 +83,6 @@ TEST(Fleet, ShowsNoForceThatIsUnknown) {
   EXPECT_FALSE(line.force);
 }
 
-TEST(Fleet, ShowsASlaveWithoutStatesAsSilentAndWithoutForce) {
-  Fleet fleet;
-  fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
-  const SlaveLine line = Only(&fleet, At(3));
-  EXPECT_EQ(line.validity, "silent");
-  EXPECT_FALSE(line.force);
-  EXPECT_NEAR(line.age.value_or(0), 3.02, 1e-6);
-  EXPECT_THAT(line.alarms, ElementsAre("no state for 3 s"));
-}
-
 TEST(Fleet, ShowsWhatIsNoStateAsUnreadable) {
   SlaveState far = Pressed();
   v1::SlaveState infinite;
@@ -139,32 +129,6 @@ TEST(Fleet, KeepsABoundedNumberAndIgnoresOtherSubjects) {
   for (std::size_t i = 0; i < Fleet::kMost + 10; ++i)
     fleet.Take("palpate.s" + std::to_string(i) + ".state", BytesOf(Pressed()), At(0));
   EXPECT_EQ(fleet.Lines(At(0)).size(), Fleet::kMost);
-}
-
-TEST(FleetTable, HasALineForEachSlaveBelowTheTitles) {
-  const std::vector<SlaveLine> lines{
-      {.name = "block-1",
-       .force = 1.23456,
-       .sigma = 0.06,
-       .validity = "valid",
-       .phase = "ready",
-       .age = 0.0123,
-       .rate = 30},
-      {.name = "a-long-name", .validity = "silent", .alarms = {"one", "two"}}};
-  const auto table = FleetTable(lines);
-  ASSERT_EQ(table.size(), 3U);
-  EXPECT_THAT(table[0], testing::StartsWith("slave        "));
-  EXPECT_THAT(table[1],
-              testing::ContainsRegex("block-1 +1\\.235 +0\\.06 +valid +ready +12 +30\\.0"));
-  EXPECT_THAT(table[2], testing::ContainsRegex("a-long-name +- +- +silent .* one; two"));
-}
-
-TEST(FleetJson, HasNullForWhatIsUnknown) {
-  const auto json = nlohmann::json::parse(FleetJson({.name = "block", .validity = "failed"}));
-  EXPECT_EQ(json.at("slave"), "block");
-  EXPECT_TRUE(json.at("force_N").is_null());
-  EXPECT_TRUE(json.at("age_s").is_null());
-  EXPECT_EQ(json.at("validity"), "failed");
 }
 
 }  // namespace

@@ -20,26 +20,8 @@ TEST(LoopbackTest, AddressesComeApartAndTogetherAgain) {
 }
 
 TEST(LoopbackTest, WhatIsNoAddressIsRefusedAndNamed) {
-  for (const char* address : {"",
-                              ":",
-                              "localhost",
-                              "localhost:",
-                              ":50051",
-                              "localhost:port",
-                              "localhost:65536",
-                              "localhost:-1",
-                              "localhost:1 ",
-                              "::1:50051",
-                              "[::1]",
-                              "[::1]50051",
-                              "[]:1",
-                              "[fe80::1%]:1",
-                              "[fe80::1%a b]:1",
-                              "[%eth0]:1",
-                              "[localhost]:1",
-                              "[::1:1",
-                              "http://localhost:1",
-                              "local host:1"}) {
+  for (const char* address : {"", "localhost", ":50051", "localhost:port", "localhost:-1",
+                              "::1:50051", "[]:1", "[fe80::1%a b]:1", "[::1:1", "local host:1"}) {
     EXPECT_THAT(
         Thrown<std::invalid_argument>([&] { ParseEndpoint(address); }),
         testing::AllOf(testing::StartsWith(address), testing::HasSubstr("accepted is HOST:PORT")));

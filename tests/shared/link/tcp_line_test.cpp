@@ -67,12 +67,5 @@ TEST(TcpLineTest, OnlyConnectionsToThePortAreFound) {
   PrepareLine(-1);  // nothing happens
 }
 
-TEST(TcpLineTest, AControlThatPausesIsLeft) {
-  const Connection line;
-  if (!line.Choose("bbr")) GTEST_SKIP() << "this system has no BBR";
-  for (const int fd : LinesTo(line.port)) PrepareLine(fd);
-  EXPECT_TRUE(line.control() == "cubic" || line.control() == "reno") << line.control();
-}
-
 }  // namespace
 }  // namespace palpate

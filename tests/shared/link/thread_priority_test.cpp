@@ -53,18 +53,5 @@ TEST(ThreadPriorityTest, WhatIsMadeSoHasUrgentThreadsOfItsOwnButForAWhile) {
                std::logic_error);
 }
 
-TEST(ThreadPriorityTest, AnImpossiblePriorityIsRefusedInWords) {
-  std::string refused;
-  std::thread([&] { refused = MakeThreadRealtime(1000); }).join();
-  EXPECT_NE(refused.find("no real-time priority: "), std::string::npos) << refused;
-}
-
-TEST(ThreadPriorityTest, TheOperatorAndTheSensingPrecedeTheNetwork) {
-  EXPECT_GT(kHapticPriority, kLinkPriority);
-  EXPECT_GT(kLinkPriority, kSensingPriority);
-  EXPECT_GT(kSensingPriority, kAdmissionPriority);
-  EXPECT_GT(kAdmissionPriority, kReadingPriority);
-}
-
 }  // namespace
 }  // namespace palpate

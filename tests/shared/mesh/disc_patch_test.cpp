@@ -187,14 +187,5 @@ TEST(PatchAtTest, TellsHowMuchOfTheDiscLiesOnTheSurface) {
   EXPECT_NEAR(disc({1, 1, 1}, 3).rim, 0, 1e-12);
 }
 
-TEST(PatchAtTest, IsTheTriangleThereIfNothingIsThatNear) {
-  const SurfaceMesh s = Box(1);
-  const Vector3d p = Centroid(s, 17) + Vector3d(1e-3, 1e-3, 0);
-  const auto place = FindPlace(s, p);
-  const DiscPatch patch = PatchAt(s, *place, p, 1e-6);
-  EXPECT_THAT(patch.triangles, ElementsAre(place->triangle));
-  EXPECT_THAT(patch.nodes, IsEmpty());
-}
-
 }  // namespace
 }  // namespace palpate

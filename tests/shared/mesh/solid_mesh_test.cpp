@@ -151,19 +151,5 @@ TEST(RefinedTest, StaysJoined) {
   EXPECT_TRUE(IsClosed(surface));
 }
 
-TEST(RefinedTest, CutsASurfaceAsItCutsTheVolume) {
-  const SolidMesh coarse = Skewed();
-  const SurfaceMesh surface = Refined(SurfaceOf(coarse));
-  EXPECT_EQ(surface.triangles.size(), 4 * SurfaceOf(coarse).triangles.size());
-  EXPECT_TRUE(IsClosed(surface));
-  EXPECT_NEAR(EnclosedBy(surface).volume, Volume(coarse), 1e-15);
-}
-
-TEST(DiagonalTest, IsThatOfTheBoundingBox) {
-  EXPECT_EQ(Diagonal({}), 0);
-  EXPECT_EQ(Diagonal({{1, 2, 3}}), 0);
-  EXPECT_EQ(Diagonal({{-1, 0, 0}, {0, 3, 0}, {1, 1, 6}}), 7);
-}
-
 }  // namespace
 }  // namespace palpate

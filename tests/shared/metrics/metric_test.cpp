@@ -32,24 +32,5 @@ TEST(MetricTest, WhatSomebodyCalledASceneCannotBreakTheLines) {
   EXPECT_EQ(Label("scene", "a\"b\\c\nd"), "scene=\"a\\\"b\\\\c d\"");
 }
 
-TEST(MetricTest, NumbersThatAreNoneAreNamed) {
-  constexpr double kInf = std::numeric_limits<double>::infinity();
-  const std::string text =
-      ToText({{"x",
-               "X.",
-               Metric::Type::kGauge,
-               {{"", std::numeric_limits<double>::quiet_NaN()}, {"", kInf}, {"", -kInf}}}});
-  EXPECT_THAT(text, testing::EndsWith("x NaN\nx +Inf\nx -Inf\n"));
-}
-
-TEST(MetricTest, AProcessKnowsItsMemoryTimeAndDescriptors) {
-  const Metrics own = MetricsOfThisProcess();
-  for (const char* name : {"process_resident_memory_bytes", "process_cpu_seconds_total",
-                           "process_open_fds", "process_threads"}) {
-    ASSERT_THAT(own, Contains(Field(&Metric::name, name)));
-  }
-  for (const Metric& metric : own) EXPECT_GT(metric.samples.front().value, 0) << metric.name;
-}
-
 }  // namespace
 }  // namespace palpate

@@ -72,21 +72,6 @@ TEST_F(MetricsPageTest, TellsItsNumbersToWhoeverAsks) {
   }
 }
 
-TEST_F(MetricsPageTest, HasNothingElse) {
-  for (const char* path : {"/", "/metrics/../etc/passwd", "/other", "/metricsx"}) {
-    EXPECT_THAT(Query(std::string("GET ") + path), StartsWith("HTTP/1.1 404 ")) << path;
-  }
-  EXPECT_THAT(Query("DELETE /metrics"), StartsWith("HTTP/1.1 405 "));
-  const int posting = Connect();
-  Send(posting, "POST /metrics HTTP/1.1\r\nHost: here\r\nContent-Length: 3\r\n\r\n");
-  EXPECT_THAT(Hear(posting), StartsWith("HTTP/1.1 405 "));
-  close(posting);
-  const int fd = Connect();
-  Send(fd, "GET /metrics HTTP/1.1\r\nlong: " + std::string(20000, 'x'));
-  EXPECT_THAT(Hear(fd), Not(HasSubstr("palpate_answer")));
-  close(fd);
-}
-
 // Who says nothing, or a byte now and then, keeps nobody from the page, and goes after a while.
 TEST_F(MetricsPageTest, WhoeverLingersIsLeftBehind) {
   constexpr int kMore = 24;  // than have a place
@@ -106,12 +91,6 @@ TEST_F(MetricsPageTest, WhoeverLingersIsLeftBehind) {
   }
   dripping = {};
   for (const int fd : lingering) close(fd);
-}
-
-TEST_F(MetricsPageTest, APortInUseIsNotShared) {
-  const std::string taken = ToString(page_.endpoint());
-  EXPECT_THAT([&] { MetricsPage(taken, false, OneNumber); },
-              ThrowsMessage<std::runtime_error>(HasSubstr("cannot listen on " + taken)));
 }
 
 TEST(MetricsPageAddressTest, BeyondThisMachineOnlyIfToldSo) {

@@ -25,13 +25,6 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-TEST(NatsServerAddress, HasAnEndpointAndMayHaveAPassword) {
-  const NatsServer server = ParseNatsServer("nats://ada:a@secret@127.0.0.1:4222", false, {});
-  EXPECT_EQ(ToString(server.endpoint), "127.0.0.1:4222");
-  EXPECT_FALSE(server.encrypted);
-  EXPECT_TRUE(ParseNatsServer("tls://[::1]:1", false, {}).encrypted);
-}
-
 TEST(NatsServerAddress, IsRejectedWithWhatIsAcceptedAndWithoutThePassword) {
   for (const char* url : {"127.0.0.1:4222", "http://a:secret@127.0.0.1:4222", "", "tls://",
                           "nats://a:secret@", "nats://a:secret@host:99999", "nats://host:x"}) {
@@ -188,11 +181,6 @@ TEST(NatsConnection, PassesMessagesAndDoesSoAgainAfterAnEnd) {
   EXPECT_THAT(messages, testing::Each("palpate.a.state bytes"));
   EXPECT_THAT(news, testing::Contains(HasSubstr("connected to the NATS server")).Times(3));
   EXPECT_THAT(news, testing::Contains(HasSubstr("palpate.a.mesh is not published")).Times(3));
-}
-
-TEST(NatsConnection, WithUnusableCertificatesIsNotMade) {
-  const NatsServer server = ParseNatsServer("tls://127.0.0.1:1", false, "/no/such/folder");
-  EXPECT_THROW(NatsConnection(server, "test", [](const std::string&) {}), std::invalid_argument);
 }
 
 }  // namespace

@@ -44,10 +44,6 @@ TEST(PatchPlaceTest, TheNearestPlaceOfASquareIsTheClampedPoint) {
   }
 }
 
-TEST(PatchPlaceTest, ADiagonalThatTwoTrianglesShareIsNoRim) {
-  EXPECT_FALSE(NearestPlace(Square(), {0.01, 0.01, 0.005}).at_rim);
-}
-
 // Reference: a ridge lies on both lines; the nearer face tells the side. Inside is below.
 TEST(PatchPlaceTest, OverARidgeIsOutsideAndUnderItIsInside) {
   const SurfacePatch roof = Roof(500, 0, 3, 0.5);

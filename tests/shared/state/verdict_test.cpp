@@ -18,27 +18,11 @@ TEST(VerdictTest, TheWorseValidityDecides) {
 TEST(VerdictTest, TheHighestRankIsReportedInAnyOrder) {
   for (const bool reversed : {false, true}) {
     Verdict verdict{Validity::kValid};
-    verdict.Fail(reversed ? FailedCheck::kDent : FailedCheck::kScale);
-    verdict.Fail(reversed ? FailedCheck::kScale : FailedCheck::kDent);
+    verdict.Fail(reversed ? FailedCheck::kIndentation : FailedCheck::kScale);
+    verdict.Fail(reversed ? FailedCheck::kScale : FailedCheck::kIndentation);
     EXPECT_EQ(verdict.validity, Validity::kExtrapolated);
     EXPECT_EQ(verdict.check, FailedCheck::kScale) << reversed;
   }
-}
-
-TEST(VerdictTest, OfEqualRanksTheFirstReasonStays) {
-  Verdict verdict{Validity::kValid};
-  verdict.Fail(FailedCheck::kDent, "first");
-  verdict.Fail(FailedCheck::kDent, "second");
-  EXPECT_EQ(verdict.reason, "first");
-}
-
-TEST(VerdictTest, EachCheckHasARankOfItsOwn) {
-  std::array<int, kFailedChecks> count{};
-  for (int i = 0; i < kFailedChecks; ++i) {
-    ++count[static_cast<std::size_t>(Rank(static_cast<FailedCheck>(i)))];
-  }
-  for (const int one : count) EXPECT_EQ(one, 1);
-  EXPECT_EQ(Rank(FailedCheck::kNone), 0);
 }
 
 }  // namespace

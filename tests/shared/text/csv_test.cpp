@@ -31,13 +31,6 @@ TEST(AppendNumberTest, UnknownNumbersAreEmptyAndZeroHasNoSign) {
   EXPECT_EQ(Written(0.25, 7), "0.25");
 }
 
-TEST(AppendNumberTest, TheLocaleDoesNotMatter) {
-  const std::string before = std::setlocale(LC_NUMERIC, nullptr);
-  if (std::setlocale(LC_NUMERIC, "de_DE.UTF-8") == nullptr) GTEST_SKIP() << "no German locale";
-  EXPECT_EQ(Written(0.25, 7), "0.25");
-  std::setlocale(LC_NUMERIC, before.c_str());
-}
-
 using testing::EndsWith;
 using testing::HasSubstr;
 
@@ -86,22 +79,6 @@ TEST(CsvTableTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
               EndsWith(":4: 1 cells: accepted is 2, as in the header"));
   EXPECT_THAT(Thrown<InputError>([] { CsvTable(Write("a,a\n")); }),
               HasSubstr("column a appears twice"));
-}
-
-TEST(CsvTableTest, TypesetBlanksAndMinusSignsAreThoseOfTheKeyboard) {
-  CsvTable rows(Write("x\u00A0(mm),y\n\u22121.5,2\n"));
-  ASSERT_TRUE(rows.Next());
-  EXPECT_DOUBLE_EQ(rows.Number("x"), -1.5e-3);
-}
-
-TEST(CsvTableTest, KnowsItsColumnsInAnyOrder) {
-  CsvTable table(Write("x,name\n,A\n3,#B\n"), {{"name"}, {"x", false}, {"y", false}});
-  ASSERT_TRUE(table.Next());
-  EXPECT_EQ(table.Number("x"), 0) << "an optional cell that is empty";
-  EXPECT_EQ(table.Number("y"), 0) << "an optional column that is absent";
-  ASSERT_TRUE(table.Next());
-  EXPECT_EQ(table.Text("name"), "#B") << "no comment";
-  EXPECT_FALSE(table.Next());
 }
 
 // The same row as programs of other people write it. Reference: the row itself.

@@ -43,11 +43,6 @@ TEST(ParseFiniteTest, TakesWholeNumbersInTheirPlainForm) {
   }
 }
 
-TEST(ShownTest, IsShortAndMovesNoCursor) {
-  EXPECT_EQ(Shown("a\x1b]0;b\x07\x7f", 6), "a?]0;b...");
-  EXPECT_EQ(Trimmed(" \ta b\r\n"), "a b");
-}
-
 // Bytes that no message can carry: cut characters, overlong ones, surrogates, beyond Unicode. What
 // is short enough ends as it is.
 TEST(ShownTest, IsUtf8WhateverItIsGiven) {
@@ -97,20 +92,6 @@ TEST_F(TextFileTest, WhatIsWrittenIsRead) {
   EXPECT_EQ(Names(), (std::set<std::string>{"a", "taken"}));
 }
 
-TEST_F(TextFileTest, TemporaryFilesAreNewAndHaveARandomName) {
-  std::set<std::string> names;
-  for (int i = 0; i < 3; ++i) {
-    ASSERT_TRUE(TryReplace(folder_ / "a", [&](std::FILE* file) {
-      const auto open = fs::read_symlink("/proc/self/fd/" + std::to_string(fileno(file)));
-      EXPECT_EQ(open.parent_path(), fs::canonical(folder_)) << "so that renaming is atomic";
-      names.insert(open.filename());
-      return true;
-    }));
-  }
-  EXPECT_EQ(names.size(), 3U);
-  EXPECT_EQ(Names(), std::set<std::string>{"a"});
-}
-
 TEST_F(TextFileTest, NoPlantedLinkIsWrittenThrough) {
   const fs::path file = folder_ / "result", target = folder_ / "target";
   WriteWholeFile(target, "mine");
@@ -151,52 +132,6 @@ TEST_F(TextFileTest, ResultsHaveTheUsualModeOrKeepTheirOwn) {
   umask(before);
 }
 
-TEST_F(TextFileTest, WhetherAFileCanBeWrittenLeavesNoTrace) {
-  RequireWritable({});
-  RequireWritable(folder_ / "new");
-  EXPECT_FALSE(fs::exists(folder_ / "new")) << "only looked";
-  WriteWholeFile(folder_ / "old", "kept");
-  RequireWritable(folder_ / "old");
-  EXPECT_EQ(ReadWholeFile(folder_ / "old", 4, "text"), "kept");
-  EXPECT_THROW(RequireWritable(folder_ / "no" / "file"), std::invalid_argument);
-  fs::create_symlink(folder_ / "nowhere", folder_ / "dangling");
-  RequireWritable(folder_ / "dangling");
-  EXPECT_EQ(Names(), (std::set<std::string>{"dangling", "old"}));
-}
-
-TEST_F(TextFileTest, APipeIsWrittenToWhereSomebodyReads) {
-  const std::string pipe = (folder_ / "pipe").string();
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_THROW(RequireWritable(pipe), std::invalid_argument);
-  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
-  RequireWritable(pipe);
-  const auto descriptors = [] {
-    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
-  };
-  const auto before = descriptors();
-  WriteWholeFile(pipe, "read");
-  EXPECT_EQ(descriptors(), before) << "who writes each second shall not run out of them";
-  std::array<char, 8> bytes{};
-  EXPECT_EQ(read(reader, bytes.data(), bytes.size()), 4);
-  EXPECT_EQ(read(reader, bytes.data(), bytes.size()), -1) << "its end, before the program's";
-  close(reader);
-  EXPECT_THROW(ReplaceFile(pipe, "lost"), std::runtime_error) << "who read it has left";
-}
-
-TEST_F(TextFileTest, WhatIsReplacedStaysWhatItWas) {
-  const auto file = folder_ / "file", link = folder_ / "link", device = folder_ / "device";
-  WriteWholeFile(file, "old");
-  std::filesystem::create_symlink(file, link);
-  std::filesystem::create_symlink("/dev/null", device);
-  ReplaceFile(link, "new");
-  EXPECT_TRUE(std::filesystem::is_symlink(link));
-  EXPECT_EQ(ReadWholeFile(file, 100, "text"), "new");
-  ReplaceFile(device, "nowhere");
-  EXPECT_TRUE(std::filesystem::is_symlink(device));
-  EXPECT_TRUE(std::filesystem::is_character_file(device));
-  EXPECT_THROW(ReplaceFile(folder_, "a folder"), std::runtime_error);
-}
-
 TEST_F(TextFileTest, ReadsNoMoreThanIsSaid) {
   WriteWholeFile(folder_ / "a", std::string((1 << 20) + 1, 'a'));
   EXPECT_THAT([&] { ReadWholeFile(folder_ / "a", 1 << 20, "a rig"); },
@@ -222,14 +157,6 @@ TEST_F(TextFileTest, AnInputIsRecognisedByEveryPath) {
   for (const fs::path& out : {fs::path(), folder_ / "other.yaml", folder_ / "new.yaml"}) {
     EXPECT_EQ(Refusal(out, scene), "");
   }
-}
-
-TEST_F(TextFileTest, AnInputIsRecognisedInAFolder) {
-  WriteWholeFile(folder_ / "rows.csv", "a");
-  const std::array inputs{folder_ / "rows.csv"};
-  EXPECT_THROW(RequireOtherThan("--out", folder_, {"other.csv", "rows.csv"}, inputs),
-               std::invalid_argument);
-  EXPECT_NO_THROW(RequireOtherThan("--out", folder_, {"other.csv"}, inputs));
 }
 
 }  // namespace

@@ -16,21 +16,6 @@ TEST(EnumsTest, EveryValidityKeepsItsName) {
   EXPECT_EQ(wire_name(Validity::kFailed), "VALIDITY_FAILED");
 }
 
-TEST(EnumsTest, EveryValidityComesBack) {
-  for (int i = 0; i <= static_cast<int>(Validity::kFailed); ++i) {
-    const auto validity = static_cast<Validity>(i);
-    EXPECT_EQ(FromProto(ToProto(validity)), validity) << ToString(validity);
-  }
-}
-
-TEST(EnumsTest, EveryPhaseKeepsItsName) {
-  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kReady)), "PHASE_READY");
-  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kFollowing)), "PHASE_FOLLOWING");
-  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kClutched)), "PHASE_CLUTCHED");
-  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kHold)), "PHASE_HOLD");
-  EXPECT_EQ(v1::Phase_Name(ToProto(Phase::kEstop)), "PHASE_ESTOP");
-}
-
 TEST(EnumsTest, EveryEventKeepsItsName) {
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kContact)), "EVENT_CONTACT");
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kRelease)), "EVENT_RELEASE");

@@ -99,18 +99,6 @@ TEST(PatchMessageTest, TheLargestLawFitsIntoAState) {
   EXPECT_EQ(law->sensed_at, LargestLaw().sensed_at);
 }
 
-TEST(PatchMessageTest, FewerRatiosAreSpreadOverTheSameDepth) {
-  v1::PatchLaw message;
-  ToProto(LargestLaw(), &message);
-  message.clear_ratios();
-  message.add_ratios(1);
-  message.add_ratios(4);
-  std::string reason;
-  const auto law = FromProto(message, &reason);
-  ASSERT_TRUE(law) << reason;
-  EXPECT_NEAR(law->ratios[5], 1 + 3 * 5.0 / 15, 1e-6);
-}
-
 // Reference: a spring. What is no spring is made the nearest one.
 TEST(PatchMessageTest, AComplianceThatWouldGiveEnergyIsMadePassive) {
   v1::SurfacePatch message = Message();
@@ -126,6 +114,7 @@ struct Harm {
   const char* reason;  // what the refusal names
   std::function<void(v1::SurfacePatch*)> apply;
 };
+
 class MaliciousPatchTest : public testing::TestWithParam<Harm> {};
 
 TEST_P(MaliciousPatchTest, IsRefusedAndNamed) {
@@ -144,42 +133,27 @@ INSTANTIATE_TEST_SUITE_P(
     Rows, MaliciousPatchTest,
     testing::Values(Harm{"epoch", [](M* m) { m->set_epoch(0); }},
                     Harm{"vertices", [](M* m) { m->set_vertices(3, kNan); }},
-                    Harm{"vertices", [](M* m) { m->set_vertices(3, 1e9F); }},
                     Harm{"vertices", [](M* m) { m->add_vertices(1); }},
                     Harm{"vertices", [](M* m) { m->mutable_vertices()->Resize(3'000'000, 0.F); }},
-                    Harm{"cells", [](M* m) { m->set_cells(5, 204); }},
                     Harm{"cells", [](M* m) { m->set_cells(5, 0xFFFFFFFF); }},
-                    Harm{"cells", [](M* m) { m->set_vertices_per_cell(0); }},
-                    Harm{"cells", [](M* m) { m->set_vertices_per_cell(0xFFFFFFFF); }},
-                    Harm{"cells", [](M* m) { m->mutable_cells()->Resize(3'000'000, 0); }},
                     Harm{"cells", [](M* m) { m->set_cells(1, m->cells(0)); }},
                     Harm{"nodes", [](M* m) { m->set_nodes(0, 32); }},
-                    Harm{"nodes", [](M* m) { m->add_nodes(0); }},
                     Harm{"nodes", [](M* m) { m->mutable_nodes()->Resize(1'000'000, 0); }},
                     Harm{"directions", [](M* m) { m->set_directions(2); }},
                     Harm{"compliance", [](M* m) { m->set_compliance(0, kNan); }},
-                    Harm{"compliance", [](M* m) { m->set_compliance(0, -kInf); }},
-                    Harm{"compliance", [](M* m) { m->set_compliance(0, 1e30F); }},
                     Harm{"compliance", [](M* m) { m->add_compliance(0); }},
-                    Harm{"compliance", [](M* m) { m->clear_compliance(); }},
-                    Harm{"tools", [](M* m) { m->clear_tools(); }},
                     Harm{"tools", [](M* m) { m->add_tools(); }},
                     Harm{"tools.radius", [](M* m) { m->mutable_tools(0)->set_radius(-1); }},
                     Harm{"full_depth", [](M* m) { m->set_full_depth(0); }},
-                    Harm{"full_depth", [](M* m) { m->set_full_depth(kNan); }},
                     Harm{"valid_depth", [](M* m) { m->set_valid_depth(-1); }}));
 
 TEST(PatchMessageTest, ALawThatIsNoneIsRefused) {
   const std::vector<std::function<void(v1::PatchLaw*)>> rows{
       [](v1::PatchLaw* m) { m->set_epoch(0); },
-      [](v1::PatchLaw* m) { m->set_revision(0); },
       [](v1::PatchLaw* m) { m->clear_ratios(); },
       [](v1::PatchLaw* m) { m->add_ratios(1); },
-      [](v1::PatchLaw* m) { m->set_ratios(3, -1); },
       [](v1::PatchLaw* m) { m->set_ratios(3, kNan); },
       [](v1::PatchLaw* m) { m->set_friction(-0.1F); },
-      [](v1::PatchLaw* m) { m->mutable_offset()->set_x(kInf); },
-      [](v1::PatchLaw* m) { m->mutable_velocity()->set_y(kNan); },
       [](v1::PatchLaw* m) { m->set_velocity_error(-1); },
       [](v1::PatchLaw* m) { m->mutable_sensed_at()->set_nanos(-1); }};
   for (std::size_t i = 0; i < rows.size(); ++i) {

@@ -72,19 +72,5 @@ TEST(RandomBytesTest, ADamagedCommandIsRefusedOrFinite) {
   EXPECT_LT(accepted, rounds);
 }
 
-TEST(RandomBytesTest, NoiseIsNoState) {
-  const google::protobuf::LogSilencer silence;
-  std::mt19937 random(2);
-  for (int round = 0; round < 20'000; ++round) {
-    std::string noise(random() % 300, '\0');
-    for (char& byte : noise) byte = static_cast<char>(random());
-    v1::SlaveState message;
-    std::string reason;
-    if (message.ParseFromString(noise)) {
-      EXPECT_FALSE(FromProto(message, &reason).has_value());
-    }
-  }
-}
-
 }  // namespace
 }  // namespace palpate

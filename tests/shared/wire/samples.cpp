@@ -18,7 +18,7 @@ SlaveState FullState() {
   state.force = Eigen::Vector3d(-1.1, 2.2, 3.3);
   state.sigma = 0.125;
   state.validity = Validity::kExtrapolated;
-  state.check = FailedCheck::kDent;
+  state.check = FailedCheck::kIndentation;
   state.local_model.reference = {0.25, -0.5, 0.75};
   state.local_model.normal = {0, 0, -1};
   state.local_model.force = {0.5, 1.5, -2.5};

@@ -117,13 +117,6 @@ TEST(ShapeCodeTest, WhatWasCoarseBecomesAsFineAsAskedForWhenItRests) {
   EXPECT_EQ(line.stated(), kUnit / 2);
 }
 
-TEST(ShapeCodeTest, WhatStandsStillCostsNextToNothing) {
-  Line line(Square(225));
-  const auto pressed = Pressed(line.rest, 0.05, 0.05, 3e-3);
-  line.Send(pressed, kUnbounded);
-  EXPECT_LT(line.Send(pressed, kUnbounded), 100U);
-}
-
 TEST(ShapeCodeTest, WhatCannotBeToldIsNotTold) {
   ShapeEncoder encoder;
   encoder.Restart(1, kUnit);
@@ -180,16 +173,6 @@ TEST(TractionCodeTest, ANodeIsNeverOffByMoreThanHalfAStepAndTheBudgetHolds) {
     EXPECT_LE(worst, told.unit / 2 * kRounding);
   }
   EXPECT_LE(Packed(Quantised(patch, kBudget / 2)).size(), 300U);
-}
-
-TEST(TractionCodeTest, WhatIsNoTractionIsNotTold) {
-  EXPECT_TRUE(Quantised({}, kUnbounded).steps.empty());
-  EXPECT_TRUE(Quantised({0, NAN}, kUnbounded).steps.empty());
-  EXPECT_TRUE(Quantised({0, -1}, kUnbounded).steps.empty());
-  EXPECT_TRUE(Quantised({0, 1}, 3).steps.empty()) << "no room";
-  const NodeTraction none = Quantised({0, 1e-300}, kUnbounded);
-  EXPECT_GT(none.unit, 0);
-  EXPECT_EQ(none.steps, std::vector<std::uint8_t>(2, 0));
 }
 
 TEST(TractionCodeTest, DamagedTractionIsRefused) {

@@ -24,13 +24,6 @@ TEST(TraceMessageTest, StagesComeBackToTheMicrosecond) {
   EXPECT_NEAR(SecondsBetween(kSensed, came->solved_at), 0.009, 1e-6);
 }
 
-TEST(TraceMessageTest, AStageThatDidNotHappenTakesNoTime) {
-  v1::SampleTrace message;
-  ToProto(SampleTrace{1, kSensed, kSensed + Seconds(0.002), Time{}, kSensed + Seconds(0.003)},
-          &message);
-  EXPECT_EQ(message.processed(), message.acquired());
-}
-
 TEST(TraceMessageTest, WhatIsNoTraceIsRefused) {
   std::string reason;
   v1::SampleTrace message;

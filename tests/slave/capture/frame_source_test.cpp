@@ -47,16 +47,6 @@ struct FrameSourceTest : testing::Test {
   const Scratch scratch;
 };
 
-TEST_F(FrameSourceTest, PicturesOfAnotherSizeThanTheScenesAreRefused) {
-  WriteNumbered(scratch, 1);
-  Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
-  scene.sense.Find<Camera>()->size = {24, 32};
-  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("accepted is"));
-  EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("[32, 24]"));
-  scene.sense.Find<Camera>()->size = {32, 24};
-  EXPECT_EQ(OpeningMessage(scene), "");
-}
-
 TEST_F(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   WriteNumbered(scratch, 30);
   const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
@@ -89,31 +79,6 @@ TEST_F(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsSaid) {
     EXPECT_NEAR(SecondsBetween(start, frame->sensed_at), number / 100, 1e-8) << number;
   }
   EXPECT_EQ(count, 10U);
-}
-
-TEST_F(FrameSourceTest, EveryPictureIsFilteredAndTheFirstIsTriedAtOnce) {
-  WriteNumbered(scratch, 3);
-  const Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
-  const auto source = OpenFrameSource(scene, false, [](const cv::Mat& picture) -> cv::Mat {
-    return picture + cv::Scalar::all(100);
-  });
-  for (int k = 0; k < 3; ++k) {
-    const auto frame = source->Next({});
-    ASSERT_TRUE(frame);
-    EXPECT_EQ(frame->image.at<std::uint8_t>(3, 5), 100 + k);
-  }
-  EXPECT_FALSE(source->Next({}));
-  const PictureFilter refuses = [](const cv::Mat&) -> cv::Mat {
-    throw std::runtime_error("of another camera");
-  };
-  EXPECT_THROW(OpenFrameSource(scene, false, refuses), std::runtime_error);
-}
-
-// A picture may be late (a busy machine), never early.
-TEST_F(FrameSourceTest, PacedPicturesNeverComeBeforeTheirStamp) {
-  WriteNumbered(scratch, 5);
-  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f*.png", scratch), true);
-  while (const auto frame = source->Next({})) EXPECT_GE(Clock::now(), frame->sensed_at);
 }
 
 TEST_F(FrameSourceTest, ADamagedPictureStopsTheSourceAfterTheGoodOnes) {

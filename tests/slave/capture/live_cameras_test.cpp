@@ -36,8 +36,6 @@ class FakeCamera {
     changed_.notify_all();
   }
   void Unplug() { Show(kUnplugged); }
-  // The library throws for the next image.
-  void Break() { Show(kBroken); }
   void PlugIn() {
     const std::lock_guard lock(mutex_);
     is_there_ = true;
@@ -51,7 +49,7 @@ class FakeCamera {
   }
 
  private:
-  static constexpr int kUnplugged = -1, kBroken = -2;
+  static constexpr int kUnplugged = -1;
 
   class Pictures final : public Film {
    public:
@@ -65,7 +63,6 @@ class FakeCamera {
       }
       const int level = camera_.shown_.front();
       camera_.shown_.pop_front();
-      if (level == kBroken) throw cv::Exception(-1, "damaged image", "Next", "camera", 1);
       if (level == kUnplugged) camera_.is_there_ = false;
       return level == kUnplugged ? cv::Mat()
                                  : cv::Mat(camera_.size_, type_, cv::Scalar::all(level));
@@ -163,17 +160,6 @@ TEST(LiveCamerasTest, OneThatIsUnpluggedComesBackByItself) {
   EXPECT_EQ(source->health()->trouble, "");
 }
 
-TEST(LiveCamerasTest, AnExceptionOfTheLibraryIsAReconnection) {
-  FakeCamera camera;
-  const auto source = FramesOf({camera.Input("camera 0")}, {});
-  const Ending ending({&camera});
-  camera.Show(1);
-  ASSERT_TRUE(source->Next({}));
-  camera.Break();
-  camera.Show(2);
-  EXPECT_EQ(LevelOf(source->Next({})->image), 2);
-}
-
 TEST(LiveCamerasTest, PicturesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
   FakeCamera camera;
   CameraInput input = camera.Input("camera 0");
@@ -202,15 +188,6 @@ TEST(LiveCamerasTest, WhatTurnsIntoAnotherSizeIsLeftOutAndToldUntilItIsAsBefore)
   camera.Show(3);
   EXPECT_EQ(LevelOf(source->Next({})->image), 3);
   EXPECT_EQ(source->health()->trouble, "");
-}
-
-TEST(LiveCamerasTest, WhereNothingComesTheStartSaysSo) {
-  FakeCamera left, right;
-  LiveCameras eyes({left.Input("camera 0"), right.Input("camera 2")}, PairLayout::kTwoCameras, 1e6,
-                   std::chrono::seconds(1));  // which opening them may take, too
-  const Ending ending({&left, &right});
-  EXPECT_THAT([&] { eyes.Next({}); },
-              testing::ThrowsMessage<std::runtime_error>(HasSubstr("camera 0: no image received")));
 }
 
 TEST(LiveCamerasTest, TwoThatComeTogetherAreAPair) {
@@ -249,17 +226,6 @@ TEST(LiveCamerasTest, SideBySideIsCutInTwo) {
   EXPECT_EQ(LevelOf(pair.right), 2);
   EXPECT_THAT([&] { Arranged({.left = both.colRange(0, 5)}, layout, "camera 0"); },
               testing::ThrowsMessage<std::runtime_error>(HasSubstr("5 px wide: accepted")));
-}
-
-TEST(LiveCamerasTest, WhatIsNoPairAndNoDepthIsSaid) {
-  const cv::Mat grey(4, 6, CV_8UC1), deep(4, 6, CV_16UC1), wide(4, 8, CV_8UC1);
-  const auto refusal = [](const cv::Mat& left, const cv::Mat& right, PairLayout layout) {
-    return Thrown<std::runtime_error>([&] { Arranged({left, right}, layout, "cameras"); });
-  };
-  EXPECT_THAT(refusal(grey, {}, PairLayout::kDepth), HasSubstr("one channel of 16 bit"));
-  EXPECT_THAT(refusal(grey, deep, PairLayout::kTwoCameras), HasSubstr("accepted for a pair"));
-  EXPECT_THAT(refusal(grey, wide, PairLayout::kTwoCameras), HasSubstr("images of one size"));
-  EXPECT_EQ(refusal(deep, {}, PairLayout::kDepth), "");
 }
 
 }  // namespace

@@ -22,15 +22,6 @@ std::vector<std::string> Names(const std::string& pattern, const Scratch& scratc
   return names;
 }
 
-TEST(NaturallyLessTest, DigitsCompareAsNumbers) {
-  EXPECT_TRUE(NaturallyLess("img2.png", "img10.png"));
-  EXPECT_FALSE(NaturallyLess("img10.png", "img2.png"));
-  EXPECT_TRUE(NaturallyLess("a9b1", "a9b2"));
-  EXPECT_TRUE(NaturallyLess("img", "img1"));
-  EXPECT_FALSE(NaturallyLess("img1", "img1"));
-  EXPECT_NE(NaturallyLess("img01", "img1"), NaturallyLess("img1", "img01"));  // a strict order
-}
-
 TEST(ListPicturesTest, GlobsAndDirectoriesComeInTheOrderOfTheirNumbers) {
   const Scratch scratch;
   for (const char* name : {"f10.png", "f2.png", "f1.png", "note.txt", ".f3.png"}) {
@@ -41,19 +32,6 @@ TEST(ListPicturesTest, GlobsAndDirectoriesComeInTheOrderOfTheirNumbers) {
   EXPECT_THAT(Names("f2.png", scratch), testing::ElementsAre("f2.png"));
   std::filesystem::remove(scratch.path() / ".f3.png");
   EXPECT_THAT(Names(".", scratch), testing::ElementsAre("f1.png", "f2.png", "f10.png"));
-}
-
-TEST(ListPicturesTest, NumberedPatternsStartWhereTheFilesDo) {
-  for (const int first : {0, 1, 37}) {
-    const Scratch scratch;
-    std::vector<std::string> expected;
-    for (int k = first; k < first + 3; ++k) {
-      expected.push_back(cv::format("f%04d.png", k));
-      scratch.Write(expected.back(), "x");
-    }
-    scratch.Write(cv::format("f%d.png", first), "x");  // not written with four digits
-    EXPECT_THAT(Names("f%04d.png", scratch), testing::ElementsAreArray(expected)) << first;
-  }
 }
 
 TEST(InstantsTest, AMissingNumberIsAGapInTime) {
@@ -75,34 +53,6 @@ TEST(InstantsTest, NumbersThatTellNoTimeAreNotTakenForOne) {
   EXPECT_THAT(InstantsOf({}), ElementsAre());
 }
 
-// A scene named without a folder lies in the working directory, as do its pictures.
-TEST(ListPicturesTest, PatternsWithoutAFolderLieInTheWorkingDirectory) {
-  const Scratch scratch;
-  for (const char* name : {"1.png", "2.png"}) scratch.Write(name, "x");
-  const auto before = std::filesystem::current_path();
-  std::filesystem::current_path(scratch.path());
-  for (const char* pattern : {"%d.png", "?.png"}) {
-    EXPECT_EQ(Thrown<std::runtime_error>([&] { EXPECT_EQ(ListPictures(pattern, {}).size(), 2U); }),
-              "")
-        << pattern;
-  }
-  std::filesystem::current_path(before);
-}
-
-TEST(ListPicturesTest, WhatIsWrongIsNamed) {
-  const Scratch scratch;
-  const auto list = [&](const std::string& pattern) {
-    return Thrown<std::runtime_error>([&] { ListPictures(pattern, scratch.path()); });
-  };
-  EXPECT_THAT(list("."), testing::HasSubstr("the directory contains no image"));
-  EXPECT_THAT(list("*.png"), testing::HasSubstr("*.png: no image matches"));
-  EXPECT_THAT(list("f%03d.png"), testing::HasSubstr("f%03d.png: no image matches"));
-  EXPECT_THAT(list("one.png"), testing::HasSubstr("one.png: no image matches"));
-  EXPECT_THAT(list("away/f%d.png"), testing::HasSubstr("no such directory"));
-  EXPECT_THAT(list("f%s.png"), testing::HasSubstr("malformed pattern"));
-  EXPECT_THAT(list("f%d_%d.png"), testing::HasSubstr("malformed pattern"));
-}
-
 TEST(ReadPictureTest, PicturesComeAsTheyAreWithoutAlpha) {
   const Scratch scratch;
   for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3, CV_8UC4}) {
@@ -114,18 +64,6 @@ TEST(ReadPictureTest, PicturesComeAsTheyAreWithoutAlpha) {
     EXPECT_EQ(read.size(), written.size());
     const cv::Mat first = read.reshape(1);
     EXPECT_EQ(first.depth() == CV_8U ? first.at<uchar>(0, 0) : first.at<ushort>(0, 0), 10);
-  }
-}
-
-TEST(ReadPictureTest, OtherFormatsAreReadByTheModule) {
-  const Scratch scratch;
-  for (const std::string name : {"p.bmp", "p.pgm", "p.tif", "p.webp"}) {
-    cv::Mat written(6, 8, CV_8UC1, cv::Scalar(40));
-    const auto file = scratch.path() / name;
-    ASSERT_TRUE(cv::imwrite(file.string(), written));
-    const cv::Mat read = ReadPicture(file, 1);
-    ASSERT_EQ(read.size(), written.size()) << name;
-    EXPECT_EQ(read.ptr()[0], 40) << name;
   }
 }
 

@@ -104,16 +104,6 @@ TEST_F(PictureInboxTest, TheDelayThatTheDriverKnowsIsTakenOff) {
   EXPECT_NEAR(SecondsBetween(frame->sensed_at, now_ + Seconds(latency_)), 0.02, 1e-6);
 }
 
-TEST_F(PictureInboxTest, TheNewestWins) {
-  PictureInbox inbox(Mono());
-  const auto source = inbox.OpenFrames({});
-  const std::string other(grey_.size(), 'x');
-  Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight)));
-  Feed(inbox, Sample(Push(Encoding::kGrey8, other, kWidth, kHeight)));
-  EXPECT_EQ(source->Next({})->image.at<unsigned char>(0, 0), 'x');
-  EXPECT_EQ(inbox.health().taken, 2U);
-}
-
 TEST_F(PictureInboxTest, PairsAreGreyAndStateTheirSkew) {
   PictureInbox inbox(Pair());
   const auto source = inbox.OpenPairs();
@@ -145,15 +135,6 @@ TEST_F(PictureInboxTest, PairsTakenTooFarApartAreDroppedAndCounted) {
   together.right = together.picture;
   EXPECT_EQ(Feed(inbox, together), "");
   EXPECT_EQ(inbox.health().trouble, "");
-}
-
-TEST_F(PictureInboxTest, DepthComesAsSixteenBits) {
-  PictureInbox inbox(Depth());
-  const auto source = inbox.OpenPairs();
-  EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kPng, png16_))), "");
-  const auto pair = source->Next({});
-  EXPECT_EQ(cv::norm(pair->left, Ramp(CV_16UC1), cv::NORM_INF), 0);
-  EXPECT_TRUE(pair->right.empty());
 }
 
 TEST_F(PictureInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
@@ -213,14 +194,6 @@ TEST_F(PictureInboxTest, OneSenderAtATimeAndTheNextBeginsAnew) {
   anew.sequence = 1;
   anew.sensed_at -= Seconds(1e6);
   EXPECT_EQ(Feed(inbox, anew, kOther), "");
-}
-
-TEST_F(PictureInboxTest, WaitingEndsWhenItIsToldTo) {
-  PictureInbox inbox(Mono());
-  std::stop_source stop;
-  stop.request_stop();
-  EXPECT_FALSE(inbox.Wait(stop.get_token()));
-  EXPECT_FALSE(inbox.OpenFrames({})->Next(stop.get_token()));
 }
 
 }  // namespace

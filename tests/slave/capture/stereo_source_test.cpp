@@ -96,26 +96,6 @@ TEST_F(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate
   }
 }
 
-// Reference: ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B.
-TEST_F(StereoFilesTest, ColourBecomesGrey) {
-  for (const char* name : {"l0.png", "r0.png"}) {
-    const cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(200, 100, 50));
-    ASSERT_TRUE(cv::imwrite((scratch.path() / name).string(), image));
-  }
-  const auto pair = OpenStereo(PairScene(scratch), false)->Next({});
-  ASSERT_TRUE(pair);
-  EXPECT_EQ(pair->left.type(), CV_8UC1);
-  EXPECT_NEAR(pair->left.at<uchar>(3, 3), 0.114 * 200 + 0.587 * 100 + 0.299 * 50, 0.51);
-}
-
-TEST_F(StereoFilesTest, UnequalCountsSayHowManyOfEach) {
-  WritePairs(scratch, 3);
-  Write(scratch, "l3.png", 3);
-  EXPECT_THAT(
-      Message(PairScene(scratch)),
-      AllOf(HasSubstr("l%d.png has 4 images"), HasSubstr("r%d.png has 3"), HasSubstr("accepted")));
-}
-
 TEST_F(StereoFilesTest, PicturesMissingOnEitherSideDoNotPairWhatDoesNotBelongTogether) {
   WritePairs(scratch, 5);
   std::filesystem::remove(scratch.path() / "l2.png");
@@ -134,17 +114,6 @@ TEST_F(StereoFilesTest, SizesThatDifferNameTheFile) {
   EXPECT_THAT(Message(PairScene(scratch)),
               AllOf(HasSubstr("reading: "), HasSubstr("l2.png: image 3: 48 x 24 px"),
                     HasSubstr("first one's size, 32 x 24 px")));
-}
-
-TEST_F(StereoFilesTest, PicturesOfAnotherDepthAreRefused) {
-  WritePairs(scratch, 2);
-  Write(scratch, "r1.png", 1000, CV_16UC1);
-  EXPECT_THAT(Message(PairScene(scratch)),
-              AllOf(HasSubstr("r1.png: image 2: 16 bit"), HasSubstr("accepted")));
-  EXPECT_THAT(Message(DepthScene(scratch, "l*.png")),
-              AllOf(HasSubstr("l0.png: image 1: 1 channel of 8 bit"), HasSubstr("accepted")));
-  Write(scratch, "c0.png", 1000, CV_16UC3);
-  EXPECT_THAT(Message(DepthScene(scratch, "c*.png")), HasSubstr("3 channels of 16 bit"));
 }
 
 TEST_F(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {

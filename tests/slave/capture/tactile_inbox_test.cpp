@@ -175,39 +175,6 @@ TEST(TactileInboxTest, ASilentFingerIsAbsentAndReturnsAfterAGap) {
   }
 }
 
-// The others wait three periods for it, not longer.
-TEST(TactileInboxTest, AFingerThatStopsHoldsTheOthersUpForThreePeriods) {
-  TactileInbox inbox(Scened({"ff", "th"}));
-  Driver ff(&inbox, "ff");
-  Driver th(&inbox, "th");
-  for (int i = 0; i < 20; ++i) ff.Send(0.01 * i);
-  for (int i = 0; i < 10; ++i) th.Send(0.01 * i);
-  EXPECT_EQ(TakeAll(&inbox).size(), 20U);
-  for (int i = 20; i < 23; ++i) ff.Send(0.01 * i);
-  EXPECT_EQ(TakeAll(&inbox).size(), 3U);
-}
-
-TEST(TactileInboxTest, SilenceOfAllIsAGap) {
-  TactileInbox inbox(Scened({"rf"}));
-  Driver driver(&inbox, "rf");
-  for (int i = 0; i < 10; ++i) driver.Send(0.01 * i);
-  for (int i = 0; i < 10; ++i) driver.Send(0.5 + 0.01 * i);
-  const auto frames = TakeAll(&inbox);
-  ASSERT_EQ(frames.size(), 20U);
-  for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(frames[i].after_gap, i == 10) << i;
-  EXPECT_NEAR(TimeIn(frames[10].fingers[0]), 0.5, 1e-6);
-}
-
-// However long it lasts, a trickle does not become a stream of what lies between.
-TEST(TactileInboxTest, ATrickleIsNoStream) {
-  TactileInbox inbox(Scened({"rf"}));
-  Driver driver(&inbox, "rf");
-  for (int i = 0; i < 60; ++i) driver.Send(10.0 * i);
-  const auto frames = TakeAll(&inbox);
-  ASSERT_EQ(frames.size(), 60U);
-  for (std::size_t i = 1; i < frames.size(); ++i) EXPECT_TRUE(frames[i].after_gap) << i;
-}
-
 TEST(TactileInboxTest, AFewMissingSamplesAreFilled) {
   TactileInbox inbox(Scened({"rf"}));
   Driver driver(&inbox, "rf");
@@ -218,35 +185,6 @@ TEST(TactileInboxTest, AFewMissingSamplesAreFilled) {
   ASSERT_EQ(frames.size(), 30U);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     EXPECT_NEAR(TimeIn(frames[i].fingers[0]), 0.01 * static_cast<double>(i), 1e-6);
-    EXPECT_FALSE(frames[i].after_gap);
-  }
-}
-
-// Ten samples at once ten times a second: nothing is lost and nothing is a gap.
-TEST(TactileInboxTest, BurstsAreTakenApart) {
-  TactileInbox inbox(Scened({"rf"}));
-  Driver driver(&inbox, "rf");
-  for (int i = 0; i < 50; ++i) driver.Send(0.01 * i, 0.01 * (10 - i % 10));
-  const auto frames = TakeAll(&inbox);
-  ASSERT_EQ(frames.size(), 50U);
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    EXPECT_NEAR(TimeIn(frames[i].fingers[0]), 0.01 * static_cast<double>(i), 1e-6);
-    EXPECT_FALSE(frames[i].after_gap);
-    EXPECT_TRUE(i == 0 || frames[i].sensed_at > frames[i - 1].sensed_at);
-  }
-}
-
-// A driver that sends what it recorded, without keeping its pace: nothing was sensed in the future.
-TEST(TactileInboxTest, ARecordingMayComeFasterThanItWasTaken) {
-  TactileInbox inbox(Scened({"rf"}));
-  for (int i = 0; i < 50; ++i) {
-    ASSERT_FALSE(inbox.Feed("rf", 0, At(0.01 * i), Reading(0.01 * i), At(1e-4 * i)));
-  }
-  const auto frames = TakeAll(&inbox);
-  ASSERT_EQ(frames.size(), 50U);
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    EXPECT_NEAR(TimeIn(frames[i].fingers[0]), 0.01 * static_cast<double>(i), 1e-6);
-    EXPECT_LE(frames[i].sensed_at, At(1e-4 * static_cast<double>(i)));
     EXPECT_FALSE(frames[i].after_gap);
   }
 }
@@ -363,17 +301,6 @@ TEST(TactileInboxTest, WhoSendsNowAndThenKeepsNoDriverOut) {
   EXPECT_FALSE(takes(0.95, 0.95, 2));
   for (int i = 0; i < 100; ++i) EXPECT_TRUE(takes(1.01 + 0.01 * i, 1.01 + 0.01 * i, 2)) << i;
   EXPECT_FALSE(takes(2.2, 2.2, 1));
-}
-
-TEST(TactileInboxTest, AStopEndsTheWait) {
-  TactileInbox inbox(Scened({"rf"}));
-  std::stop_source stop;
-  const std::jthread stopper([&stop] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    stop.request_stop();
-  });
-  EXPECT_FALSE(inbox.Next(stop.get_token()));
-  EXPECT_EQ(inbox.description(), "stream of rf");
 }
 
 // Two drivers and a reader at once; the thread sanitizer watches this one too.

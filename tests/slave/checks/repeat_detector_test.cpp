@@ -30,11 +30,5 @@ TEST(RepeatDetectorTest, WithoutNoiseARepeatIsNoEvidence) {
   EXPECT_FALSE(detector.Repeats({}, {}));
 }
 
-TEST(RepeatDetectorTest, KnownNoiseNeedsNoLearning) {
-  RepeatDetector detector({.has_noise = true});
-  EXPECT_FALSE(detector.Repeats(Noisy(1)));
-  EXPECT_TRUE(detector.Repeats(Noisy(1)));
-}
-
 }  // namespace
 }  // namespace palpate

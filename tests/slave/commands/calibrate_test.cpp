@@ -20,9 +20,7 @@
 namespace palpate {
 namespace {
 
-using testing::ContainsRegex;
 using testing::HasSubstr;
-using testing::Not;
 namespace fs = std::filesystem;
 
 class CalibrateTest : public FolderTest {
@@ -171,57 +169,6 @@ TEST_F(CalibrateTest, WhatIsBadIsNamedAndLeftOut) {
   EXPECT_NEAR(found.baseline(), 0.0832, 0.01 * 0.0832);
 }
 
-// The data's folder has left_intrinsics.yml, and no such file for the right camera; nor do numbers
-// tell where pictures have none.
-TEST_F(CalibrateTest, AFileThatIsNoPictureIsNamedAndHindersNoPairing) {
-  if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
-  for (const bool numbered : {true, false}) {
-    const fs::path folder = folder_ / (numbered ? "numbered" : "lettered");
-    fs::create_directories(folder);
-    for (int i = 1; i <= 6; ++i) {
-      for (const std::string side : {"left", "right"}) {
-        const std::string letter(1, static_cast<char>('a' + i));
-        fs::copy(chess_ / (side + "0" + std::to_string(i) + ".jpg"),
-                 folder / (side + (numbered ? std::to_string(i) : letter) + ".jpg"));
-      }
-    }
-    std::ofstream(folder / "left_intrinsics.yml") << "%YAML:1.0\n";
-    std::ofstream(folder / "left2.txt") << "its number is a picture's, too";
-    Chessboards(folder / "left*", folder / "right*");
-    ASSERT_EQ(Run(), 0) << said_;
-    EXPECT_THAT(said_, ContainsRegex("not used: .*left_intrinsics.yml: "));
-    EXPECT_THAT(said_, ContainsRegex("not used: .*left2.txt: "));
-    EXPECT_THAT(said_, Not(HasSubstr("without a partner")));
-    EXPECT_NEAR(ReadRig(options_.out).baseline(), 0.0832, 0.01 * 0.0832);
-  }
-}
-
-// Upside-down pictures of one or both cameras are of another rig, and no worse.
-TEST_F(CalibrateTest, PicturesTurnedAndShrunkGiveTheSameBaseline) {
-  if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
-  struct Case {
-    const char* name;
-    bool turn_left, turn_right;
-    double scale;
-  };
-  for (const Case& c :
-       {Case{"both", true, true, 1}, {"right", false, true, 1}, {"half", false, false, 0.5}}) {
-    for (int i = 1; i <= 9; ++i) {
-      for (const bool right : {false, true}) {
-        const std::string name = (right ? "right0" : "left0") + std::to_string(i);
-        cv::Mat picture = cv::imread(chess_ / (name + ".jpg"));
-        if (right ? c.turn_right : c.turn_left) cv::rotate(picture, picture, cv::ROTATE_180);
-        cv::resize(picture, picture, {}, c.scale, c.scale, cv::INTER_AREA);
-        ASSERT_TRUE(cv::imwrite(folder_ / (name + ".png"), picture));
-      }
-    }
-    Chessboards(folder_ / "left*.png", folder_ / "right*.png");
-    ASSERT_EQ(Run(), 0) << c.name << said_;
-    EXPECT_NEAR(ReadRig(options_.out).baseline(), 0.0832, 0.003 * 0.0832) << c.name;
-    EXPECT_EQ(Occurrences("not used"), 0) << c.name;
-  }
-}
-
 TEST_F(CalibrateTest, OneCameraGivesALens) {
   if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
   Chessboards(chess_ / "left*.jpg", "");
@@ -299,57 +246,6 @@ TEST_F(CalibrateTest, SaysWhatItCannotUse) {
   options_.board = "10x7";
   EXPECT_EQ(Run(), 1);
   EXPECT_THAT(said_, HasSubstr("9x6 was found: --board counts inner corners"));
-}
-
-// A camera 0.5 mm per pixel, turned by 90 deg, its centre (319.5, 239.5) over (10, 20) mm.
-TEST_F(CalibrateTest, RegistersACameraAboveThePlane) {
-  options_.size = "640x480";
-  options_.tip_places = Write("tips.csv",
-                              "x,y,z,u,v\n0.01,0.02,0,319.5,239.5\n0.01,0.07,0,419.5,239.5\n"
-                              "-0.04,0.02,0,319.5,139.5\n-0.04,0.07,0,419.5,139.5\n");
-  ASSERT_EQ(Run(), 0) << said_;
-  const Scene scene = BlockWithCamera(LinesOf(options_.out));
-  EXPECT_NEAR(scene.sense.Find<Camera>()->pixel, 0.5e-3, 1e-12);
-  EXPECT_LT((scene.sense.Find<Camera>()->X_SC * Eigen::Vector3d(0.05, 0, 0) -
-             Eigen::Vector3d(0.01, 0.07, 0))
-                .norm(),
-            1e-9);
-  EXPECT_THAT(said_, HasSubstr("pixel: 0.5 mm\n"));
-  EXPECT_THAT(said_, HasSubstr("pose: {translation: [10 mm, 20 mm, 0 mm], rotation: [0 deg, 0 deg, "
-                               "90 deg]}"));
-  EXPECT_TRUE(fs::exists(options_.out));
-  options_.tip_places = Write("bad.csv", "x,y,z,u\n1,2,3,4\n");
-  EXPECT_EQ(Run(), 2);
-  EXPECT_THAT(said_, HasSubstr("bad.csv"));
-}
-
-// With the sign of x wrong the camera would stand on the other side of the plane: the words and the
-// written lines must say on which it is taken to be.
-TEST_F(CalibrateTest, AFlatTableSaysOnWhichSideItsCameraStands) {
-  StereoRig camera;
-  camera.left = {800, 800, 319.5, 239.5, {}, {640, 480}};
-  WriteRig(folder_ / "lens.yaml", camera, true);
-  options_.rig = folder_ / "lens.yaml";
-  options_.out = folder_ / "lines.yaml";
-  for (const double sign : {1.0, -1.0}) {
-    std::string rows = "x,y,z,u,v\n";
-    for (const double x : {-0.04, 0.01, 0.05}) {
-      for (const double y : {-0.05, 0.0, 0.04}) {
-        const Eigen::Vector2d at = *Project(camera.left, {x, -y, 0.4});  // looks down from z = 0.4
-        rows += std::to_string(sign * x) + "," + std::to_string(y) + ",0," +
-                std::to_string(at.x()) + "," + std::to_string(at.y()) + "\n";
-      }
-    }
-    options_.tip_places = Write("tips.csv", rows);
-    ASSERT_EQ(Run(), 0) << said_;
-    std::stringstream lines;
-    lines << std::ifstream(options_.out).rdbuf();
-    const char* side = sign > 0 ? "where z of S is greater, and looks towards -z"
-                                : "where z of S is smaller, and looks towards +z";
-    EXPECT_THAT(said_, HasSubstr(side));
-    EXPECT_THAT(said_, HasSubstr(sign > 0 ? ", 400.0] mm in S" : ", -400.0] mm in S"));
-    EXPECT_THAT(lines.str(), HasSubstr(side));
-  }
 }
 
 // Places on the plane z = 0 that a camera 0.4 m above it sees through its lens; the sixth is wrong.

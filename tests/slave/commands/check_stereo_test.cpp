@@ -53,26 +53,6 @@ TEST(CheckStereoTest, TheMembranesEyesAreTold) {
           "31 of 31 points in the last of 15 images; the rest shape comes from the first 10"));
 }
 
-TEST(CheckStereoTest, ANarrowViewIsSaidToBeNarrow) {
-  const std::string said =
-      Said(kScenes / "rubber-membrane.yaml", {"sense.camera.pair.focal=2000 px"});
-  EXPECT_THAT(
-      said,
-      HasSubstr("25 of 31 with radius 2 mm are visible to both cameras at rest: use a wider view"));
-}
-
-// 400 dots are 1.5 px in radius: too small to be found.
-TEST(CheckStereoTest, DotsThatAreNotFoundAreSaidNotToBe) {
-  EXPECT_THAT(Said(kScenes / "rubber-membrane.yaml", {"sense.points={count: 400}"}),
-              HasSubstr("NOTHING yet: the rest shape needs 10 images of the untouched object; the "
-                        "first 15 do not"));
-}
-
-TEST(CheckStereoTest, APressBeyondTheModelIsSaidToBe) {
-  EXPECT_THAT(Said(kScenes / "rubber-membrane.yaml", {"operator.press.depth=19 mm"}),
-              HasSubstr("below home, beyond the model's range"));
-}
-
 // A press within half the thickness is the closed form's, if the tolerance allows.
 TEST(CheckStereoTest, AutoFollowsThePress) {
   const auto scene = kScenes / "rubber-membrane.yaml";
@@ -88,22 +68,6 @@ TEST(CheckStereoTest, WhatMovesAsAWholeTellsNoForce) {
   EXPECT_THAT(said, HasSubstr("none: the object has no fixed boundary"));
   EXPECT_THAT(said, HasSubstr("up to 31 windows of 31 px"));
   EXPECT_THAT(said, Not(HasSubstr(" N for ")));
-}
-
-// Noise drowns the texture.
-TEST(CheckStereoTest, WhatMayKeepWindowsFromBeingFoundIsNamed) {
-  EXPECT_THAT(
-      Said(kScenes / "heart-target.yaml", {"site.noise=150"}),
-      AllOf(HasSubstr("needs one image of the untouched object"), HasSubstr("too little texture"),
-            HasSubstr("the rig may be wrong"), HasSubstr("too near")));
-}
-
-// A path a thousand times as fast leaves most windows behind.
-TEST(CheckStereoTest, FewWindowsAreSaidToBeFew) {
-  EXPECT_THAT(
-      Said(kScenes / "heart-target.yaml", {"site.pace=1000"}),
-      AllOf(HasSubstr("FEW are in both images"), HasSubstr("or the images change too fast")));
-  EXPECT_THAT(Said(kScenes / "heart-target.yaml"), Not(HasSubstr("FEW")));
 }
 
 // The simulated pair's pictures of the membrane at rest, as files.
@@ -149,58 +113,6 @@ TEST_F(CheckFilesTest, TheirDotsAreLookedFor) {
 TEST_F(CheckFilesTest, ARigOfOtherCamerasIsSuspected) {
   EXPECT_THAT(SaidOfFiles("right*.png", "wide.yaml"),
               AllOf(HasSubstr("NOTHING yet"), HasSubstr("check the sides (left, right), the rig")));
-}
-
-TEST_F(CheckFilesTest, ARigOfOtherPicturesIsRefused) {
-  EXPECT_THAT(SaidOfFiles("right*.png", "small.yaml"),
-              AllOf(HasSubstr("640 x 480"), HasSubstr("320 x 240")));
-}
-
-// What a laboratory looks for: which camera is which eye, when two pictures are a pair, the arm.
-TEST_F(CheckFilesTest, WhatIsPluggedInIsNamed) {
-  const auto said = [&](const std::string& eyes, const std::string& arm = "simulated") {
-    return Said(folder_.Write(
-        "scene.yaml",
-        "name: plugged\nobject:\n  geometry: {membrane: {radius: 39 mm, thickness: 1 mm}}\n"
-        "  material: {young_modulus: 27.2 MPa, poisson_ratio: 0.45}\nmodel: {kind: plate-large}\n"
-        "sense:\n  camera:\n    stereo: {" +
-            eyes +
-            ", rig: rig.yaml}\n    pose: {translation: [-30 mm, 0, -250 mm], rotation: [0, 6.8428 "
-            "deg, 0]}\nmanipulator: {source: " +
-            arm + "}\n"));
-  };
-  EXPECT_THAT(said("left: {device: 90}, right: {device: 92}, sync: 8 ms"),
-              AllOf(HasSubstr("left camera 90 (/dev/video90), right camera 92 (/dev/video92), 30 "
-                              "Hz"),
-                    HasSubstr("images that arrive more than 8 ms apart are not paired"),
-                    HasSubstr("manipulator    simulated")));
-  EXPECT_THAT(said("device: 90, layout: side-by-side"),
-              AllOf(HasSubstr("camera 90 (/dev/video90), left and right side by side"),
-                    Not(HasSubstr("not paired"))));
-  EXPECT_THAT(said("left: {url: \"a ! appsink\"}, right: {url: \"udp://127.0.0.1:9\"}, sync: 1 "
-                   "ms"),
-              HasSubstr("left GStreamer pipeline a ! appsink, right stream udp://127.0.0.1:9"));
-  const std::string pushed = said("source: stream", "stream, silence: 60 ms");
-  EXPECT_THAT(
-      pushed,
-      AllOf(HasSubstr("image pairs from a driver (FeedPictures), 30 Hz"),
-            HasSubstr("are more than 5 ms apart are not paired"),
-            HasSubstr("driven by a client (DriveTool); a fault is raised after 60 ms of silence")));
-}
-
-TEST(CheckCameraTest, WhatIsPluggedInIsNamed) {
-  EXPECT_THAT(Said(kScenes / "silicone-block.yaml"),
-              AllOf(HasSubstr("simulated, 640x480 px"), HasSubstr("manipulator    simulated")));
-  EXPECT_THAT(Said(kScenes / "silicone-block.yaml",
-                   {"sense.camera.source=stream", "manipulator.source=stream"}),
-              AllOf(HasSubstr("images from a driver (FeedPictures)"),
-                    HasSubstr("driven by a client (DriveTool)"),
-                    HasSubstr("image latency, from the manipulator")));
-}
-
-TEST_F(CheckFilesTest, UnequalNumbersOfPicturesAreCounted) {
-  EXPECT_THAT(SaidOfFiles("right?.png", "rig.yaml"),
-              AllOf(HasSubstr("has 12 images"), HasSubstr("has 10")));
 }
 
 }  // namespace

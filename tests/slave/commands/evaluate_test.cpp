@@ -167,26 +167,6 @@ TEST_F(EvaluateTest, ShapeUnderTheRightLoadsScoresHighAndTheOneAtRestDoesNot) {
   EXPECT_GT(wrong["score"]["measured_to_surface_m"]["max"], 0.01);
 }
 
-TEST_F(EvaluateTest, TheReportsCloudsAreReadable) {
-  options_.cloud = Picture({});
-  const auto report = Run();
-  const auto object = study::ReadPcd(options_.out / "object.pcd").cloud;
-  EXPECT_EQ(object->size(), report["object"]["points"]);
-  EXPECT_EQ(study::ReadPcd(options_.out / "segmentation.pcd").cloud->size(),
-            report["cloud"]["points"]);
-  EXPECT_EQ(study::ReadPcd(options_.out / "simulated.pcd").cloud->size(),
-            report["score"]["simulated_points"]);
-}
-
-TEST_F(EvaluateTest, WithoutACameraTheCloudIsOnlySegmented) {
-  options_.cloud = Picture({});
-  options_.scene = Scene("");
-  const auto report = Run();
-  EXPECT_TRUE(report["score"].is_null());
-  EXPECT_EQ(report["segmentation"]["regions"].size(), 1U);
-  EXPECT_THAT(said_, HasSubstr("no sense.depth_camera"));
-}
-
 TEST_F(EvaluateTest, CloudWithoutARegionFailsAndSaysWhy) {
   options_.cloud = Write("few.pcd",
                          "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\n"
@@ -195,16 +175,6 @@ TEST_F(EvaluateTest, CloudWithoutARegionFailsAndSaysWhy) {
   EXPECT_THAT(complained_, HasSubstr("few.pcd: no score: the cloud has no region"));
   EXPECT_EQ(report["object"]["points"], 0);
   EXPECT_TRUE(report["score"]["octree"].is_null());
-}
-
-TEST_F(EvaluateTest, EmptyCloudIsRefused) {
-  options_.cloud = folder_ / "empty.pcd";
-  ASSERT_TRUE(study::WritePcd(options_.cloud, {}));
-  for (const char* segment : {"surfaces", "no"}) {
-    options_.segment = segment;
-    EXPECT_THAT([&] { RunEvaluate(options_, {}); },
-                ThrowsMessage<std::invalid_argument>(HasSubstr("empty.pcd: no finite point")));
-  }
 }
 
 TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {

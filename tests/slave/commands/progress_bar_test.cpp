@@ -11,10 +11,8 @@
 namespace palpate {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 // A terminal or a file that remembers, and a clock that stands still until it is moved.
 struct Screen {
@@ -41,13 +39,6 @@ TEST(ProgressBarTest, WorkThatIsOverAtOnceSaysNothing) {
   }
 }
 
-TEST(ProgressBarTest, SaysTheExpectedTimeAndMemoryFirst) {
-  Screen screen;
-  ProgressBar bar("solve", {}, screen.Output());
-  bar.Expect({.seconds = 300, .memory_bytes = 2'500'000'000});
-  EXPECT_THAT(screen.writes, ElementsAre("solve: expected 5.0 min and 2.5 GB of memory\n"));
-}
-
 TEST(ProgressBarTest, TerminalIsDrawnTenTimesASecondAtMost) {
   Screen screen;
   ProgressBar bar("solve", {}, screen.Output());
@@ -70,37 +61,6 @@ TEST(ProgressBarTest, TimeLeftFollowsThePaceOfTheStage) {
   EXPECT_THAT(screen.writes.back(), HasSubstr("solve: assembly [##########....")) << "10 of 40";
 }
 
-TEST(ProgressBarTest, LineFitsTheTerminal) {
-  for (const int columns : {1, 10, 30, 50, 80, 300}) {
-    Screen screen{.columns = columns};
-    ProgressBar bar("solve", {}, screen.Output());
-    bar.Expect({.seconds = 100, .memory_bytes = 0});
-    screen.writes.clear();
-    bar.Report("factorising the stiffness matrix", 0);
-    screen.now += 10;
-    bar.Report("factorising the stiffness matrix", 0.5);
-    ASSERT_THAT(screen.writes, SizeIs(2));
-    for (const std::string& text : screen.writes) {
-      const std::string erase = "\r\x1b[K";
-      EXPECT_LE(text.size() - erase.size(), static_cast<std::size_t>(std::max(columns - 1, 1)));
-    }
-  }
-}
-
-TEST(ProgressBarTest, FilesGetPlainLinesEveryTenthAndAtStageChanges) {
-  Screen screen{.is_terminal = false};
-  ProgressBar bar("study", {}, screen.Output());
-  bar.Expect({.seconds = 10, .memory_bytes = 0});
-  screen.writes.clear();
-  for (int i = 0; i <= 1000; ++i, screen.now += 0.01) bar.Report("assembly", i * 1e-3);
-  EXPECT_THAT(screen.writes, SizeIs(11)) << "0 to 100 %";
-  bar.Report("solution", 0);
-  EXPECT_EQ(screen.writes.back(), "study: solution   0 %\n");
-  for (const std::string& text : screen.writes) {
-    EXPECT_EQ(text.find_first_of("\r\x1b"), std::string::npos) << "control characters in a file";
-  }
-}
-
 TEST(ProgressBarTest, StopIsPassedOnEvenWhenNothingIsDrawn) {
   Screen screen;
   std::stop_source stop;
@@ -108,28 +68,6 @@ TEST(ProgressBarTest, StopIsPassedOnEvenWhenNothingIsDrawn) {
   EXPECT_TRUE(bar.Report("assembly", 0.1));
   stop.request_stop();
   EXPECT_FALSE(bar.Report("assembly", 0.1));
-}
-
-TEST(ProgressBarTest, NonsenseSharesAreShownInsideTheScale) {
-  Screen screen;
-  ProgressBar bar("solve", {}, screen.Output());
-  bar.Expect({.seconds = 10, .memory_bytes = 0});
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const auto& [done, shown] : {std::pair{nan, "  0 %"}, {-1.0, "  0 %"}, {7.0, "100 %"}}) {
-    screen.now += 1;
-    bar.Report("assembly", done);
-    EXPECT_THAT(screen.writes.back(), HasSubstr(shown));
-  }
-}
-
-TEST(ProgressBarTest, LeavesAnEmptyLineBehind) {
-  Screen screen;
-  {
-    ProgressBar bar("solve", {}, screen.Output());
-    bar.Expect({.seconds = 10, .memory_bytes = 0});
-    bar.Report("assembly", 0.5);
-  }
-  EXPECT_EQ(screen.writes.back(), "\r\x1b[K");
 }
 
 }  // namespace

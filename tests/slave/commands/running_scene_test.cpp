@@ -76,17 +76,6 @@ TEST_F(RunningSceneTest, AnotherSceneIsDecidedAnew) {
   EXPECT_EQ(Kept().size(), 3U);
 }
 
-TEST_F(RunningSceneTest, AKindThatIsNamedIsNotStudied) {
-  const Scene scene = Load({"model.kind=bem2d"});
-  EXPECT_TRUE(scene.model.decision.reason.empty());
-  EXPECT_FALSE(fs::exists(CacheFolder()));
-}
-
-TEST_F(RunningSceneTest, AFolderThatCannotBeWrittenKeepsNothing) {
-  WriteWholeFile(folder_ / "cache", "a file where the folder should be");
-  EXPECT_FALSE(Load().model.decision.reason.empty());
-}
-
 // A long study knows more than the quick one.
 TEST_F(RunningSceneTest, WhatStudyFindsIsWhatRunsFromThenOn) {
   StudyOptions options{.scene = file_, .overrides = {}, .out = folder_ / "study", .budget = 1};

@@ -98,22 +98,6 @@ TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
   EXPECT_THAT(outcome.message, HasSubstr("bem2d, 120 degrees of freedom"));
 }
 
-// Law: an eccentric punch turns towards the near corner, where the block is softer, the opposite
-// way at the mirrored place; a single element has no distribution.
-TEST_F(SolveTest, MomentsAreWrittenOnRequestWhereTheyAreKnown) {
-  options_.moments = true;
-  options_.overrides = {"model.elements=240"};
-  const Outcome outcome = RunContacts(
-      "case,x,y,dx,dy,width\nleft,0.0112,0.088,0,-1e-3,12e-3\n"
-      "right,0.0768,0.088,0,-1e-3,12e-3\npoint,0.044,0.088,0,-1e-3,0\n");
-  ASSERT_EQ(outcome.rows.size(), 3U) << outcome.message;
-  EXPECT_THAT(outcome.text, HasSubstr("solve_us,validity,mx,my,mz\n"));
-  const double scale = std::abs(Number(outcome, 0, "fy")) * 12e-3;
-  EXPECT_GT(std::abs(Number(outcome, 0, "mz")), 0.02 * scale);
-  EXPECT_NEAR(Number(outcome, 0, "mz"), -Number(outcome, 1, "mz"), 1e-3 * scale);
-  EXPECT_EQ(outcome.rows[2].count("mz"), 0U) << "empty";
-}
-
 // Contracts, `solve`: rows without a width are as wide as the scene's tool. Reference: its limit
 // under refinement, 2.35 N (b_block_embryo.json); a row of width 0 has no limit and becomes softer.
 TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {
@@ -137,13 +121,6 @@ TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {
   }
 }
 
-TEST_F(SolveTest, WarnsOfAPointContactInASceneWithoutATool) {
-  const Outcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
-  EXPECT_THAT(outcome.message,
-              HasSubstr("1 of 1 rows have no width and the scene has no tool: a contact at a point "
-                        "has no limit under refinement"));
-}
-
 // Reference: linearity; numbers round-trip, so that the sum is exact to rounding.
 TEST_F(SolveTest, RowsOfACaseActTogetherAndCasesDoNot) {
   const Outcome outcome = RunContacts(
@@ -153,47 +130,6 @@ TEST_F(SolveTest, RowsOfACaseActTogetherAndCasesDoNot) {
   EXPECT_NEAR(Number(outcome, 4, "fy") / Number(outcome, 0, "fy"), 2, 1e-14);
   EXPECT_GT(std::abs(Number(outcome, 2, "fy") / Number(outcome, 0, "fy") - 1), 1e-3);
   EXPECT_EQ(outcome.rows[2].at("solve_us"), outcome.rows[3].at("solve_us"));
-}
-
-TEST_F(SolveTest, ContactsAndLoadsOfOneCaseActTogetherContactsFirst) {
-  options_.loads = Write("loads.csv", "fy,fx,case,y,x\n-0.2,0,A,0.088,0.02\n-0.2,0,B,0.088,0.02\n");
-  const Outcome outcome = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,0\n");
-  ASSERT_EQ(outcome.rows.size(), 3U);
-  EXPECT_GT(Number(outcome, 0, "fy"), 0) << "held against the load beside it";
-  EXPECT_EQ(Number(outcome, 1, "fy"), -0.2);
-  EXPECT_GT(Number(outcome, 1, "dy"), Number(outcome, 2, "dy")) << "the neighbour supports it";
-}
-
-TEST_F(SolveTest, WidthReachesElementsByTheirMidpointsEndsIncluded) {
-  const std::string h = "0.0058666666666666667";
-  const Outcome outcome = RunContacts(
-      "case,x,y,dx,dy,width\none,0.044,0.088,0,-1e-3,0\n"
-      "same,0.044,0.088,0,-1e-3,0.011\nthree,0.044,0.088,0,-1e-3,"
-      "0.0117333333333333333\n");
-  ASSERT_EQ(outcome.rows.size(), 3U);
-  EXPECT_EQ(outcome.rows[0].at("fy"), outcome.rows[1].at("fy")) << h;
-  EXPECT_LT(Number(outcome, 2, "fy"), 1.2 * Number(outcome, 0, "fy"));
-}
-
-TEST_F(SolveTest, SaysThatAHeldElementIsMoved) {
-  const Outcome outcome = RunContacts(std::string(kHeader) + "A,0.044,0,0,0,-0.001,0\n");
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_THAT(outcome.message, HasSubstr("case A failed: a fixed point is moved"));
-}
-
-// As tables write what a row does not have.
-TEST_F(SolveTest, EmptyCellsOfOptionalColumnsAreAbsent) {
-  const Outcome bare = RunContacts(std::string(kHeader) + "A," + kMiddle + "\n");
-  const Outcome empty = RunContacts("case,x,y,z,dx,dy,dz,width\nA,0.044,0.088,,0,-0.005,,\n");
-  EXPECT_EQ(empty.exit_code, 0) << empty.message;
-  EXPECT_EQ(empty.rows.at(0).at("fy"), bare.rows.at(0).at("fy"));
-}
-
-TEST_F(SolveTest, ExtrapolatedRowsCarryNumbersAndExitZero) {
-  const Outcome outcome = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-0.010\n");
-  EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_EQ(outcome.rows.at(0).at("validity"), "extrapolated");
-  EXPECT_LT(Number(outcome, 0, "fy"), -1);
 }
 
 TEST_F(SolveTest, AFailedCaseHasEmptyForcesExitsOneAndSparesTheOthers) {
@@ -219,20 +155,12 @@ TEST_F(SolveTest, AFailedCaseHasEmptyForcesExitsOneAndSparesTheOthers) {
 TEST_F(SolveTest, SaysWhereAFileIsWrong) {
   const std::vector<std::pair<std::string, std::string>> mistakes{
       {"", "contacts.csv:1: no rows"},
-      {"\n\n", "no rows"},
       {"case,x,y,dx,dy\n", "contacts.csv:2: no rows"},
-      {"case,x,y,dx\nA,0,0,0\n", "contacts.csv:1: no column dy"},
       {"case,x,y,dx,dy,colour\nA,0,0,0,0,red\n", "contacts.csv:1: column = colour"},
-      {"case,x,x,y,dx,dy\nA,0,0,0,0,0\n", "column = x again"},
-      {"case,x,y,dx,dy,t\nA,0,0,0,0,1\n", "column = t"},
       {"case,x (N),y,dx,dy\nA,0,0,0,0\n", "contacts.csv:1: column x: a unit of another quantity"},
       {"case,x,y,dx,dy\n\nA,0.044,0.088,0\n", "contacts.csv:3: 4 cells: accepted is 5"},
       {"case,x,y,dx,dy\nA,0.044,0.088,0,nan\n", "contacts.csv:2: dy = nan: accepted is a finite"},
-      {"case,x,y,dx,dy\nA,0.044,0.088,inf,0\n", "dx = inf"},
-      {"case,x,y,dx,dy\nA,0.044,0.088,1e999,0\n", "dx = 1e999"},
-      {"case,x,y,dx,dy\nA,0.044,0.088,,0\n", "dx = : accepted is a finite number"},
       {"case,x,y,dx,dy\n,0.044,0.088,0,0\n", "case = : accepted is a name"},
-      {"case,x,y,dx,dy\nA,0.044,0.088,1mm,0\n", "dx = 1mm"},
       {"case,x,y,dx,dy\nA,0.044,0.080,0,0\n",
        "contacts.csv:2: x = 0.044: accepted is a position on"},
       {"case,x,y,dx,dy,width\nA,0.044,0.088,0,0,-1\n", "width = -1: accepted is 0 to "},
@@ -310,25 +238,6 @@ model: {kind: fem-green}
               1, 0.03);
 }
 
-// A ring between two squares. Reference: continuity; nothing happens between nu = 0.499 and 0.5
-// but a thousandth of the compressibility.
-TEST_F(SolveTest, AnIncompressibleBodyWithAHoleIsAnswered) {
-  options_.scene = Write("ring.yaml", R"(name: ring
-object:
-  geometry: {polygon: {points: [[0, 0], [0.1, 0], [0.1, 0.1], [0, 0.1]], thickness: 10 mm,
-                       holes: [[[0.04, 0.04], [0.06, 0.04], [0.06, 0.06], [0.04, 0.06]]]}}
-  material: {young_modulus: 1 MPa, poisson_ratio: 0.499}
-  fixed: {side: bottom}
-model: {kind: bem2d, elements: 60, plane: strain}
-)");
-  const std::string contacts = "case,x,y,dx,dy\nA,0.05,0.1,0,-1e-3\n";
-  const double nearly = Number(RunContacts(contacts), 0, "fy");
-  options_.overrides = {"object.material.poisson_ratio=0.5"};
-  const Outcome outcome = RunContacts(contacts);
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.message;
-  EXPECT_NEAR(Number(outcome, 0, "fy") / nearly, 1, 0.01);
-}
-
 TEST_F(SolveTest, WithoutFixtureBalancedLoadsAreSolvedAndOthersFail) {
   options_.scene = Write("free.yaml", R"(name: free
 object:
@@ -403,32 +312,6 @@ TEST_F(SolveTest, AHistoryGivesOneRowPerStepAndPlace) {
   EXPECT_LT(Number(outcome, 8, "dz"), Number(outcome, 2, "dz")) << "pressed on and on";
 }
 
-TEST_F(SolveTest, AHistoryThatEndsBetweenStepsIsSaid) {
-  options_.scene = Write("cube.yaml", kCube);
-  options_.loads = Write("loads.csv",
-                         "case,x,y,z,fx,fy,fz,t\nA,0.03,0.03,0.06,0,0,0,0\n"
-                         "A,0.03,0.03,0.06,0,0,-0.01,0.05\n");
-  const Outcome outcome = Run();
-  EXPECT_EQ(outcome.rows.size(), 2U);
-  EXPECT_THAT(outcome.message, HasSubstr("ends at 0.05 s, between steps"));
-}
-
-TEST_F(SolveTest, HistoriesThatCannotBeAreRefused) {
-  options_.scene = Write("cube.yaml", kCube);
-  const std::string head = "case,x,y,z,fx,fy,fz,t\nA,0.03,0.03,0.06,0,0,-0.01,";
-  for (const auto& [text, message] :
-       {std::pair{head + "0.01\n", "ends before the first time step"},
-        std::pair{head + "-1\n", "a time >= 0"},
-        std::pair{head + "1e9\n", "more than ten million rows"},
-        std::pair{std::string("case,x,y,z,fx,fy,fz\nA,0.03,0.03,0.06,0,0,-0.01\n"),
-                  "no column t"}}) {
-    options_.loads = Write("loads.csv", text);
-    const Outcome outcome = Run();
-    EXPECT_EQ(outcome.exit_code, 2) << text;
-    EXPECT_THAT(outcome.message, HasSubstr(message));
-  }
-}
-
 constexpr const char* kSoftBox = R"(name: box
 object:
   geometry: {box: {size: [80 mm, 80 mm, 40 mm], cells: [10, 10, 5]}}
@@ -468,37 +351,6 @@ TEST_F(SolveTest, AModelThatBoundsItsErrorWritesTheBound) {
   }
   EXPECT_GT(Number(zone, 3, "error"), 0);
   EXPECT_LT(Number(zone, 3, "error"), 0.05 * std::abs(Number(zone, 3, "dz")));
-}
-
-// Such a tool acts with its own shape: a row cannot have another one.
-TEST_F(SolveTest, ARoundToolOfFemZoneIsTheScenes) {
-  options_.scene = Write("box.yaml", kSoftBox);
-  const std::string row = "A,0.038,0.042,0.04,0,0,-5e-3,0.01\n";
-  const Outcome outcome = RunContacts("case,x,y,z,dx,dy,dz,radius\n" + row);
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.message, HasSubstr("contacts.csv:2: radius"));
-  EXPECT_THAT(outcome.message, HasSubstr("that of the scene's round tool"));
-}
-
-TEST_F(SolveTest, VolumesAndMembranesNeedTheirAxes) {
-  options_.overrides = {"model.time=static"};
-  options_.scene = Write("cube.yaml", kCube);
-  Outcome outcome = RunContacts("case,x,y,z,dx,dy\nA,0.03,0.03,0.06,0,0\n");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.message, HasSubstr("no column dz"));
-  outcome = RunContacts("case,x,y,z,dx,dy,dz\nA,0.03,0.03,0.5,0,0,0\n");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.message, HasSubstr("contacts.csv:2: x = 0.03: accepted is a node, or a"));
-  options_.overrides = {};
-  options_.scene = Write("membrane.yaml", R"(name: membrane
-object:
-  geometry: {membrane: {radius: 39 mm, thickness: 1 mm}}
-  material: {young_modulus: 27.2 MPa, poisson_ratio: 0.45}
-model: {kind: plate}
-)");
-  outcome = RunContacts("case,x,y,z,dx,dy,dz\nA,0,0,0,1e-4,0,0\n");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.message, HasSubstr("dx = 1e-4: accepted is 0 on a membrane"));
 }
 
 }  // namespace

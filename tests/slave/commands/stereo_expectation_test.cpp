@@ -54,13 +54,6 @@ TEST(StereoExpectationTest, DepthIsAsUncertainAsTheDisparity) {
               1e-6 * sight.sigma_across);
 }
 
-TEST(StereoExpectationTest, BehindTheCamerasNothingIsExpected) {
-  Scene scene = MembraneScene();
-  scene.sense.Find<StereoCameras>()->X_SL.translation().z() = 0.1;
-  EXPECT_FALSE(ExpectedSight(scene, ParallelRig()));
-  EXPECT_TRUE(InBothPictures(scene, ParallelRig(), {{0, 0}}).empty());
-}
-
 // Reference: u = 319.5 + 800 (x +- 30 mm) / 250 mm; the dot's radius of 2 mm is 6.3 px. The left
 // picture's right edge, 639 px, is at x = 69.8 mm, the right one's left edge at x = -69.8 mm.
 TEST(StereoExpectationTest, DotsCountWhereBothPicturesShowThemWhole) {

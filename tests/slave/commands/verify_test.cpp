@@ -398,5 +398,110 @@ TEST_F(VerifyFilesTest, UnusableInputIsNamed) {
   EXPECT_THAT(Refusal(), HasSubstr("fy = nan"));
 }
 
+TEST_F(VerifyFilesTest, ATipBesideTheKnownOneIsNamed) {
+  for (const double beside : {0.0, 3.0}) {  // [mm]
+    std::string states = "t,tip_x,tip_y,tip_z,fx,fy,fz,sigma,validity\n", loads;
+    loads = "t,fx,fy,fz,x,y,z\n";
+    for (int i = 0; i < 60; ++i) {
+      const double t = 0.02 * i, f = 1 + std::sin(6 * t), y = 0.08 - 0.002 * f;
+      states += Formatted("%g,%g,%g,0,0,%g,0,0.05,valid\n", t, 0.044 + 1e-3 * beside, y, f);
+      loads += Formatted("%g,0,%g,0,0.044,%g,0\n", t, f, y);
+    }
+    options_.states = Write("states.csv", states);
+    options_.loads = Write("loads.csv", loads);
+    EXPECT_EQ(Run(), beside > 0 ? 1 : 0) << Report().dump(1);
+    EXPECT_EQ(Verdict("place"), beside > 0 ? "wrong" : "right");
+    if (beside > 0) EXPECT_THAT(LikelyWrong(), HasSubstr("The tip is 3 mm beside"));
+  }
+}
+
+// A record of any source: presses along z with some x and y, errors of 0.02 N.
+class VerifyForcesTest : public FolderTest {
+ protected:
+  struct Row {
+    double t = 0;
+    Vector3d measured, estimated;
+  };
+  VerifyForcesTest() { options_.out = folder_ / "card"; }
+  template <class Corrupt>
+  nlohmann::json CardOf(const Corrupt& corrupt, const std::string& head = kHead) {
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal(0, 0.02);
+    std::string text = head;
+    for (int i = 0; i < 1000; ++i) {
+      Row row{0.01 * i, ForceAt(0.01 * i), ForceAt(0.01 * i)};
+      corrupt(&row);
+      for (double& x : row.estimated) x += normal(random);
+      text += Formatted("%g,%g,%g,%g,%g,%g,%g,0.02\n", row.t, row.measured.x(), row.measured.y(),
+                        row.measured.z(), row.estimated.x(), row.estimated.y(), row.estimated.z());
+    }
+    options_.forces = Write("forces.csv", text);
+    code_ = RunVerify(options_, {});
+    return nlohmann::json::parse(Scratch::Read(options_.out / "report.json"))["cards"][0];
+  }
+  static Vector3d ForceAt(double t) {
+    return {0.6 * std::sin(2.1 * t), 0.6 * std::cos(1.3 * t), -1.5 + 1.4 * std::cos(3.1 * t)};
+  }
+  static std::string WrongOf(const nlohmann::json& card) {
+    std::string wrong;
+    for (const auto& [key, line] : card["lines"].items()) {
+      if (line["verdict"] == "wrong") wrong += key + " ";
+    }
+    return wrong;
+  }
+
+  static constexpr const char* kHead =
+      "t,measured_fx,measured_fy,measured_fz,estimated_fx,estimated_fy,estimated_fz,sigma\n";
+  VerifyOptions options_;
+  int code_ = -1;
+};
+
+TEST_F(VerifyForcesTest, ARightSourcePassesAndIsDrawn) {
+  const auto card = CardOf([](Row*) {});
+  EXPECT_EQ(WrongOf(card), "") << card.dump(1);
+  EXPECT_EQ(code_, 0);
+  EXPECT_THAT(Scratch::Read(options_.out / "forces.svg"), HasSubstr("estimated over measured"));
+}
+
+TEST_F(VerifyForcesTest, EachMistakeIsNamedAlone) {
+  auto card = CardOf([](Row* row) { row->estimated = ForceAt(row->t - 0.15); });
+  EXPECT_EQ(WrongOf(card), "delay ") << card.dump(1);
+  EXPECT_NEAR(card["lines"]["delay"]["low_value_high"][1], 0.15, 0.005);
+  card = CardOf([](Row* row) { row->estimated *= 1.3; });
+  EXPECT_EQ(WrongOf(card), "magnitude sigma ") << card.dump(1);
+  card = CardOf([](Row* row) { row->estimated *= 9.80665; });
+  EXPECT_EQ(WrongOf(card), "unit ") << card.dump(1);
+  EXPECT_NEAR(card["unit"], 9.80665, 1e-6);
+  card = CardOf([](Row* row) { row->estimated.z() += 0.09 * row->t; });
+  EXPECT_EQ(WrongOf(card), "sigma time ") << card.dump(1);
+  EXPECT_NEAR(card["lines"]["time"]["low_value_high"][1], 0.9, 0.05);
+  card = CardOf([](Row* row) { row->estimated.x() += 0.4; });
+  EXPECT_EQ(WrongOf(card), "sigma zero ") << card.dump(1);
+  card = CardOf([](Row* row) { row->estimated.y() *= -1; });
+  EXPECT_EQ(WrongOf(card), "sigma sign ") << card.dump(1);
+}
+
+TEST_F(VerifyForcesTest, OtherNamesAndUnitsAreOptions) {
+  options_.columns = {.measured = "-,-,scale",
+                      .estimated = "-,-,net",
+                      .time = "ms",
+                      .sigma = "s",
+                      .measured_unit = "g",
+                      .time_unit = "ms"};
+  const auto card = CardOf(
+      [](Row* row) {
+        row->t *= 1000;
+        row->measured.z() *= 1000 / 9.80665;
+      },
+      "ms,a,b,scale,c,d,net,s\n");
+  EXPECT_EQ(WrongOf(card), "") << card.dump(1);
+  options_.columns.measured = "none";
+  EXPECT_THAT(Thrown<InputError>([&] { RunVerify(options_, {}); }),
+              HasSubstr("forces.csv:1: no column none"));
+  options_.columns.measured_unit = "stone";
+  EXPECT_THAT(Thrown<std::invalid_argument>([&] { RunVerify(options_, {}); }),
+              HasSubstr("--measured-unit = stone: accepted is N"));
+}
+
 }  // namespace
 }  // namespace palpate

@@ -60,10 +60,5 @@ TEST(LatestEstimateTest, ARestIsNoSilence) {
   EXPECT_THAT(status.alarms, IsEmpty());
 }
 
-TEST(LatestEstimateTest, ARestThatNeverEndsIsOne) {
-  EXPECT_THAT(StatusAfter(30, 20).alarms,
-              ElementsAre(HasSubstr("no sample from the sensor for 30 s")));
-}
-
 }  // namespace
 }  // namespace palpate

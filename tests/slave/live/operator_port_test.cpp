@@ -188,21 +188,6 @@ TEST_F(OperatorPortTest, ADeviceThatBeginsToMeasureItsRotationTurnsNothing) {
   EXPECT_LT(arm_.rotation->angularDistance(Eigen::Quaterniond::Identity()), 1e-7);
 }
 
-TEST_F(OperatorPortTest, AnArmWithoutARotationOrADeviceWithoutOneMovesAsBefore) {
-  const Vector3d start = arm_.Tip();
-  OperatorCommand command = Next({0, 0, 0});
-  command.R_M_device = Eigen::AngleAxisd(1, Vector3d::UnitX());
-  Send(command);
-  command = Next({0, -0.02, 0});
-  command.R_M_device = Eigen::AngleAxisd(2, Vector3d::UnitX());
-  Send(command);
-  EXPECT_LT((arm_.Tip() - start - Vector3d(0, -0.01, 0)).norm(), 1e-15);
-  EXPECT_EQ(arm_.turns, 0);
-  arm_.rotation = Eigen::Quaterniond::Identity();
-  Send(Next({0, -0.03, 0}));
-  EXPECT_EQ(arm_.turns, 0);
-}
-
 TEST_F(OperatorPortTest, ARotationThatIsNotFiniteIsRefusedAndTheToolHolds) {
   Send(Next({0, 0, 0}));
   OperatorCommand command = Next({0, 0, 0});
@@ -210,15 +195,6 @@ TEST_F(OperatorPortTest, ARotationThatIsNotFiniteIsRefusedAndTheToolHolds) {
   EXPECT_FALSE(Send(command));
   EXPECT_EQ(port_.view().phase, Phase::kHold);
   EXPECT_TRUE(port_.TakeEvents().Has(Event::kCommandRefused));
-}
-
-// Absolute poses: what the lost commands said does not matter.
-TEST_F(OperatorPortTest, ALostCommandLosesNoMotion) {
-  const Vector3d start = arm_.Tip();
-  Send(Next({0, 0, 0}));
-  for (int lost = 0; lost < 5; ++lost) Next({0, -0.002 * lost, 0});
-  Send(Next({0, -0.02, 0}));
-  EXPECT_LT((arm_.Tip() - start - Vector3d(0, -0.01, 0)).norm(), 1e-15);
 }
 
 TEST_F(OperatorPortTest, AnOlderCommandIsDropped) {
@@ -234,18 +210,6 @@ TEST_F(OperatorPortTest, AnOlderCommandIsDropped) {
   EXPECT_EQ(port_.counts().taken, taken);
 }
 
-TEST_F(OperatorPortTest, AnOpenClutchStandsAndClosingItAgainMovesNothing) {
-  Send(Next({0, 0, 0}));
-  Send(Next({0, -0.004, 0}));
-  const Vector3d tip = arm_.Tip();
-  Send(Next({0, 0.3, 0}, false));
-  EXPECT_EQ(port_.view().phase, Phase::kClutched);
-  EXPECT_EQ(arm_.Tip(), tip);
-  Send(Next({0, 0.3, 0}, true, 2));
-  EXPECT_LT((arm_.Tip() - tip).norm(), 1e-15);
-  EXPECT_EQ(port_.view().epoch, 2U);
-}
-
 TEST_F(OperatorPortTest, SilenceHoldsTheToolAfterThirtyMilliseconds) {
   Send(Next({0, 0, 0}));
   Wait(0.029);
@@ -255,20 +219,6 @@ TEST_F(OperatorPortTest, SilenceHoldsTheToolAfterThirtyMilliseconds) {
   EXPECT_EQ(port_.view().phase, Phase::kHold);
   EXPECT_GT(arm_.holds(), holds);
   EXPECT_TRUE(port_.TakeEvents().Has(Event::kHold));
-}
-
-TEST_F(OperatorPortTest, WhereTheSceneAllowsMoreSilenceTheToolHoldsLater) {
-  OperatorPort patient(arm_, transform_, limits_, 0.2);
-  patient.BeginOperating();
-  ASSERT_TRUE(patient.Command(Next({0, 0, 0}), now_));
-  const auto after = [&](double silence) {
-    patient.Watch(now_ + Seconds(silence), {Vector3d::Zero()});
-    return patient.view().phase;
-  };
-  EXPECT_EQ(after(0.199), Phase::kFollowing);
-  EXPECT_EQ(after(0.201), Phase::kHold);
-  ASSERT_TRUE(patient.Command(Next({0, 0, 0}), now_ + Seconds(0.3)));
-  EXPECT_EQ(patient.view().phase, Phase::kFollowing) << "a gap that ends by itself";
 }
 
 TEST_F(OperatorPortTest, AnArmWithAFaultIsHeldAndItsReturnNeedsAnEngagement) {
@@ -290,18 +240,6 @@ TEST_F(OperatorPortTest, AnArmWithAFaultIsHeldAndItsReturnNeedsAnEngagement) {
   Send(Next({0, -0.004, 0}, true, 3));
   EXPECT_EQ(port_.view().phase, Phase::kFollowing);
   EXPECT_LT((arm_.Tip() - tip).norm(), 1e-15);
-}
-
-// A fault so short that commands never met it counts all the same.
-TEST_F(OperatorPortTest, AFaultDuringAHoldEndsTheEpochToo) {
-  Send(Next({0, 0, 0}));
-  Wait(0.031);
-  ASSERT_EQ(port_.view().phase, Phase::kHold);
-  arm_.faulty = true;
-  Wait(0.002);
-  arm_.faulty = false;
-  Send(Next({0, 0, 0}));
-  EXPECT_EQ(port_.view().phase, Phase::kHold);
 }
 
 TEST_F(OperatorPortTest, TheEmergencyStopIsTheArmsOwn) {
@@ -399,18 +337,6 @@ TEST_F(OperatorPortTest, AStopThatArrivesDuringAResetRemains) {
   EXPECT_NE(port_.view().phase, Phase::kEstop);
 }
 
-TEST_F(OperatorPortTest, ANewLeaseStartsWithTheToolStanding) {
-  Send(Next({0, 0, 0}));
-  port_.EndOperating();
-  EXPECT_EQ(port_.view().phase, Phase::kReady);
-  const int commands = arm_.commands();
-  Send(Next({0, -0.1, 0}));
-  EXPECT_EQ(arm_.commands(), commands) << "nobody holds the lease";
-  port_.BeginOperating();
-  EXPECT_EQ(port_.view().command_sequence, 0U);
-  EXPECT_EQ(port_.view().epoch, 0U);
-}
-
 TEST_F(OperatorPortTest, ScalesChangeOnlyWhileNobodyFollows) {
   Send(Next({0, 0, 0}));
   EXPECT_THROW(port_.SetScales(2.0, std::nullopt), std::logic_error);
@@ -486,16 +412,6 @@ TEST_F(GuardedPortTest, ALeapBeyondTheArmIsRefusedAndNeedsANewEngagement) {
   EXPECT_TRUE(Send(Next({0, -0.020, 0}, true, 2)));
   EXPECT_EQ(phase(), Phase::kFollowing);
   EXPECT_FALSE(Send(Next({0, -99, 0}, true, 2))) << "100 m are a number, and no place";
-}
-
-TEST_F(GuardedPortTest, AHandFasterThanTheArmIsNoHand) {
-  OperatorCommand command = Next({0, 0, 0});
-  command.velocity = {0, -0.030, 0};
-  EXPECT_TRUE(Send(command));
-  command = Next({0, 0, 0});
-  command.velocity = {0, -0.050, 0};
-  EXPECT_FALSE(Send(command));
-  EXPECT_EQ(phase(), Phase::kHold);
 }
 
 TEST_F(GuardedPortTest, MotionEndsWhenTheForceHasBeenUnknownForTooLong) {
@@ -642,19 +558,10 @@ TEST_F(RetreatTest, AnArmThatDoesNotComeAllTheWayLocksNobodyOut) {
   EXPECT_NEAR(Out(), 3e-3, 1e-9);
 }
 
-// What a press did is seen a sample later, when it has ended.
 TEST_F(RetreatTest, ItBeginsAlsoAfterTheHandLetGo) {
   LetGo();
   Watch(0.03, heavy_);
   EXPECT_NEAR(Out(), 2e-3, 1e-9);
-  EXPECT_EQ(phase(), Phase::kClutched);
-}
-
-TEST_F(RetreatTest, ItBeginsAlsoAfterTheOperatorLeft) {
-  guarded_->EndOperating();
-  Watch(0.03, heavy_);
-  EXPECT_NEAR(Out(), 2e-3, 1e-9);
-  EXPECT_EQ(phase(), Phase::kReady);
 }
 
 TEST_F(RetreatTest, ItBeginsWhenWhatNobodySawIsSeen) {
@@ -701,21 +608,6 @@ TEST_F(GuardedPortTest, ATremblingHandDrawsTheToolOutOfAGuard) {
   EXPECT_GT(arm_.Tip().y(), held + 0.9e-3);
   Send(Next({0, -2e-3, 0}, true, 2));
   EXPECT_EQ(phase(), Phase::kHold) << "who presses on engages anew";
-}
-
-// Where the surface leans otherwise than it seems, a drag along it leads deeper.
-TEST_F(GuardedPortTest, AtAGuardTheToolGoesOutAndNowhereElse) {
-  Use({.max_speed = 0.020, .force_guard = 2});
-  const ContactState leaning{Vector3d(0, 2.1, 0), 1e-3, Vector3d(0.3, 0.95, 0).normalized()};
-  Press(0.004, leaning);
-  const Vector3d held = arm_.Tip();
-  epoch_ = 2;
-  Send(Next({0, 0, 0}, true, 2));
-  for (int k = 1; k <= 200; ++k) {
-    Send(Next({1e-5 * k, -2e-6 * k, 0}, true, 2));
-    guarded_->Watch(now_ += Seconds(0.002), leaning);
-    EXPECT_GE(arm_.Tip().y(), held.y()) << k;
-  }
 }
 
 // Who hovers where it was reached would end an epoch at each tremble.

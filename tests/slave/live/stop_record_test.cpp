@@ -19,22 +19,6 @@ using testing::MatchesRegex;
 
 using StopRecordFileTest = FolderTest;
 
-TEST(StopRecordTest, TellsWhyAndSinceWhen) {
-  StopRecord record;
-  EXPECT_THAT(record.Words(), IsEmpty());
-  EXPECT_THAT(record.Begin("by the operator, alice"), IsEmpty());
-  EXPECT_THAT(record.Words(), MatchesRegex("emergency stop for [0-9] s: by the operator, alice"));
-  record.End();
-  EXPECT_THAT(record.Words(), IsEmpty());
-}
-
-TEST(StopRecordTest, AReasonMovesNoCursor) {
-  StopRecord record;
-  EXPECT_THAT(record.Begin("\x1b[2J" + std::string(1000, 'a')), IsEmpty());
-  EXPECT_THAT(record.Words(), Not(HasSubstr("\x1b")));
-  EXPECT_LT(record.Words().size(), 260U);
-}
-
 TEST_F(StopRecordFileTest, OutlivesTheProcess) {
   {
     StopRecord first;
@@ -77,39 +61,6 @@ TEST_F(StopRecordFileTest, AFileWithoutAReasonStops) {
   StopRecord record;
   EXPECT_TRUE(record.KeepIn(folder_));
   EXPECT_THAT(record.Words(), HasSubstr(": from before the start"));
-}
-
-TEST_F(StopRecordFileTest, AFolderInItsPlaceIsRefused) {
-  std::filesystem::create_directories(folder_ / "emergency-stop");
-  EXPECT_THROW(StopRecord().KeepIn(folder_), std::runtime_error);
-}
-
-// Whoever plants a link can neither have its target overwritten nor hide the stop.
-TEST_F(StopRecordFileTest, LinksAreNotFollowed) {
-  const auto target = folder_ / "target", file = folder_ / "emergency-stop";
-  std::ofstream(target) << "mine";
-  std::filesystem::create_symlink(target, folder_ / "emergency-stop.part");
-  StopRecord record;
-  EXPECT_FALSE(record.KeepIn(folder_));
-  std::filesystem::create_symlink(target, file);
-  EXPECT_THAT(record.Begin("by a test"), IsEmpty());
-  EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(file)));
-  EXPECT_TRUE(StopRecord().KeepIn(folder_));
-  for (const char* planted : {"target", "nowhere"}) {
-    std::filesystem::remove(file);
-    std::filesystem::create_symlink(folder_ / planted, file);
-    EXPECT_THROW(StopRecord().KeepIn(folder_), std::runtime_error) << planted;
-  }
-  EXPECT_EQ(std::filesystem::file_size(target), 4U);
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "nowhere"));
-}
-
-TEST_F(StopRecordFileTest, AStopThatCannotBeKeptStillStops) {
-  StopRecord record;
-  EXPECT_FALSE(record.KeepIn(folder_));
-  std::filesystem::remove_all(folder_);
-  EXPECT_THAT(record.Begin("by a test"), HasSubstr("is not saved"));
-  EXPECT_THAT(record.Words(), HasSubstr("by a test"));
 }
 
 }  // namespace

@@ -96,21 +96,5 @@ TEST(TipFollower, NotFiniteIsIgnored) {
   EXPECT_LT((follower.tip() - Eigen::Vector3d(0.01, 0.01, 0)).norm(), 1e-12);
 }
 
-std::string Refusal(const ManipulatorOptions& options) {
-  return Thrown<std::invalid_argument>([&] { const TipFollower follower(options); });
-}
-
-TEST(TipFollower, RefusalsNameTheKey) {
-  auto options = Options();
-  options.max_speed = 0;
-  EXPECT_THAT(Refusal(options), ::testing::HasSubstr("manipulator.max_speed"));
-  options = Options();
-  options.home.x() = kNan;
-  EXPECT_THAT(Refusal(options), ::testing::HasSubstr("manipulator.home"));
-  options = Options();
-  options.workspace_max.y() = -1;
-  EXPECT_THAT(Refusal(options), ::testing::HasSubstr("manipulator.workspace"));
-}
-
 }  // namespace
 }  // namespace palpate

@@ -49,35 +49,6 @@ TEST(MeshRectangleTest, SharesElementsByLength) {
   EXPECT_EQ(counts(1000.0, 0.001, 100), (std::array{49, 1, 49, 1}));
 }
 
-// Opposite sides agree wherever the count allows it: quotas 20.67 and 10.33.
-TEST(MeshRectangleTest, GivesTheRemainderToTheLargestFractions) {
-  EXPECT_EQ(SideCounts(MeshRectangle(0.2, 0.1, 62)), (std::array{21, 10, 21, 10}));
-}
-
-TEST(MeshRectangleTest, RunsCounterClockwiseFromTheLowerLeftCorner) {
-  const BoundaryMesh mesh = MeshRectangle(2, 1, 12);
-  ExpectClosed(mesh);
-  EXPECT_EQ(mesh.size(), 12);
-  EXPECT_EQ(mesh.elements[0].a, Eigen::Vector2d(0, 0));
-  EXPECT_EQ(mesh.elements[0].normal(), Eigen::Vector2d(0, -1));
-  EXPECT_EQ(mesh.elements[4].a, Eigen::Vector2d(2, 0));
-  EXPECT_EQ(mesh.elements[11].b, Eigen::Vector2d(0, 0));
-  EXPECT_EQ(mesh.length_unit, 2.0);
-  EXPECT_EQ(mesh.loop_begin, (std::vector{0, 12}));
-}
-
-// Scale changes nothing but the size. Tolerance: rounding of one product.
-TEST(MeshRectangleTest, IsTheSameMeshFromNanometreToKilometre) {
-  const BoundaryMesh unit = MeshRectangle(1, 0.37, 101);
-  for (const double scale : {1e-9, 1e3}) {
-    const BoundaryMesh mesh = MeshRectangle(scale, 0.37 * scale, 101);
-    ASSERT_EQ(mesh.size(), unit.size());
-    for (std::size_t i = 0; i < 101; ++i) {
-      EXPECT_LT((mesh.elements[i].a / scale - unit.elements[i].a).norm(), 1e-15);
-    }
-  }
-}
-
 TEST(MeshRectangleTest, RefusesWhatIsNoRectangle) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
@@ -107,16 +78,6 @@ TEST(MeshDiscTest, IsTheInscribedRegularPolygonTurnedByHalfAnElement) {
   }
 }
 
-TEST(MeshPolygonTest, OfARectangleIsTheRectanglesMesh) {
-  const BoundaryMesh polygon = MeshPolygon({{{0, 0}, {0.3, 0}, {0.3, 0.1}, {0, 0.1}}, {}}, 77);
-  const BoundaryMesh rectangle = MeshRectangle(0.3, 0.1, 77);
-  ASSERT_EQ(polygon.size(), rectangle.size());
-  for (std::size_t i = 0; i < polygon.elements.size(); ++i) {
-    EXPECT_EQ(polygon.elements[i].a, rectangle.elements[i].a) << i;
-  }
-  EXPECT_EQ(polygon.length_unit, rectangle.length_unit);
-}
-
 TEST(MeshPolygonTest, TurnsAClockwiseOuterLoopAndCounterClockwiseHoles) {
   const std::vector<Eigen::Vector2d> clockwise{{0, 0}, {0, 4}, {4, 4}, {4, 0}};
   const std::vector<Eigen::Vector2d> hole{{1, 1}, {3, 1}, {3, 3}, {1, 3}};
@@ -126,30 +87,6 @@ TEST(MeshPolygonTest, TurnsAClockwiseOuterLoopAndCounterClockwiseHoles) {
   EXPECT_EQ(mesh.elements[0].a, Eigen::Vector2d(0, 0));
   // Area of the body: both loops together, holes counting against it.
   EXPECT_NEAR(EnclosedArea(mesh), 16 - 4, 1e-12);
-}
-
-TEST(MeshPolygonTest, GivesEveryEdgeAnElementAndTheRestByLength) {
-  // Edges 1, 1e-4, 1, 1e-4: quotas of the short ones are far below one.
-  const Outline sliver{{{0, 0}, {1, 0}, {1, 1e-4}, {0, 1e-4}}, {}};
-  EXPECT_EQ(SideCounts(MeshPolygon(sliver, 20)), (std::array{9, 1, 9, 1}));
-  // The right side in twenty pieces, one element each, leaves 10 for the others: the left side's
-  // quota, 1.05 before, falls to 0.36.
-  Outline stepped{{{0, 0}}, {}};
-  for (int i = 0; i <= 20; ++i) stepped.outer.emplace_back(1, 0.00375 * i);
-  stepped.outer.emplace_back(0, 0.075);
-  EXPECT_EQ(SideCounts(MeshPolygon(stepped, 30)), (std::array{5, 20, 4, 1}));
-  // More edges than asked for: one each.
-  EXPECT_EQ(MeshPolygon({{{0, 0}, {2, 0}, {2, 1}, {1, 2}, {0, 1}}, {}}, 3).size(), 5);
-}
-
-TEST(BoundaryMeshTest, NextAndPreviousStayOnTheirLoop) {
-  const std::vector<Eigen::Vector2d> outer{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
-  const std::vector<Eigen::Vector2d> hole{{1, 1}, {3, 1}, {2, 3}};
-  const BoundaryMesh mesh = MeshPolygon({outer, {hole}}, 7);
-  EXPECT_EQ(mesh.Next(3), 0);
-  EXPECT_EQ(mesh.Previous(0), 3);
-  EXPECT_EQ(mesh.Next(6), 4);
-  EXPECT_EQ(mesh.Previous(4), 6);
 }
 
 }  // namespace

@@ -55,13 +55,6 @@ TEST(MeshCheckTest, MeasuresABox) {
   }
 }
 
-TEST(MeshCheckTest, FindsARegularTetrahedronRegular) {
-  SolidMesh mesh{{{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}}, {{0, 1, 2, 3}}};
-  const MeshReport report = CheckMesh(mesh);
-  EXPECT_NEAR(report.quality_min, 1, 1e-14);
-  EXPECT_NEAR(report.aspect_max, std::sqrt(1.5), 1e-14);
-}
-
 TEST(MeshCheckTest, TurnsInvertedElementsRoundAndNamesThem) {
   const SolidMesh sound = Box();
   SolidMesh mesh = sound;
@@ -112,15 +105,6 @@ TEST(MeshCheckTest, FindsDuplicateNodes) {
   EXPECT_THAT(report.warnings, Contains(HasSubstr("1 duplicate nodes (node 55 lies at node ")));
 }
 
-TEST(MeshCheckTest, FindsDanglingNodesAndLeavesThemOutOfTheBox) {
-  SolidMesh mesh = Box();
-  mesh.nodes.emplace_back(7, 7, 7);
-  const MeshReport report = CheckMesh(mesh, FileNumbers(mesh));
-  EXPECT_THAT(report.dangling_nodes, ElementsAre(54));
-  EXPECT_THAT(report.warnings, ElementsAre("1 nodes belong to no element: node 55"));
-  EXPECT_EQ(report.high_O, Vector3d(0.2, 0.04, 0.04));
-}
-
 TEST(MeshCheckTest, RefusesElementsTwice) {
   SolidMesh mesh = Box();
   mesh.tets.push_back({mesh.tets[2][1], mesh.tets[2][0], mesh.tets[2][3], mesh.tets[2][2]});
@@ -145,37 +129,6 @@ TEST(MeshCheckTest, RefusesElementsThatOverlapTheirNeighbour) {
       ElementsAre(HasSubstr("elements 0, 1 lie on the same side of their common face (1 such)")));
 }
 
-TEST(MeshCheckTest, CountsPartsAndEdgesWhereTheBodyTouchesItself) {
-  SolidMesh mesh = MeshBox({1, 1, 1}, {1, 1, 1});
-  const SolidMesh one = mesh;
-  for (const auto& p : one.nodes) mesh.nodes.push_back(p + Vector3d(5, 0, 0));
-  for (auto tet : one.tets) {
-    for (int& i : tet) i += 8;
-    mesh.tets.push_back(tet);
-  }
-  const MeshReport apart = CheckMesh(mesh);
-  EXPECT_EQ(apart.parts, 2);
-  EXPECT_THAT(apart.warnings, Contains(HasSubstr("2 parts that share no node")));
-  // Two cells of four that meet along an edge only.
-  SolidMesh chess = MeshBox({2, 2, 1}, {2, 2, 1});
-  chess.tets.erase(chess.tets.begin() + 6, chess.tets.begin() + 18);
-  const MeshReport report = CheckMesh(chess);
-  EXPECT_EQ(report.parts, 1);
-  EXPECT_EQ(report.forked_edges, 1);
-  EXPECT_THAT(report.warnings, Contains(HasSubstr("touches itself along 1 edges, the first between "
-                                                  "nodes 4, 13")));
-}
-
-TEST(MeshCheckTest, WondersAboutUnitsUnlessTheyWereGiven) {
-  SolidMesh millimetres = MeshBox({60, 60, 60}, {1, 1, 1});
-  SolidMesh tiny = MeshBox({1e-6, 1e-6, 1e-6}, {1, 1, 1});
-  SolidMesh usual = MeshBox({0.06, 0.06, 0.06}, {1, 1, 1});
-  EXPECT_THAT(CheckMesh(millimetres).warnings, ElementsAre(HasSubstr("probably millimetres")));
-  EXPECT_THAT(CheckMesh(tiny).warnings, ElementsAre(HasSubstr("diagonal of 1.732 um")));
-  EXPECT_THAT(CheckMesh(usual).warnings, IsEmpty());
-  EXPECT_THAT(CheckMesh(millimetres, {}, true).warnings, IsEmpty());
-}
-
 TEST(MeshCheckTest, RefusesWhatCannotBeIndexedOrComputed) {
   SolidMesh none, nan = Box(), out = Box(), negative = Box();
   nan.nodes[3].y() = std::nan("");
@@ -186,27 +139,6 @@ TEST(MeshCheckTest, RefusesWhatCannotBeIndexedOrComputed) {
   EXPECT_THAT(CheckMesh(out).refusals, ElementsAre(HasSubstr("element 7 has a node that does not "
                                                              "exist")));
   EXPECT_THAT(CheckMesh(negative).refusals, ElementsAre(HasSubstr("element 7")));
-}
-
-// One point for all nodes: no length to measure by.
-TEST(MeshCheckTest, RefusesAMeshOfOnePoint) {
-  SolidMesh mesh = Box();
-  for (auto& p : mesh.nodes) p = {1, 2, 3};
-  const MeshReport report = CheckMesh(mesh);
-  ASSERT_THAT(report.refusals, Not(IsEmpty()));
-  for (const std::string& line : Lines(report)) EXPECT_THAT(line, Not(HasSubstr("nan")));
-}
-
-TEST(MeshCheckTest, WritesLinesForPeople) {
-  SolidMesh mesh = MeshBox({0.2, 0.04, 0.04}, {5, 1, 1});
-  EXPECT_THAT(
-      Lines(CheckMesh(mesh)),
-      ElementsAre("24 nodes, 30 tetrahedra, 1 part",
-                  "0.2 x 0.04 x 0.04 m from (0, 0, 0), volume 0.00032 m^3, surface 0.0352 "
-                  "m^2",
-                  "quality 0.272 at least, median 0.272 (1: regular), aspect 2.45 at most"));
-  mesh.tets.push_back(mesh.tets[0]);
-  EXPECT_THAT(Lines(CheckMesh(mesh)).back(), ::testing::StartsWith("REFUSED: "));
 }
 
 }  // namespace

@@ -52,16 +52,5 @@ INSTANTIATE_TEST_SUITE_P(
                       Measured{"sponge", 118, 304, {0.08, 0.05, 0.02}, 8e-05, 0.203, 0.426}),
     [](const auto& mesh) { return std::string(mesh.param.name); });
 
-TEST(SeedMeshesTest, ReadsInlineMeshesNumberedFromZeroAndFromOne) {
-  if (!std::filesystem::exists(kFolder)) GTEST_SKIP() << "needs ../shared/data/seed001_meshes";
-  for (const char* name : {"test_mesh_0_indexed.veg", "test_mesh_1_indexed.veg"}) {
-    MeshFile file = ReadMeshFile(kFolder / name, 1);
-    const auto& mesh = std::get<SolidMesh>(file.mesh);
-    EXPECT_THAT(mesh.tets[2], ::testing::ElementsAre(6, 7, 5, 3));
-    ASSERT_TRUE(file.material);
-    EXPECT_EQ(file.material->young_modulus, 79300);
-  }
-}
-
 }  // namespace
 }  // namespace palpate

@@ -93,20 +93,6 @@ TEST_F(RecordedSamplesTest, PairsAndDepthComeBackTogether) {
   EXPECT_TRUE(second->right.empty());
 }
 
-TEST_F(RecordedSamplesTest, WhatAnEarlierSourceBroughtIsPassedOver) {
-  {
-    SenseRecording recording(scene_, {}, {.file = file_});
-    recording.Begin();
-    for (unsigned i = 1; i <= 3; ++i) {
-      recording.Opened();
-      recording.OnSample(Frame{Noise(CV_8UC1, i), i, kBegin});
-    }
-    recording.Finish();
-  }
-  RecordedSamples samples(file_);
-  EXPECT_EQ(samples.NextFrame()->sequence, 3U);
-}
-
 TEST(TactileMessageTest, ASampleComesBackBitForBit) {
   std::mt19937 random(4);
   std::normal_distribution<double> number;
@@ -187,12 +173,6 @@ TEST_F(RecordedSamplesTest, AFileThatWouldLeaveItsFolderIsRefused) {
     files.bytes[name] = "name: a";
     EXPECT_THROW(UnpackSceneFiles(files, folder_ / "scene"), InputError) << name;
   }
-}
-
-TEST_F(RecordedSamplesTest, AMastersRecordingIsNone) {
-  { Recording recording({.file = file_}); }
-  EXPECT_THAT(Thrown<InputError>([&] { const RecordedBeginning beginning(file_); }),
-              HasSubstr("accepted is a recording by a slave (serve --record)"));
 }
 
 }  // namespace

@@ -60,14 +60,5 @@ TEST(DecidedModelTest, TornTextAndModelsOfOtherObjectsChangeNothing) {
   }
 }
 
-TEST(DecidedModelTest, SaysWhichWhyAndWhatWasRejected) {
-  EXPECT_THAT(
-      LinesOf(Decided().model.decision, 1),
-      testing::ElementsAre("auto: fem",
-                           "not fem-green, 6 x 6 x 6 cells: misses the tolerance (10 % error, "
-                           "1 us per update, 0.2 s of precompute)",
-                           "and 1 more were not chosen"));
-}
-
 }  // namespace
 }  // namespace palpate

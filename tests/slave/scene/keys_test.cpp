@@ -31,26 +31,5 @@ TEST(SceneKeysTest, EveryNumberHasARangeThatItsDefaultMeets) {
   EXPECT_GT(numbers, 120);
 }
 
-TEST(SceneKeysTest, UnitsOfRangesAndDefaultsAreRead) {
-  const SceneKey& silence = SceneKeyAt("manipulator.silence");
-  EXPECT_EQ(silence.rule.dimension, Dimension::kTime);
-  EXPECT_DOUBLE_EQ(silence.rule.least, 0.01);
-  EXPECT_DOUBLE_EQ(silence.rule.most, 0.1);
-  EXPECT_EQ(silence.defaults, std::vector{0.04});
-  const SceneKey& baseline = SceneKeyAt("sense.camera.pair.baseline");
-  EXPECT_DOUBLE_EQ(baseline.rule.least, 1e-6);
-  EXPECT_DOUBLE_EQ(baseline.rule.most, 1e3);
-  EXPECT_EQ(SceneKeyAt("object.pose.translation").defaults.size(), 3U);
-  EXPECT_TRUE(SceneKeyAt("object.material.young_modulus").is_required);
-}
-
-TEST(SceneKeysTest, ItemsOfListsAndFingersShareOneRow) {
-  EXPECT_EQ(&SceneKeyAt("object.regions.3.sphere.radius"),
-            &SceneKeyAt("object.regions.sphere.radius"));
-  EXPECT_EQ(&SceneKeyAt("sense.tactile.fingers.7.motion"),
-            &SceneKeyAt("sense.tactile.fingers.NAME.motion"));
-  EXPECT_THROW(SceneKeyAt("object.colour"), std::logic_error);
-}
-
 }  // namespace
 }  // namespace palpate

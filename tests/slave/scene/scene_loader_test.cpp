@@ -15,56 +15,6 @@ Scene Load(const std::string& text, const std::vector<std::string>& overrides = 
   return LoadScene(folder.Write("scene.yaml", text), overrides, use);
 }
 
-// Reference: contracts, "the first value listed for an option is its default", and the defaults
-// documented in scene.h and sections.h for an object of 80 mm x 40 mm.
-TEST(SceneLoaderTest, FillsInTheDefaults) {
-  const Scene scene = Load(SmallScene());
-  EXPECT_EQ(scene.name, "small");
-  EXPECT_EQ(scene.model.elements, 180);
-  EXPECT_EQ(scene.model.plane, Plane::kStress);
-  EXPECT_EQ(scene.model.contact, ContactLaw::kBonded);
-  EXPECT_DOUBLE_EQ(scene.model.range, 0.1);
-  EXPECT_EQ(scene.model.puncture_depth, 0);
-  EXPECT_EQ(scene.object.material.density, 0);
-  EXPECT_TRUE(scene.object.X_SO.isApprox(Eigen::Isometry3d::Identity()));
-  EXPECT_TRUE(
-      scene.sense.Find<Camera>()->X_SC.translation().isApprox(Eigen::Vector3d(0.04, 0.02, 0)));
-  EXPECT_EQ(scene.sense.Find<Camera>()->size, (std::array{640, 480}));
-  EXPECT_EQ(scene.sense.Find<Camera>()->rate, 60);
-  EXPECT_TRUE(scene.sense.Find<TipTracking>()->template_file.empty());
-  EXPECT_EQ(scene.sense.Find<ContourTracking>()->control_points, 60);
-  EXPECT_TRUE(std::holds_alternative<std::monostate>(scene.sense.Find<ContourTracking>()->start));
-  EXPECT_EQ(scene.operator_options.force_limit, 3.3);
-  EXPECT_TRUE(scene.operator_options.transform.R_SM.isIdentity());
-}
-
-// What stands in a scene for one way of feeling takes the place of what stood there; another way
-// stands beside it.
-TEST(SenseOptionsTest, EachWayOfFeelingIsHeldOnce) {
-  SenseOptions sense;
-  EXPECT_EQ(SensorRate(sense), 0);
-  sense.Set(PointsOptions{.eyes = StereoCameras{.rate = 25}});
-  sense.Set(Tactile{.rate = 200});
-  sense.Set(PointsOptions{.eyes = DepthPictures{.rate = 15}});
-  EXPECT_EQ(sense.all().size(), 2U);
-  EXPECT_EQ(sense.Find<StereoCameras>(), nullptr);
-  EXPECT_EQ(sense.Find<DepthPictures>()->rate, 15);
-  EXPECT_EQ(sense.Find<Tactile>()->rate, 200);
-  EXPECT_EQ(sense.Find<Camera>(), nullptr);
-  EXPECT_EQ(SensorRate(sense), 15);
-}
-
-TEST(SceneLoaderTest, MeasuresMotionByTheObject) {
-  const Scene scene = Load(SmallScene());
-  const double side = 0.08;
-  EXPECT_TRUE(scene.manipulator.home.isApprox(Eigen::Vector3d(0.04, 0.04 + 0.07 * side, 0)));
-  EXPECT_TRUE(scene.manipulator.workspace_min.isApprox(Eigen::Vector3d(-side, -side, 0)));
-  EXPECT_TRUE(scene.manipulator.workspace_max.isApprox(Eigen::Vector3d(2 * side, 0.04 + side, 0)));
-  EXPECT_DOUBLE_EQ(scene.operator_options.press_depth, 0.055 * side);
-  EXPECT_DOUBLE_EQ(scene.operator_options.press_speed, 4 * 0.055 * side);
-  EXPECT_DOUBLE_EQ(scene.manipulator.max_speed, 2.5 * 4 * 0.055 * side);
-}
-
 TEST(SceneLoaderTest, TheToolPointsFromHomeAtTheObject) {
   const struct {
     const char* home;
@@ -79,17 +29,6 @@ TEST(SceneLoaderTest, TheToolPointsFromHomeAtTheObject) {
   }
   EXPECT_TRUE(Load(SmallScene(), {"tool.direction=[3, 4]"})
                   .tool->direction.isApprox(Eigen::Vector2d(0.6, 0.8)));
-}
-
-TEST(SceneLoaderTest, SolveNeedsOnlyNameObjectAndModel) {
-  const std::string text =
-      "name: a\nobject: {geometry: {disc: {radius: 1, thickness: 1}}, material: {young_modulus: 1, "
-      "poisson_ratio: 0.5}}\nmodel: {kind: bem2d}\n";
-  const Scene scene = Load(text, {}, SceneUse::kSolve);
-  EXPECT_TRUE(scene.object.fixed.empty());
-  EXPECT_FALSE(scene.tool || scene.sense.Find<Camera>() || scene.sense.Find<TipTracking>());
-  EXPECT_THROW(Load(text), SceneError);
-  EXPECT_THROW(Load("name: a\n", {}, SceneUse::kSolve), SceneError);
 }
 
 TEST(SceneLoaderTest, OverridesReplaceAddAndReachIntoLists) {
@@ -156,64 +95,6 @@ TEST(SceneLoaderTest, ReadsPolygonsAndContourFiles) {
   EXPECT_DOUBLE_EQ(ThicknessOf(contour.object.geometry), 9e-3);
 }
 
-TEST(SceneLoaderTest, AnOutlineFromThePictureIsNotKnownYet) {
-  std::string text = SmallSceneWith(3, "  geometry: {contour: from-image, thickness: 9 mm}");
-  text.replace(text.find("side: bottom"), 12, "arc: {centre: 180 deg, half_angle: 20 deg}");
-  const Scene scene = Load(text.replace(text.find("source: simulated"), 17, "device: 0"));
-  EXPECT_TRUE(OutlineOf(scene.object.geometry).outer.empty());
-  EXPECT_DOUBLE_EQ(ThicknessOf(scene.object.geometry), 9e-3);
-}
-
-TEST(SceneLoaderTest, ADiscsOutlineLiesOnItsCircle) {
-  const Outline outline = OutlineOf(DiscGeometry{2, 1});
-  EXPECT_EQ(outline.outer.size(), 360U);
-  for (const auto& p : outline.outer) EXPECT_NEAR(p.norm(), 2, 1e-15);
-  EXPECT_GT(SignedArea(outline.outer), 0);
-}
-
-TEST(SceneLoaderTest, KnowsWherePicturesComeFrom) {
-  const Scratch folder;
-  folder.Write("one.png", "");
-  folder.Write("film.MP4", "");
-  std::filesystem::create_directory(folder.path() / "frames");
-  folder.Write("frames/0007.png", "");
-  const struct {
-    const char* camera;
-    Camera::Source source;
-    std::string pattern;
-  } kRows[] = {
-      {"file: one.png", Camera::Source::kFiles, (folder.path() / "one.png").string()},
-      {"file: \"frames/%04d.png\"", Camera::Source::kFiles,
-       (folder.path() / "frames/%04d.png").string()},
-      {"file: \"frames/*.png\"", Camera::Source::kFiles, (folder.path() / "frames/*.png").string()},
-      {"file: .", Camera::Source::kFiles, (folder.path() / ".").string()},  // a directory
-      {"file: film.MP4", Camera::Source::kVideo, (folder.path() / "film.MP4").string()},
-      {"device: 2", Camera::Source::kDevice, ""},
-  };
-  for (const auto& row : kRows) {
-    const std::string line = std::string("  camera: {pixel: 1 mm, ") + row.camera + "}";
-    const Camera camera =
-        *LoadScene(folder.Write("scene.yaml", SmallSceneWith(9, line))).sense.Find<Camera>();
-    EXPECT_EQ(camera.source, row.source) << row.camera;
-    EXPECT_EQ(camera.pattern, row.pattern) << row.camera;
-    const bool has_own_size = camera.source == Camera::Source::kDevice;
-    EXPECT_EQ(camera.size, (has_own_size ? std::array{640, 480} : std::array{0, 0})) << row.camera;
-  }
-}
-
-TEST(SceneLoaderTest, ReadsTheSnakesStart) {
-  const Scene circle = Load(SmallSceneWith(
-      11, "  contour: {beta: 0.5, start: {circle: {centre: [320 px, 240], radius: 100 px}}}"));
-  EXPECT_EQ(circle.sense.Find<ContourTracking>()->beta, 0.5);
-  EXPECT_EQ(std::get<ContourTracking::Circle>(circle.sense.Find<ContourTracking>()->start).radius,
-            100);
-  const Scene polygon =
-      Load(SmallSceneWith(11, "  contour: {start: {polygon: [[0, 0], [9 px, 0], [0, 9]]}}"));
-  EXPECT_EQ(std::get<ContourTracking::Polygon>(polygon.sense.Find<ContourTracking>()->start)
-                .points.size(),
-            3U);
-}
-
 // From 1 nm to 1 km and from 1 Pa to 1 TPa scenes are scenes.
 TEST(SceneLoaderTest, AcceptsEverySizeAndStiffness) {
   for (const char* size : {"1 nm", "1 mm", "1 km"}) {
@@ -240,22 +121,6 @@ TEST(SceneLoaderTest, ARoundToolIsTwiceItsRadiusWideUnlessBothAreTold) {
   EXPECT_DOUBLE_EQ(both.width, 4e-3);
   EXPECT_DOUBLE_EQ(both.radius, 9e-3);
   EXPECT_EQ(tool("tool: {shape: flat, width: 4 mm}").radius, 0);
-}
-
-TEST(SceneLoaderTest, AnEmbryoHasWhatItsSectionLeavesOpen) {
-  const Scratch folder;
-  std::string text = SmallSceneWith(3, "  geometry: {disc: {radius: 30 mm, thickness: 9 mm}}");
-  text.replace(text.find("side: bottom"), 12, "arc: {centre: 180 deg, half_angle: 30 deg}");
-  const Scene scene = LoadScene(
-      folder.Write("scene.yaml", text + "site: {embryo: {puncture: [60 um, 90 um], debris: 3}}\n"));
-  ASSERT_TRUE(scene.site.embryo);
-  EXPECT_EQ(scene.site.embryo->puncture, Eigen::Vector2d(60e-6, 90e-6));
-  EXPECT_EQ(scene.site.embryo->debris, 3);
-  EXPECT_DOUBLE_EQ(scene.site.embryo->linear_to, 100e-6);
-  EXPECT_FALSE(LoadScene(folder.Write("none.yaml", text)).site.embryo);
-  EXPECT_THROW(
-      LoadScene(folder.Write("turned.yaml", text + "site: {embryo: {puncture: [90 um, 60 um]}}\n")),
-      SceneError);
 }
 
 }  // namespace

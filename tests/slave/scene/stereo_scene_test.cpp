@@ -13,22 +13,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST_F(StereoSceneTest, ThePairHasTheStatedRigByDefault) {
-  const Scene scene = Load({});
-  const StereoCameras& pair = *scene.sense.Find<StereoCameras>();
-  EXPECT_EQ(pair.source, StereoCameras::Source::kSimulated);
-  EXPECT_EQ(pair.size, (std::array{640, 480}));
-  EXPECT_EQ(pair.focal, 800);
-  EXPECT_DOUBLE_EQ(pair.baseline, 0.06);
-  EXPECT_EQ(pair.rate, 30);
-  EXPECT_TRUE(pair.rig.empty());
-  EXPECT_FALSE(scene.sense.Find<Camera>() || scene.sense.Find<DepthPictures>() ||
-               scene.sense.Find<TipTracking>() || scene.sense.Find<ContourTracking>());
-  EXPECT_TRUE(HasStereoOrDepth(scene.sense) && HasPictures(scene.sense));
-  EXPECT_EQ(SensorRate(scene.sense), 30);
-  EXPECT_TRUE(scene.model.prestress == 0 && scene.site.pace == 1);
-}
-
 // Reference: paper C, 5.1: about 250 mm from the membrane; the left camera is half the baseline to
 // the left of the axis, and both look at the middle, so that O lies on the optical axis.
 TEST_F(StereoSceneTest, ThePairStandsInsideAndLooksAtTheMembranesCentreWhereverItIs) {
@@ -52,15 +36,6 @@ TEST_F(StereoSceneTest, ThePairStandsInsideAndLooksAtTheMembranesCentreWhereverI
   EXPECT_NEAR(X_OL.linear()(1, 1), 1.0, 1e-15);  // y, too
 }
 
-TEST_F(StereoSceneTest, APoseReplacesTheDefaultOne) {
-  const Eigen::Isometry3d X_SL =
-      Load({"{source: simulated, pair: {}, pose: {translation: [0, 0, -300 mm]}}"})
-          .sense.Find<StereoCameras>()
-          ->X_SL;
-  EXPECT_TRUE(X_SL.linear().isIdentity());
-  EXPECT_TRUE(X_SL.translation().isApprox(Eigen::Vector3d(0, 0, -0.3)));
-}
-
 TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
   const StereoCameras pair = *Load({kFiles}).sense.Find<StereoCameras>();
   EXPECT_EQ(pair.source, StereoCameras::Source::kFiles);
@@ -70,27 +45,6 @@ TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
   EXPECT_EQ(pair.rate, 20);
   EXPECT_TRUE(pair.X_SL.translation().isApprox(Eigen::Vector3d(0.001, 0.002, -0.25)));
   EXPECT_TRUE((pair.X_SL.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
-}
-
-TEST_F(StereoSceneTest, TwoLiveCamerasAreRead) {
-  const StereoCameras pair = *Load({"{stereo: {left: {device: 0}, right: {url: "
-                                    "\"rtsp://there/2\"}, sync: 3 ms, rig: rig.yaml}, "
-                                    "pose: {translation: [0, 0, -1]}}"})
-                                  .sense.Find<StereoCameras>();
-  EXPECT_EQ(pair.source, StereoCameras::Source::kEyes);
-  ASSERT_EQ(pair.eyes.size(), 2U);
-  EXPECT_EQ(pair.eyes[0].kind, Eye::Kind::kDevice);
-  EXPECT_EQ(pair.eyes[1].kind, Eye::Kind::kUrl);
-  EXPECT_EQ(pair.eyes[1].address, "rtsp://there/2");
-  EXPECT_DOUBLE_EQ(pair.sync, 3e-3);
-}
-
-TEST_F(StereoSceneTest, OneCameraWithBothSideBySideIsRead) {
-  const StereoCameras pair = *Load({"{stereo: {device: 4, layout: side-by-side, rig: rig.yaml}, "
-                                    "pose: {translation: [0, 0, -1]}}"})
-                                  .sense.Find<StereoCameras>();
-  ASSERT_EQ(pair.eyes.size(), 1U);
-  EXPECT_EQ(pair.eyes[0].device, 4);
 }
 
 TEST_F(StereoSceneTest, StreamsAreRead) {
@@ -140,21 +94,6 @@ TEST_F(StereoSceneTest, WhatGivesNoDepthOf16BitIsSaid) {
   EXPECT_EQ(mistake("{url: \"v4l2src ! video/x-raw,format=GRAY16_LE ! appsink\"}"), "");
 }
 
-// The scene's name may come without a folder, and so may the pictures'.
-TEST_F(StereoSceneTest, PatternsAreFoundFromTheWorkingDirectory) {
-  folder_.Write("l1.png", "");
-  folder_.Write("r1.png", "");
-  Lines lines;
-  lines.camera =
-      "{stereo: {left: \"l*.png\", right: \"r%d.png\", rig: rig.yaml}, pose: {translation: [0, 0, "
-      "-1]}}";
-  folder_.Write("scene.yaml", StereoScene(lines));
-  const auto before = std::filesystem::current_path();
-  std::filesystem::current_path(folder_.path());
-  EXPECT_EQ(LoadScene("scene.yaml").sense.Find<StereoCameras>()->left, "l*.png");
-  std::filesystem::current_path(before);
-}
-
 TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
   const Scene scene =
       Load({"{depth: pairs, unit: 0.1 mm, fx: 600 px, fy: 601, cx: 320.5, cy: 240 px, sigma: "
@@ -173,17 +112,6 @@ TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
   EXPECT_FALSE(scene.sense.Find<StereoCameras>());
 }
 
-// Reference: paper C, 5.1: 31 dots, 15 mm and 10 mm apart, on 39 mm.
-TEST_F(StereoSceneTest, AMembraneHasThePapersDotsByDefault) {
-  const PointTracking points = *Load({}).sense.Find<PointTracking>();
-  EXPECT_EQ(points.track, PointTracking::Track::kDots);
-  EXPECT_EQ(points.count, 31);
-  EXPECT_TRUE(points.spacing.isApprox(Eigen::Vector2d(0.015, 0.010)));
-  EXPECT_DOUBLE_EQ(points.dot_radius, 0.002);
-  EXPECT_DOUBLE_EQ(points.sigma, 0.1);
-  EXPECT_TRUE(points.layout.empty() && points.at.empty());
-}
-
 // Any count fits, on a membrane of any size, without a word about spacing.
 TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
   for (const int count : {4, 5, 7, 13, 31, 32, 37, 45, 49, 100, 399, 400}) {
@@ -198,45 +126,6 @@ TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
       EXPECT_EQ(MistakesOf(lines), "") << count << " on " << radius;
     }
   }
-}
-
-TEST_F(StereoSceneTest, EveryKeyOfDotsIsRead) {
-  const PointTracking points =
-      *Load({.points =
-                 "{track: dots, count: 12, spacing: [9 mm, 8 mm], radius: 1.5 mm, sigma: 0.2 px}"})
-           .sense.Find<PointTracking>();
-  EXPECT_EQ(points.count, 12);
-  EXPECT_TRUE(points.spacing.isApprox(Eigen::Vector2d(0.009, 0.008)));
-  EXPECT_DOUBLE_EQ(points.dot_radius, 0.0015);
-  EXPECT_DOUBLE_EQ(points.sigma, 0.2);
-}
-
-TEST_F(StereoSceneTest, ALayoutSaysHowManyDotsThereAre) {
-  const PointTracking points = *Load({.points = "{layout: dots.csv}"}).sense.Find<PointTracking>();
-  EXPECT_EQ(points.layout, folder_.path() / "dots.csv");
-  EXPECT_EQ(points.count, 4);
-  EXPECT_DOUBLE_EQ(points.dot_radius, 0.002);  // a fifth of 10 mm
-}
-
-TEST_F(StereoSceneTest, WindowsOfTextureAreRead) {
-  Lines lines;
-  lines.camera = kFiles;
-  lines.points = "{track: texture, at: [[15, 15], [624, 464 px]], window: 31 px, sigma: 0.3 px}";
-  const PointTracking points = *Load(lines).sense.Find<PointTracking>();
-  EXPECT_EQ(points.track, PointTracking::Track::kTexture);
-  ASSERT_EQ(points.at.size(), 2U);
-  EXPECT_EQ(points.at[1], Eigen::Vector2d(624, 464));
-  EXPECT_EQ(points.count, 2);
-  EXPECT_EQ(points.window, 31);
-  lines.points = "{track: texture, count: 1, window: 255}";
-  EXPECT_EQ(Load(lines).sense.Find<PointTracking>()->count, 1);
-}
-
-TEST_F(StereoSceneTest, AMembranesTextureMayBeFollowed) {
-  const PointTracking points =
-      *Load({.points = "{track: texture, count: 40}"}).sense.Find<PointTracking>();
-  EXPECT_EQ(points.track, PointTracking::Track::kTexture);
-  EXPECT_EQ(points.count, 40);
 }
 
 // What nothing holds is followed; no force is told, so no camera's place need be known.
@@ -272,13 +161,6 @@ TEST_F(StereoSceneTest, TheHandBeginsBeforeTheMembranesCentre) {
   EXPECT_GT(p_O.z(), 0.004);
 }
 
-TEST_F(StereoSceneTest, AToolThatIsNotNamedIsAFifteenthOfTheObject) {
-  std::string text = StereoScene({});
-  text.erase(text.find("tool: "), text.find("sense:") - text.find("tool: "));
-  const Scene scene = LoadScene(folder_.Write("scene.yaml", text));
-  EXPECT_DOUBLE_EQ(scene.tool.value().width, 0.078 / 15);
-}
-
 TEST_F(StereoSceneTest, TensionAtRestAndPaceAreRead) {
   Lines lines;
   lines.model = "{kind: plate-large, prestress: 12 N/m}";
@@ -289,24 +171,6 @@ TEST_F(StereoSceneTest, TensionAtRestAndPaceAreRead) {
   EXPECT_DOUBLE_EQ(Load(lines).model.prestress, 1500);
   lines.model = "{prestress: 5 mN/m}";
   EXPECT_DOUBLE_EQ(Load(lines).model.prestress, 0.005);
-}
-
-// `solve` and `study` take the scene where neither pictures nor rig are at hand.
-TEST_F(StereoSceneTest, TheModelAloneNeedsNoFiles) {
-  Lines lines;
-  lines.camera = "{stereo: {left: \"no/%d.png\", right: \"no*.png\"}}";
-  EXPECT_EQ(MistakesOf(lines, SceneUse::kSolve), "");
-  EXPECT_NE(MistakesOf(lines), "");
-}
-
-// What moves as a whole before the cameras may be held for the model alone.
-TEST_F(StereoSceneTest, ATargetMayBeHeldToBeSolved) {
-  Lines lines;
-  lines.geometry = kBox;
-  lines.fixed = "{plane: {axis: z, at: 0 m}}";
-  lines.model = "{kind: fem}";
-  EXPECT_EQ(MistakesOf(lines, SceneUse::kSolve), "");
-  EXPECT_THAT(MistakesOf(lines), HasSubstr(":5: object.fixed = "));
 }
 
 }  // namespace

@@ -125,17 +125,6 @@ TEST(BulkPaceTest, WhoSendsLittleIsNotTheCauseOfAQueue) {
   EXPECT_LT(sender.Run(0.2, 0.1), 0.5 * rate);
 }
 
-TEST(BulkPaceTest, AMessageThatWasNotSentCostsNothing) {
-  BulkPace pace;
-  pace.Hear("ada", 0.001);
-  ASSERT_TRUE(pace.Begin(0, kBegin));
-  pace.Hear("ada", 0.001);
-  ASSERT_TRUE(pace.Begin(1e6, kBegin + Seconds(1)));
-  EXPECT_FALSE(pace.Begin(1e6, kBegin + Seconds(1)));
-  pace.End(1e6, 0);
-  EXPECT_TRUE(pace.Begin(1e6, kBegin + Seconds(1)));
-}
-
 TEST(BulkPaceTest, ALineThatBecomesLongerIsUsedAgain) {
   Line line(0.001, 2.5e6);
   line.Run(20);

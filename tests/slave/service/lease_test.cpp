@@ -166,19 +166,6 @@ TEST_F(LeaseTest, AfterABrokenStreamTheLeaseIsReservedForTheSameOperator) {
   EXPECT_NE(TakeAs("ada", "d"), 0U);
 }
 
-TEST_F(LeaseTest, TheNameOfAReservationMayComeFromTheCommands) {
-  const auto ticket = Take("a");
-  v1::OperatorCommand command;
-  command.set_sequence(1);
-  command.set_operator_name("ada");
-  lease_.Command(ticket, command);
-  EXPECT_TRUE(lease_.IsHeldBy("elsewhere", "ada"));
-  EXPECT_FALSE(lease_.IsHeldBy("elsewhere", "bob"));
-  lease_.Release(ticket);
-  EXPECT_EQ(TakeAs("bob", "b"), 0U);
-  EXPECT_NE(TakeAs("ada", "d"), 0U);
-}
-
 TEST_F(LeaseTest, WhoLeavesOnPurposeOrHasNoNameReservesNothing) {
   const auto ticket = TakeAs("ada", "a");
   lease_.Release(ticket);
@@ -216,17 +203,6 @@ TEST_F(LeaseTest, AnEvictedOperatorMakesRoomForOthers) {
   EXPECT_EQ(TakeAs("ada", "a"), 0U);
   EXPECT_TRUE(lease_.IsHeldBy("e", {})) << "a refused client takes nothing from a silent holder";
   EXPECT_NE(TakeAs("bob", "b"), 0U);
-}
-
-TEST_F(LeaseTest, ANameIsCutBetweenCharactersAndNotWithinOne) {
-  const auto ticket = Take("a");
-  v1::OperatorCommand command;
-  command.set_sequence(1);
-  std::string name;
-  for (int i = 0; i < 70; ++i) name += "\xC3\xA9";  // e with an acute accent: two bytes
-  command.set_operator_name(name);
-  lease_.Command(ticket, command);
-  EXPECT_EQ(lease_.holder_name(), name.substr(0, 128));
 }
 
 }  // namespace

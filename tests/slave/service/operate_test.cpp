@@ -65,24 +65,6 @@ TEST_F(OperateTest, TheMomentIsSentToAnOperatorThatRequestsIt) {
   EXPECT_TRUE(ada.ReadUntil(has_none));
 }
 
-TEST_F(OperateTest, ACommandWithoutAUnitRotationIsRefused) {
-  v1::OperatorCommand command = WithTorque(1, false);
-  for (const double value : {1.0, 0.5, 0.0, 0.0}) command.add_orientation(value);
-  ASSERT_TRUE(ada.Send(command));
-  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return HasEvent(s, v1::EVENT_COMMAND_REFUSED); }));
-  EXPECT_TRUE(slave_.commands().empty());
-}
-
-TEST_F(OperateTest, SequencesRiseWithoutGapForWhoReadsAll) {
-  std::uint64_t last = ada.Read()->sequence();
-  for (int i = 0; i < 50; ++i) {
-    const auto state = ada.Read();
-    ASSERT_TRUE(state.has_value());
-    ASSERT_GT(state->sequence(), last);
-    last = state->sequence();
-  }
-}
-
 // Reference: contracts: repeated with unchanged sensed_at when nothing new was sensed.
 TEST_F(OperateTest, StatesAreRepeatedWhileNothingIsSensed) {
   const auto first = ada.Read();
@@ -102,42 +84,6 @@ TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
   EXPECT_EQ(GetStatus().operator_name(), "Ada at the window");
   EXPECT_THAT(GetStatus().alarms(), testing::Contains(HasSubstr("was refused: the lease is held")));
   EXPECT_TRUE(ada.Read().has_value()) << "the holder was disturbed";
-}
-
-TEST_F(OperateTest, TheLeaseIsHeldFromTheOpeningOnBeforeAnyCommand) {
-  ASSERT_TRUE(ada.Read().has_value());
-  EXPECT_THAT(Operator(Connect()).Finish(),
-              EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("an unnamed operator")));
-}
-
-TEST_F(OperateTest, AfterTheOperatorLeftTheNextOneGetsTheLease) {
-  ASSERT_TRUE(ada.Read().has_value());
-  EXPECT_TRUE(ada.Leave().ok());
-  Operator bob(Connect());
-  EXPECT_TRUE(bob.Read().has_value());
-  EXPECT_EQ(slave_.begins(), 2);
-}
-
-TEST_F(OperateTest, AfterTheOperatorVanishedTheNextOneGetsTheLease) {
-  ada.Hold(0);
-  ASSERT_TRUE(ada.Read().has_value());
-  ada.Vanish();
-  ASSERT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
-  EXPECT_TRUE(Operator(Connect()).Read().has_value());
-}
-
-TEST_F(OperateTest, ABrokenStreamReservesTheLeaseForTheOperatorsName) {
-  ada.Hold(0, "Ada");
-  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
-  ada.Vanish();
-  ASSERT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
-  Operator bob(Connect());
-  bob.Hold(0, "Bob");
-  EXPECT_THAT(bob.Finish(),
-              EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("reserved for Ada")));
-  Operator again(Connect());
-  again.Hold(0, "Ada");
-  EXPECT_TRUE(again.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
 }
 
 TEST_F(OperateTest, AnEvictedOperatorsStreamEnds) {
@@ -194,27 +140,6 @@ TEST_F(OperateTest, NotFiniteAndAbsurdCommandsAreCountedToldAndNotFollowed) {
   EXPECT_EQ(slave_.commands().size(), 1U);
 }
 
-TEST_F(OperateTest, AnOlderCommandIsDropped) {
-  ada.Hold(0);
-  ada.Hold(-1e-3);
-  v1::OperatorCommand late;
-  late.set_sequence(1);
-  late.set_epoch(1);
-  late.set_engaged(true);
-  late.mutable_p_m()->set_y(0.5);
-  ada.Send(late);
-  ada.Hold(-2e-3);
-  const auto state = ada.ReadUntil([](const auto& s) { return s.command_sequence() == 3; });
-  ASSERT_TRUE(state.has_value());
-  EXPECT_EQ(slave_.commands().size(), 3U);
-}
-
-TEST_F(OperateTest, ALongOperatorNameIsCutAndWithoutControlCharacters) {
-  ada.Hold(0, "new\nline " + std::string(100, 'x'));
-  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
-  EXPECT_EQ(GetStatus().operator_name(), "new line " + std::string(55, 'x'));
-}
-
 TEST_F(OperateTest, AnEmergencyStopIsToldAndStaysUntilReset) {
   ada.Hold(0);
   // Events are discarded while nobody reads states.
@@ -259,15 +184,6 @@ TEST_F(OperateTest, TheOperatorStopsByACommandWhateverElseItSays) {
   ada.Send(broken);
   EXPECT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_ESTOP; }));
   EXPECT_THAT(slave_.stop_reason(), HasSubstr("by the operator, Ada (ipv4:127.0.0.1:"));
-}
-
-TEST_F(OperateTest, AStoppingServerEndsTheStreamAsUnavailable) {
-  ada.Hold(0);
-  ASSERT_TRUE(ada.Read().has_value());
-  std::jthread stopping([this] { server_->Stop(); });
-  EXPECT_THAT(ada.Finish(), EndedWith(grpc::StatusCode::UNAVAILABLE, "the slave is stopping"));
-  stopping.join();
-  EXPECT_EQ(slave_.ends(), 1);
 }
 
 TEST_F(OperateTest, AnOperatorWhoNeverReadsDoesNotKeepTheServerFromStopping) {

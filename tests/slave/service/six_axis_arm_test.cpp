@@ -152,7 +152,7 @@ class Arm {
     v1::ArmReport report;
     report.set_sequence(sequence);
     report.set_driver_name("fake six-axis arm");
-    report.set_rate_hz(250);
+    report.set_rate(250);
     ToProto(Clock::now(), report.mutable_measured_at());
     ToProto(tip_, report.mutable_p_s_tip());
     if (rotation_) {
@@ -266,9 +266,9 @@ class SixAxisArmTest : public testing::Test {
   }
   std::uint32_t DegreesOfFreedom() const {
     grpc::ClientContext context;
-    v1::Capabilities capabilities;
-    EXPECT_TRUE(Connect()->GetCapabilities(&context, {}, &capabilities).ok());
-    return capabilities.degrees_of_freedom();
+    v1::SceneDescription scene;
+    EXPECT_TRUE(Connect()->GetScene(&context, {}, &scene).ok());
+    return scene.capabilities().degrees_of_freedom();
   }
   bool IsDriven() const {
     return Eventually([&] {
@@ -324,38 +324,6 @@ TEST_F(SixAxisArmTest, TheToolFollowsTheDevicesRotationWithinTheArmsResolution) 
   EXPECT_LT(arm.fastest(), kMaxAngularSpeed * (1 + 1e-3));
   EXPECT_GT(arm.fastest(), 0.5 * kMaxAngularSpeed);
   EXPECT_FALSE(arm.flipped()) << "a target changed sign";
-}
-
-// Commands as they were before there were rotations.
-TEST_F(SixAxisArmTest, AnOperatorWithoutARotationMovesTheTipAndTurnsNothing) {
-  Arm arm(Connect(), home_, R_S0_);
-  ASSERT_TRUE(IsDriven());
-  Hand hand(Connect());
-  hand.Hold(1, {0, 0, 0}, std::nullopt);
-  ASSERT_TRUE(hand.Reaches(v1::PHASE_FOLLOWING, 1));
-  const Vector3d way_M = scene_.operator_options.transform.R_SM.transpose() * Vector3d(2e-3, 0, 0);
-  hand.Hold(1, way_M, std::nullopt);
-  EXPECT_TRUE(Eventually([&] { return (arm.tip() - home_ - Vector3d(2e-3, 0, 0)).norm() < 1e-5; }))
-      << (arm.tip() - home_).transpose();
-  EXPECT_LT(arm.rotation().angularDistance(R_S0_), kWithin);
-  const auto first = arm.first_report().orientation();
-  const Quaterniond repeated = ToRotation(arm.target().orientation());
-  EXPECT_LT((repeated.coeffs() - ToRotation(first).coeffs()).norm(), 1e-12);
-  EXPECT_FALSE(hand.has_moment()) << "it was not requested";
-}
-
-TEST_F(SixAxisArmTest, AnArmWithoutARotationMovesItsTipAsBefore) {
-  Arm arm(Connect(), home_, std::nullopt);
-  ASSERT_TRUE(IsDriven());
-  EXPECT_EQ(DegreesOfFreedom(), 2U);
-  Hand hand(Connect());
-  hand.Hold(1, {0, 0, 0}, R_M0_);
-  ASSERT_TRUE(hand.Reaches(v1::PHASE_FOLLOWING, 1));
-  const Vector3d way_M = scene_.operator_options.transform.R_SM.transpose() * Vector3d(2e-3, 0, 0);
-  hand.Hold(1, way_M, Quaterniond(AngleAxisd(1, Vector3d::UnitY()) * R_M0_));
-  EXPECT_TRUE(Eventually([&] { return (arm.tip() - home_ - Vector3d(2e-3, 0, 0)).norm() < 1e-5; }))
-      << (arm.tip() - home_).transpose();
-  EXPECT_EQ(arm.target().orientation_size(), 0);
 }
 
 }  // namespace

@@ -97,16 +97,16 @@ TEST_F(StarvationTest, ModelsAreMadeOneAtATimeAndEndWithTheirCall) {
 // Pictures are encoded once for all who watch them alike.
 TEST_F(StarvationTest, WatchersShareAnEncoding) {
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
-  std::vector<std::unique_ptr<grpc::ClientReader<v1::VideoFrame>>> readers;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::ImageState>>> readers;
   const auto stub = Connect();
   slave_.TakeSample();
   const int before = slave_.pictures_taken();
   for (int i = 0; i < 8; ++i) {
     contexts.push_back(std::make_unique<grpc::ClientContext>());
     SetDeadline(contexts.back().get());
-    readers.push_back(stub->WatchVideo(contexts.back().get(), {}));
+    readers.push_back(stub->WatchImages(contexts.back().get(), {}));
   }
-  v1::VideoFrame frame;
+  v1::ImageState frame;
   for (const auto& reader : readers) ASSERT_TRUE(reader->Read(&frame));
   EXPECT_LE(slave_.pictures_taken() - before, 3) << "nothing seen yet, then one picture";
   for (const auto& context : contexts) context->TryCancel();

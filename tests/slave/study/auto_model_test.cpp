@@ -47,14 +47,6 @@ TEST(AutoModelTest, TakesTheCheapestKindAndResolutionThatMeetsTolerance) {
   EXPECT_THAT(decision.reason, HasSubstr("5 % error"));
 }
 
-TEST(AutoModelTest, RefinesWhereTheScenesOwnResolutionIsTooCoarse) {
-  fake::Scenario scenario = Orders();
-  const auto decided = DecideQuickly(Auto(0.012), scenario.Make());
-  ASSERT_TRUE(decided);
-  EXPECT_GT(decided->model.elements, 200);
-  EXPECT_TRUE(decided->model.decision.meets);
-}
-
 TEST(AutoModelTest, TellsWhatItRejectedWithItsFigures) {
   fake::Scenario scenario = Orders();
   const auto decided = DecideQuickly(Auto(0.06), scenario.Make());
@@ -78,21 +70,6 @@ TEST(AutoModelTest, SaysWhatCannotBeMetAndTheNearestThatCan) {
   const std::string& reason = decided->model.decision.reason;
   EXPECT_THAT(reason, HasSubstr("none is within 0.01 %, the nearest is bem2d"));
   EXPECT_THAT(reason, HasSubstr("none reaches 1e+09 Hz, the nearest is bem2d"));
-}
-
-// A tool that rests nowhere with room to spare is judged at one place, which the others may not be
-// like.
-TEST(AutoModelTest, SaysWhereOnePlaceJudgesForAll) {
-  fake::Scenario scenario = Orders();
-  Scene scene = Auto(0.06);
-  const char* words = "evaluated where the tool would first touch the object";
-  const auto many = DecideQuickly(scene, scenario.Make());
-  ASSERT_TRUE(many);
-  EXPECT_THAT(many->model.decision.reason, testing::Not(HasSubstr(words)));
-  scene.tool->width = 0.05;
-  const auto one = DecideQuickly(scene, scenario.Make());
-  ASSERT_TRUE(one);
-  EXPECT_THAT(one->model.decision.reason, HasSubstr(words));
 }
 
 TEST(AutoModelTest, WithoutAnAnswerInTimeNothingIsDecided) {
@@ -196,17 +173,6 @@ TEST(AutoModelTest, AModelWithContactsOfItsOwnIsTakenForFlatToolsOnly) {
   EXPECT_EQ(decided_kind(), "fem-zone");
 }
 
-TEST(AutoModelTest, NodesHeldByNumberKeepTheirDivision) {
-  Scene scene = Cube();
-  scene.object.fixed = {
-      {FixedNodes{{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15}}, {true, true, true}}};
-  const auto decided = DecideQuickly(scene, RealWorkshop(), 1);
-  ASSERT_TRUE(decided);
-  EXPECT_EQ(decided->model.refinements, 0);
-  EXPECT_EQ(std::get<BoxGeometry>(decided->object.geometry).cells,
-            std::get<BoxGeometry>(scene.object.geometry).cells);
-}
-
 TEST(AutoModelTest, TensionMakesALargePlate) {
   Scene drum = fake::Square();
   drum.object.geometry = MembraneGeometry{0.04, 0.001};
@@ -216,16 +182,6 @@ TEST(AutoModelTest, TensionMakesALargePlate) {
   const auto plate = DecideQuickly(drum, RealWorkshop());
   ASSERT_TRUE(plate);
   EXPECT_EQ(plate->model.kind, "plate-large");
-}
-
-TEST(AutoModelTest, NothingIsStudiedThatNothingHoldsOrThatNobodyHasSeen) {
-  Scene scene = Auto(0.05);
-  EXPECT_TRUE(CanStudy(scene));
-  scene.object.fixed.clear();
-  EXPECT_FALSE(CanStudy(scene));
-  scene = Auto(0.05);
-  scene.object.geometry = ImageContourGeometry{0.01};
-  EXPECT_FALSE(CanStudy(scene));
 }
 
 }  // namespace

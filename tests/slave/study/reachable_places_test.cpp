@@ -35,17 +35,6 @@ TEST(ReachablePlacesTest, LieBesideCornersAndWhatIsHeld) {
   EXPECT_NEAR(on_top, 50 * 80 / (80 + 2 * 40), 2);
 }
 
-TEST(ReachablePlacesTest, OfABoxLieOnItsFacesButTheHeldOne) {
-  Scene scene = Rectangle();
-  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {3, 3, 3}};
-  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
-  const auto places = ReachablePlaces(scene, 0.02, SpreadShares(30));
-  ASSERT_EQ(places.size(), 30U);
-  EXPECT_TRUE(std::ranges::all_of(places, [](const auto& p) { return p.z() > 0.009; }));
-  EXPECT_TRUE(std::ranges::any_of(places, [](const auto& p) { return p.z() < 0.059; }));
-  EXPECT_TRUE(std::ranges::any_of(places, [](const auto& p) { return p.z() > 0.059; }));
-}
-
 // Reference: where a disc of 20 mm rests on the cube, 20 mm off what is held: 40 x 40 mm of its
 // top, 40 x 30 mm of each side. Tolerance: two sigma of 50 among 200. Shares that fell on the held
 // face once gave the same place many times.
@@ -61,15 +50,6 @@ TEST(ReachablePlacesTest, GoEvenlyOverWhereTheToolRestsNoneTwice) {
     for (std::size_t k = 0; k < i; ++k) EXPECT_GT((places[i] - places[k]).norm(), 1e-6);
   }
   EXPECT_NEAR(on_top, 50, 13);
-}
-
-// A box's reference needs no more cells than it is cut into for the tool.
-TEST(ReachablePlacesTest, ABoxOfAnyNumberOfCellsIsPressedAtFortySix) {
-  Scene scene = Rectangle();
-  scene.tool->width = 0.02;
-  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {12, 12, 12}};
-  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
-  EXPECT_EQ(PlacesToDecide(scene).size(), 46U);
 }
 
 // One place says little of the others; the scene's own are not overruled, and too wide a tool rests

@@ -16,8 +16,6 @@
 namespace palpate::study {
 namespace {
 
-using testing::HasSubstr;
-
 // Answered, failed and skipped rows.
 StudyResult Mixed() {
   fake::Scenario scenario;
@@ -79,41 +77,6 @@ TEST(ReportTest, CsvHasItsDocumentedHeaderAndNumbersThatRoundTrip) {
   EXPECT_FALSE(std::getline(csv, line));
 }
 
-TEST(ReportTest, JsonHoldsEverythingAndUnknownNumbersAsNull) {
-  const StudyResult study = Mixed();
-  const auto json = nlohmann::json::parse(ToJson(study));
-  EXPECT_EQ(json.at("scene"), fake::Square().name);
-  EXPECT_EQ(json.at("settings").at("tolerance"), 0.05);
-  EXPECT_EQ(json.at("settings").at("rate_Hz"), 500);
-  EXPECT_EQ(json.at("settings").at("budget_s"), 40);
-  EXPECT_EQ(json.at("complete"), false);
-  EXPECT_EQ(json.at("question").at("width_m"), 0.004);
-  ASSERT_EQ(json.at("references").at("presses").size(), 1U);
-  EXPECT_TRUE(json.at("references").at("presses")[0].at("full").at("value").is_number());
-  ASSERT_EQ(json.at("rows").size(), study.rows.size());
-  int recommended = 0;
-  for (std::size_t i = 0; i < study.rows.size(); ++i) {
-    const auto& row = json.at("rows")[i];
-    EXPECT_EQ(row.at("family"), study.rows[i].family);
-    EXPECT_EQ(row.at("outcome"), ToString(study.rows[i].outcome));
-    const bool answered = study.rows[i].outcome == Outcome::kAnswered;
-    EXPECT_EQ(row.at("error").at("value").is_number(), answered);
-    EXPECT_EQ(row.at("update_s").at("median").is_number(), answered);
-    EXPECT_EQ(row.at("answers").size(), answered ? 1U : 0U);
-    recommended += row.at("recommended").get<bool>() ? 1 : 0;
-  }
-  EXPECT_EQ(recommended, 1);
-}
-
-TEST(ReportTest, TableNamesReferenceRecommendationAndWhatWasLeftOut) {
-  const std::string table = ToTable(Mixed());
-  EXPECT_THAT(table, HasSubstr("reference: "));
-  EXPECT_THAT(table, HasSubstr("recommended: "));
-  EXPECT_THAT(table, HasSubstr("failed: bem2d constant, 120 elements"));
-  EXPECT_THAT(table, HasSubstr("skipped: "));
-  EXPECT_THAT(table, HasSubstr("(expected "));
-}
-
 TEST(ReportTest, FilesAreCompleteAfterEveryRowSoThatAnInterruptionKeepsThem) {
   const Scratch folder;
   fake::Scenario scenario;
@@ -138,10 +101,6 @@ TEST(ReportTest, FilesAreCompleteAfterEveryRowSoThatAnInterruptionKeepsThem) {
     ++files;
   }
   EXPECT_EQ(files, 3);
-}
-
-TEST(ReportTest, FolderThatIsNotThereIsSaid) {
-  EXPECT_THROW(WriteStudy(Mixed(), "/nonexistent/folder"), std::runtime_error);
 }
 
 }  // namespace

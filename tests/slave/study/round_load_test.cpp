@@ -56,18 +56,5 @@ TEST(RoundLoadTest, QuadraticSharesKeepSecondMoments) {
   }
 }
 
-// A plate thinner than the tool is wide is pushed on the side that faces it.
-TEST(RoundLoadTest, OnlyTheSideThatFacesIsPushed) {
-  const SurfaceMesh plate = SurfaceOf(MeshBox({0.06, 0.06, 0.001}, {6, 6, 1}));
-  for (const LoadPoint& point :
-       RoundLoad(plate, {0.03, 0.03, 0.001}, -Vector3d::UnitZ(), 0.02, false)) {
-    EXPECT_NEAR(point.p_O.z(), 0.001, 1e-12);
-  }
-}
-
-TEST(RoundLoadTest, WhereNothingLiesThereIsNoLoad) {
-  EXPECT_TRUE(RoundLoad(Cube(3), {0.03, 0.03, 0.2}, -Vector3d::UnitZ(), 0.02, false).empty());
-}
-
 }  // namespace
 }  // namespace palpate::study

@@ -78,23 +78,6 @@ TEST(QuestionTest, MembranesArePressedBelowHome) {
   EXPECT_EQ(AskedOf(scene).presses.at(0).p_O.norm(), 0);
 }
 
-TEST(QuestionTest, PlacesOfTheCallerComeBeforeThoseOfTheScene) {
-  Scene scene = fake::Square();
-  scene.study_contacts = {{0.06, 0.02, 0}, {0.02, 0.06, 0}};
-  PressSpec question = AskedOf(scene);
-  ASSERT_EQ(question.presses.size(), 2U);
-  EXPECT_TRUE(question.presses[0].inward_O.isApprox(Eigen::Vector3d(-1, 0, 0)));
-  question = AskedOf(scene, {{0, 0.03, 0}});
-  ASSERT_EQ(question.presses.size(), 1U);
-  EXPECT_TRUE(question.presses[0].inward_O.isApprox(Eigen::Vector3d(1, 0, 0)));
-}
-
-TEST(QuestionTest, AnOutlineThatOnlyAPictureKnowsIsRefused) {
-  Scene scene = fake::Square();
-  scene.object.geometry = ImageContourGeometry{0.01};
-  EXPECT_THROW(AskedOf(scene), std::invalid_argument);
-}
-
 TEST(CandidateTest, PlanarScenesGetEveryOrderAtResolutionsThatFitTheTool) {
   const Scene scene = fake::Square();
   const PressSpec question = AskedOf(scene);
@@ -136,38 +119,6 @@ TEST(CandidateTest, VolumesGetSeveralResolutionsResidualsAndFormulations) {
   EXPECT_GE(own_sizes.size(), 4U);
 }
 
-// What relaxes is compared at once.
-TEST(CandidateTest, BodiesKeepTheirRegionsAndDoNotRelax) {
-  Scene scene = fake::Square();
-  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {6, 6, 6}};
-  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
-  scene.object.regions = {{Ball{{0.03, 0.03, 0.03}, 0.02}, 1e6}};
-  scene.object.material.relaxation = {{0.5, 1}};
-  const auto candidates = CandidatesFor(scene, AskedOf(scene));
-  EXPECT_GT(candidates.size(), 4U);
-  for (const Candidate& c : candidates) {
-    EXPECT_EQ(c.scene.object.regions.size(), 1U);
-    EXPECT_TRUE(c.scene.object.material.relaxation.empty());
-  }
-}
-
-TEST(CandidateTest, FamiliesMayBeNamed) {
-  const Scene scene = fake::Square();
-  CandidateLimits limits;
-  limits.families = {"bem2d linear"};
-  const auto candidates = CandidatesFor(scene, AskedOf(scene), limits);
-  EXPECT_GE(candidates.size(), 4U);
-  for (const Candidate& c : candidates) EXPECT_EQ(c.family, "bem2d linear");
-}
-
-TEST(CandidateTest, ElementsHeldByNumberKeepTheSceneItsDivision) {
-  Scene scene = fake::Square();
-  scene.object.fixed = {{FixedNodes{{0, 1, 2}}, {true, true, true}}};
-  for (const Candidate& c : CandidatesFor(scene, AskedOf(scene))) {
-    EXPECT_EQ(c.scene.model.elements, scene.model.elements);
-  }
-}
-
 // Reference: the springs' own law, stiffness 100 (1 - 3 / N), whose limit is 100.
 TEST(StudyTest, ErrorsAreThoseAgainstTheLimitThatTheModelsConvergeTo) {
   Scenario scenario;
@@ -181,28 +132,6 @@ TEST(StudyTest, ErrorsAreThoseAgainstTheLimitThatTheModelsConvergeTo) {
   const Reference& reference = study.references.presses.at(0);
   EXPECT_NEAR(reference.full.value, 100 * study.question.depth, 1e-6);
   EXPECT_THAT(reference.source, HasSubstr("order 1.00"));
-}
-
-TEST(StudyTest, ReferenceAdmitsWhatAnotherFamilySays) {
-  Scenario scenario;
-  scenario.stiffness = [](const Scene& scene) {
-    const bool biased = scene.model.order == ElementOrder::kLinear;
-    return (biased ? 102 : 100) * (1 - 3.0 / scene.model.elements);
-  };
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
-  const Reference& reference = study.references.presses.at(0);
-  // Two families agree on 100; the bar does not have to hide a third one as long as a second
-  // opinion agrees, but where only two exist it does.
-  EXPECT_NEAR(reference.full.value / study.question.depth, 100, 2.1);
-  scenario.stiffness = [](const Scene& scene) {
-    const bool biased = scene.model.order == ElementOrder::kLinear;
-    if (scene.model.order == ElementOrder::kQuadratic) return kUnknown;
-    return (biased ? 102 : 100) * (1 - 3.0 / scene.model.elements);
-  };
-  const StudyResult two = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
-  const Estimate& full = two.references.presses.at(0).full;
-  EXPECT_GE(full.bar / two.question.depth, 1.5);
-  EXPECT_LE(std::abs(full.value / two.question.depth - 100), full.bar / two.question.depth + 1e-9);
 }
 
 // Reference: the fake clock. Every second spent is one that the models asked for.
@@ -227,21 +156,6 @@ TEST(StudyTest, BudgetIsRespectedAndTheRestListedWithItsCost) {
     left_out = std::max(left_out, row.expected_s);
   }
   EXPECT_GT(left_out, settings.budget_s / 2) << "what it learned from the cheap ones";
-}
-
-TEST(StudyTest, CheapestComeFirst) {
-  Scenario scenario;
-  std::vector<double> elements;  // in the order tried
-  const auto note = [&](const StudyResult& so_far) {
-    if (elements.size() < so_far.rows.size()) {
-      elements.push_back(std::stod(so_far.rows.back().resolution));
-    }
-  };
-  const StudyResult study =
-      RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make(), {}, {note, nullptr});
-  ASSERT_EQ(elements.size(), study.rows.size());
-  EXPECT_LE(elements.front(), 30);
-  EXPECT_GE(elements.back(), 900);
 }
 
 TEST(StudyTest, PrecomputeThatWouldNotFitIsRefusedBeforeItStarts) {
@@ -281,14 +195,6 @@ TEST(StudyTest, FailuresAreRowsWithTheirReason) {
   EXPECT_EQ(RowOf(study, "bem2d quadratic", "120 elements").outcome, Outcome::kAnswered);
 }
 
-TEST(StudyTest, EverythingFailingIsAnAnswerToo) {
-  Scenario scenario;
-  scenario.stiffness = [](const Scene&) { return kUnknown; };
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
-  EXPECT_EQ(Count(study, Outcome::kFailed), study.rows.size());
-  EXPECT_THAT(study.recommendation, HasSubstr("no model has a known error"));
-}
-
 TEST(StudyTest, StopEndsItWithWhatThereIs) {
   Scenario scenario;
   std::stop_source stop;
@@ -304,32 +210,6 @@ TEST(StudyTest, StopEndsItWithWhatThereIs) {
   EXPECT_EQ(Count(study, Outcome::kAnswered), 5U);
   EXPECT_EQ(study.rows.back().reason, "interrupted");
   EXPECT_EQ(scenario.made, 5);
-}
-
-TEST(StudyTest, LongPrecomputeHearsTheStop) {
-  Scenario scenario;
-  std::stop_source stop;
-  scenario.while_making = [&](Progress* progress) {
-    stop.request_stop();
-    if (!progress->Report("factor", 0.5)) throw Interrupted();
-  };
-  const StudyResult study =
-      RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make(), stop.get_token());
-  EXPECT_EQ(scenario.made, 1);
-  EXPECT_EQ(study.rows[0].outcome, Outcome::kSkipped);
-  EXPECT_EQ(study.rows[0].reason, "interrupted");
-}
-
-TEST(StudyTest, TwoRunsDifferInTimesOnly) {
-  Scenario first, second;
-  second.clock = 5;
-  const StudyResult a = RunStudy(fake::Square(), {.timing_s = 1e-4}, first.Make());
-  const StudyResult b = RunStudy(fake::Square(), {.timing_s = 1e-4}, second.Make());
-  ASSERT_EQ(a.rows.size(), b.rows.size());
-  for (std::size_t i = 0; i < a.rows.size(); ++i) {
-    EXPECT_EQ(a.rows[i].family + a.rows[i].resolution, b.rows[i].family + b.rows[i].resolution);
-    EXPECT_EQ(a.rows[i].error.value, b.rows[i].error.value);
-  }
 }
 
 // Held by number: no finite elements are solved beside the models.
@@ -405,28 +285,6 @@ TEST(StudyTest, AStatedBoundIsThatOfThePressAtFullDepth) {
   EXPECT_LT(zone.stated_error, 0.05);
   EXPECT_EQ(zone.validity, full.validity) << zone.reason;
   EXPECT_TRUE(std::isnan(full.stated_error));
-}
-
-// Candidates press as the others do, with a flat disc; a scene of fem-zone has its own.
-TEST(CandidateTest, FemZoneIsPressedAsTheOthersAreAndIsAScenesOwn) {
-  Scene scene = HeldBox();
-  scene.model.kind = "fem-zone";
-  scene.model.fem.law = FemOptions::Law::kNeoHookean;
-  scene.model.contact = ContactLaw::kFriction;
-  scene.model.friction = 0.5;
-  scene.model.deadline = 1e-3;
-  scene.tool->shape = Tool::Shape::kRound;
-  int own = 0;
-  for (const Candidate& c : CandidatesFor(scene, AskedOf(scene), {.own = true})) {
-    if (c.family != "fem-zone") continue;
-    ++own;
-    EXPECT_TRUE(c.own);
-    EXPECT_TRUE(IsSameModel(c.scene.model, scene.model));
-    EXPECT_EQ(c.scene.tool->shape, Tool::Shape::kFlat);
-    EXPECT_EQ(c.scene.model.contact, ContactLaw::kBonded);
-    EXPECT_EQ(c.scene.model.deadline, 1e-3);
-  }
-  EXPECT_EQ(own, 1);
 }
 
 // An element longer than the tool sees a wider one. Where the stiffness grows with the width, an

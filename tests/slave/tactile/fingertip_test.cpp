@@ -75,30 +75,6 @@ TEST_F(FingertipTest, TheForceIsUnknownUntilTheWindowOfRestSamplesAndOthersIsFul
   EXPECT_NEAR(touch.force_F->norm(), 0, 1e-12);
 }
 
-TEST_F(FingertipTest, RestValuesThatTakeLongerThanTheWindowLeaveItFull) {
-  Tactile tactile = Options();
-  tactile.rest_samples = 25;
-  CheckedFingertip fingertip(tactile, &network_, localiser_);
-  for (int i = 0; i < 24; ++i) {
-    EXPECT_FALSE(fingertip.Estimate(ReadingOf(kNothing, false), false).force_F.has_value());
-  }
-  EXPECT_TRUE(fingertip.Estimate(ReadingOf(kNothing, false), false).force_F.has_value());
-}
-
-TEST_F(FingertipTest, APressIsFeltWithItsPlaceAndLetGo) {
-  Rest(10);
-  const Vector3d force(0.1, -0.05, -0.4);
-  Press(force, 10);
-  const FingerTouch& touch = fingertip_.touch();
-  EXPECT_TRUE(touch.touching);
-  ASSERT_TRUE(touch.force_F.has_value());
-  EXPECT_NEAR((*touch.force_F - force).norm(), 0, 1e-6);
-  EXPECT_NEAR((touch.place.p_F - Vector3d(0, 0, -7e-3)).norm(), 0, 1e-12);
-  EXPECT_NEAR(touch.sigma, 0.02, 1e-12);
-  Rest(11);
-  EXPECT_FALSE(fingertip_.touch().touching);
-}
-
 // Paper B, V: soft contacts drop out for a few samples; here for two of five.
 TEST_F(FingertipTest, AnIntermittentContactDoesNotFlicker) {
   Rest(10);
@@ -120,15 +96,6 @@ TEST_F(FingertipTest, AForceWithinTheNetworksErrorIsNoTouch) {
   EXPECT_TRUE(fingertip_.touch().touching);
   Press({0, 0, -0.008}, 20);
   EXPECT_FALSE(fingertip_.touch().touching);
-}
-
-TEST_F(FingertipTest, AfterAGapTheWindowStartsAnewAndRestValuesStay) {
-  Rest(30);
-  EXPECT_FALSE(Estimate(kNothing, false, true).force_F.has_value());
-  EXPECT_EQ(fingertip_.touch().validity, Validity::kTrackingLost);
-  Press({0, 0, -0.4}, 9);
-  ASSERT_TRUE(fingertip_.touch().force_F.has_value());
-  EXPECT_NEAR(fingertip_.touch().force_F->z(), -0.4 * 9 / 10, 1e-6);
 }
 
 TEST_F(FingertipTest, ASilentFingertipIsStaleThenLostAndStartsItsWindowAnew) {
@@ -162,16 +129,6 @@ TEST_F(FingertipTest, AFewMissingSamplesAreMadeUpFor) {
   }
 }
 
-// A hand that has just set out may go on as fast as in the last sample.
-TEST_F(FingertipTest, AMissingSampleAfterASuddenOneMayBeAsFarFromIt) {
-  Rest(10);
-  Press({0, 0, -0.2}, 50);
-  Estimate({0, 0, -0.6}, true);  // a mean over ten: 0.04 N at once
-  fingertip_.Estimate(FingerReading{}, false);
-  EXPECT_GT(fingertip_.touch().sigma, 0.04);
-  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
-}
-
 // What drifts while nothing is near is rest; what presses is not, even there.
 TEST_F(FingertipTest, RestValuesAreFollowedWhileNothingIsNear) {
   Rest(10);
@@ -203,64 +160,6 @@ TEST_F(FingertipTest, CountsThatAreNotFiniteAreFlaggedAndForgotten) {
     ASSERT_TRUE(fingertip_.touch().force_F.has_value());
     EXPECT_NEAR(fingertip_.touch().force_F->norm(), 0, 1e-9);
   }
-}
-
-TEST_F(FingertipTest, NotFiniteCountsAreNoRestValues) {
-  FingerReading bad = ReadingOf(kNothing, false);
-  bad.electrodes[7] = std::numeric_limits<float>::quiet_NaN();
-  for (int i = 0; i < 20; ++i) fingertip_.Estimate(bad, false);
-  EXPECT_EQ(fingertip_.touch().validity, Validity::kTrackingLost);
-  Rest(10);
-  ASSERT_TRUE(fingertip_.touch().force_F.has_value());
-  EXPECT_NEAR(fingertip_.touch().force_F->norm(), 0, 1e-9);
-}
-
-TEST_F(FingertipTest, WhatIsBeyondTheLearntOrOfSaturatedElectrodesIsExtrapolated) {
-  Rest(10);
-  Press({0, 0, -1.01}, 10);
-  EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated);
-  EXPECT_GT(fingertip_.touch().sigma, 0.02);
-  Press({0, 0, -0.9}, 10);
-  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
-  FingerReading saturated = ReadingOf({0, 0, -0.9}, true);
-  saturated.electrodes[4] = 4095;
-  EXPECT_EQ(fingertip_.Estimate(saturated, false).validity, Validity::kExtrapolated);
-  EXPECT_TRUE(fingertip_.touch().touching);
-}
-
-// A network whose gain was fitted knows the error of fz alone: [0, 0, 0.03].
-TEST_F(FingertipTest, ComponentsOfUnknownErrorAreAsWrongAsTheWorstKnown) {
-  network_.SetSigma({0, 0, 0.03});
-  CheckedFingertip fingertip(Options(), &network_, localiser_);
-  for (int i = 0; i < 10; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
-  for (const Vector3d& force : {Vector3d(0.3, 0, 0), Vector3d(0.2, -0.2, -0.1)}) {
-    for (int i = 0; i < 10; ++i) fingertip.Estimate(ReadingOf(force, true), false);
-    EXPECT_NEAR(fingertip.touch().sigma, 0.03, 1e-9);
-  }
-}
-
-// Reference: the largest of 0.5 % of the force, a quarter of what it changes by in a sample,
-// evenly, and half of what it changes by otherwise.
-TEST_F(FingertipTest, AForceThatLeapsIsLessSureThanOneThatGoesOnAsItDid) {
-  constexpr double kStep = 0.01, kLeaps = 0.2, kShare = 0.005;  // [N], [N], [-]
-  MeanNetwork prompt(1, 0.02, 1.0);
-  prompt.SetError({.relative = kShare});
-  CheckedFingertip fingertip(Options(), &prompt, localiser_);
-  double force = 0;
-  const auto sigma_after = [&](double change) {
-    force += change;
-    fingertip.Estimate(ReadingOf({0, 0, -force}, true), false);
-    return fingertip.touch().sigma;
-  };
-  for (int i = 0; i < 10; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
-  double sigma = 0;
-  for (int i = 0; i < 40; ++i) sigma = sigma_after(kStep);
-  EXPECT_NEAR(sigma, std::max(kShare * force, kStep / 4), 1e-5);
-  EXPECT_GT(kStep / 4, kShare * force);
-  EXPECT_GT(sigma_after(kLeaps), (kLeaps - kStep) / 2);
-  for (int i = 0; i < 40; ++i) sigma = sigma_after(0);
-  EXPECT_NEAR(sigma, kShare * force, 1e-5);
-  EXPECT_GT(sigma_after(-kLeaps), kLeaps / 2);
 }
 
 // Silent from the start at either end of the converter: nothing seems to touch, which is not known.
@@ -329,15 +228,6 @@ TEST_F(FingertipTest, AForceWithoutAnActiveElectrodeIsFlagged) {
   EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated);
 }
 
-TEST_F(FingertipTest, WithoutANetworkTheElectrodesDecideAndTheForceIsUnknown) {
-  CheckedFingertip fingertip(Options(), nullptr, localiser_);
-  for (int i = 0; i < 6; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
-  const FingerTouch& touch = fingertip.Estimate(ReadingOf(kNothing, true), false);
-  EXPECT_TRUE(touch.touching);
-  EXPECT_FALSE(touch.force_F.has_value());
-  EXPECT_EQ(touch.validity, Validity::kFailed);
-}
-
 TEST_F(FingertipTest, NoSampleAllocates) {
   const FingerReading missing;
   FingerReading bad = ReadingOf(kNothing, true);
@@ -367,25 +257,6 @@ TEST(StuckElectrodesTest, ASilencedNoiseIsAFrozenSample) {
   EXPECT_FALSE(quiet.are_frozen());
   noisy.Take(same);
   EXPECT_FALSE(noisy.are_frozen());
-}
-
-// A driver that sends every sample twice: the second one is none.
-TEST_F(FingertipTest, ASampleThatIsTheLastOneAgainIsMissing) {
-  const auto noisy = [](double force, int k) {
-    FingerReading reading = ReadingOf({0, 0, force}, true);
-    for (std::size_t e = 5; e < kElectrodeCount; ++e) {
-      reading.electrodes[e] += static_cast<float>((k * 7 + static_cast<int>(e)) % 3);
-    }
-    return reading;
-  };
-  for (int k = 0; k < 40; ++k) fingertip_.Estimate(noisy(-0.2, k), false);
-  fingertip_.Estimate(noisy(-0.3, 41), false);
-  const double force = fingertip_.touch().force_F->z(), sigma = fingertip_.touch().sigma;
-  fingertip_.Estimate(noisy(-0.3, 41), false);
-  EXPECT_EQ(fingertip_.touch().force_F->z(), force);
-  EXPECT_GT(fingertip_.touch().sigma, sigma);
-  fingertip_.Estimate(noisy(-0.3, 42), false);
-  EXPECT_LT(fingertip_.touch().force_F->z(), force);
 }
 
 TEST_F(FingertipTest, APressureBelowItsRestIsARestThatWasTakenInContact) {

@@ -84,13 +84,5 @@ TEST(ShippedNetworkTest, EstimatesGentleContactsThatAreWiderThanSpheres) {
   }
 }
 
-TEST(ShippedNetworkTest, IsSmallAndNamesTheCommandThatMadeIt) {
-  EXPECT_LT(std::filesystem::file_size(kShipped / "network.json"), 400'000U);
-  const auto network = LoadForceNetwork(kShipped);
-  EXPECT_EQ(network->info().architecture, "tnn_21");
-  EXPECT_NE(network->info().origin.find("palpate.train"), std::string::npos);
-  EXPECT_GT(network->info().learnt_force, 4.5);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -84,13 +84,6 @@ TEST_F(SignalModelTest, AnElectrodeThatStandsAloneIsReplacedByWhatTheOthersSay) 
   }
 }
 
-TEST_F(SignalModelTest, ADeadElectrodeIsReplacedWhereverItStands) {
-  dead_[7] = true;
-  for (int i = 0; i < 20; ++i) Update(Contact(0, 100));
-  EXPECT_TRUE(model_.is_replaced(7));
-  EXPECT_NEAR(model_.corrected()[7], 100 * Direction(0)[7], 4);
-}
-
 TEST_F(SignalModelTest, WhatAllElectrodesDriftTogetherIsTakenOff) {
   for (int i = 0; i < 300; ++i) {
     TactileSignals change = Contact(0, 100);
@@ -104,26 +97,6 @@ TEST_F(SignalModelTest, WhatAllElectrodesDriftTogetherIsTakenOff) {
             kElectrodeCount;
   }
   EXPECT_NEAR(left, 0, 1);
-}
-
-// At once, where rest values tell that they may have: without that it takes a second to be sure.
-TEST_F(SignalModelTest, ADriftThatIsExpectedIsTakenOffAtOnce) {
-  const auto left = [this](double drift) {
-    TactileSignals drift_sigma{};
-    std::fill_n(drift_sigma.begin(), kElectrodeCount, drift);
-    model_.Reset();
-    double sum = 0;
-    for (int i = 0; i < 20; ++i) {
-      TactileSignals change = Contact(0, 100);
-      for (std::size_t e = 0; e < kElectrodeCount; ++e) change[e] += 3;
-      model_.Update(change, dead_, still_, 0, drift_sigma);
-      for (std::size_t e = 0; e < kElectrodeCount; ++e) {
-        sum += model_.corrected()[e] - 100 * Direction(0)[static_cast<Eigen::Index>(e)];
-      }
-    }
-    return std::abs(sum) / (20 * kElectrodeCount);
-  };
-  EXPECT_LT(left(3), 0.8 * left(0));
 }
 
 TEST_F(SignalModelTest, APressureThatIsNotThatOfTheElectrodesDisagrees) {
@@ -167,28 +140,6 @@ TEST_F(SignalModelTest, NoiseThatIsNotTheUsualOneTellsOfTheGain) {
     EXPECT_NEAR(model_.noise().relative(), gain, 0.1 * gain);
     EXPECT_GT(3 * model_.noise().gain_sigma(), std::abs(gain - 1));
   }
-}
-
-TEST_F(SignalModelTest, AGainThatFallsShowsAgainstTheStart) {
-  for (int i = 0; i < 200; ++i) Update(Contact(0, 100));
-  EXPECT_NEAR(model_.noise().since_start(), 1, 0.14);
-  for (int i = 0; i < 200; ++i) {
-    TactileSignals change = Contact(0, 100);
-    for (double& x : change) x *= 0.75;
-    Update(change);
-  }
-  EXPECT_NEAR(model_.noise().since_start(), 0.75, 0.1);
-}
-
-// Spikes of one sample are replaced; the noise of what was replaced is not taken off ever after.
-TEST_F(SignalModelTest, SpikesAreNoNoise) {
-  std::uniform_int_distribution<int> throws(0, 99);
-  for (int i = 0; i < 300; ++i) {
-    TactileSignals change = Contact(0, 100);
-    for (std::size_t e = 0; e < kElectrodeCount; ++e) change[e] += throws(random_) == 0 ? 50 : 0;
-    Update(change);
-  }
-  EXPECT_NEAR(model_.noise().relative(), 1, 0.15);
 }
 
 TEST_F(SignalModelTest, NoSampleAllocates) {

@@ -11,12 +11,6 @@ namespace {
 const Curve kSquare = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
 const Curve kEight = {{0, 0}, {4, 4}, {4, 0}, {0, 4}};
 
-TEST(ClosedCurveTest, AreaAndLengthOfASquare) {
-  EXPECT_DOUBLE_EQ(CurveArea(kSquare), 16);
-  EXPECT_DOUBLE_EQ(CurveArea(Curve(kSquare.rbegin(), kSquare.rend())), -16);
-  EXPECT_DOUBLE_EQ(CurveLength(kSquare), 16);
-}
-
 TEST(ClosedCurveTest, CrossingsAreFound) {
   EXPECT_FALSE(CrossesItself(kSquare));
   EXPECT_TRUE(CrossesItself(kEight));
@@ -43,20 +37,6 @@ TEST(ClosedCurveTest, ResampledPointsAreEquallySpaced) {
     }
   }
   EXPECT_EQ(Resample(kSquare, 4), kSquare);
-}
-
-// Reference: a circle of 100 px with alternating jitter of 2 px; the mean over a spacing leaves
-// less than half of one point's jitter. Its radius shrinks by the sagitta of the averaged arc,
-// below 0.1 px.
-TEST(ClosedCurve, SmoothingAveragesTheJitterOut) {
-  Curve jittery;
-  for (int i = 0; i < 240; ++i) {
-    const double angle = 2 * std::numbers::pi * i / 240, r = 100 + (i % 2 != 0 ? 2 : -2);
-    jittery.emplace_back(r * std::cos(angle), r * std::sin(angle));
-  }
-  const Curve smooth = Smoothed(jittery, 60);
-  ASSERT_EQ(smooth.size(), 60U);
-  for (const Eigen::Vector2d& p : smooth) EXPECT_NEAR(p.norm(), 100, 1.0);
 }
 
 }  // namespace

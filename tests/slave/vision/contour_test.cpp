@@ -109,14 +109,6 @@ TEST(EdgeRefinementTest, BothPolaritiesAndADeepPictureGiveTheSameEdge) {
   }
 }
 
-TEST(EdgeRefinementTest, WhereThereIsNoEdgeThereIsNoPoint) {
-  const cv::Mat flat(200, 200, CV_8UC1, cv::Scalar(100));
-  EXPECT_TRUE(
-      RefineContour(flat, GreyFormat(flat), Curve{{50, 50}, {150, 50}, {100, 150}}).empty());
-  EXPECT_TRUE(RefineContour(flat, GreyFormat(flat), Curve{}).empty());
-  EXPECT_TRUE(RefineContour(flat, GreyFormat(flat), Curve(5, {50, 50})).empty());
-}
-
 double Overlap(const Curve& found, double area) {
   return std::abs(CurveArea(found)) / area;
 }
@@ -270,26 +262,6 @@ TEST(FitOutlineTest, FindsWhereTheBlockReallyIs) {
   }
 }
 
-TEST(FitOutlineTest, ADiscIsShiftedAndNotTurned) {
-  Camera camera;
-  camera.pixel = 2e-6;
-  const CameraView view(camera, 640, 480);
-  TestPicture picture = Embryo();
-  picture.body->centre = {318.6, 243.3};
-  picture.body->texture = 0;  // its mean differs along the edge and would move that in earnest
-  const cv::Mat image = picture.Render();
-  const RestContour contour = FindRestContour({}, image, GreyFormat(image), 0, false);
-  Outline disc;
-  for (int k = 0; k < 360; ++k) {
-    const double a = k * std::numbers::pi / 180;
-    disc.outer.push_back(90 * camera.pixel * Eigen::Vector2d(std::cos(a), std::sin(a)));
-  }
-  const OutlineFit fit = FitOutline(disc, Eigen::Isometry3d::Identity(), contour.edge, view);
-  ASSERT_TRUE(fit.found);
-  EXPECT_LT((view.ToImage(fit.X_SO.translation()) - picture.body->centre).norm(), 0.03);
-  EXPECT_NEAR(fit.rotation, 0, 0.01);
-}
-
 TEST(FitOutlineTest, AnotherShapeOrPlaceIsNotFound) {
   Camera camera;
   camera.pixel = 1e-3;
@@ -361,17 +333,6 @@ TEST(FitOutlineTest, SigmaIsByHowMuchTheEdgeIsElsewhere) {
   const OutlineFit fit = FitOutline(outline, X_SO, waves, view);
   ASSERT_TRUE(fit.found);
   EXPECT_NEAR(fit.sigma_px, 0.4 / std::numbers::sqrt2, 0.08);
-}
-
-TEST(ToSlaveTest, PolygonsRunCounterClockwiseInS) {
-  Camera camera;
-  camera.pixel = 1e-3;
-  const Curve square = {{10, 10}, {20, 10}, {20, 20}, {10, 20}};
-  for (const double turn : {0.0, std::numbers::pi}) {  // from above, from below
-    camera.X_SC = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX());
-    const auto polygon = ToSlave(square, CameraView(camera, 640, 480));
-    EXPECT_NEAR(CurveArea(polygon), 1e-4, 1e-12);
-  }
 }
 
 }  // namespace

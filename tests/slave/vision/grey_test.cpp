@@ -27,13 +27,6 @@ TEST(GreyFormatTest, LevelsOfEveryAcceptedType) {
   EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC3, cv::Scalar::all(1000))), 1000);
 }
 
-TEST(GreyFormatTest, BrighterPicturesThanTheFirstSaturate) {
-  const GreyFormat format(cv::Mat(4, 4, CV_16UC1, cv::Scalar(4000)));
-  GreyPatch patch;
-  format.Read(cv::Mat(4, 4, CV_16UC1, cv::Scalar(65535)), {0, 0, 1, 1}, patch);
-  EXPECT_EQ(patch.At(0, 0), 2047);
-}
-
 TEST(GreyFormatTest, OtherTypesAreRefusedAndOtherPicturesDoNotFit) {
   EXPECT_THROW(GreyFormat{cv::Mat()}, std::runtime_error);
   for (const int type : {CV_32FC1, CV_8SC1, CV_8UC2, CV_8UC4, CV_64FC3}) {
@@ -54,16 +47,6 @@ TEST(GreyFormatTest, CutOutPicturesAreReadRowByRow) {
   GreyPatch patch;
   GreyFormat(part).Read(part, {1, 1, 2, 2}, patch);
   EXPECT_EQ(patch.levels, (std::vector<std::int16_t>{34, 35, 44, 45}));
-}
-
-TEST(ShrinkTest, BlocksBecomeTheirMean) {
-  GreyPatch patch, small;
-  patch.Resize(5, 4);
-  for (int k = 0; k < 20; ++k)
-    patch.levels[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(k);
-  Shrink(patch, 2, small);
-  EXPECT_EQ(small.width, 2);
-  EXPECT_EQ(small.levels, (std::vector<std::int16_t>{3, 5, 13, 15}));
 }
 
 }  // namespace

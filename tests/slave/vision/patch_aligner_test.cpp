@@ -97,11 +97,5 @@ TEST(PatchAlignerTest, WindowsWithoutAPlaceAreRefused) {
   EXPECT_EQ(window.Score(textured, Shifted(150, 110)), -1);
 }
 
-TEST(PatchAlignerTest, EdgesOtherThanOdd5To255AreRefused) {
-  EXPECT_THROW(PatchAligner(30), std::invalid_argument);
-  EXPECT_THROW(PatchAligner(3), std::invalid_argument);
-  EXPECT_THROW(PatchAligner(257), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -66,11 +66,5 @@ TEST(RestEdgeTest, WhereThereIsNoEdgeNoneIsFound) {
   EXPECT_FALSE(edge.Locate(flat, place, {-50, 1e9}, place.n_I, 5));
 }
 
-TEST(PictureMotionTest, BackUndoesApply) {
-  const PictureMotion motion{{320, 240}, {12, -7}, 0.03, 0.01};
-  const Eigen::Vector2d p(100, 50);
-  EXPECT_LT((motion.Back(motion.Apply(p)) - p).norm(), 1e-9);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -43,22 +43,6 @@ TEST(GreedyStepTest, ReproducesTheReferenceTable) {
   EXPECT_EQ(step.dy(), expected.at("move").at(1).get<int>());
 }
 
-// The rule of Williams & Shah: where the gradients differ by less than 5, the image energies differ
-// by range / 5 only, not by 1.
-TEST(GreedyStepTest, FlatPlacesHardlyAttract) {
-  NinePlaces magnitude{};
-  magnitude[8] = 1;
-  const GreedyStep step = EvaluateStep({0, 0}, {4, 0}, {8, 0}, 4, {0, 0, 1}, magnitude);
-  EXPECT_DOUBLE_EQ(step.image[8], -1);
-  EXPECT_DOUBLE_EQ(step.image[0], -0.8);
-  EXPECT_EQ(step.best, 8);
-}
-
-TEST(GreedyStepTest, APointWithNothingToGainStays) {
-  const GreedyStep step = EvaluateStep({0, 0}, {4, 0}, {8, 0}, 4, {0, 0, 1}, NinePlaces{});
-  EXPECT_EQ(step.best, 4);
-}
-
 Curve CircleAround(const Eigen::Vector2d& centre, double radius, int count) {
   Curve curve;
   for (int k = 0; k < count; ++k) {

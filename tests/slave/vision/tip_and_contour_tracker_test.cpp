@@ -52,33 +52,6 @@ TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
   }
 }
 
-// Counter-clockwise in S, from above and from below.
-TEST(TipAndContourTrackerTest, ContoursRunCounterClockwiseInS) {
-  for (const double turn : {0.0, M_PI}) {
-    Scene scene = SceneForTestPictures();
-    scene.sense.Find<CameraOptions>()->tip.reset();
-    scene.sense.Find<Camera>()->X_SC = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX());
-    TipAndContourTracker tracking(scene, Picture().Render(), std::nullopt);
-    const CameraView view(*scene.sense.Find<Camera>(), 640, 480);
-    Curve rest_S;
-    for (const auto& p : tracking.rest_contour().edge) rest_S.push_back(view.ToSlave(p).head<2>());
-    EXPECT_GT(CurveArea(rest_S), 0) << turn;
-  }
-}
-
-TEST(TipAndContourTrackerTest, TrackOnlyWhatTheSceneAsksFor) {
-  Scene scene = SceneForTestPictures();
-  scene.sense.Find<CameraOptions>()->contour.reset();
-  TipAndContourTracker tip_only(scene, Picture().Render(), Picture().tool->tip);
-  EXPECT_TRUE(tip_only.rest_contour().edge.empty());
-  EXPECT_TRUE(tip_only.Process(Picture().Render(2), 2, {}).tip.found);
-  scene = SceneForTestPictures();
-  scene.sense.Find<CameraOptions>()->tip.reset();
-  TipAndContourTracker contour_only(scene, Picture().Render(), std::nullopt);
-  EXPECT_FALSE(contour_only.Process(Picture().Render(2), 1, {}).tip.found);
-  EXPECT_EQ(contour_only.search_window(), cv::Rect());
-}
-
 TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
   const TestPicture picture = Picture();
   const auto file = std::filesystem::path(BinaryPath()) / "test-output" / "tracking-tip.png";
@@ -120,14 +93,6 @@ TEST(TipAndContourTrackerTest, BadPicturesMidStreamAreFlagged) {
     const Observation& good = tracking.Process(picture.Render(sequence), sequence, {});
     EXPECT_TRUE(good.tip.found) << "after bad picture " << sequence;
   }
-}
-
-TEST(TipAndContourTrackerTest, ResetSearchesEverywhereAgain) {
-  const TestPicture picture = Picture();
-  TipAndContourTracker tracking(SceneForTestPictures(), picture.Render(), picture.tool->tip);
-  tracking.Reset();
-  EXPECT_EQ(tracking.search_window(), cv::Rect(0, 0, 640, 480));
-  EXPECT_TRUE(tracking.Process(picture.Render(2), 1, {}).tip.reacquired);
 }
 
 TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {

@@ -115,17 +115,6 @@ TEST(TipTrackerTest, AnObjectAgainstTheTipDoesNotMoveIt) {
   }
 }
 
-TEST(TipTrackerTest, LightThatChangesDoesNotMoveTheTip) {
-  TestPicture picture = WithTool({160.3, 120.4});
-  picture.noise = 0.5;
-  Tracked tracked(picture);
-  cv::Mat dimmed;
-  picture.Render(3).convertTo(dimmed, CV_8U, 0.6, 20);
-  const TipObservation seen = tracked.tracker.Track(dimmed);
-  ASSERT_TRUE(seen.found);
-  EXPECT_LT((seen.p_I - picture.tool->tip).norm(), 0.02);
-}
-
 TEST(TipTrackerTest, KeepsUpWithAToolThatAccelerates) {
   TestPicture picture = WithTool({60, 100});
   Tracked tracked(picture);
@@ -212,31 +201,6 @@ TEST(TipTrackerTest, ASecondPlaceAsGoodMeansLost) {
   EXPECT_FALSE(tracked.tracker.Track(twice).found);
 }
 
-TEST(TipTrackerTest, PicturesWithoutContrastShowNothing) {
-  Tracked tracked(WithTool({160, 120}));
-  for (const int level : {0, 128, 255}) {
-    const TipObservation seen =
-        tracked.tracker.Track(cv::Mat(240, 320, CV_8UC1, cv::Scalar(level)));
-    EXPECT_FALSE(seen.found);
-    EXPECT_TRUE(std::isfinite(seen.score) && seen.score >= -1);
-  }
-}
-
-TEST(TipTemplateTest, NothingBeyondTheTipIsInTheTemplate) {
-  for (const double angle : {-2.2, 0.0, 0.4, 1.5707963, 2.9}) {
-    TestPicture picture = WithTool({160.3, 120.4});
-    const Eigen::Vector2d d(std::cos(angle), std::sin(angle));
-    picture.tool->direction = d;
-    const cv::Mat image = picture.Render();
-    const TipTemplate tip = CutTipTemplate(image, GreyFormat(image), picture.tool->tip, d, 17, 64);
-    for (const int x : {0, tip.pixels.width - 1}) {
-      for (const int y : {0, tip.pixels.height - 1}) {
-        EXPECT_LE((Eigen::Vector2d(x, y) - tip.anchor).dot(d), 1e-9) << "angle " << angle;
-      }
-    }
-  }
-}
-
 constexpr double kFaint = 0.4;  // of what marks have elsewhere here
 
 // How far the template of a tool reaches beyond its tip, in a noisy picture [px].
@@ -257,23 +221,6 @@ TEST(TipTemplateTest, NoiseHidesNoMarksAndMakesNone) {
     EXPECT_LE(ReachBeyond(true, seed), 0) << seed;
     EXPECT_GT(ReachBeyond(false, seed), 2) << seed;
   }
-}
-
-TEST(TipTemplateTest, PlacesWithoutAToolAreRefusedByName) {
-  const TestPicture picture = WithTool({160, 120});
-  const cv::Mat image = picture.Render();
-  const GreyFormat format(image);
-  const auto message = [&](const Eigen::Vector2d& tip, double width, const cv::Mat& first) {
-    return Thrown<std::runtime_error>(
-        [&] { CutTipTemplate(first, format, tip, kDown, width, 64); });
-  };
-  EXPECT_NE(message({400, 120}, 17, image).find("(400, 120) px"), std::string::npos);
-  EXPECT_NE(message({NAN, 120}, 17, image).find("outside"), std::string::npos);
-  EXPECT_NE(message({160, 2}, 17, image).find("too little"), std::string::npos);
-  EXPECT_NE(message({160, 120}, 0, image).find("wide"), std::string::npos);
-  EXPECT_NE(message({160, 120}, 1e9, image).find("wide"), std::string::npos);
-  const cv::Mat flat(240, 320, CV_8UC1, cv::Scalar(9));
-  EXPECT_NE(message({160, 120}, 17, flat).find("no contrast"), std::string::npos);
 }
 
 }  // namespace

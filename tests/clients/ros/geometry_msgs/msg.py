@@ -1,4 +1,4 @@
-"""WrenchStamped as rosidl generates it from the message definitions below: only their fields, only values of their types."""
+"""Messages as rosidl generates them from the definitions below: only their fields, only values of their types."""
 import re
 
 DEFINITIONS = """
@@ -18,9 +18,22 @@ geometry_msgs/Vector3 torque
 MSG: geometry_msgs/WrenchStamped
 std_msgs/Header header
 geometry_msgs/Wrench wrench
+MSG: diagnostic_msgs/KeyValue
+string key
+string value
+MSG: diagnostic_msgs/DiagnosticStatus
+byte level
+string name
+string message
+string hardware_id
+diagnostic_msgs/KeyValue[] values
+MSG: diagnostic_msgs/DiagnosticArray
+std_msgs/Header header
+diagnostic_msgs/DiagnosticStatus[] status
 """
 PRIMITIVES = {"float64": (float, lambda x: True), "string": (str, lambda x: True),
-              "int32": (int, lambda x: -2**31 <= x < 2**31), "uint32": (int, lambda x: 0 <= x < 2**32)}
+              "byte": (bytes, lambda x: len(x) == 1), "int32": (int, lambda x: -2**31 <= x < 2**31),
+              "uint32": (int, lambda x: 0 <= x < 2**32)}
 FIELDS = {name: dict(reversed(line.split()) for line in body.strip().splitlines())
           for name, body in re.findall(r"MSG: (\S+)\n((?:(?!MSG:).*\n)+)", DEFINITIONS)}
 
@@ -29,7 +42,8 @@ class Message:
     def __init__(self, name):
         object.__setattr__(self, "_name", name)
         for field, kind in FIELDS[name].items():
-            object.__setattr__(self, field, Message(kind) if kind in FIELDS else PRIMITIVES[kind][0]())
+            object.__setattr__(self, field, [] if kind.endswith("[]") else Message(kind) if kind in FIELDS
+                               else PRIMITIVES[kind][0]())
 
     def __setattr__(self, field, value):
         kind = FIELDS[self._name].get(field)
@@ -39,8 +53,14 @@ class Message:
         object.__setattr__(self, field, value)
 
     def as_dict(self):
-        return {field: getattr(self, field).as_dict() if kind in FIELDS else getattr(self, field)
-                for field, kind in FIELDS[self._name].items()}
+        return {field: plain(getattr(self, field)) for field in FIELDS[self._name]}
+
+
+def plain(value):
+    """Without messages, for JSON."""
+    if isinstance(value, list):
+        return [plain(each) for each in value]
+    return value.as_dict() if isinstance(value, Message) else list(value) if isinstance(value, bytes) else value
 
 
 class WrenchStamped(Message):

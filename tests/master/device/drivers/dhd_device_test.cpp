@@ -27,8 +27,7 @@ TEST_F(DhdDeviceTest, TurnsTheFrameAndReportsTheLimits) {
   bench_.fake.place(0.01, 0.02, -0.03);  // towards the operator, to the right, down
   Step(3);
   const Eigen::Vector3d expected(0.02, -0.03, 0.01);
-  // Reference: without a hand it falls for 3 ms, by g t^2 / 2 = 44 um.
-  EXPECT_NEAR((bench_.rig.loop.record().p_M - expected).norm(), 0, 50e-6);
+  EXPECT_NEAR((bench_.rig.loop.record().p_M - expected).norm(), 0, 1e-6);
   EXPECT_EQ(bench_.device->capabilities().force, 12);
   EXPECT_THAT(bench_.device->description(), HasSubstr("omega.3, SDK 3.17.5"));
 }
@@ -49,40 +48,8 @@ TEST_F(DhdDeviceTest, ATimeGuardNeverCancelsAnError) {
   EXPECT_EQ(status().fault, DeviceFault::kDriver);
 }
 
-// Saturation (+2) of the force and an error of a reading: each is told by itself.
-TEST_F(DhdDeviceTest, SaturatedMotorsAreShownAndAreNoError) {
-  bench_.Open();
-  Step(10);
-  bench_.fake.set_error("dhdSetForce", 2, 1);
-  bench_.Step();
-  EXPECT_EQ(bench_.device->status().output, DeviceOutput::kSaturated);
-  EXPECT_EQ(status().fault, DeviceFault::kNone);
-  bench_.fake.set_error("dhdSetForce", -1, 1);
-  Step(2);
-  EXPECT_EQ(status().fault, DeviceFault::kDriver) << "a force that was not taken";
-}
-
-TEST_F(DhdDeviceTest, AScaledForceIsReportedWithItsShare) {
-  const std::vector<PressTick> press = SimulatedPress();
-  bench_.Open();
-  bench_.fake.set_option("force_gain", "0.3");
-  bench_.Play(press, 1500);
-  ASSERT_GT(bench_.Made().norm(), 0.1);
-  EXPECT_NEAR(status().force_share, 0.3, 1e-6);
-}
-
-TEST_F(DhdDeviceTest, SingleRepeatedReadingsAreNoFault) {
-  bench_.Open();
-  Step(10);
-  bench_.fake.set_error("dhdGetPosition", 1, 15);
-  for (int i = 0; i < 15; ++i) {
-    bench_.Step();
-    EXPECT_EQ(status().fault, DeviceFault::kNone) << i;
-  }
-}
-
 // The controller switches the force off; a new press of the button switches it on.
-TEST_F(DhdDeviceTest, AForceThatIsSwitchedOffIsToldWithItsCause) {
+TEST_F(DhdDeviceTest, AForceThatIsSwitchedOffIsReportedWithItsCause) {
   const std::vector<PressTick> press = SimulatedPress();
   bench_.Open();
   bench_.Play(press, 1500);
@@ -94,7 +61,7 @@ TEST_F(DhdDeviceTest, AForceThatIsSwitchedOffIsToldWithItsCause) {
   EXPECT_EQ(bench_.rig.state(), OperatorState::kClutched);
   bench_.fake.set_option("deadman", "1");
   Step(30);
-  EXPECT_EQ(status().fault, DeviceFault::kForceOff) << "nobody has asked for it";
+  EXPECT_EQ(status().fault, DeviceFault::kForceOff) << "nobody enabled it again";
   bench_.fake.press(0, 0, 0);
   Step(5);
   bench_.fake.press(0, 1, 0);
@@ -155,16 +122,6 @@ TEST(DhdThreadTest, AHangingTransferEndsForceAndEngagementAndNotTheTicks) {
   fake.set_option("transfer", "0");
   EXPECT_TRUE(Eventually([&] { return fault == DeviceFault::kNone; }));
   EXPECT_FALSE(engaged) << "the switch was never opened";
-}
-
-TEST_F(DhdDeviceTest, WithoutADeviceItSaysSo) {
-  bench_.fake.unplug();
-  try {
-    bench_.Open();
-    FAIL() << "it opened";
-  } catch (const DeviceUnavailable& error) {
-    EXPECT_THAT(error.what(), HasSubstr("no device is connected"));
-  }
 }
 
 }  // namespace

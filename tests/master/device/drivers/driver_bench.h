@@ -44,7 +44,6 @@ inline std::vector<PressTick> SimulatedPress(double speed = 0.020) {
 // What the tests need to know of a driver.
 struct BenchKind {
   std::string name, folder, file;
-  const char* resolution;                                  // of its encoders [m]
   Eigen::Vector3d (*to_device)(const Eigen::Vector3d& m);  // frame M to that of the fake
   Eigen::Vector3d (*to_M)(const Eigen::Vector3d& d);
   std::unique_ptr<HapticDevice> (*open)(const std::string& folder, std::function<Time()> clock);
@@ -55,7 +54,6 @@ inline BenchKind TouchBench() {
       "touch",
       "hd",
       "libHD.so",
-      "55e-6",
       same,
       same,
       [](const std::string& folder, std::function<Time()> clock) -> std::unique_ptr<HapticDevice> {
@@ -66,7 +64,6 @@ inline BenchKind DhdBench() {
   return {"dhd",
           "dhd",
           "libdhd.so",
-          "10e-6",
           [](const Eigen::Vector3d& m) { return Eigen::Vector3d(m.z(), m.x(), m.y()); },
           [](const Eigen::Vector3d& d) { return Eigen::Vector3d(d.y(), d.z(), d.x()); },
           [](const std::string& folder, std::function<Time()>) -> std::unique_ptr<HapticDevice> {
@@ -82,7 +79,7 @@ inline void FollowPress(const BenchKind& kind, const fakes::Library& fake,
     const Eigen::Vector3d d = kind.to_device(press[i].p_M);
     knots.push_back({kBenchTick * static_cast<double>(i + 1), d.x(), d.y(), d.z()});
   }
-  fake.follow(knots.data(), static_cast<int>(knots.size()), 0);
+  fake.follow(knots.data(), static_cast<int>(knots.size()));
 }
 
 class DriverBench {
@@ -92,7 +89,6 @@ class DriverBench {
         fake(kind_.folder, kind_.file),
         rig({}, RenderMode::kLocal, kForceLimit, kSlewPerTick) {
     fake.set_clock(0);
-    fake.set_option("grip_stiffness", "inf");
     fake.set_option("resolution", "1e-7");  // so that forces compare
     fake.place(0, 0, 0);
   }

@@ -35,9 +35,9 @@ class HaplyService {
       _exit(127);
     }
     close(out[1]);
-    std::FILE* told = fdopen(out[0], "r");
-    const bool listens = std::fscanf(told, "listening on %d", &port_) == 1;
-    std::fclose(told);
+    std::FILE* printed = fdopen(out[0], "r");
+    const bool listens = std::fscanf(printed, "listening on %d", &port_) == 1;
+    std::fclose(printed);
     if (!listens) throw std::runtime_error("the stand-in for the Haply service does not start");
     Connect();
   }
@@ -51,7 +51,7 @@ class HaplyService {
   HaplyService& operator=(const HaplyService&) = delete;
 
   [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(port_); }
-  // The answer to one line, see fakes.h.
+  // The answer to one line, see haply_service.py.
   std::string Ask(const std::string& line) const {
     const std::string text = line + "\n";
     if (write(control_, text.data(), text.size()) < 0) return "error: not written";

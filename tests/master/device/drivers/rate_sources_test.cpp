@@ -1,5 +1,4 @@
 // SpaceMouse and gamepad through the fakes of libspnav and SDL.
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "master/device/gamepad/gamepad_source.h"
@@ -9,8 +8,6 @@
 
 namespace palpate {
 namespace {
-
-using testing::HasSubstr;
 
 constexpr double kSpeed = 0.02;  // [m/s]
 
@@ -45,16 +42,17 @@ class Bench {
 // The hand holds the handle at `p`, in the fake's frame [m].
 void Hold(const fakes::Library& fake, double x, double y, double z) {
   const FakeKnot knot{0.001, x, y, z};
-  fake.follow(&knot, 1, 0);
+  fake.follow(&knot, 1);
 }
 
-std::unique_ptr<SpaceMouseSource> OpenSpaceMouse(const std::string& folder = "spnav") {
+std::unique_ptr<SpaceMouseSource> OpenSpaceMouse() {
   return std::make_unique<SpaceMouseSource>(
-      std::vector<std::filesystem::path>{BinaryPath("/fakes/" + folder)});
+      std::vector<std::filesystem::path>{BinaryPath("/fakes/spnav")});
 }
-std::unique_ptr<GamepadSource> OpenGamepad(const std::string& folder = "sdl") {
+
+std::unique_ptr<GamepadSource> OpenGamepad() {
   return std::make_unique<GamepadSource>(
-      std::vector<std::filesystem::path>{BinaryPath("/fakes/" + folder)});
+      std::vector<std::filesystem::path>{BinaryPath("/fakes/sdl")});
 }
 
 class SpaceMouseTest : public testing::Test {
@@ -80,7 +78,7 @@ TEST_F(SpaceMouseTest, MovesWhileAnyFirstButtonIsHeld) {
   EXPECT_FALSE(bench_.Run(20).engaged);
 }
 
-TEST_F(SpaceMouseTest, UnpluggingEndsTheMotionAndIsTold) {
+TEST_F(SpaceMouseTest, UnpluggingEndsTheMotionAndIsReported) {
   bench_.Use(OpenSpaceMouse());
   Hold(bench_.fake, 0.002, 0, 0);
   bench_.fake.press(23, 1, 0);
@@ -91,22 +89,6 @@ TEST_F(SpaceMouseTest, UnpluggingEndsTheMotionAndIsTold) {
   EXPECT_EQ(FaultInWords(gone.status), "unplugged: spacenavd reports its removal");
   bench_.fake.replug();
   EXPECT_FALSE(bench_.Run(200).engaged) << "the button was never released";
-}
-
-TEST_F(SpaceMouseTest, TheEndOfTheDaemonIsTold) {
-  bench_.Use(OpenSpaceMouse());
-  bench_.Run(20);
-  bench_.fake.set_option("daemon", "0");
-  EXPECT_EQ(FaultInWords(bench_.Run(10).status), "unplugged: spacenavd has closed the connection");
-}
-
-TEST_F(SpaceMouseTest, ALibraryWithoutASymbolIsNamed) {
-  try {
-    OpenSpaceMouse("spnav-missing");
-    FAIL() << "it opened";
-  } catch (const DeviceUnavailable& error) {
-    EXPECT_THAT(error.what(), HasSubstr("has no spnav_poll_event"));
-  }
 }
 
 class GamepadTest : public testing::Test {
@@ -143,7 +125,7 @@ TEST_F(GamepadTest, RumbleShowsTheForceAndEndsWithIt) {
   EXPECT_EQ(bench_.fake.last_force(f), 0);
 }
 
-TEST_F(GamepadTest, UnpluggingIsTold) {
+TEST_F(GamepadTest, UnpluggingDisengages) {
   bench_.Use(OpenGamepad());
   bench_.fake.press(0, 1, 0);
   ASSERT_TRUE(bench_.Run(100).engaged);
@@ -151,34 +133,6 @@ TEST_F(GamepadTest, UnpluggingIsTold) {
   const DeviceReading gone = bench_.Run(10);
   EXPECT_FALSE(gone.engaged);
   EXPECT_EQ(FaultInWords(gone.status), "unplugged: the game controller is disconnected");
-}
-
-TEST_F(GamepadTest, WithoutAControllerItSaysSo) {
-  bench_.fake.unplug();
-  try {
-    OpenGamepad();
-    FAIL() << "it opened";
-  } catch (const DeviceUnavailable& error) {
-    EXPECT_THAT(error.what(), HasSubstr("no game controller is connected"));
-  }
-}
-
-TEST_F(GamepadTest, ALibraryWithoutASymbolIsNamed) {
-  try {
-    OpenGamepad("sdl-missing");
-    FAIL() << "it opened";
-  } catch (const DeviceUnavailable& error) {
-    EXPECT_THAT(error.what(), HasSubstr("has no SDL_GameControllerGetAttached"));
-  }
-}
-
-// SDL before 2.0.9 has no rumble for controllers.
-TEST(OldGamepadTest, WorksWithoutRumble) {
-  Bench bench("sdl-old", "libSDL2.so");
-  bench.Use(OpenGamepad("sdl-old"));
-  bench.fake.press(0, 1, 0);
-  bench.force = {0, 6, 0};
-  EXPECT_TRUE(bench.Run(200).engaged);
 }
 
 }  // namespace

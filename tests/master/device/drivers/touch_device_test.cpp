@@ -14,14 +14,6 @@ class TouchDeviceTest : public testing::Test {
     for (int i = 0; i < ms; ++i) bench_.Step();
   }
   [[nodiscard]] DeviceStatus status() const { return bench_.rig.loop.record().device; }
-  std::string WhyNot(const std::string& name = "") {
-    try {
-      TouchDevice::Open({name, {BinaryPath("/fakes/hd")}, [this] { return bench_.Now(); }});
-    } catch (const DeviceUnavailable& error) {
-      return error.what();
-    }
-    return "opened";
-  }
   DriverBench bench_{TouchBench()};
 };
 
@@ -63,8 +55,8 @@ TEST_F(TouchDeviceTest, CalibratesInItsInkwellAndHasNoForceBefore) {
   EXPECT_EQ(bench_.rig.state(), OperatorState::kFollowing);
 }
 
-// A device with encoders that reset in a position of the hand is not calibrated before the operator
-// says, with the second button, that it is there.
+// A device whose encoders reset in a given position is not calibrated before the operator confirms
+// that position with the second button.
 TEST_F(TouchDeviceTest, AnEncoderResetWaitsForTheSecondButton) {
   bench_.fake.set_option("calibration", "update");
   bench_.fake.set_option("style", "1");
@@ -111,7 +103,7 @@ TEST_F(TouchDeviceTest, ErrorsOfTheServoAreFaultsWithTheirCode) {
 TEST_F(TouchDeviceTest, AReadingWithAnErrorIsNoPosition) {
   bench_.Open();
   const FakeKnot knot{0.001, 0.01, 0.02, 0.03};
-  bench_.fake.follow(&knot, 1, 0);
+  bench_.fake.follow(&knot, 1);
   Step(10);
   for (const char* function : {"hdGetDoublev", "hdBeginFrame", "hdGetIntegerv"}) {
     bench_.fake.set_error(function, 0x302, 1);
@@ -122,34 +114,6 @@ TEST_F(TouchDeviceTest, AReadingWithAnErrorIsNoPosition) {
     Step(10);
     EXPECT_EQ(status().fault, DeviceFault::kNone);
   }
-}
-
-TEST_F(TouchDeviceTest, AnOlderLibraryWithoutTemperaturesWorks) {
-  BenchKind old = TouchBench();
-  old.folder = "hd-old";
-  DriverBench bench(old);
-  bench.Open();
-  for (int i = 0; i < 500; ++i) {
-    bench.Step();
-    ASSERT_EQ(FaultInWords(bench.rig.loop.record().device), "") << i;
-  }
-  EXPECT_FALSE(std::isfinite(bench.rig.loop.record().device.temperature));
-}
-
-TEST_F(TouchDeviceTest, TriesTheUsualNamesAndSaysWhichFailed) {
-  bench_.fake.set_option("null", "0");
-  EXPECT_EQ(WhyNot(), "opened");
-  bench_.fake.set_option("init_failures", "1");
-  EXPECT_EQ(WhyNot("Default Device"), "opened") << "a first call may fail";
-  bench_.fake.set_option("name", "Left");
-  EXPECT_EQ(WhyNot("Left"), "opened");
-  EXPECT_THAT(WhyNot("Right"), HasSubstr("Right: device fault"));
-  EXPECT_THAT(WhyNot(), HasSubstr("Default PHANToM: device fault"));
-}
-
-TEST_F(TouchDeviceTest, AHandleThatIsGarbageIsNoDevice) {
-  bench_.fake.set_option("handle", "5000");
-  EXPECT_THAT(WhyNot(), HasSubstr("no valid handle"));
 }
 
 TEST_F(TouchDeviceTest, TheEndLeavesTheMotorsOff) {

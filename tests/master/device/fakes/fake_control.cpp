@@ -1,4 +1,4 @@
-// Control by lines of text, from the environment and through a socket: see fakes.h.
+// Control by lines of text through a socket: see fakes.h.
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -14,8 +14,6 @@
 namespace palpate::fakes {
 namespace {
 
-using Eigen::Vector3d;
-
 std::vector<FakeKnot> ReadKnots(const std::string& path) {
   std::ifstream file(path);
   std::vector<FakeKnot> knots;
@@ -27,79 +25,30 @@ std::vector<FakeKnot> ReadKnots(const std::string& path) {
   return knots;
 }
 
-std::string Numbers(const Vector3d& a) {
-  std::ostringstream out;
-  out.precision(17);
-  out << a.x() << ' ' << a.y() << ' ' << a.z();
-  return out.str();
-}
-
 }  // namespace
 
 std::string Core::Command(const std::string& line) {
   std::istringstream in(line);
-  std::string verb, name;
+  std::string verb, file;
+  int button = 0, down = 0;
+  double after = 0;
   in >> verb;
-  double x = 0, y = 0, z = 0;
-  int a = 0, b = 0;
-  if (verb == "set" && in >> name && in >> std::ws) {
-    std::string value;
-    std::getline(in, value);
-    return SetOption(name, value) ? "ok" : "error: no such option or value: " + line;
+  if (verb == "follow" && in >> file) {
+    const std::vector<FakeKnot> read = ReadKnots(file);
+    fake_follow(read.data(), static_cast<int>(read.size()));
+    return read.empty() ? "error: no knots in " + file : "ok";
   }
-  if (verb == "follow" && in >> name) {
-    const std::vector<FakeKnot> read = ReadKnots(name);
-    std::string word;
-    in >> word;
-    fake_follow(read.data(), static_cast<int>(read.size()), word == "repeat");
-    return read.empty() ? "error: no knots in " + name : "ok";
+  if (verb == "press" && in >> button >> down) {
+    if (!(in >> after)) after = 0;
+    fake_press(button, down, after);
+    return "ok";
   }
-  if (verb == "calls" && in >> name) return std::to_string(fake_calls(name.c_str()));
-  if (verb == "error" && in >> name >> a >> b) {
-    fake_set_error(name == "any" ? "" : name.c_str(), a, b);
-  } else if (verb == "place" && in >> x >> y >> z) {
-    fake_place(x, y, z);
-  } else if (verb == "turn" && in >> x >> y >> z) {
-    fake_turn(x, y, z);
-  } else if (verb == "release") {
-    fake_follow(nullptr, 0, 0);
-  } else if (verb == "press" && in >> a >> b) {
-    if (!(in >> x)) x = 0;
-    fake_press(a, b, x);
-  } else if (verb == "unplug") {
-    fake_unplug();
-  } else if (verb == "replug") {
-    fake_replug();
-  } else if (verb == "freeze" && in >> a) {
-    fake_freeze(a);
-  } else if (verb == "clock" && in >> x) {
-    fake_set_clock(x);
-  } else if (verb == "step" && in >> x) {
-    fake_step(x);
-  } else if (verb == "reset") {
-    fake_reset();
-  } else if (verb == "force") {
-    double f[3];
-    const int on = fake_last_force(f);
-    return Numbers(Vector3d(f)) + ' ' + std::to_string(on);
-  } else if (verb == "handle") {
-    double place[3], speed[3];
-    fake_get_handle(place, speed);
-    return Numbers(Vector3d(place)) + ' ' + Numbers(Vector3d(speed));
-  } else {
-    return "error: not understood: " + line;
-  }
-  return "ok";
+  return "error: not understood: " + line;
 }
 
 Start::Start(Core& core, const char* name) {
   core.Reset();
-  const std::string prefix = std::string("PALPATE_FAKE_") + name;
-  if (const char* commands = std::getenv((prefix + "_COMMANDS").c_str())) {
-    std::istringstream lines(commands);
-    for (std::string line; std::getline(lines, line, ';');) core.Command(line);
-  }
-  const char* path = std::getenv((prefix + "_CONTROL").c_str());
+  const char* path = std::getenv((std::string("PALPATE_FAKE_") + name + "_CONTROL").c_str());
   if (!path) return;
   path_ = path;
   sockaddr_un address{};

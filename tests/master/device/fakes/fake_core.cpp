@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using Lock = std::lock_guard<std::recursive_mutex>;
 
-// Longest step of the handle's integration [s].
+// Longest step of the device [s].
 constexpr double kStep = 0.00025;
 constexpr std::size_t kMaxLog = 60000;  // a minute at 1 kHz
 
@@ -40,7 +40,6 @@ void Core::Reset() {
     time = RealNow();
     p.setZero();
     v.setZero();
-    R.setIdentity();
     knots.clear();
     button_events.clear();
     buttons = 0;
@@ -50,10 +49,7 @@ void Core::Reset() {
     logged = 0;
     shown_ = {};
     options_.clear();
-    std::map<std::string, std::string> defaults = {
-        {"mass", "0.1"},     {"viscosity", "0.5"},      {"dry", "0"},
-        {"resolution", "0"}, {"half_x", "0.1"},         {"half_y", "0.1"},
-        {"half_z", "0.1"},   {"grip_stiffness", "300"}, {"grip_damping", "3"}};
+    std::map<std::string, std::string> defaults = {{"resolution", "0"}};
     for (const auto& [name, text] : Defaults()) defaults[name] = text;
     for (const auto& [name, text] : defaults) {
       Option& option = options_[name];
@@ -94,10 +90,9 @@ bool Core::SetOption(const std::string& name, const std::string& value) {
   if (found == options_.end() || (found->second.numeric && !ReadNumber(value, number)))
     return false;
   Sync();
-  const Option before = std::exchange(found->second, Option{value, number, found->second.numeric});
-  if (OnOption(name)) return true;
-  found->second = before;
-  return false;
+  found->second = {value, number, found->second.numeric};
+  OnOption(name);
+  return true;
 }
 
 void Core::Plug(bool in) {
@@ -135,7 +130,7 @@ const Sample& Core::Look() {
   if (frozen || !plugged) return shown_;
   const double step = Number("resolution");
   const auto rounded = [step](double x) { return step > 0 ? step * std::round(x / step) : x; };
-  shown_ = {time, p.unaryExpr(rounded), v, R, buttons};
+  shown_ = {time, p.unaryExpr(rounded), v, buttons};
   return shown_;
 }
 
@@ -147,64 +142,30 @@ void Core::Log(const double (&asked)[7]) {
   std::copy(made.data(), made.data() + 3, entry.made);
 }
 
-// Minimum jerk between the knots: at their times the hand stands still.
-bool Core::Operator(Vector3d& target, Vector3d& rate) const {
-  if (knots.empty()) return false;
-  double t = time - followed_since;
-  if (repeat && knots.back().t > 0) t = std::fmod(t, knots.back().t);
-  rate.setZero();
+// Minimum jerk between the knots: at their times the hand rests. Without knots the handle rests.
+void Core::FollowKnots() {
+  v.setZero();
+  if (knots.empty()) return;
+  const double t = time - followed_since;
   const auto next = std::partition_point(knots.begin(), knots.end(),
                                          [t](const FakeKnot& knot) { return knot.t <= t; });
-  const auto place = [](const FakeKnot& knot) { return Vector3d(knot.x, knot.y, knot.z); };
+  const auto position = [](const FakeKnot& knot) { return Vector3d(knot.x, knot.y, knot.z); };
   if (next == knots.begin() || next == knots.end()) {
-    target = place(next == knots.end() ? knots.back() : knots.front());
-    return true;
+    p = position(next == knots.end() ? knots.back() : knots.front());
+    return;
   }
   const FakeKnot& from = *(next - 1);
   const double span = next->t - from.t;
   const double s = (t - from.t) / span;
-  const Vector3d way = place(*next) - place(from);
-  target = place(from) + way * (s * s * s * (10 - 15 * s + 6 * s * s));
-  rate = way * (30 * s * s * (1 - s) * (1 - s) / span);
-  return true;
-}
-
-// Friction is implicit, so that it stops the handle and never turns it back; a constant force
-// without friction gives the exact parabola.
-void Core::SubStep(double h) {
-  const double mass = Number("mass");
-  Vector3d force = MotorForce() + Weight();
-  double viscosity = Number("viscosity") + Brake();
-  Vector3d target, rate;
-  const bool held = Operator(target, rate);
-  const double grip = Number("grip_stiffness");
-  if (held && std::isinf(grip)) {
-    p = target;
-    v = rate;
-    return;
-  }
-  if (held) {
-    const double damping = Number("grip_damping");
-    force += grip * (target - p) + damping * rate;
-    viscosity += damping;
-  }
-  const Vector3d before = v;
-  v += h / mass * force;
-  const double lost = h * Number("dry") / mass;
-  v *= v.norm() > lost ? (1 - lost / v.norm()) / (1 + h * viscosity / mass) : 0;
-  p += h / 2 * (before + v);
-  const Vector3d half(Number("half_x"), Number("half_y"), Number("half_z"));
-  for (int i = 0; i < 3; ++i) {
-    if (std::abs(p[i]) <= half[i]) continue;
-    p[i] = std::clamp(p[i], -half[i], half[i]);
-    v[i] = 0;
-  }
+  const Vector3d way = position(*next) - position(from);
+  p = position(from) + way * (s * s * s * (10 - 15 * s + 6 * s * s));
+  v = way * (30 * s * s * (1 - s) * (1 - s) / span);
 }
 
 void Core::Advance(double until) {
   while (time < until) {
     const double h = std::min(kStep, until - time);
-    SubStep(h);
+    FollowKnots();
     time = until - time > kStep ? time + h : until;
     for (const ButtonEvent& event : button_events) {
       if (event.at > time) continue;
@@ -247,17 +208,10 @@ FAKE_EXPORT void fake_place(double x, double y, double z) {
   TheCore().v.setZero();
 }
 
-FAKE_EXPORT void fake_turn(double x, double y, double z) {
-  const Guard guard(TheCore().mutex);
-  const Eigen::Vector3d turn(x, y, z);
-  TheCore().R = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
-}
-
-FAKE_EXPORT void fake_follow(const FakeKnot* knots, int count, int repeat) {
+FAKE_EXPORT void fake_follow(const FakeKnot* knots, int count) {
   const Guard guard(TheCore().mutex);
   TheCore().followed_since = TheCore().Sync();
   TheCore().knots.assign(knots, knots + count);
-  TheCore().repeat = repeat != 0;
 }
 
 FAKE_EXPORT void fake_press(int button, int down, double after) {
@@ -285,13 +239,6 @@ FAKE_EXPORT void fake_set_error(const char* function, int code, int count) {
   TheCore().faults[function] = {code, count};
 }
 
-FAKE_EXPORT void fake_get_handle(double p[3], double v[3]) {
-  const Guard guard(TheCore().mutex);
-  TheCore().Sync();
-  Eigen::Map<Eigen::Vector3d>{p} = TheCore().p;
-  Eigen::Map<Eigen::Vector3d>{v} = TheCore().v;
-}
-
 FAKE_EXPORT int fake_last_force(double f[3]) {
   const Guard guard(TheCore().mutex);
   TheCore().Sync();
@@ -314,13 +261,4 @@ FAKE_EXPORT int fake_calls(const char* function) {
   const Guard guard(TheCore().mutex);
   const auto found = TheCore().calls.find(function);
   return found == TheCore().calls.end() ? 0 : found->second;
-}
-
-FAKE_EXPORT int fake_command(const char* line, char* reply, int room) {
-  const std::string text = TheCore().Command(line);
-  if (room > 0) {
-    std::strncpy(reply, text.c_str(), static_cast<std::size_t>(room));
-    reply[room - 1] = 0;
-  }
-  return text.rfind("error", 0) == 0 ? -1 : 0;
 }

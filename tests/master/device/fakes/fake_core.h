@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 
 #include "tests/master/device/fakes/fakes.h"
 
@@ -24,7 +24,6 @@ struct Sample {
   double t = 0;  // [s]
   Eigen::Vector3d p = Eigen::Vector3d::Zero();
   Eigen::Vector3d v = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   unsigned buttons = 0;  // bit = number
 };
 
@@ -57,9 +56,7 @@ class Core {
   int frozen = 0;
   double time = 0;  // of the device [s]
   Eigen::Vector3d p = Eigen::Vector3d::Zero(), v = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   std::vector<FakeKnot> knots;
-  bool repeat = false;
   double followed_since = 0;
   struct ButtonEvent {
     double at;
@@ -86,12 +83,8 @@ class Core {
   // Options with their default values; one that reads as a number takes numbers only.
   virtual std::map<std::string, std::string> Defaults() const = 0;
   virtual void OnReset() {}
-  // False: the value is refused.
-  virtual bool OnOption(const std::string&) { return true; }
+  virtual void OnOption(const std::string&) {}
   virtual void OnPlug() {}
-  // Forces other than the motors', and friction beyond the handle's [N s/m].
-  virtual Eigen::Vector3d Weight() const { return Eigen::Vector3d::Zero(); }
-  virtual double Brake() const { return 0; }
   // After each step of `h` seconds.
   virtual void OnStep(double) {}
   // Moves the injected clock to `t`. Not locked.
@@ -105,8 +98,7 @@ class Core {
     double number;
     bool numeric;
   };
-  bool Operator(Eigen::Vector3d& target, Eigen::Vector3d& rate) const;
-  void SubStep(double h);
+  void FollowKnots();
 
   std::map<std::string, Option, std::less<>> options_;
   std::atomic<bool> manual_ = false;
@@ -116,7 +108,7 @@ class Core {
 // The device of this library.
 Core& TheCore();
 
-// Obeys the environment while it lives; see fakes.h.
+// Serves the control socket that the environment names while it lives; see fakes.h.
 class Start {
  public:
   Start(Core& core, const char* name);

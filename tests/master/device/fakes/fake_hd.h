@@ -5,9 +5,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <cstring>
-#include <limits>
 #include <vector>
 
 #include "tests/master/device/fakes/fake_core.h"
@@ -39,21 +37,14 @@ constexpr std::size_t kMaxErrors = 64, kMaxCallbacks = 16;
 // An encoder count that was lost: where an uncalibrated device believes its handle to be [m].
 const Vector3d kUncalibrated(0.025, -0.015, 0.040);
 
+// A Touch.
+constexpr double kMaxForce = 3.3, kContinuousForce = 0.88;  // [N]
+constexpr double kVelocityLimit = 2, kRamp = 100;           // [m/s], [N/s]
+constexpr std::chrono::milliseconds kTickPeriod(1);
 // Below this part of the limit motors that were warm make forces again.
 constexpr double kCooled = 0.8;
 
-enum Type : unsigned { kBoolean = 1, kInteger = 2, kFloat = 4, kDouble = 8, kLong = 16 };
-constexpr unsigned kReal = kFloat | kDouble;
-
-// What the device's model says.
-struct Model {
-  const char *option, *name;
-  double max_force, continuous, stiffness;  // [N], [N], [N/mm]
-  int output_dof;
-};
-constexpr Model kModels[] = {{"touch", "Touch", 3.3, 0.88, 0.5, 3},
-                             {"touch-x", "Touch X", 7.9, 1.75, 1.0, 3},
-                             {"premium-6dof", "PHANTOM Premium 1.5 6DOF", 8.5, 1.4, 0.8, 6}};
+enum Type : unsigned { kInteger = 2, kDouble = 8 };
 
 // Capabilities that are enabled.
 class Capabilities {
@@ -73,54 +64,40 @@ struct Hd : Core {
     unsigned long id;
     Callback call;
     void* data;
-    unsigned short priority;
   };
   // Guards the list of callbacks; held while they run, so that who removes one waits until it is
   // out.
   std::recursive_mutex running;
-  std::condition_variable_any done;
-  std::vector<Scheduled> scheduled;  // by priority
+  std::vector<Scheduled> scheduled;
   unsigned long last_id = 0;
   std::thread servo;
   std::atomic<bool> started = false;
-  std::atomic<unsigned long> rate = 1000;
-  double next_tick = 0, tick_at = 0;
+  double next_tick = 0;
 
   Handle initiated = kInvalidHandle, current = kInvalidHandle;
   bool lost = false;  // unplugged since it was initiated
-  int inits = 0;
   Capabilities enabled;
   std::vector<ErrorInfo> errors;
   bool in_frame = false;
   Sample frame;
-  Vector3d asked = Vector3d::Zero(), torque = Vector3d::Zero(), motors = Vector3d::Zero();
+  Vector3d asked = Vector3d::Zero(), motors = Vector3d::Zero();
   bool hot = false;
-  double enabled_since = 0, heat = 0, velocity_limit = 0, ramp_rate = 0;
+  double enabled_since = 0, heat = 0;
 
   ~Hd() override { StopServo(); }
 
-  // model: touch, touch-x or premium-6dof. name: what hdInitDevice accepts besides NULL; null: 0
-  // refuses NULL. init_failures: how many calls of hdInitDevice fail at first. handle: what it
-  // returns; one above 1024 is garbage. calibration: ok, update or manual, which the inkwell cures
-  // while parked is 1. style: of calibration, 1 encoder reset, 2 automatic, 4 inkwell. heating:
-  // seconds until the motors' temperature has followed (|f| / continuous)^2 to 63 %; at 1 they are
-  // warm. velocity_limit [m/s]. ramp [N/s].
+  // name: what hdInitDevice accepts besides NULL. handle: what it returns; one above 1024 is
+  // garbage. calibration: ok, update or manual, which the inkwell cures while parked is 1. style:
+  // of calibration, 1 encoder reset, 2 automatic, 4 inkwell. heating: seconds until the motors'
+  // temperature has followed (|f| / continuous)^2 to 63 %; at 1 they are warm.
   std::map<std::string, std::string> Defaults() const override {
-    return {{"model", "touch"}, {"name", "Default Device"},
-            {"null", "1"},      {"init_failures", "0"},
-            {"handle", "0"},    {"calibration", "ok"},
-            {"parked", "0"},    {"style", "4"},
-            {"heating", "60"},  {"velocity_limit", "2"},
-            {"ramp", "100"},    {"serial", "012345678"},
-            {"mass", "0.045"},  {"viscosity", "0.3"},
-            {"dry", "0.1"},     {"resolution", "0.000055"},
-            {"half_x", "0.08"}, {"half_y", "0.06"},
-            {"half_z", "0.035"}};
-  }
-  const Model& model() const { return *Found(); }
-  const Model* Found() const {
-    return std::find_if(std::begin(kModels), std::end(kModels),
-                        [this](const Model& one) { return Text("model") == one.option; });
+    return {{"name", "Default Device"},
+            {"handle", "0"},
+            {"calibration", "ok"},
+            {"parked", "0"},
+            {"style", "4"},
+            {"heating", "60"},
+            {"resolution", "0.000055"}};
   }
 
   void OnReset() override {
@@ -129,19 +106,16 @@ struct Hd : Core {
     const Guard guard(mutex);
     scheduled.clear();
     scheduled.reserve(kMaxCallbacks);
-    rate = 1000;
     initiated = current = kInvalidHandle;
     lost = in_frame = false;
-    inits = 0;
     enabled.clear();
     errors.clear();
     errors.reserve(kMaxErrors);
     frame = {};
-    asked = torque = motors = Vector3d::Zero();
+    asked = motors = Vector3d::Zero();
     heat = 0;
     hot = false;
   }
-  bool OnOption(const std::string&) override { return Found() != std::end(kModels); }
   void OnPlug() override { lost = lost || !plugged; }
 
   bool MotorsOn() const override {
@@ -150,12 +124,11 @@ struct Hd : Core {
   }
   Vector3d MotorForce() const override {
     if (!MotorsOn()) return Vector3d::Zero();
-    const double most = enabled.contains(kRamping) ? ramp_rate * (time - enabled_since)
-                                                   : std::numeric_limits<double>::infinity();
+    const double most = enabled.contains(kRamping) ? kRamp * (time - enabled_since) : HUGE_VAL;
     return motors.norm() > most ? Vector3d(motors * (most / motors.norm())) : motors;
   }
   void OnStep(double h) override {
-    const double load = MotorForce().squaredNorm() / std::pow(model().continuous, 2);
+    const double load = MotorForce().squaredNorm() / std::pow(kContinuousForce, 2);
     heat += (load - heat) * h / Number("heating");
     hot = heat >= (hot ? kCooled : 1);
   }
@@ -187,7 +160,7 @@ struct Hd : Core {
 
   // What hdGet*v gives for `name`: `types` that it may be read as, and `count` numbers.
   struct Values {
-    unsigned types = kReal;
+    unsigned types = kDouble;
     std::array<double, 16> all{};
     std::ptrdiff_t count = 0;
   };
@@ -202,8 +175,7 @@ struct Hd : Core {
     std::transform(got.all.begin(), got.all.begin() + got.count, values,
                    [](double x) { return static_cast<T>(x); });
   }
-  template <class T>
-  void Set(unsigned name, const T* values, Type type, const char* function);
+  void SetForce(unsigned name, const double* values, const char* function);
 
   void Tick();
   void RunServo();
@@ -211,7 +183,7 @@ struct Hd : Core {
   void StepTo(double t) override;
   void RunCallbacks();
   bool IsScheduled(unsigned long id) const;
-  unsigned long Add(Callback call, void* data, unsigned short priority);
+  unsigned long Add(Callback call, void* data);
 };
 
 }  // namespace palpate::fakes

@@ -16,8 +16,8 @@ namespace palpate::fakes {
 class Library {
  public:
   Library(const std::string& folder, const std::string& file)
-      : path_(BinaryPath("/fakes/" + folder + "/" + file)),
-        handle_(dlopen(path_.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+      : handle_(
+            dlopen(BinaryPath("/fakes/" + folder + "/" + file).c_str(), RTLD_NOW | RTLD_LOCAL)) {
     if (!handle_) throw std::runtime_error(dlerror());
     reset();
   }
@@ -33,10 +33,8 @@ class Library {
   Function* Find(const char* name) const {
     return reinterpret_cast<Function*>(dlsym(handle_, name));
   }
-  const std::string& path() const { return path_; }
 
  private:
-  std::string path_;
   void* handle_;
 
  public:
@@ -46,18 +44,15 @@ class Library {
   decltype(&fake_now) const now = Find<decltype(fake_now)>("fake_now");
   decltype(&fake_set_option) const set_option = Find<decltype(fake_set_option)>("fake_set_option");
   decltype(&fake_place) const place = Find<decltype(fake_place)>("fake_place");
-  decltype(&fake_turn) const turn = Find<decltype(fake_turn)>("fake_turn");
   decltype(&fake_follow) const follow = Find<decltype(fake_follow)>("fake_follow");
   decltype(&fake_press) const press = Find<decltype(fake_press)>("fake_press");
   decltype(&fake_unplug) const unplug = Find<decltype(fake_unplug)>("fake_unplug");
   decltype(&fake_replug) const replug = Find<decltype(fake_replug)>("fake_replug");
   decltype(&fake_freeze) const freeze = Find<decltype(fake_freeze)>("fake_freeze");
   decltype(&fake_set_error) const set_error = Find<decltype(fake_set_error)>("fake_set_error");
-  decltype(&fake_get_handle) const get_handle = Find<decltype(fake_get_handle)>("fake_get_handle");
   decltype(&fake_last_force) const last_force = Find<decltype(fake_last_force)>("fake_last_force");
   decltype(&fake_force_log) const force_log = Find<decltype(fake_force_log)>("fake_force_log");
   decltype(&fake_calls) const calls = Find<decltype(fake_calls)>("fake_calls");
-  decltype(&fake_command) const command = Find<decltype(fake_command)>("fake_command");
 };
 
 }  // namespace palpate::fakes

@@ -50,11 +50,6 @@ class PageAccessTest : public testing::Test {
   }
 };
 
-TEST_F(PageAccessTest, ThisMachineNeedsNeither) {
-  EXPECT_EQ(ViewPlace("", {}).endpoint.host, "127.0.0.1");
-  EXPECT_FALSE(ViewPlace("[::1]:0", At("page")).access.tls);
-}
-
 TEST_F(PageAccessTest, BeyondItIsRefusedWithoutTls) {
   for (const char* view : {"10.0.0.5:8080", "0.0.0.0:0", "[::]:0", "station.example:80"}) {
     EXPECT_THAT(WordsOf(view, {}), HasSubstr("it needs TLS: accepted is with --tls DIR")) << view;

@@ -58,12 +58,6 @@ TEST_F(PageServerTest, ServesThePageAndNothingFromElsewhere) {
   }
 }
 
-TEST_F(PageServerTest, WhatIsNotThereIsSaid) {
-  for (const char* target : {"/nothing", "/../main.cpp", "/%2e%2e/main.cpp", "/ws"}) {
-    EXPECT_THAT(Get(target), StartsWith("HTTP/1.1 404")) << target;
-  }
-}
-
 TEST_F(PageServerTest, TellsANewPageWhatIsOnTheBoardAndThenWhatIsNew) {
   Put(Topic::kHello, "hello");
   Put(Topic::kPicture, "a picture");
@@ -79,15 +73,6 @@ TEST_F(PageServerTest, TellsANewPageWhatIsOnTheBoardAndThenWhatIsNew) {
   const auto third = page.ReadFrame();
   ASSERT_TRUE(third);
   EXPECT_EQ(third->payload, "now");
-}
-
-TEST_F(PageServerTest, AnswersWhatAPageSays) {
-  PageClient page(server_.endpoint());
-  ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
-  page.SendText("you");
-  const auto answer = page.ReadFrame(kText);
-  ASSERT_TRUE(answer);
-  EXPECT_EQ(answer->payload, "heard you");
 }
 
 // A page that does not read delays no other page. It misses the messages that were replaced in the
@@ -160,33 +145,6 @@ TEST_F(PageServerTest, TellsWhoLeft) {
     ASSERT_TRUE(Eventually([this] { return server_.pages() == 1; }));
   }
   EXPECT_TRUE(Eventually([this] { return left_ == 1 && server_.pages() == 0; }));
-}
-
-TEST(PageServerEndTest, SaysGoodbye) {
-  NoticeBoard board;
-  auto server = std::make_unique<PageServer>(
-      Endpoint{"127.0.0.1", 0}, &board,
-      PageServer::Listener{[](std::uint64_t, std::string_view) { return std::string(); },
-                           [](std::uint64_t) {}});
-  PageClient page(server->endpoint());
-  ASSERT_THAT(page.Upgrade(ToString(server->endpoint()), ""), HasSubstr("101"));
-  board.Put(Topic::kHello, "hello");
-  server->Notify();
-  ASSERT_TRUE(page.ReadFrame(kText)) << "the server knows that the page has come";
-  server.reset();
-  const auto goodbye = page.ReadFrame(kClose);
-  ASSERT_TRUE(goodbye);
-  EXPECT_EQ(goodbye->reason(), "the session has ended");
-}
-
-TEST(PageServerEndTest, APortInUseIsAnError) {
-  NoticeBoard board;
-  const PageServer::Listener nobody{[](std::uint64_t, std::string_view) { return std::string(); },
-                                    [](std::uint64_t) {}};
-  const PageServer first({"127.0.0.1", 0}, &board, nobody);
-  EXPECT_THAT(Thrown<std::runtime_error>(
-                  [&] { const PageServer second(first.endpoint(), &board, nobody); }),
-              HasSubstr(ToString(first.endpoint())));
 }
 
 }  // namespace

@@ -71,11 +71,5 @@ TEST_F(MembraneDistanceTest, TheFirstTellsUntilTheRestIsTakenAnew) {
   EXPECT_EQ(Checked(&distance, 0), FailedCheck::kNone);
 }
 
-TEST_F(MembraneDistanceTest, OtherObjectsAreNotJudged) {
-  scene_.object.geometry = BoxGeometry{};
-  MembraneDistanceCheck distance(scene_, X_SE_);
-  EXPECT_EQ(Checked(&distance, 0.5), FailedCheck::kNone);
-}
-
 }  // namespace
 }  // namespace palpate

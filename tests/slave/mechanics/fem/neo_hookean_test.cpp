@@ -8,10 +8,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/solid/material_law.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "slave/mesh/index.h"
 #include "tests/slave/mechanics/fem/solids.h"
 #include "tests/support/allocation_count.h"
 

@@ -11,7 +11,6 @@
 namespace palpate {
 namespace {
 
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -85,25 +84,6 @@ TEST_F(MeshFileTest, FollowsVegasIncludesAndKeepsItsMaterial) {
   EXPECT_EQ(read.material->poisson_ratio, 0.15);
 }
 
-TEST_F(MeshFileTest, SaysWhatItDoesNotReadOfVega) {
-  const std::string mesh = samples::Veg(samples::Pair(), 0);
-  const MeshFile two =
-      ReadMeshFile(Write("a.veg", mesh + "*MATERIAL B\nENU,1,1,0\n*REGION\nrest, B\n"), 1);
-  EXPECT_FALSE(two.material);
-  EXPECT_THAT(two.remarks, Contains(HasSubstr("2 materials")));
-  const MeshFile law =
-      ReadMeshFile(Write("b.veg", mesh + "*MATERIAL B\nMOONEYRIVLIN, 1, 1, 1, 1\n"), 1);
-  EXPECT_TRUE(law.material);
-  EXPECT_THAT(law.remarks, Contains(HasSubstr("MOONEYRIVLIN")));
-  EXPECT_THAT(law.remarks, Contains(HasSubstr("attributes of elements are not used")));
-}
-
-TEST_F(MeshFileTest, NamesNodesAndElementsAsGmshDoes) {
-  const MeshFile read = ReadMeshFile(Write("a.msh", samples::Gmsh2Text(samples::Pair())), 1);
-  EXPECT_EQ(read.numbers.Node(4), "node 50");
-  EXPECT_EQ(read.numbers.Element(0), "element 4");
-}
-
 // A tetrahedron of ten nodes, with the middles numbered among the corners.
 TEST_F(MeshFileTest, UsesTheCornersOfQuadraticElements) {
   const auto file = Write(
@@ -158,18 +138,6 @@ TEST_F(MeshFileTest, TellsAnStlByItsContent) {
     const MeshFile read = ReadMeshFile(Write("A.STL", same), 1);
     EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).triangles, triangles) << same;
   }
-}
-
-TEST_F(MeshFileTest, RemarksOnGroupsOfGmshAndRefusesParameters) {
-  std::string text = samples::Gmsh2Text(samples::Pair());
-  const std::size_t nodes = text.find("$Nodes");
-  const std::string names = "$PhysicalNames\n1\n3 1 \"gel\"\n$EndPhysicalNames\n";
-  const MeshFile read =
-      ReadMeshFile(Write("a.msh", text.substr(0, nodes) + names + text.substr(nodes)), 1);
-  EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("physical groups are not used")));
-  text.replace(nodes, 6, "$ParametricNodes");
-  EXPECT_THAT(Thrown<std::invalid_argument>([&] { ReadMeshFile(Write("b.msh", text), 1); }),
-              HasSubstr("$ParametricNodes: accepted is $Nodes"));
 }
 
 // Some writers give every face vertices of its own; the surface would seem open.

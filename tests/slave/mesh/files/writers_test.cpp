@@ -100,19 +100,5 @@ TEST(VtuWriterTest, KeepsTheArraysOfEveryCase) {
   EXPECT_EQ(CaseArrayName("displacement", "only", 1), "displacement");
 }
 
-TEST(VtuWriterTest, RefusesArraysThatDoNotFit) {
-  const Scratch folder;
-  VtuGrid grid = GridOf(Awkward(1));
-  grid.arrays.push_back({"displacement", 3, {1, 2, 3}, {}});
-  EXPECT_THROW(WriteVtu(folder / "a.vtu", grid, VtuForm::kAscii), std::invalid_argument);
-}
-
-TEST_F(MeshWritersTest, SayWhenTheyCannotWrite) {
-  const SolidMesh mesh = Awkward(1);
-  EXPECT_FALSE(WriteGmsh(folder_ / "no" / "a.msh", mesh));
-  EXPECT_FALSE(WriteGmsh(folder_ / "no" / "a.msh", SurfaceOf(mesh)));
-  EXPECT_FALSE(WriteVtu(folder_ / "no" / "a.vtu", GridOf(mesh), VtuForm::kAppended));
-}
-
 }  // namespace
 }  // namespace palpate

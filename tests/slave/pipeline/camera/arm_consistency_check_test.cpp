@@ -39,14 +39,5 @@ TEST(ArmConsistencyCheckTest, PicturesThatAreOneLatePartByAStepThoughBothAgree) 
   }
 }
 
-TEST(ArmConsistencyCheckTest, WhatNoiseExplainsIsNoParting) {
-  ArmConsistencyCheck watch;
-  for (int i = 0; i < 40; ++i) {
-    const Vector3d noise(0, i % 2 == 0 ? 0.4 * kNoise : -0.4 * kNoise, 0);
-    EXPECT_TRUE(watch.Agree(SeenAt(i, 0) + noise, {TipAt(i), 0.45, true}, kTolerance));
-    EXPECT_EQ(watch.PartingBeyond(kNoise), Vector3d(0, 0, 0));
-  }
-}
-
 }  // namespace
 }  // namespace palpate

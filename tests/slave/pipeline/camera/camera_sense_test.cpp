@@ -225,17 +225,6 @@ TEST_F(RechosenModelTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouche
   EXPECT_NEAR(after.force->y() / pressed.force->y(), 1, 0.2);
 }
 
-// Who asks for a model himself is not overruled.
-TEST_F(RechosenModelTest, WhatSetModelAskedForStays) {
-  slave_->SetModel({.elements = 80});
-  may_choose_ = true;
-  Press();
-  Lift();
-  Until([&](const SlaveState&) { return IsReported("set by SetModel"); }, false);
-  EXPECT_EQ(elements(), 80);
-  EXPECT_EQ(asked_depth_, 0);
-}
-
 // Whoever goes by other settings than those in force does not move the tool.
 TEST_F(CameraSenseTest, ACommandByOtherSettingsMovesNothing) {
   slave_->BeginOperating();
@@ -276,21 +265,6 @@ TEST(EmergencyStopTest, OutlivesARestart) {
   }
   EXPECT_EQ(phase(MakeLiveSlave(scene, folder)), Phase::kReady);
   EXPECT_THROW(MakeLiveSlave(scene, folder / "nowhere"), std::invalid_argument);
-}
-
-// A state is composed as of a moment at which the command it echoes had not come yet.
-TEST_F(CameraSenseTest, AnEchoIsNeverOlderThanItsCommand) {
-  slave_->BeginOperating();
-  const Time before = Clock::now();
-  Send({0, 0, 0});
-  EXPECT_EQ(slave_->Compose(before).command_sequence, sequence_);
-  EXPECT_EQ(slave_->Compose(before).echo_delay, 0);
-}
-
-TEST_F(CameraSenseTest, AModelThatWouldTakeMinutesIsRefusedAtOnce) {
-  ModelChange huge;
-  huge.elements = 4000;
-  EXPECT_THROW(slave_->SetModel(huge), std::invalid_argument);
 }
 
 // Wherever it is stopped, the settings in force stay, all of them.

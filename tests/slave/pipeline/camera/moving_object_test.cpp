@@ -188,50 +188,6 @@ TEST_F(MovingObjectTest, WhatIsFeltAndWhatTravelsGoWithIt) {
   EXPECT_LT(std::sqrt(square / pictures), 1.3);
 }
 
-// A round trip of 200 ms: what is rendered is what a law that is 100 ms old says of now.
-TEST_F(MovingObjectTest, TheMotionIsForetoldOverTheDelay) {
-  constexpr int kLate = 6;  // pictures
-  const Vector3d p_S = Lower();
-  const double begin = site_.t;
-  double foretold = 0, as_it_was = 0;
-  std::deque<std::pair<Vector3d, Vector3d>> rendered;  // with the velocity and without
-  while (site_.t < begin + kLong) {
-    Step(p_S, MotionAt(site_.t + 1 / kRate - begin));
-    const double then = site_.t + kLate / kRate;
-    rendered.emplace_back(ByPatch(p_S, then), ByPatch(p_S, then, false));
-    if (rendered.size() <= kLate) continue;
-    const auto [with, without] = rendered.front();
-    rendered.pop_front();
-    if (site_.t < begin + 1) continue;
-    const Vector3d force = site_.truth().force;
-    foretold += (with - force).squaredNorm();
-    as_it_was += (without - force).squaredNorm();
-  }
-  EXPECT_LT(std::sqrt(foretold), 0.5 * std::sqrt(as_it_was));
-}
-
-// A camera that was pushed by 60 px, about 10 mm. Reference: the site's force.
-TEST_F(MovingObjectTest, AResetMeasuresTheRestStateInAnImageOfTheMovedCamera) {
-  const Vector3d home = scene_.manipulator.home, rest = Vector3d::Zero();
-  const Vector3d pushed(0, 60 * scene_.sense.Find<Camera>()->pixel, 0);
-  for (int i = 0; i < 30; ++i) Step(home, rest);
-  const Vector3d step = pushed / 60;
-  for (int i = 1; i <= 60; ++i) Step(home, rest, i * step);
-  EXPECT_EQ(Step(home, rest, pushed).check, FailedCheck::kCameraMotion);
-  sense_.Reset();
-  Step(home, rest, pushed);
-  Vector3d p_S = home;
-  while (site_.truth().depth < 4e-3) {
-    p_S += 2e-4 * Vector3d(scene_.tool->direction.x(), scene_.tool->direction.y(), 0);
-    Step(p_S, rest, pushed);
-  }
-  const ContactEstimate& pressed = Step(p_S, rest, pushed);
-  EXPECT_EQ(pressed.validity, Validity::kValid) << ToString(pressed.check);
-  ASSERT_TRUE(pressed.force);
-  const Vector3d force = site_.truth().force;
-  EXPECT_LT((*pressed.force - force).norm(), 0.04 * force.norm());
-}
-
 TEST_F(MovingObjectTest, AMotionOfTheCameraMovesNothing) {
   const Vector3d p_S = Lower();
   const double begin = site_.t, peak = site_.truth().force.norm();
@@ -307,32 +263,6 @@ TEST_F(MotionOwnerTest, ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesTh
   EXPECT_TRUE(IsObjects());
   Run(20, step, Nothing);
   EXPECT_TRUE(IsObjects());
-}
-
-TEST_F(MotionOwnerTest, BreathIsTheObjects) {
-  Run(2, Nothing, Nothing);
-  Run(
-      4, [](double t) { return Vector3d(0, 2e-3 * std::sin(2.1 * t), 0); }, Nothing);
-  EXPECT_TRUE(IsObjects());
-}
-
-TEST(MotionTrendTest, ALineIsKnownAndABendWidens) {
-  constexpr double kSigma = 1e-5;
-  MotionTrend line, bend, jump;
-  const Vector3d velocity(1e-3, -2e-3, 0), twice(0, 0.02, 0);
-  double t = 0;
-  for (int i = 0; i < 40; ++i) {
-    t += 1 / kRate;
-    line.Add(At(t), velocity * t, kSigma);
-    line.Add(At(t), Vector3d(1, 1, 1), kSigma);  // the same picture again
-    bend.Add(At(t), 0.5 * twice * t * t, kSigma);
-    jump.Add(At(t), Vector3d(0, i < 20 ? 0 : 3e-3, 0), kSigma);
-    EXPECT_LT(jump.velocity().norm(), 1e-9) << i;
-  }
-  EXPECT_LT((line.velocity() - velocity).norm(), 1e-9);
-  EXPECT_LT(line.error(), 0.2e-3);
-  EXPECT_GT((bend.velocity() - t * twice).norm(), 1e-3);
-  EXPECT_LT((bend.velocity() - t * twice).norm(), 1.5 * bend.error());
 }
 
 }  // namespace

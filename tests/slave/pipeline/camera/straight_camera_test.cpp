@@ -53,12 +53,6 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   EXPECT_GT(unstraightened, 1) << "or the lens shows nothing";
 }
 
-TEST(StraightCameraTest, ALensOfAnotherPictureSizeIsRefused) {
-  Scene scene = BlockBehindALens();
-  scene.sense.Find<Camera>()->size = {320, 240};
-  EXPECT_THROW(SimulatedSite site(scene), std::invalid_argument);
-}
-
 // The shipped embryo, whose outline and pipette's direction only the pictures tell. Reference: the
 // simulated site's force. Tolerance 15 %: the outline found is rounded by the snake's 60 points,
 // and the arc that holds it is told about its middle.

@@ -141,13 +141,5 @@ TEST_F(StreamedCameraTest, AStreamedImageGivesTheSamePatchAsTheSameSimulatedOne)
   }
 }
 
-TEST(FilmsTest, APipelineOfGStreamerIsOpened) {
-  const auto film = LoadFilms().OpenUrl(
-      "videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8,width=64,height=48 ! appsink",
-      std::chrono::seconds(1));
-  ASSERT_NE(film, nullptr);
-  EXPECT_EQ(film->Next().size(), cv::Size(64, 48));
-}
-
 }  // namespace
 }  // namespace palpate

@@ -47,47 +47,8 @@ class FingerLocalModelTest : public ::testing::Test {
   LocalModel model_;
 };
 
-TEST_F(FingerLocalModelTest, TheBodyStopsWhileItIsMade) {
-  StopAfter never(1000);
-  MakeTactileBody(scene_, &never);
-  ASSERT_FALSE(never.told().empty());
-  for (std::size_t i = 0; i < never.told().size(); ++i) {
-    StopAfter stop(static_cast<int>(i));
-    EXPECT_THROW(MakeTactileBody(scene_, &stop), Interrupted);
-  }
-}
-
-// A sample cannot wait for Green's functions. Beyond 400 nodes of the surface they are computed
-// when they are first needed: those of the first touch are needed before.
-TEST_F(FingerLocalModelTest, WhatTheFirstTouchNeedsIsComputedBeforehand) {
-  const auto cache =
-      std::filesystem::temp_directory_path() / ("first-touch-" + std::to_string(getpid()));
-  Scene scene = CubeScene("patch: 12 mm, " + kAbove, "kind: fem-zone");
-  std::get<BoxGeometry>(scene.object.geometry).cells = {10, 10, 10};
-  const auto body = MakeTactileBody(scene);
-  scene.model.cache = cache;
-  const auto kept = MakeTactileBody(scene);
-  std::filesystem::remove_all(cache);
-  const auto under = body->contact->Find({0.02, 0.02, 0.047}, 0.1);
-  ASSERT_TRUE(under);
-  EXPECT_TRUE(body->stiffness->Knows(under->triangle));
-  const auto far = body->contact->Find({0.002, 0.002, 0.047}, 0.1);
-  ASSERT_TRUE(far);
-  EXPECT_FALSE(body->stiffness->Knows(far->triangle));
-  // With a folder for it, the whole surface is prepared for a contact of the fingertip's width.
-  EXPECT_GT(kept->info().memory_bytes, 3 * body->info().memory_bytes / 2);
-}
-
 constexpr double kDepth = 2e-3;      // [m]
 constexpr double kFullDepth = 5e-3;  // [m], of scenes that tell none
-
-// Reference: the force felt itself. Half a second is ten learning times: e^-10 = 5e-5 is left.
-TEST_F(FingerLocalModelTest, TheRenderedForceBecomesTheOneFelt) {
-  const double modelled = Modelled(kDepth);
-  ASSERT_GT(modelled, 0);
-  EXPECT_NEAR(Learnt(kDepth, 1.7 * modelled, 0, 50), 1.7, 1e-4);
-  EXPECT_NEAR(model_.force.z() + kDepth * model_.stiffness(2, 2), 1.7 * modelled, 1e-4 * modelled);
-}
 
 // Reference: the force felt itself, which leans by a tenth. Five learning times leave e^-5 =
 // 0.7 % of that. What pulls sideways is a spring's, too: symmetric.

@@ -33,41 +33,6 @@ TEST(TactileEstimatorTest, ThePlaneIsKnownBeforeContactFromEveryDirection) {
   }
 }
 
-// Beside an edge the sphere meets it from its own side: nothing is rendered in thin air.
-TEST(TactileEstimatorTest, BesideTheObjectThereIsNoPenetration) {
-  Touching t(CubeScene(kAbove));
-  const ContactEstimate& felt =
-      t.Estimate(1, {0.035, 0, -0.0069});  // beside the top edge, at its height
-  EXPECT_LT(felt.local_model.Penetration(felt.p_S_tip), -0.007);
-}
-
-// The hand goes on from over the top to beside the cube before the next sample: the plane of the
-// last one would have it 6.9 mm deep. Reference: a sample that is taken there.
-TEST(TactileEstimatorTest, TheLocalModelFollowsTheHandBetweenSamples) {
-  const Vector3d way(0.035, 0, -0.0069);
-  Touching t(CubeScene(kAbove)), there(CubeScene(kAbove));
-  t.Estimate(1, {0.015, 0, 0.001});
-  const Vector3d beside = t.scene.manipulator.home + way;
-  EXPECT_NEAR(t.estimator.estimate().local_model.Penetration(beside), 0.0069, 1e-12);
-  const LocalModel& expected = there.Estimate(1, way).local_model;
-  const LocalModel local = t.estimator.LocalAt(beside);
-  EXPECT_NEAR((local.normal - expected.normal).norm(), 0, 1e-12);
-  EXPECT_NEAR((local.reference - expected.reference).norm(), 0, 1e-12);
-  EXPECT_NEAR((local.stiffness - expected.stiffness).norm(), 0, 1e-9 * local.stiffness.norm());
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(t.estimator.LocalAt(Vector3d::Constant(nan)).revision, local.revision);
-}
-
-TEST(TactileEstimatorTest, TheRevisionRisesOnlyWithAChange) {
-  Touching t(CubeScene(kAbove));
-  t.Estimate(1, {0, 0, 0.005});
-  const auto revision = t.estimator.estimate().local_model.revision;
-  t.Estimate(10, {0, 0, 0.005});
-  EXPECT_EQ(t.estimator.estimate().local_model.revision, revision);
-  t.Estimate(1, {0.001, 0, 0.005});
-  EXPECT_EQ(t.estimator.estimate().local_model.revision, revision + 1);
-}
-
 // A bonded contact keeps its reference while the fingertip shears it; a frictionless one follows.
 TEST(TactileEstimatorTest, ABondedContactKeepsItsReferenceAFrictionlessFollows) {
   for (const char* law : {"bonded", "frictionless"}) {

@@ -147,13 +147,6 @@ TEST_F(FingertipSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
   Until([&](const SlaveState&) { return !slave_.Status().alarms.empty(); });
 }
 
-TEST_F(FingertipSenseTest, ASourceThatBreaksIsAnAlarm) {
-  Until(IsValid);
-  Set(&Touching::breaks);
-  Until([&](const SlaveState&) { return !slave_.Status().alarms.empty(); });
-  EXPECT_EQ(slave_.Status().alarms.front(), "the cable is off");
-}
-
 // What presses would be taken for rest.
 TEST_F(FingertipSenseTest, AResetIsRefusedWhileAFingerTouches) {
   Until(IsValid);
@@ -195,12 +188,6 @@ TEST_F(FingertipSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
   EXPECT_THROW(slave_.SetParameters(absurd), std::invalid_argument);
 }
 
-TEST_F(FingertipSenseTest, TheEmergencyStopLatches) {
-  Until(IsValid);
-  slave_.EmergencyStop("a test");
-  Until([](const SlaveState& s) { return s.phase == Phase::kEstop; });
-}
-
 class CarryingArm final : public SimulatedManipulator {
  public:
   using SimulatedManipulator::SimulatedManipulator;
@@ -232,27 +219,6 @@ TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed)
   const SlaveState state = slave.Compose(Clock::now());
   EXPECT_NEAR(state.p_S_tip.x() - scene.manipulator.home.x(), 2e-3, 1e-9);
   EXPECT_LT((state.offset - state.p_S_tip).norm(), 10e-6);
-}
-
-// A stream: samples come in through the inbox, as FeedTactile puts them there.
-TEST(FingertipSenseStreamTest, StreamedSamplesAreFelt) {
-  const auto streamed = MakeLiveSlave(CubeScene("finger: rf, " + kAbove));
-  Slave& slave = *streamed;
-  TactileInbox* inbox = slave.tactile_inbox();
-  ASSERT_NE(inbox, nullptr);
-  EXPECT_FALSE(slave.Compose(Clock::now()).force.has_value());
-  const FingerReading pressing = testing_fakes::ReadingOf({0, 0, 0}, true);
-  const Time begin = Clock::now();
-  std::uint64_t sequence = 0;
-  while (slave.Status().frames < 20 && SecondsBetween(begin, Clock::now()) < kPatience) {
-    EXPECT_FALSE(inbox->Feed("rf", ++sequence, Clock::now(), pressing, Clock::now()).has_value());
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  EXPECT_GE(slave.Status().frames, 20U);
-  // No network: where the fingertip is counts, not what it feels.
-  const SlaveState state = slave.Compose(Clock::now());
-  EXPECT_FALSE(state.force.has_value());
-  EXPECT_TRUE(state.local_model.known());
 }
 
 }  // namespace

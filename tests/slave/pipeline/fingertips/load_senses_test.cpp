@@ -45,21 +45,5 @@ TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
   EXPECT_NE(ComplaintOf(scene).find("no column pac0"), std::string::npos);
 }
 
-TEST(LoadSensesTest, FilesThatCannotBeUsedNameTheirKey) {
-  const Scratch scratch;
-  const auto none = scratch.path() / "nothing";
-  Scene scene = CubeScene(kAbove);
-  scene.sense.Find<Tactile>()->network = none;
-  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
-  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.network: "), std::string::npos);
-  scene.sense.Find<Tactile>()->network.clear();
-  scene.sense.Find<Tactile>()->electrodes = none;
-  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
-  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.electrodes: "), std::string::npos);
-  scene.sense.Find<Tactile>()->electrodes.clear();
-  scene.sense.Find<Tactile>()->localise = "none";
-  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -39,28 +39,6 @@ TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsTold) {
   EXPECT_GT(after.sensed_at, beyond.sensed_at);
 }
 
-// Reference: equilibrium: what the nodes take is what the fingertips push with.
-TEST(TactileEstimatorTest, NodalForcesSumToThoseOfTheFingertips) {
-  Touching t(CubeScene(kFive));
-  Vector3d total(0, 0, 0);
-  for (std::size_t i = 0; i < 5; ++i) {
-    t.hand.forces_F[i] = {0.01, 0, -0.05 - 0.01 * static_cast<double>(i)};
-    t.hand.active[i] = true;
-    total += t.scene.sense.Find<Tactile>()->fingers[i].X_SF.linear() * t.hand.forces_F[i];
-  }
-  t.Estimate(kWindow);
-  const BoundaryShape shape = t.estimator.Shape(true);
-  EXPECT_EQ(shape.nodes_per_element, 3);
-  EXPECT_EQ(shape.rest.size(), 3U * 98);  // nodes on the surface of 4 x 4 x 4 cells
-  EXPECT_EQ(shape.elements.size(), 3U * 192);
-  ASSERT_EQ(shape.nodal_forces.size(), shape.rest.size());
-  Vector3d sum(0, 0, 0);
-  for (std::size_t i = 0; i < shape.nodal_forces.size(); ++i) {
-    sum[static_cast<Eigen::Index>(i % 3)] += static_cast<double>(shape.nodal_forces[i]);
-  }
-  EXPECT_NEAR((sum - total).norm(), 0, 1e-6);
-}
-
 // Sum over the nodes of the streamed forces, frame S, and on how many nodes they act.
 struct Streamed {
   Vector3d sum{0, 0, 0};

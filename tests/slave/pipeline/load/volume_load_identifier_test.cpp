@@ -85,26 +85,6 @@ class PressedCube {
   std::unique_ptr<DeformationModel> model_;
 };
 
-// Reference: the load itself, on a mesh of 9^3 cells where the estimator has 6^3. Between such
-// meshes the deflection at the load differs by about a tenth; the points stand around it.
-TEST(VolumeLoadIdentifier, FindsALoadThatAnotherMeshCarries) {
-  PressedCube truth("fem", 9);
-  std::mt19937 random(1);
-  for (const std::string kind : {"fem", "fem-green"}) {
-    const auto body = MakeLoadIdentifier(CubeScene(kind, 6));
-    for (const Vector3d& p : {Vector3d(0.02, 0.02, kSide), Vector3d(0.0134, 0.0252, kSide)}) {
-      const Vector3d force(0, 0, -0.1);
-      const auto points = truth.Press(p, force, &random);
-      const SurfaceLoad load = body->Fit(points);
-      ASSERT_TRUE(IsForceKnown(load.validity)) << kind << load.reason;
-      EXPECT_NEAR(load.force / -0.1, 1, 0.15) << kind << p.transpose();
-      EXPECT_NEAR((load.p_O - p).norm(), 0, 2e-3) << kind << p.transpose();
-      EXPECT_NEAR((load.n_O - Vector3d::UnitZ()).norm(), 0, 1e-12);
-      EXPECT_GT(load.depth, 0);
-    }
-  }
-}
-
 // Reference: the load itself on the full nonlinear body of the same mesh, pressed so deep that
 // small strains are off by percents. The full model's sigma is the scatter of the points alone; the
 // bound of the zone's error comes on top.
@@ -195,27 +175,6 @@ TEST(VolumeLoadIdentifier, LeavesOutWrongPointsAndFeelsNothingInNoise) {
   EXPECT_EQ(body->Fit(points).validity, Validity::kTrackingLost);
 }
 
-TEST(VolumeLoadIdentifier, NodalForcesAndShapeAreThoseOfTheLoad) {
-  PressedCube truth("fem-green", 6);
-  std::mt19937 random(5);
-  const auto body = MakeLoadIdentifier(CubeScene("fem-green", 6));
-  const auto points = truth.Press({0.0134, 0.0252, kSide}, {0, 0, -0.05}, &random);
-  const SurfaceLoad load = body->Fit(points);
-  std::vector<Vector3d> f_O, u_O;
-  body->NodalForces(&f_O);
-  body->Displacements(&u_O);
-  ASSERT_EQ(f_O.size(), body->surface().nodes.size());
-  ASSERT_EQ(u_O.size(), body->surface().nodes.size());
-  Vector3d sum = Vector3d::Zero();
-  double deepest = 0;
-  for (std::size_t i = 0; i < f_O.size(); ++i) {
-    sum += f_O[i];
-    deepest = std::max(deepest, -u_O[i].z());
-  }
-  EXPECT_NEAR((sum - load.force * load.n_O).norm(), 0, 1e-12);
-  EXPECT_GT(deepest, 0.5 * load.depth);
-}
-
 TEST(VolumeLoadIdentifier, FitsWithoutAllocatingOnceItKnowsThePoints) {
   PressedCube truth("fem-green", 5);
   std::mt19937 random(6);
@@ -255,27 +214,6 @@ TEST(VolumeLoadIdentifier, NonsenseIsNoForce) {
   EXPECT_EQ(check({}), Validity::kTrackingLost);
   EXPECT_EQ(check(good), Validity::kValid);
   EXPECT_EQ(body->PressAt({std::nan(""), 0, 0}, 1e-3).force, 0);
-}
-
-// What was told while it was made has gone when it searches: it is asked no more.
-TEST(VolumeLoadIdentifier, StopsWhileItIsMadeAndForgetsWhomItTold) {
-  const Scene scene = CubeScene("fem", 4);
-  auto progress = std::make_unique<StopAfter>(1000);
-  const auto body = MakeLoadIdentifier(scene, progress.get());
-  const auto reports = static_cast<int>(progress->told().size());
-  ASSERT_GT(reports, 0);
-  progress.reset();
-  EXPECT_GT(body->PressAt({kSide / 2, kSide / 2, kSide}, 1e-3).force, 0);
-  for (int i = 0; i < reports; ++i) {
-    StopAfter stop(i);
-    EXPECT_THROW(MakeLoadIdentifier(scene, &stop), Interrupted);
-  }
-}
-
-TEST(VolumeLoadIdentifier, RefusesWhatMovesInTime) {
-  Scene scene = CubeScene("fem", 4);
-  scene.model.fem.time = FemOptions::Time::kDynamic;
-  EXPECT_THROW(MakeLoadIdentifier(scene), std::invalid_argument);
 }
 
 }  // namespace

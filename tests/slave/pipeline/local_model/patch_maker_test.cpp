@@ -92,19 +92,6 @@ TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
   }
 }
 
-// Between nodes compliances are mixed, where the slave's contact goes from element to element. The
-// tool is three elements wide: how many it covers changes by one, a few per cent of the force.
-TEST_F(OutlinePatchTest, BetweenNodesThePatchIsWithinItsStatedError) {
-  SurfacePatch patch;
-  ASSERT_TRUE(Make(&patch));
-  const BoundaryElement& e = mesh_.elements[Index(top_)];
-  const Vector3d n = Planar(e.normal());
-  for (const double s : {0.1, 0.3, 0.7, 0.9}) {
-    const Vector3d p = Planar((1 - s) * e.a + s * e.b);
-    EXPECT_LT(ErrorAt(patch, p, top_, n, -3e-3 * n), 0.15) << s;
-  }
-}
-
 // A wall of which this sense knows the stiffness.
 class WallSense final : public SensingPipeline {
  public:
@@ -171,15 +158,6 @@ class PatchPublisherTest : public testing::Test {
   Time now_{std::chrono::hours(1)};
 };
 
-TEST_F(PatchPublisherTest, NothingIsMadeThatNobodyAskedFor) {
-  Update(0, 0, 1);
-  EXPECT_FALSE(Get().patch);
-  Update(0, 0, 1);
-  ASSERT_TRUE(Get().patch);
-  EXPECT_EQ(Get().patch->epoch, 1U);
-  EXPECT_EQ(Get().law.revision, 1U);
-}
-
 // Reference: the Weber fraction, 10 %.
 TEST_F(PatchPublisherTest, TheLawIsToldAnewWhereAHandWouldFeelTheDifference) {
   Get();
@@ -203,20 +181,6 @@ TEST_F(PatchPublisherTest, WhatManyUnsureForcesTaughtIsToldWithinThePress) {
     EXPECT_EQ(Get().law.revision, revision) << ratio;
   }
   EXPECT_NEAR(Get().law.ratios[0], 1.15, 1e-12);
-}
-
-// Nobody feels a law change that is told between two presses: the next one is right from its begin.
-TEST_F(PatchPublisherTest, WhatAPressTaughtIsToldWhenItEnds) {
-  Get();
-  Update(0, -1e-3, 1);
-  sense_.ratio = 1.05;
-  for (int i = 0; i < 30; ++i) Update(0, 2e-3, 1.05);
-  for (int i = 0; i < 30; ++i) Update(0, -1e-3, 1);
-  EXPECT_EQ(Get().law.revision, 2U);
-  EXPECT_NEAR(Get().law.ratios[0], 1.05, 1e-12);
-  for (int i = 0; i < 30; ++i) Update(0, 2e-3, 1.05);
-  for (int i = 0; i < 30; ++i) Update(0, -1e-3, 1);
-  EXPECT_EQ(Get().law.revision, 2U) << "nothing new was learnt";
 }
 
 TEST_F(PatchPublisherTest, AToolThatLeavesThePatchGetsAnother) {

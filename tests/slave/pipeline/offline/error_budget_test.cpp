@@ -44,14 +44,5 @@ TEST(ErrorBudgetTest, OnlyKnownForcesInContactCount) {
   EXPECT_NEAR(budget.tracking_rms, std::sqrt(0.09 / 2), 1e-12) << "the second has no model";
 }
 
-// No error was measured, which is not an error of zero.
-TEST(ErrorBudgetTest, AnEmptyOneIsNullInTheSummary) {
-  EXPECT_EQ(BudgetOf({}).rms, 0);
-  EXPECT_TRUE(ToJson(ErrorBudget(), "frames").is_null());
-  const auto json = ToJson(BudgetOf({{{0, 1.1, 0}, {0, 1, 0}, 1.3}}), "frames");
-  EXPECT_NEAR(json["rms_N"], 0.1, 1e-12);
-  EXPECT_EQ(json["contact_frames"], 1);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -100,29 +100,6 @@ TEST_F(PointsRunTest, RecordedPairsTellForceAndPlace) {
   EXPECT_FALSE(cv::imread((folder_ / "out/frames/right/000018.png").string()).empty());
 }
 
-// Reference: the rig, whose disparity the dots' depth is made from; 31 dots in each of 18 pairs.
-TEST_F(PointsRunTest, FollowedPointsAreWrittenWhereAskedFor) {
-  const Scene scene = Recorded({});
-  RunOffline(scene, {.out = folder_ / "out", .points = true}, {});
-  const Rows rows = ReadCsv(folder_ / "out/points.csv");
-  ASSERT_EQ(rows.size(), 1U + 18 * 31);
-  EXPECT_EQ(rows[0][2], "point");
-  const StereoRig rig = RigOf(scene);
-  const Eigen::Isometry3d X_LS = scene.sense.Find<StereoCameras>()->X_SL.inverse();
-  for (std::size_t i = 1; i < rows.size(); i += 97) {
-    ASSERT_EQ(rows[i].size(), rows[0].size());
-    const auto number = [&](std::size_t column) { return std::stod(rows[i][column]); };
-    const Eigen::Vector3d p_L = X_LS * Eigen::Vector3d(number(3), number(4), number(5));
-    const Eigen::Vector2d left = *Project(rig.left, p_L),
-                          right = *Project(rig.right, rig.X_RL * p_L);
-    EXPECT_NEAR(number(12), left.x(), 0.2);  // what the dot's tilt moves its middle by
-    EXPECT_NEAR(number(14), left.x() - right.x(), 0.1);
-    EXPECT_GT(number(8), 1e-6);
-    EXPECT_LT(number(15), 0.1);
-    EXPECT_LT(std::abs(number(16)), 0.2);
-  }
-}
-
 // With the cameras half as far again from each other all that they see is larger by as much.
 TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
   const Scene scene = Recorded({4.0, {0, 0}, false});
@@ -153,16 +130,6 @@ TEST_F(PointsRunTest, ExchangedSidesAreDoubted) {
   EXPECT_EQ(summary.checks.at("epipolar"), 8U);
 }
 
-TEST_F(PointsRunTest, FewerPairsThanTheRestFrameTakesAreRefused) {
-  const Scene scene = Recorded({});
-  for (int i = 8; i <= 18; ++i) {
-    for (const char* side : {"left-", "right-"}) {
-      fs::remove(folder_ / (side + std::to_string(1000 + i) + ".png"));
-    }
-  }
-  EXPECT_THAT(Refusal(scene), HasSubstr("7 are fewer than the 10 of the rest shape"));
-}
-
 // Reference: the run that made the pictures. The rig's file has all digits; what a pixel of its
 // rays differs by is rounding.
 TEST_F(PointsRunTest, WrittenFramesTellTheSameForcesAgain) {
@@ -191,65 +158,6 @@ TEST_F(PointsRunTest, WrittenFramesTellTheSameForcesAgain) {
     }
   }
   EXPECT_GT(largest, 0.1);
-}
-
-TEST_F(PointsRunTest, ATargetGoesOnAsLongAsAskedFor) {
-  const Scene scene = LoadScene(SourcePath("/deploy/scenes/heart-target.yaml"));
-  EXPECT_EQ(RunOffline(scene, {folder_ / "out", false, false, {}, 0.5}, {}).frames, 15U);
-}
-
-TEST_F(PointsRunTest, FilesAndPressesEndByThemselves) {
-  EXPECT_THROW(RunOffline(Recorded({}), {folder_ / "out", false, false, {}, 5}, {}),
-               std::invalid_argument);
-  EXPECT_THROW(
-      RunOffline(testing_fakes::MembraneScene(), {folder_ / "out", false, false, {}, 5}, {}),
-      std::invalid_argument);
-}
-
-TEST(TrackingCountsTest, PointsNeverSeenAreNotFollowed) {
-  TrackingCounts tally;
-  std::vector<SurfacePoint> points(3);
-  points[0].seen = points[1].seen = true;
-  tally.Add(points, false);
-  points[1].seen = false;
-  tally.Add(points, true);
-  tally.Add(points, true);
-  EXPECT_EQ(tally.points(), 3U);
-  EXPECT_EQ(tally.followed(), 2U);
-  EXPECT_EQ(tally.missed(), 2U);  // the third was never there to be missed
-}
-
-TEST_F(PointsRunTest, AStopLeavesReadableFiles) {
-  const Scene scene = Recorded({});
-  std::stop_source source;
-  const OfflineOptions options{folder_ / "out", false, false, [&](std::uint64_t done) {
-                                 if (done == 3) source.request_stop();
-                               }};
-  EXPECT_EQ(RunOffline(scene, options, source.get_token()).frames, 3U);
-  EXPECT_EQ(ReadCsv(folder_ / "out/states.csv").size(), 4U);
-  EXPECT_EQ(Summary()["frames"], 3);
-}
-
-// The shipped target for two seconds of its path, 30 pairs a second. The bound is that of the
-// product; what comes out is a twentieth of it.
-TEST_F(PointsRunTest, AMovingTargetIsFollowedAndItsForceUnknown) {
-  const Scene scene = LoadScene(SourcePath("/deploy/scenes/heart-target.yaml"));
-  std::stop_source source;
-  const OfflineOptions options{folder_ / "out", false, false, [&](std::uint64_t done) {
-                                 if (done == 60) source.request_stop();
-                               }};
-  const OfflineSummary summary = RunOffline(scene, options, source.get_token());
-  EXPECT_EQ(summary.stages.front().stage, "texture");
-  EXPECT_FALSE(summary.sense.tells_force);
-  EXPECT_EQ(summary.tracking_lost, 0U);
-  EXPECT_GT(summary.own["place_error"]["count"], 60 * 20);
-  EXPECT_LT(summary.own["place_error"]["rms_m"], 0.5e-3);
-  const Rows rows = ReadCsv(folder_ / "out/states.csv");
-  ASSERT_EQ(rows.size(), 61U);
-  EXPECT_EQ(rows[60][9], "");
-  EXPECT_EQ(rows[60][13], "failed");
-  EXPECT_NE(rows[60][6], "");
-  EXPECT_TRUE(Summary()["force_error"].is_null());
 }
 
 }  // namespace

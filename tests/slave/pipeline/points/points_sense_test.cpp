@@ -150,32 +150,6 @@ TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFra
   EXPECT_GT(UntilForce(1.0).force->norm(), 1.0);
 }
 
-TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
-  environment_->Show({4.0, {0, 0}, false});
-  const double before = UntilForce(1.0).force->norm();
-  ParameterChange softer;
-  softer.young_modulus = 13.6e6;
-  EXPECT_THROW(slave_->SetParameters(softer), std::logic_error) << "the object is pressed";
-  UntilLeft();
-  slave_->SetParameters(softer);
-  environment_->Show({4.0, {0, 0}, false});
-  const SlaveState soft = UntilForce(0.45 * before);
-  EXPECT_NEAR(soft.force->norm() / before, 0.5, 0.03);
-  EXPECT_THROW(slave_->SetModel({"plate-large", 0, "", ""}), std::logic_error);
-  UntilLeft();
-  slave_->SetModel({"plate-large", 0, "", ""});
-  EXPECT_EQ(slave_->Describe().sense.model.kind, "plate-large");
-  EXPECT_TRUE(slave_->TakeEvents().Has(Event::kModelChanged));
-  EXPECT_THROW(slave_->SetModel({"bem2d", 0, "", ""}), std::invalid_argument);
-  EXPECT_THROW(slave_->SetModel({"fem", 0, "", ""}), std::invalid_argument);
-  EXPECT_THROW(slave_->SetModel({"", 100, "", ""}), std::invalid_argument);
-  EXPECT_THROW(slave_->SetModel({"", 0, "stress", ""}), std::invalid_argument);
-  EXPECT_THROW(slave_->SetModel({"", 0, "", "bonded"}), std::invalid_argument);
-  ParameterChange absurd;
-  absurd.young_modulus = std::nan("");
-  EXPECT_THROW(slave_->SetParameters(absurd), std::invalid_argument);
-}
-
 TEST_F(PointsSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
   environment_->FallSilent();
   Until([](const SlaveState& s) { return s.validity == Validity::kStale; });

@@ -48,12 +48,5 @@ TEST(PressStepsTest, AnUnknownForceIsNotZero) {
   EXPECT_TRUE(none.steps().empty());
 }
 
-TEST(PressStepsTest, TheSummaryHasEveryStep) {
-  const auto json = ToJson(Pressed().steps());
-  ASSERT_EQ(json.size(), 3U);
-  EXPECT_EQ(json[2]["depth_m"], 2e-3);
-  EXPECT_NEAR(json[2]["force_error_N"], 0.3, 1e-12);
-}
-
 }  // namespace
 }  // namespace palpate

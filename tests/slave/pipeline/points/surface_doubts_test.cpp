@@ -55,29 +55,6 @@ TEST(SurfaceDoubtsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
   }
 }
 
-TEST(SurfaceDoubtsTest, ManyContradictingDotsAreFlagged) {
-  SurfaceEstimator& estimator = Large();
-  std::mt19937 random(4);
-  std::uniform_real_distribution<double> astray(-3e-3, 3e-3);
-  SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -1, kSigma, &random);
-  for (std::size_t i = 0; i < seen.points.size(); i += 2) seen.points[i].p_S.z() += astray(random);
-  EXPECT_GT(estimator.Estimate(seen, kAway).validity, Validity::kValid);
-  EXPECT_FALSE(estimator.load().reason.empty());
-}
-
-TEST(SurfaceDoubtsTest, UnseenDotsAreLeftOut) {
-  SurfaceEstimator& estimator = Large();
-  std::mt19937 random(5);
-  SurfaceObservation seen = DotsUnder(FinerPlate(), {-0.005, 0.01}, -1, kSigma, &random);
-  for (const std::size_t i : {2U, 9U, 15U, 20U, 30U}) {
-    seen.points[i].seen = false;
-    seen.points[i].p_S = seen.points[i].p_S_rest;
-  }
-  const ContactEstimate& estimate = estimator.Estimate(seen, kAway);
-  ASSERT_EQ(estimate.validity, Validity::kValid);
-  EXPECT_NEAR(estimate.force->z(), 1, 0.015);
-}
-
 TEST(SurfaceDoubtsTest, TooFewDotsMeanThatTheForceIsUnknown) {
   SurfaceEstimator& estimator = Large();
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, -1, kSigma, nullptr);
@@ -223,39 +200,6 @@ TEST(SurfaceDoubtsTest, ADentThatIsNotUnderThePressingTipIsDoubted) {
   EXPECT_EQ(estimator.Estimate(seen, pressing, 0.0).check, FailedCheck::kArm);
   EXPECT_EQ(estimator.Estimate(seen, away, 0.0).check, FailedCheck::kNone);
   EXPECT_EQ(estimator.Estimate(seen, pressing).check, FailedCheck::kNone);
-}
-
-// Each of the points deviates by what noise makes of one.
-TEST(SurfaceDoubtsTest, APatchThatDeviatesToOneSideIsFlagged) {
-  constexpr double kNoise = 3e-4;
-  SurfaceEstimator& estimator = Large();
-  std::mt19937 random(12);
-  std::normal_distribution<double> noise(0, kNoise);
-  const auto grid = [&](double force) {
-    const Solution pressed = testing_fakes::Loaded(FinerPlate(), {0.0117, 0}, force);
-    SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, nullptr);
-    SurfacePoint point = seen.points.front();
-    seen.points.clear();
-    for (int k = 0; k < 11 * 11; ++k) {
-      const Vector2d rest = Vector2d(k % 11 - 5, k / 11 - 5) * 0.0065;
-      if (rest.norm() > 0.98 * kRadius) continue;
-      const double z = force != 0 ? FinerPlate().Displacement(pressed, rest) : 0;
-      point.p_S_rest = {rest.x(), rest.y(), 0};
-      point.p_S = {rest.x(), rest.y(), z + noise(random)};
-      point.covariance = kNoise * kNoise * Eigen::Matrix3d::Identity();
-      seen.points.push_back(point);
-    }
-    return seen;
-  };
-  for (int i = 0; i < 10; ++i) estimator.Estimate(grid(0), kAway);
-  SurfaceObservation seen = grid(-1);
-  EXPECT_EQ(estimator.Estimate(seen, kAway).validity, Validity::kValid) << estimator.load().reason;
-  const double residual = estimator.load().residual;
-  for (SurfacePoint& p : seen.points) {
-    if ((p.p_S_rest - Vector3d(-0.013, 0.013, 0)).norm() < 0.01) p.p_S.z() -= 1e-3;
-  }
-  EXPECT_EQ(estimator.Estimate(seen, kAway).check, FailedCheck::kMisfit)
-      << residual << " to " << estimator.load().residual;
 }
 
 TEST(SurfaceDoubtsTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) {

@@ -146,36 +146,6 @@ TEST(SurfaceEstimatorTest, AMomentThatIsNotSureMakesAChangingForceLessSure) {
   EXPECT_NEAR(unsure[3], sure[3], 1e-6);
 }
 
-// Reference: the force itself, five sigma; of 1681 points those that are left see it as well.
-TEST(SurfaceEstimatorTest, ManyPointsTellTheForceOfAFew) {
-  SurfaceEstimator& estimator = Large();
-  std::mt19937 random(6);
-  SurfaceObservation seen = DotsUnder(FinerPlate(), {0.01, 0.004}, -2, 0, nullptr);
-  const Solution pressed = Loaded(FinerPlate(), {0.01, 0.004}, -2);
-  std::normal_distribution<double> noise(0, kSigma);
-  SurfacePoint point = seen.points.front();
-  seen.points.clear();
-  for (int k = 0; k < 41 * 41; ++k) {
-    const Vector2d rest = Vector2d(k % 41 - 20, k / 41 - 20) * 0.002;
-    if (rest.norm() > kRadius) continue;
-    point.p_S_rest = Vector3d(rest.x(), rest.y(), 0);
-    point.p_S = {rest.x(), rest.y(), FinerPlate().Displacement(pressed, rest) + noise(random)};
-    point.covariance = kSigma * kSigma * Eigen::Matrix3d::Identity();
-    seen.points.push_back(point);
-  }
-  const ContactEstimate& estimate = estimator.Estimate(seen, kAway);
-  EXPECT_EQ(estimate.validity, Validity::kValid) << estimator.load().reason;
-  EXPECT_NEAR(estimate.force->z(), 2, 0.02 * 2);
-  RobustPlateFit fit(FinerPlate(), kToolWidth);
-  const int used = fit.Fit(seen.points).points;
-  EXPECT_LE(used, static_cast<int>(PlateLimits::kMostPoints));
-  EXPECT_GE(used, 100);
-  const long before = AllocationCount();
-  seen.points[7].seen = seen.points[300].seen = false;
-  estimator.Estimate(seen, kAway);
-  EXPECT_EQ(AllocationCount(), before);
-}
-
 // 300 pictures of noise: a false alarm at five sigma would be a rare accident of the seed.
 TEST(SurfaceEstimatorTest, NoiseAloneIsNoForce) {
   SurfaceEstimator& estimator = Large();
@@ -187,20 +157,6 @@ TEST(SurfaceEstimatorTest, NoiseAloneIsNoForce) {
     ASSERT_EQ(estimate.force->norm(), 0);
     EXPECT_GT(estimate.sigma, 0);
     EXPECT_LT(estimate.sigma, 5e-3);
-  }
-}
-
-// From nothing to a clear press no picture is without an answer, within four standard deviations.
-TEST(SurfaceEstimatorTest, AGrowingPressIsNeverUnknown) {
-  SurfaceEstimator& estimator = Large();
-  std::mt19937 random(7);
-  for (int i = 0; i <= 200; ++i) {
-    const double force = -0.05 * i / 200;
-    const ContactEstimate& estimate =
-        estimator.Estimate(DotsUnder(FinerPlate(), {0.008, 0.002}, force, kSigma, &random), kAway);
-    ASSERT_TRUE(estimate.force.has_value()) << force << estimator.load().reason;
-    EXPECT_NEAR(estimate.force->z(), -force, 4 * estimate.sigma) << force;
-    EXPECT_LT(estimate.sigma, 1e-2) << force;
   }
 }
 
@@ -251,16 +207,6 @@ TEST(SurfaceEstimatorTest, FeelsWithoutAllocatingAfterTheFirstPictures) {
     EXPECT_TRUE(estimator.LocalAt({1e-4 * i, 0, -1e-5 * i}).known());
   }
   EXPECT_EQ(AllocationCount(), before);
-}
-
-TEST(SurfaceEstimatorTest, RefusesModelsThatDoNotFit) {
-  EXPECT_THROW(SurfaceEstimator(MembraneScene("bem2d")), std::invalid_argument);
-  Scene stretched = MembraneScene("plate");
-  stretched.model.prestress = 12;
-  EXPECT_THROW(SurfaceEstimator{stretched}, std::invalid_argument);
-  Scene planar = MembraneScene("bem2d");
-  planar.object.geometry = RectangleGeometry{0.1, 0.1, 0.01};
-  EXPECT_THROW(SurfaceEstimator{planar}, std::invalid_argument);
 }
 
 }  // namespace

@@ -18,22 +18,10 @@
 namespace palpate {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
 using testing_fakes::DotPairs;
 using testing_fakes::MembraneScene;
 using testing_fakes::PlateDeflection;
 using testing_fakes::Press;
-
-// The pair of the tests' pictures stands where the scene's simulated one does.
-TEST(TipAndContourTrackerTest, TheSimulatedPairLooksFromInside) {
-  const Scene scene = MembraneScene();
-  const StereoRig rig = RigOf(scene);
-  EXPECT_NEAR(rig.baseline(), 0.060, 1e-12);
-  EXPECT_TRUE(rig.X_RL.isApprox(TestRig().X_RL, 1e-9));
-  EXPECT_TRUE((scene.object.X_SO.inverse() * scene.sense.Find<StereoCameras>()->X_SL)
-                  .isApprox(TestPoseOfLeft(), 1e-9));
-}
 
 // Reference: the plate's closed form, drawn by perspective alone. Tolerance: depth by triangulation
 // of one dot is good to z^2 / (f b) sqrt(2) sigma = 1.84 mm / px x 0.03 px.
@@ -160,34 +148,6 @@ TEST(TipAndContourTrackerTest, DepthTellsWhereTheSurfaceWent) {
   tracker->Reset();
   EXPECT_FALSE(tracker->at_rest_known());
   EXPECT_FALSE(tracker->PlaceInPicture(0).allFinite());
-}
-
-// A rig that is none is a mistake of the scene, not of the run.
-TEST(TipAndContourTrackerTest, ARigThatCannotBeUsedIsTheScenesMistake) {
-  Scene scene = MembraneScene();
-  StereoRig rig = RigOf(scene);
-  const auto file = std::filesystem::temp_directory_path() /
-                    ("tracker-rig-" + std::to_string(getpid()) + ".yaml");
-  scene.sense.Find<StereoCameras>()->rig = file;
-  const auto refusal = [&] { return Thrown<std::invalid_argument>([&] { RigOf(scene); }); };
-  WriteRig(file, rig);
-  EXPECT_EQ(refusal(), "");
-  WriteRig(file, rig, true);
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("sense.camera.stereo.rig"), HasSubstr("one camera")));
-  rig.left.fx = -800;
-  WriteRig(file, rig);
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("sense.camera.stereo.rig"), HasSubstr("focal > 0")));
-  std::filesystem::remove(file);
-}
-
-TEST(TipAndContourTrackerTest, PicturesThatAreNotTheRigsAreRefusedInWords) {
-  const Scene scene = MembraneScene();
-  const StereoRig rig = RigOf(scene);
-  StereoPair pair = DotPairs().Draw({}, 1);
-  EXPECT_NO_THROW(RequireRigFits(scene, rig, pair));
-  pair.right = cv::Mat::zeros(240, 320, CV_8UC1);
-  EXPECT_THAT(Thrown<std::runtime_error>([&] { RequireRigFits(scene, rig, pair); }),
-              AllOf(HasSubstr("right"), HasSubstr("320 x 240"), HasSubstr("640 x 480")));
 }
 
 }  // namespace

@@ -219,10 +219,6 @@ TEST_F(DomedSceneTest, TwoToolsAtOnceAreNoForceOfOne) {
   EXPECT_EQ(estimate.check, FailedCheck::kMisfit);
 }
 
-TEST_F(DomedSceneTest, ADentDeeperThanHalfTheToolIsExtrapolated) {
-  EXPECT_EQ(Estimate({{truth_.Over(0, 0), 12}}).check, FailedCheck::kModelRange) << sense_.why();
-}
-
 // Higher by a factor, and moved along x, along z [m].
 using Change = std::array<double, 3>;
 
@@ -247,27 +243,6 @@ TEST_P(OtherDomeTest, IsNotTakenForTheScenes) {
 INSTANTIATE_TEST_SUITE_P(Shapes, OtherDomeTest,
                          ::testing::Values(Change{1.2, 0, 0}, Change{0.8, 0, 0}, Change{1, 0, 6e-3},
                                            Change{1, 8e-3, 0}));
-
-// What is as wrong as it may be without a doubt: the force is still near.
-class NearlyThatDomeTest : public OtherDomeTest {};
-TEST_P(NearlyThatDomeTest, IsNearlyRight) {
-  for (const double force : {1.0, 4.0}) {
-    const ContactEstimate& estimate = Estimate({{truth_.Over(-0.01, 0.01), force}});
-    ASSERT_TRUE(estimate.force);
-    if (estimate.validity != Validity::kValid) continue;
-    EXPECT_NEAR(estimate.force->norm(), force, 0.05 * 4 + 3 * estimate.sigma);
-  }
-}
-INSTANTIATE_TEST_SUITE_P(Shapes, NearlyThatDomeTest,
-                         ::testing::Values(Change{1.06, 0, 0}, Change{0.94, 0, 0},
-                                           Change{1, 0, 1.5e-3}, Change{1, 3e-3, 0}));
-
-TEST(DomedSceneRefusals, AToolNarrowerThanItsTrianglesIsRefused) {
-  Scene scene = DomedScene();
-  scene.tool->width = 2e-3;
-  EXPECT_THAT(Thrown<std::invalid_argument>([&] { MakeMembraneBody(scene); }),
-              testing::HasSubstr("tool.width = 0.002 m: accepted"));
-}
 
 }  // namespace
 }  // namespace palpate

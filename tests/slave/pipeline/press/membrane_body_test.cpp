@@ -77,36 +77,6 @@ TEST_F(MembraneBodyTest, APressTakesTheForceThatMakesItsDepth) {
   EXPECT_FALSE(body_.PressAt(membrane_.surface().nodes.back(), 1e-3).valid);
 }
 
-TEST_F(MembraneBodyTest, NothingThatStandsOutIsNoForce) {
-  const SurfaceLoad load = body_.Fit(Points(60, 0));
-  EXPECT_EQ(load.validity, Validity::kValid);
-  EXPECT_EQ(load.force, 0);
-  EXPECT_GT(load.sigma_force, 0);
-  std::vector<Eigen::Vector3d> forces;
-  body_.NodalForces(&forces);
-  for (const auto& f : forces) EXPECT_EQ(f.norm(), 0);
-}
-
-TEST_F(MembraneBodyTest, WhatIsTooDeepIsFlaggedAndWhatIsNotSeenIsLost) {
-  EXPECT_EQ(body_.Fit(Points(60, 30)).validity, Validity::kExtrapolated);
-  EXPECT_EQ(body_.Fit({}).validity, Validity::kTrackingLost);
-  EXPECT_THROW(MembraneBody(TestMembrane(), 0), std::invalid_argument);
-}
-
-// Reference: a sphere: the nearest place lies on the ray from its centre, and so does its normal.
-TEST_F(MembraneBodyTest, TheNearestPlaceLiesUnderTheTip) {
-  const Eigen::Vector3d direction = Eigen::Vector3d(0.3, -0.2, 1).normalized();
-  for (const double r : {0.03, 0.06}) {
-    Eigen::Vector3d p_O;
-    Eigen::Vector3d n_O;
-    body_.Nearest(r * direction, &p_O, &n_O);
-    // Triangles of 7 mm stand up to h^2 / (6 R) inside the sphere.
-    EXPECT_NEAR(p_O.norm(), kRadius, 0.2e-3);
-    EXPECT_LT((p_O.normalized() - direction).norm(), 0.06);
-    EXPECT_LT((n_O - direction).norm(), 0.08);
-  }
-}
-
 TEST_F(MembraneBodyTest, FittingAllocatesNothingForThePointsItKnows) {
   const auto points = Points(60, 2);
   body_.Fit(points);

@@ -34,33 +34,6 @@ TEST_P(MembraneFaceTest, TrianglesCoverThePlate) {
   EXPECT_NEAR(area / (kRadius * kRadius), polygon, 1e-12);
 }
 
-// Reference: the function itself; cubic elements reproduce a place to the error of the circles'
-// cubic sides (30 degrees each: (pi / 18)^4 / 24 = 3.9e-5 of the
-// radius) and a node exactly.
-TEST_P(MembraneFaceTest, ShapeFunctionsReproducePlaces) {
-  const auto nodes = face_.Nodes();
-  const auto interpolated = [&](const Vector2d& p) {
-    MembraneFace::Stencil stencil;
-    EXPECT_TRUE(face_.Find(p, &stencil)) << p.transpose();
-    Vector2d sum(0, 0);
-    for (std::size_t k = 0; k < stencil.nodes.size(); ++k) {
-      sum += stencil.weights[k] * nodes[static_cast<std::size_t>(stencil.nodes[k])];
-    }
-    return sum;
-  };
-  for (const Vector2d& node : nodes) {
-    const Vector2d inside = (1 - 1e-12) * node;
-    EXPECT_LT((interpolated(inside) - node).norm(), 1e-11);
-  }
-  for (double x = -0.038; x < kRadius; x += 0.0031) {
-    for (double y = -0.038; y < kRadius; y += 0.0027) {
-      const Vector2d p(x, y);
-      if (p.norm() >= kRadius) continue;
-      EXPECT_LT((interpolated(p) - p).norm(), 4e-5 * kRadius);
-    }
-  }
-}
-
 INSTANTIATE_TEST_SUITE_P(CentreAndBeside, MembraneFaceTest,
                          testing::Values(Vector2d(0, 0), Vector2d(-0.01, 0.017)));
 

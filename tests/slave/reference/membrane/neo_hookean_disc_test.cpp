@@ -73,19 +73,6 @@ TEST_P(NeoHookeanDiscTest, TurningCostsNoForce) {
   }
 }
 
-TEST_P(NeoHookeanDiscTest, SaysWhenItIsTurnedInsideOut) {
-  VectorXd u(disc_.size()), forces;
-  for (int column = 0; column < mesh_.free_columns(); ++column) {
-    for (int level = 0; level < mesh_.levels(); ++level) {
-      u.segment<3>(disc_.unknown(column, level, 0)) << 0, 0, -1.1 * Height(level);
-    }
-  }
-  EXPECT_FALSE(disc_.Forces(u, &forces));
-  EXPECT_TRUE(disc_.Forces(0.5 * u, &forces));
-  u[0] = std::nan("");
-  EXPECT_FALSE(disc_.Forces(u, &forces));
-}
-
 // Reference: an even pressure of one over the tool's disc: its resultant and its first moments, of
 // the half or quarter that is meshed. Tolerance: cubic sides of the circle, 1e-4 of its area.
 TEST_P(NeoHookeanDiscTest, ToolPressesEvenly) {

@@ -72,18 +72,5 @@ TEST(EmbryoSiteTest, ItBreaksBetweenTheDepthsAndPushesNoMoreUntilTheToolIsOut) {
   EXPECT_EQ(depths.size(), 6U) << "every insertion breaks at a depth of its own";
 }
 
-// What the liquid does to a moving tool, and to a still one.
-TEST(EmbryoSiteTest, TheLiquidDragsTheToolBack) {
-  Scene scene = LivingScene();
-  scene.site.embryo->drag = 0.5;
-  SimulatedSite site(scene);
-  site.TakePicture();
-  site.MoveTool({0.69e-3, 0, 0});  // 10 um to the left within a picture of 1/60 s
-  site.TakePicture();
-  EXPECT_NEAR(site.truth().force.x(), 0.5 * 10e-6 * 60, 1e-9);
-  site.TakePicture();
-  EXPECT_EQ(site.truth().force.norm(), 0);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -10,7 +10,6 @@ namespace palpate {
 namespace {
 
 using site::BlockScene;
-using site::EmbryoScene;
 
 constexpr double kTop = 0.088;  // the block's surface [m]
 constexpr double kMiddle = 0.044;
@@ -32,36 +31,6 @@ TEST(SimulatedSite, AFiveMillimetrePressGivesTheContinuumForce) {
   EXPECT_NEAR(truth.force.y() / wanted, 1, 1e-3);
   EXPECT_NEAR(truth.force.x() / wanted, 0, 1e-3);
   EXPECT_EQ(truth.force.z(), 0);
-}
-
-// Reference: elasticity has no memory. The same place gives the same force on the way in and out,
-// and none before and after.
-TEST(SimulatedSite, ForceDependsOnThePlaceAlone) {
-  SimulatedSite site(BlockScene());
-  const Eigen::Vector3d above(kMiddle, 0.0881, 0), half(kMiddle, 0.087, 0), deep(0.046, 0.084, 0);
-  Carry(site, above, half);
-  const Truth in = site.truth();
-  Carry(site, half, deep);
-  EXPECT_LT(site.truth().force.x(), 0) << "dragged to the right, the body pulls to the left";
-  Carry(site, deep, half);
-  const Truth out = site.truth();
-  EXPECT_LT((in.force - out.force).norm(), 1e-12);
-  EXPECT_NEAR(in.depth, 0.001, 1e-12);
-  Carry(site, half, above);
-  EXPECT_FALSE(site.truth().in_contact);
-  EXPECT_EQ(site.truth().force.norm(), 0);
-  EXPECT_EQ(site.truth().depth, 0);
-}
-
-TEST(SimulatedSite, TheSurfaceIsWhereTheBodyReallyLies) {
-  Scene scene = BlockScene();
-  scene.site.misplacement = {0.21e-3, -0.5e-3};
-  SimulatedSite site(scene);
-  Carry(site, {kMiddle, 0.091, 0}, {kMiddle, kTop - 0.4e-3, 0});
-  EXPECT_FALSE(site.truth().in_contact);
-  Carry(site, {kMiddle, kTop - 0.4e-3, 0}, {kMiddle, kTop - 0.6e-3, 0});
-  EXPECT_TRUE(site.truth().in_contact);
-  EXPECT_NEAR(site.truth().depth, 0.1e-3, 1e-12);
 }
 
 // Reference: what counts is where the tool is on the body. A tool that stands on one that comes
@@ -102,32 +71,6 @@ TEST(SimulatedSite, ATurnedSceneGivesTheTurnedForce) {
   const Eigen::Vector3d force = straight.truth().force;
   EXPECT_GT(force.norm(), 0.5);
   EXPECT_LT((turned.truth().force - X.linear() * force).norm() / force.norm(), 1e-6);
-}
-
-TEST(SimulatedSite, AnIncompressibleEmbryoPushesBack) {
-  SimulatedSite site(EmbryoScene());
-  Carry(site, {0.7e-3, 0, 0}, {0.5e-3, 0, 0});
-  EXPECT_GT(site.truth().force.x(), 0.01);
-  EXPECT_NEAR(site.truth().force.y() / site.truth().force.x(), 0, 1e-2);
-}
-
-// Nothing is pulled, and the whole pushes back.
-TEST(SimulatedSite, ARoundToolPressesHarderTheDeeperAndNowherePulls) {
-  Scene scene = BlockScene();
-  scene.model.plane = Plane::kStrain;
-  scene.object.material.poisson_ratio = 0.3;
-  scene.tool = Tool{.shape = Tool::Shape::kRound, .width = 12e-3, .radius = 8e-3};
-  SimulatedSite site(scene);
-  double slope = 0, before = 0;
-  for (int k = 0; k <= 300; ++k) {
-    const double depth = k * 1e-5 - 1e-3;
-    site.MoveTool({kMiddle, kTop - depth, 0});
-    if (k % 50 != 0 || depth <= 0) continue;
-    const double force = site.truth().force.y();
-    EXPECT_GT(force - before, slope) << "the contact grows: the force rises ever faster";
-    slope = 0.999 * (force - before), before = force;
-  }
-  EXPECT_FALSE(site.TakePicture().empty());
 }
 
 }  // namespace

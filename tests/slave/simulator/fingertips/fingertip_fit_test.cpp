@@ -118,30 +118,6 @@ TEST_F(FoamRecording, RestingFingersAreAsNoisyAndDriftAsMuchAsRealOnes) {
   ExpectWithin(s.pdc, r.pdc, 1.5, "pdc noise");
 }
 
-TEST_F(FoamRecording, RestValuesSpreadAsBetweenRealFingers) {
-  const auto spread = [](const std::vector<double>& values) {
-    double mean = 0, square = 0;
-    for (const double v : values) mean += v / static_cast<double>(values.size());
-    for (const double v : values) square += (v - mean) * (v - mean);
-    return std::pair(mean, std::sqrt(square / static_cast<double>(values.size() - 1)));
-  };
-  std::vector<double> real, simulated;
-  for (const auto& finger : recording_.fingers) {
-    for (std::size_t k = 0; k < kElectrodeCount; ++k) {
-      real.push_back(Mean(Column(finger.samples, k), 0, 50));
-    }
-  }
-  for (std::uint32_t seed = 0; seed < 20; ++seed) {
-    SimulatedFingertip fingertip(seed);
-    const FingerReading reading = fingertip.Sample(nullptr, 0.01);
-    simulated.insert(simulated.end(), reading.electrodes.begin(), reading.electrodes.end());
-  }
-  const auto [real_mean, real_spread] = spread(real);
-  const auto [simulated_mean, simulated_spread] = spread(simulated);
-  EXPECT_NEAR(simulated_mean, real_mean, 0.3 * real_spread);
-  ExpectWithin(simulated_spread, real_spread, 1.4, "spread of rest values");
-}
-
 // |force| of a wrench file at the times given, its own first 50 rows removed [N].
 std::vector<double> ForceAt(const std::filesystem::path& file, const std::vector<double>& times) {
   CsvTable rows(file);

@@ -101,36 +101,6 @@ TEST(PressedBody, CubicTetrahedraAgreeWithHexahedra) {
   EXPECT_NEAR(force(tets) / force(hexes), 1, 0.05);
 }
 
-TEST(PressedBody, ForceIsProportionalToTheModulus) {
-  CubePress soft({.edge = 4e-3}), hard({.edge = 4e-3}, 50 * kYoung);
-  ASSERT_TRUE(soft.To(2e-3) && hard.To(2e-3));
-  const Vector3d f = soft.body.TouchOf(0).force_O;
-  // Newton's method stops at residuals of 1e-5.
-  EXPECT_LT((hard.body.TouchOf(0).force_O / 50 - f).norm(), 1e-4 * f.norm());
-}
-
-// A hard layer over all of the lower half acts as a support higher up: the force is between that of
-// the body and of one half as high, and near the latter.
-TEST(PressedBody, AHardLayerSupportsTheRestAsATableDoes) {
-  const auto force = [](double height, const PressedBody::Modulus& modulus) {
-    const Vector3d size(0.03, 0.03, height);
-    const SiteMesh mesh =
-        MeshGradedBox({GradedAxis({size.x(), {0.015}, {}}, {.edge = 2e-3}),
-                       GradedAxis({size.y(), {0.015}, {}}, {.edge = 2e-3}),
-                       GradedAxis({size.z(), {size.z()}, {size.z() / 2}}, {.edge = 2e-3})});
-    PressedBody body(mesh, HeldBelow(mesh), kYoung, kPoisson, kRadius, modulus);
-    FingerPlacement finger;
-    finger.approach_O = {0, 0, -1};
-    finger.X_OF.translation() = Vector3d(0.015, 0.015, height + kRadius - 1.5e-3);
-    EXPECT_TRUE(body.Press(std::array{finger}));
-    return -body.TouchOf(0).force_O.z();
-  };
-  const double thick = force(0.02, {}), thin = force(0.01, {});
-  const double layered = force(0.02, [](const Vector3d& p) { return p.z() < 0.01 ? 1000 : 1; });
-  EXPECT_GT(thin, 1.1 * thick);
-  EXPECT_NEAR(layered / thin, 1, 0.02);
-}
-
 TEST(RigidFinger, DistanceIsThatOfSphereAndCylinder) {
   const RigidFinger finger;
   EXPECT_DOUBLE_EQ(finger.Distance({0.010, 0, 0}), 0.003);
@@ -138,14 +108,6 @@ TEST(RigidFinger, DistanceIsThatOfSphereAndCylinder) {
   EXPECT_DOUBLE_EQ(finger.Distance({-0.030, 0, 0}), 0.003);
   EXPECT_TRUE(finger.Normal({-0.005, 0, -0.004}).isApprox(Vector3d(0, 0, -1)));
   EXPECT_TRUE(finger.Normal({-0.005, 0, 0}).allFinite());  // on the axis
-}
-
-TEST(RigidFinger, PushesOutAlongItsWay) {
-  const RigidFinger finger;
-  // Under the cylinder, moved straight down: the surface there is z = -sqrt(r^2 - y^2).
-  const Vector3d out = finger.PushOut({-0.005, 0.003, -0.001}, {0, 0, -1});
-  EXPECT_NEAR((out - Vector3d(-0.005, 0.003, -std::sqrt(49e-6 - 9e-6))).norm(), 0, 1e-12);
-  EXPECT_NEAR(finger.Distance(finger.PushOut({0.002, 0.001, 0.001}, Vector3d::Zero())), 0, 1e-12);
 }
 
 double VolumeOf(const SiteMesh& mesh) {
@@ -180,19 +142,6 @@ TEST(SiteMesh, ElementsFillWhatTheSurfaceEncloses) {
     EXPECT_NEAR(VolumeOf(mesh), size.prod(), 1e-12 * size.prod());
     EXPECT_NEAR(VolumeInside(mesh), size.prod(), 1e-12 * size.prod());
   }
-}
-
-TEST(SurfaceRays, HitABoxWhereGeometrySays) {
-  const SurfaceMesh box = SurfaceOf(MeshBox({1, 2, 3}, {1, 1, 1}));
-  const auto hit = FirstHit(box, {0.3, 0.4, 5}, {0, 0, -1});
-  ASSERT_TRUE(hit);
-  EXPECT_NEAR(hit->distance, 2, 1e-12);
-  EXPECT_TRUE(hit->n_O.isApprox(Vector3d(0, 0, 1)));
-  EXPECT_FALSE(FirstHit(box, {0.3, 0.4, 5}, {0, 0, 1}));
-  EXPECT_FALSE(FirstHit(box, {3, 0.4, 5}, {0, 0, -1}));
-  EXPECT_TRUE(IsInside(box, {0.5, 1, 1.5}));
-  EXPECT_FALSE(IsInside(box, {0.5, 1, 3.5}));
-  EXPECT_FALSE(IsInside(box, {-0.5, 1, 1.5}));
 }
 
 }  // namespace

@@ -18,29 +18,6 @@ void PressBy(TactileSite* site, double depth, const Vector3d& beside = {0, 0, 0}
   site->MoveTool(site->home() + (site->gap() + depth) * site->approach() + beside);
 }
 
-TEST(TactileSite, PushesBackAgainstThePressAndLetsGo) {
-  TactileSite site(CubeScene(), kCoarse);
-  EXPECT_TRUE(site.approach().isApprox(Vector3d(0, 0, -1)));
-  EXPECT_NEAR(site.gap(), 5e-3, 1e-6);  // a node lies right under the tip
-  EXPECT_FALSE(site.truth().fingers[0].in_contact);
-  double last = 0;
-  for (const double depth : {0.3e-3, 0.8e-3, 1.5e-3, 2.5e-3}) {
-    PressBy(&site, depth);
-    const FingerTruth truth = site.truth().fingers[0];
-    ASSERT_TRUE(truth.in_contact);
-    EXPECT_GT(truth.force.z(), 1.2 * last);
-    EXPECT_LT(truth.force.head<2>().norm(), 0.1 * truth.force.z());
-    EXPECT_NEAR(truth.depth, depth, 0.02 * depth);
-    EXPECT_LT((truth.p_S_contact - Vector3d(0.03, 0.03, 0.06 - depth)).norm(), 0.7e-3);
-    last = truth.force.z();
-  }
-  // Hertz at 2.5 mm: 0.0542 N; see PressedBody's tests.
-  EXPECT_NEAR(last, 0.0542, 0.014);
-  PressBy(&site, -1e-3);
-  EXPECT_FALSE(site.truth().fingers[0].in_contact);
-  EXPECT_EQ(site.truth().fingers[0].force.norm(), 0);
-}
-
 // Reference: a press by two fingers that mirror each other in a plane of the body's symmetry, and
 // so do the hexahedra. Tolerance: Newton's method stops at residuals of 1e-5.
 TEST(TactileSite, PinchingFingersFeelOppositeForces) {
@@ -53,20 +30,6 @@ TEST(TactileSite, PinchingFingersFeelOppositeForces) {
   const Vector3d mirrored = truth[1].force.cwiseProduct(Vector3d(1, -1, 1));
   EXPECT_LT((truth[0].force - mirrored).norm(), 1e-4 * truth[0].force.norm());
   EXPECT_NEAR(truth[1].X_SF.translation().y(), -0.012 + 6.5e-3, 1e-9);
-}
-
-TEST(TactileSite, AStandingFingerIsPressedByTheBodyThatGivesWay) {
-  Scene scene = PinchScene();
-  scene.sense.Find<Tactile>()->fingers[1].motion = Finger::Motion::kStands;
-  scene.sense.Find<Tactile>()->fingers[1].X_SF.translation().y() = -7e-3;  // it touches
-  TactileSite site(scene, kCoarse);
-  PressBy(&site, 2.5e-3);
-  const auto truth = site.truth().fingers;
-  EXPECT_GT(truth[0].force.y(), 0.05);
-  EXPECT_TRUE(truth[1].in_contact);
-  EXPECT_LT(truth[1].force.y(), -0.005);
-  EXPECT_LT(-truth[1].force.y(), truth[0].force.y());
-  EXPECT_NEAR(truth[1].X_SF.translation().y(), -7e-3, 1e-12);
 }
 
 // Reference: Mindlin 1949, tangential over normal stiffness 2 (1 - nu) / (2 - nu), and no more than

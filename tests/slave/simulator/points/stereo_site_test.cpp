@@ -146,57 +146,6 @@ INSTANTIATE_TEST_SUITE_P(Presses, MembranePictureTest,
                                          Press{"eccentric", {0.0117 * 0.6, 0.0117 * 0.8}, 2e-3}),
                          [](const auto& press) { return press.param.name; });
 
-// Reference: the law of action and reaction along the normal, and a frictionless tool: no force
-// along the surface; none without contact. Deeper is stiffer.
-TEST(StereoSite, TheToolIsPushedBackAlongTheNormal) {
-  Scene scene = MembraneScene();
-  scene.object.X_SO.linear() =
-      Eigen::AngleAxisd(0.3, Vector3d(1, 2, 0).normalized()).toRotationMatrix();
-  scene.sense.Find<StereoCameras>()->X_SL = site::LeftEye(scene.object.X_SO);
-  scene.manipulator.home = Tip(scene, {0, 0}, -5e-3);
-  StereoSite site(scene, kCoarse);
-  EXPECT_FALSE(site.truth().in_contact);
-  EXPECT_EQ(site.truth().force, Vector3d::Zero());
-  double before = 0, slope = 0;
-  for (const double depth : {0.5e-3, 1e-3, 1.5e-3, 2e-3}) {
-    site.MoveTool(Tip(scene, {0, 0}, depth));
-    const Truth truth = site.truth();
-    EXPECT_TRUE(truth.in_contact && truth.solved);
-    EXPECT_NEAR(truth.depth, depth, 1e-12);
-    const Vector3d f_O = scene.object.X_SO.linear().transpose() * truth.force;
-    EXPECT_NEAR(f_O.head<2>().norm(), 0, 1e-9 * f_O.z());
-    EXPECT_GT(f_O.z() - before, slope);
-    slope = f_O.z() - before;
-    before = f_O.z();
-  }
-  site.MoveTool(Tip(scene, {0, 0}, -1e-4));
-  EXPECT_FALSE(site.truth().in_contact);
-  EXPECT_EQ(site.truth().force, Vector3d::Zero());
-  EXPECT_EQ(site.truth().depth, 0);
-  site.MoveTool(Tip(scene, {0.0395, 0}, 1e-3));
-  EXPECT_FALSE(site.truth().in_contact) << "beyond the rim";
-}
-
-// Reference: the press solved at that very place. Tolerance: half a raster from both neighbours the
-// worst measured are 1e-3 of the depth and 4.5e-3 of the force; fields that are not carried to the
-// tool's place are off by 1e-2.
-TEST(StereoSite, PressesBetweenTheSolvedRadiiAreBlendedWithinHalfAPercent) {
-  const double radius = 0.0105;
-  Scene scene = MembraneScene();
-  scene.operator_options.press_depth = 1e-3;
-  StereoSite blended(scene, kCoarse);
-  scene.manipulator.home = Tip(scene, {radius, 0}, -5e-3);
-  StereoSite exact(scene, kCoarse);
-  for (StereoSite* site : {&blended, &exact}) site->MoveTool(Tip(scene, {radius, 0}, 1e-3));
-  EXPECT_NEAR(blended.truth().force.norm() / exact.truth().force.norm(), 1, 0.006);
-  double worst = 0;
-  for (int k = -36; k <= 36; ++k) {
-    const Vector2d p_O(1e-3 * k, 0.5e-3);
-    worst = std::max(worst, (blended.TrueDisplacement(p_O) - exact.TrueDisplacement(p_O)).norm());
-  }
-  EXPECT_LT(worst, 0.003 * 1e-3);
-}
-
 // Reference: the press on the finest mesh in use, with twice as many rungs. Tolerances: what the
 // header states; measured are 0.12 % and 8 um at worst, most of it the mesh's.
 TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
@@ -221,9 +170,6 @@ TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
   }
 }
 
-// Where a tool is that slides along x at the manipulator's rate, step by step.
-constexpr double kSlideStep = 8e-3 / 1000;  // 8 mm/s at 1 kHz [m]
-
 // Reference: the path of paper C as its formula is printed, with the time of the pictures.
 TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
   Scene scene = TargetScene();
@@ -244,62 +190,6 @@ TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
                 1e-12);
   }
   EXPECT_FALSE(site.truth().in_contact);
-}
-
-// Reference: SSD of windows: what is printed on the body stands in the second picture where the
-// pose says. The best whole-pixel match lies within a pixel of the projection.
-TEST(StereoSite, TheTargetsTextureMovesWithIt) {
-  Scene scene = TargetScene();
-  StereoSite site(scene, kCoarse);
-  const cv::Mat first = site.TakePictures().left;
-  const TargetTruth before = *site.target();
-  for (int k = 0; k < 10; ++k) site.TakePictures();
-  const cv::Mat last = site.TakePictures().left;
-  const site::TexturedTarget target({});
-  const Isometry3d X_LS = scene.sense.Find<StereoCameras>()->X_SL.inverse();
-  for (const Vector2d& p_I : {Vector2d(340, 250), Vector2d(320, 280), Vector2d(380, 230)}) {
-    const auto p_B = target.PointAt(site.rig().left, X_LS * before.X_SB, p_I);
-    ASSERT_TRUE(p_B);
-    const auto expected = Project(site.rig().left, X_LS * site.target()->X_SB * *p_B);
-    const cv::Point corner(static_cast<int>(p_I.x()) - 15, static_cast<int>(p_I.y()) - 15);
-    cv::Mat score;
-    cv::matchTemplate(last, first({corner, cv::Size(31, 31)}), score, cv::TM_SQDIFF);
-    cv::Point best;
-    cv::minMaxLoc(score, nullptr, nullptr, &best);
-    EXPECT_NEAR(best.x + 15, expected->x(), 1);
-    EXPECT_NEAR(best.y + 15, expected->y(), 1);
-    EXPECT_GT((*expected - p_I).norm(), 3) << "nothing moved";
-  }
-}
-
-// Reference: the projection of the truth. A window of the picture at rest is found again there, and
-// not where it was: the noise of two pictures remains, sqrt(2) sigma.
-TEST(StereoSite, TheMembranesTextureMovesWithIt) {
-  Scene scene = MembraneScene();
-  scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
-  scene.operator_options.press_depth = 3e-3;
-  scene.site.flicker = 0;
-  StereoSite site(scene, kCoarse);
-  EXPECT_FALSE(site.target());
-  const cv::Mat rest = site.TakePictures().right;
-  site.MoveTool(Tip(scene, {0, 0}, 3e-3));
-  const cv::Mat pressed = site.TakePictures().right;
-  const Eye eye = EyeAt(0.03);
-  const auto window = [](const cv::Mat& picture, const Vector2d& p_I) {
-    cv::Mat part;
-    const cv::Point2f centre(static_cast<float>(p_I.x()), static_cast<float>(p_I.y()));
-    cv::getRectSubPix(picture, {9, 9}, centre, part, CV_32F);
-    return part;
-  };
-  for (const Vector2d& p_O : {Vector2d(0.009, 0.004), Vector2d(-0.007, 0.01)}) {
-    const Vector3d p(p_O.x(), p_O.y(), -0.001);
-    const Vector2d from = eye.ImageOf(p), to = eye.ImageOf(p + site.TrueDisplacement(p_O));
-    const cv::Mat before = window(rest, from);
-    const double there = cv::norm(before, window(pressed, to)) / 9;
-    const double stayed = cv::norm(before, window(pressed, from)) / 9;
-    EXPECT_LT(there, 6) << p_O.transpose();
-    EXPECT_GT(stayed, 2.5 * there) << p_O.transpose();
-  }
 }
 
 }  // namespace

@@ -15,8 +15,6 @@
 namespace palpate {
 namespace {
 
-using testing::HasSubstr;
-
 TEST(TrainCommandTest, WritesOneRecordingPerStartWithItsForces) {
   const Scratch scratch;
   ASSERT_EQ(RunTrain({.data = "simulated", .out = scratch.path() / "presses", .presses = 7}, {}),
@@ -30,26 +28,6 @@ TEST(TrainCommandTest, WritesOneRecordingPerStartWithItsForces) {
   EXPECT_TRUE(table.Find("fz"));
   EXPECT_TRUE(std::filesystem::exists(scratch.path() / "presses" / "start00002.csv"));
   EXPECT_FALSE(std::filesystem::exists(scratch.path() / "presses" / "start00003.csv"));
-}
-
-std::string Complaint(const TrainOptions& options) {
-  try {
-    RunTrain(options, {});
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing";
-}
-
-TEST(TrainCommandTest, OtherDataAreRefusedWithTheCommandThatTrains) {
-  const Scratch scratch;
-  const auto out = scratch.path() / "out";
-  EXPECT_THAT(
-      Complaint({.data = "day1.csv", .out = out}),
-      HasSubstr("day1.csv: expected simulated. Networks are trained by `python3 -m palpate.train"));
-  EXPECT_THAT(Complaint({.data = "simulated", .out = out, .presses = 0}), HasSubstr("1 or more"));
-  EXPECT_THAT(Complaint({.data = "simulated", .out = out, .seed = -1}), HasSubstr("--seed -1"));
-  EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 }  // namespace

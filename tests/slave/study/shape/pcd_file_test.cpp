@@ -90,22 +90,6 @@ TEST_F(PcdFileTest, WhatIsWrittenIsRead) {
   EXPECT_FALSE(WritePcd(folder_ / "no" / "such" / "folder.pcd", cloud));
 }
 
-TEST_F(PcdFileTest, ColourAndLabelMayBeMissing) {
-  const PcdCloud read = ReadPcd(Write(Header("ascii") + "1 2 3\n4 nan 6"));
-  ASSERT_EQ(read.cloud->size(), 1U);
-  EXPECT_EQ(read.dropped, 1U);
-  EXPECT_EQ(read.cloud->front().getVector3fMap(), Eigen::Vector3f(1, 2, 3));
-  EXPECT_TRUE(read.cloud->front().getRGBVector3i().isZero());
-  EXPECT_EQ(read.cloud->front().label, 0U);
-}
-
-TEST_F(PcdFileTest, ColourMayBePackedInAWholeNumber) {
-  const PcdCloud read =
-      ReadPcd(Write("VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\n"
-                    "WIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3 66051\n"));
-  EXPECT_EQ(read.cloud->front().getRGBVector3i(), Eigen::Vector3i(1, 2, 3));
-}
-
 TEST_F(PcdFileTest, FarthestAndInfinitePointsAreDropped) {
   const PcdCloud read =
       ReadPcd(Write(Header("ascii", "5") + "1 2 3\n1 2 4\n1 2 501\n1e999 0 0\ninf 0 0"));

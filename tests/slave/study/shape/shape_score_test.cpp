@@ -12,18 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(DistanceSummaryTest, FigureByFigure) {
-  std::vector<double> distances;
-  for (int i = 100; i >= 1; --i) distances.push_back(i);
-  const DistanceSummary d = Summarised(distances);
-  EXPECT_DOUBLE_EQ(d.mean, 50.5);
-  EXPECT_DOUBLE_EQ(d.rms, std::sqrt(101 * 201 / 6.0));  // sum of squares n (n+1) (2n+1) / 6
-  EXPECT_EQ(d.p95, 95);
-  EXPECT_EQ(d.max, 100);
-  EXPECT_EQ(Summarised({3}).p95, 3);
-  EXPECT_TRUE(std::isnan(Summarised({}).rms));
-}
-
 TEST(ShapeScoreTest, DistancesToABoxAreThoseToItsFacesEdgesAndCorners) {
   const SurfaceMesh box = SurfaceOf(MeshBox({0.1, 0.1, 0.1}, {3, 3, 3}));
   const std::vector<Vector3d> points{{0.05, 0.05, 0.13},   // before a face
@@ -45,17 +33,6 @@ TEST(ShapeScoreTest, DistancesToACloudAreThoseToItsNearestPoint) {
   ASSERT_EQ(d.size(), 2U);
   EXPECT_NEAR(d[0], 0.5, 1e-7);  // single precision
   EXPECT_NEAR(d[1], 0.1, 1e-7);
-}
-
-TEST(ShapeScoreTest, NothingHasNoDistances) {
-  const std::vector<Vector3d> point{{0, 0, 0}};
-  EXPECT_TRUE(DistancesToSurface(point, {}).empty());
-  EXPECT_TRUE(DistancesToSurface({}, SurfaceOf(MeshBox({1, 1, 1}, {1, 1, 1}))).empty());
-  EXPECT_TRUE(DistancesToCloud(point, {}).empty());
-  EXPECT_TRUE(std::isnan(Score({}, point, {}, 0.01).octree));
-  const ShapeScore score = Score({}, {}, {}, 0.01);
-  EXPECT_TRUE(std::isnan(score.octree));
-  EXPECT_TRUE(std::isnan(score.measured_to_surface.mean));
 }
 
 // An estimate moved towards the camera by 12 mm is off by that in every distance, and every

@@ -62,14 +62,5 @@ TEST_F(DirectionMeanTest, RunsOverTheSurfaceWithoutLeaps) {
   EXPECT_LT((mean_.PlaceOf({{0, 0, -1}, -0.01}) - Vector3d(-0.01, 0, -kRadius)).norm(), 1e-16);
 }
 
-TEST_F(DirectionMeanTest, HasNoDirectionOutOfNothing) {
-  EXPECT_FALSE(mean_.Mean({}));
-  layout_.p_F[0] = {-1e-3, 0, 4e-3};
-  layout_.p_F[1] = {-1e-3, 0, -4e-3};
-  EXPECT_FALSE(DirectionMean(layout_, kRadius).Mean(Only({{0, 1.0}, {1, 1.0}})));
-  layout_.p_F[2] = {-1e-3, 0, 0};
-  EXPECT_THROW(DirectionMean(layout_, kRadius), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace palpate

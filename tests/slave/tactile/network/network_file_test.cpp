@@ -93,59 +93,10 @@ TEST(NetworkFileTest, WhatIsWrittenIsReadExactly) {
   }
 }
 
-TEST(NetworkFileTest, ALayerHasItsOwnActivation) {
-  json root = JsonOf(MakeRandomNetwork("dnn_19", 4, 0.3f, 3));
-  root["activation"] = "elu";
-  root["dense"][1]["activation"] = "leaky_relu";
-  const Scratch scratch;
-  scratch.Write("network.json", root.dump());
-  const NetworkFile read = ReadForceNetwork(scratch.path());
-  EXPECT_EQ(read.weights.dense[0].activation, HiddenActivation::kElu);
-  EXPECT_EQ(read.weights.dense[1].activation, HiddenActivation::kLeakyRelu);
-}
-
-TEST(NetworkFileTest, OtherFormatsAreRefusedWithTheCommandThatConvertsThem) {
-  const Scratch scratch;
-  EXPECT_SAYS(
-      ErrorOf(scratch.Write("a.onnx", "x")),
-      "a.onnx: accepted is a folder with network.json; `python3 -m palpate.convert_network`");
-  scratch.Write("tensors.json", "{}");
-  EXPECT_SAYS(ErrorOf(scratch.path()),
-              "`python3 -m palpate.convert_network` makes it of tensors.json");
-}
-
-TEST(NetworkFileTest, WhatMayBeLeftOutIsNeutral) {
-  const RandomNetwork network = MakeRandomNetwork("dnn_19", 4, 0.3f, 3);
-  const Scratch scratch;
-  json root = JsonOf(network);
-  for (const char* key : {"gain", "input", "lstm", "output"}) {
-    root.erase(key);
-  }
-  scratch.Write("network.json", root.dump());
-  const NetworkFile read = ReadForceNetwork(scratch.path());
-  EXPECT_EQ(read.info.gain, 1);
-  EXPECT_EQ(read.info.sigma, Eigen::Vector3d(0, 0, 0));
-  EXPECT_EQ(read.weights.input_scale, Eigen::VectorXf::Ones(19));
-  EXPECT_EQ(read.weights.output_mean, Eigen::VectorXf::Zero(4));
-}
-
 TEST(NetworkFileTest, WeightsThatAreNoNumbersAreRefused) {
   RandomNetwork network = MakeRandomNetwork("rnn_21", 5, 0.3f, 4);
   network.weights.lstm[1].bias[3] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THROW(MakeForceNetwork(network.info, network.weights), std::invalid_argument);
-}
-
-TEST_F(BrokenNetworkTest, WhatIsNotThereIsNamed) {
-  EXPECT_SAYS(ErrorOf(scratch_.path() / "elsewhere"), "elsewhere: there is no such file or folder");
-  std::filesystem::remove(scratch_.path() / "network.json");
-  EXPECT_SAYS(ErrorOf(scratch_.path()), "contains no network.json");
-  for (const char* key :
-       {"architecture", "inputs", "window", "outputs", "rate", "palpate_force_network"}) {
-    EXPECT_SAYS(ErrorAfter([&](json* root) { root->erase(key); }),
-                key + std::string(" is missing"));
-  }
-  EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["lstm"][1].erase("bias"); }),
-              "network.json: lstm[1].bias is missing");
 }
 
 TEST_F(BrokenNetworkTest, TextThatIsCutOffIsNoJson) {

@@ -12,49 +12,6 @@
 namespace palpate {
 namespace {
 
-// A board drawn with corners at known places; they are found to a tenth of a pixel.
-TEST(BoardTest, ChessboardsAndCirclesAreFoundWhereTheyWereDrawn) {
-  for (const auto pattern : {Board::Pattern::kChessboard, Board::Pattern::kCircles}) {
-    const Board board{pattern, 7, 5, 0.01};
-    constexpr int kStep = 40;
-    cv::Mat picture(400, 480, CV_8UC3, cv::Scalar(230, 230, 230));
-    const bool chess = pattern == Board::Pattern::kChessboard;
-    for (int j = 0; j < (chess ? 6 : 5); ++j) {
-      for (int i = 0; i < (chess ? 8 : 7); ++i) {
-        const cv::Scalar dark(20, 20, 20);
-        const cv::Point at(80 + kStep * i, 80 + kStep * j);
-        if (!chess) cv::circle(picture, at, 10, dark, cv::FILLED, cv::LINE_AA);
-        if (chess && (i + j) % 2 == 0) {
-          cv::rectangle(picture, {at.x, at.y, kStep, kStep}, dark, cv::FILLED);
-        }
-      }
-    }
-    for (const bool negative : {false, true}) {
-      cv::Mat shown = picture;
-      if (negative && !chess) cv::bitwise_not(picture, shown);
-      auto corners = FindBoard(BoardGrey(shown), board);
-      ASSERT_TRUE(corners);
-      Corners expected;
-      const double first = chess ? 80 + kStep - 0.5 : 80;
-      for (int j = 0; j < 5; ++j) {
-        for (int i = 0; i < 7; ++i) {
-          expected.emplace_back(static_cast<float>(first + kStep * i),
-                                static_cast<float>(first + kStep * j));
-        }
-      }
-      if (cv::norm(corners->front() - expected.front()) > kStep) {
-        std::reverse(corners->begin(), corners->end());
-      }
-      for (std::size_t i = 0; i < expected.size(); ++i) {
-        EXPECT_LT(cv::norm((*corners)[i] - expected[i]), 0.1) << i;
-      }
-    }
-    EXPECT_FALSE(FindBoard(BoardGrey(picture), {pattern, 9, 8, 0.01}));
-  }
-  EXPECT_THROW(BoardGrey(cv::Mat()), std::runtime_error);
-  EXPECT_THROW(BoardGrey(cv::Mat1f(9, 9)), std::runtime_error);
-}
-
 // Reference: each order is a rotation of the board's points onto themselves.
 TEST(BoardTest, OrdersAreRotationsOfTheBoardOntoItself) {
   struct Case {

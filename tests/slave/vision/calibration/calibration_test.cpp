@@ -138,24 +138,6 @@ TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
   EXPECT_THROW(CalibratePair(TestBoard(), {pairs[0], pairs[1]}, kSizes), std::runtime_error);
 }
 
-TEST(PairCalibrationTest, OneCameraTwiceIsNoPair) {
-  auto pairs = ProjectPairs(VergedTestRig(), 6, 0.5, 0.1);
-  for (PairView& pair : pairs) pair.right = pair.left;
-  EXPECT_THROW(CalibratePair(TestBoard(), pairs, kSizes), std::runtime_error);
-}
-
-// The answer is as large as the square is said to be, and no less exact.
-TEST(PairCalibrationTest, TheRigScalesWithTheSquare) {
-  const auto pairs = ProjectPairs(VergedTestRig(), 8, 0.5, 0.1);
-  const double baseline = CalibratePair(TestBoard(), pairs, kSizes).fit.rig.baseline();
-  for (const double factor : {1e-3, 1e3}) {
-    Board board = TestBoard();
-    board.square *= factor;
-    const double scaled = CalibratePair(board, pairs, kSizes).fit.rig.baseline();
-    EXPECT_NEAR(scaled / (factor * baseline), 1, 1e-6) << factor;
-  }
-}
-
 TEST(LensCalibrationTest, AViewOfAnotherBoardIsLeftOut) {
   std::vector<Corners> views;
   for (const PairView& pair : ProjectPairs(VergedTestRig(), 8, 0.5, 0.1))
@@ -187,38 +169,6 @@ TEST(TrustTest, BoardsWithoutTiltAreRefusedByTheirHalves) {
   EXPECT_THAT(judge(0.02), testing::Contains(HasSubstr("halves")));
 }
 
-// One picture given again and again agrees with itself; so do pictures of a board that hardly
-// moved.
-TEST(TrustTest, PicturesOfOnePoseAreOneOpinion) {
-  const auto pairs = ProjectPairs(VergedTestRig(), 8, 0.5, 0.1);
-  std::vector<Corners> views;
-  for (int i = 0; i < 12; ++i) {
-    views.push_back(pairs[static_cast<std::size_t>(i % 3)].left);
-    for (cv::Point2f& p : views.back()) p.x += 0.3F * static_cast<float>(i);
-  }
-  CalibrationEvidence question;
-  question.halves = CheckHalves(TestBoard(), views, kSizes.left, 800);
-  EXPECT_EQ(question.halves.distinct, 3U);
-  EXPECT_THAT(EvaluateCalibration(question).reasons,
-              testing::Contains(HasSubstr("3 different pairs")));
-  views.clear();
-  for (const PairView& pair : pairs) views.push_back(pair.left);
-  const HalvesCheck once = CheckHalves(TestBoard(), views, kSizes.left, 800);
-  for (const PairView& pair : pairs) views.push_back(pair.left);
-  const HalvesCheck twice = CheckHalves(TestBoard(), views, kSizes.left, 800);
-  EXPECT_EQ(twice.distinct, 8U);
-  EXPECT_NEAR(twice.sigma(), once.sigma(), 1e-3 * once.sigma());
-}
-
-// If a half estimates with variance 2 s^2, |a - b| is 2 s times a unit normal's size.
-TEST(TrustTest, TheSigmaOfTheWholeIsHalfTheDifferenceOfHalves) {
-  HalvesCheck halves;
-  halves.odd_even = 0.02;
-  halves.random = std::vector<double>(kRandomHalves, 0.02);
-  EXPECT_DOUBLE_EQ(halves.sigma(), 0.01);
-  EXPECT_DOUBLE_EQ(halves.worst(), 0.02);
-}
-
 TEST(TrustTest, ExchangedSidesAreSeenInTheRig) {
   const StereoRig rig = VergedTestRig();
   EXPECT_FALSE(AreSidesExchanged(rig));
@@ -226,21 +176,6 @@ TEST(TrustTest, ExchangedSidesAreSeenInTheRig) {
   StereoRig one_above_the_other;
   one_above_the_other.X_RL.translation() = Eigen::Vector3d(0.001, 0.06, 0);
   EXPECT_FALSE(AreSidesExchanged(one_above_the_other));
-}
-
-// After R1 and R2 a point stands on the same row of both.
-TEST(RectificationTest, AlignsTheRows) {
-  const StereoRig rig = VergedTestRig();
-  const auto matrices = Rectification(rig);
-  ASSERT_EQ(matrices.size(), 5u);
-  const Eigen::Vector3d p_L(0.02, 0.03, 0.25), p_R = rig.X_RL * p_L;
-  const auto row = [&](const NamedMatrix& R, const NamedMatrix& P, const Eigen::Vector3d& p) {
-    const Eigen::Vector3d c = R.value * p;
-    return P.value(1, 1) * c.y() / c.z() + P.value(1, 2);
-  };
-  EXPECT_EQ(matrices[1].name, "R2");
-  EXPECT_EQ(matrices[3].name, "P2");
-  EXPECT_NEAR(row(matrices[0], matrices[2], p_L), row(matrices[1], matrices[3], p_R), 1e-9);
 }
 
 }  // namespace

@@ -72,20 +72,6 @@ TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
   }
 }
 
-// Reference: a plane moved by s along its normal moves every point by s along the normal, whatever
-// the slant. Tolerance: five sigma of a mean over 256 pixels, now and at rest: 5 * 4 um.
-TEST_F(DepthPointsTest, APlaneThatMovesAlongItsNormalIsSeenToDoSo) {
-  DepthPoints eyes(TestParams());
-  const Eigen::Vector3d n = Eigen::Vector3d(-0.6, 0.4, 1).normalized();
-  TakeRest(&eyes, Plane(n, 0.11), kDither);
-  for (const double s : {-0.004, -0.0002, 0.0, 0.0013}) {
-    const auto& seen = eyes.Observe(Picture(Plane(n, 0.11 + s), kDither), 9, {});
-    for (const SurfacePoint& point : seen.points) {
-      EXPECT_NEAR(n.dot(point.p_S - point.p_S_rest), s, 20e-6) << point.id;
-    }
-  }
-}
-
 // Reference: the same plane, with a quarter of every cell's pixels lost on one side at rest and on
 // the other side now: what is seen of the slant differs, where the surface is does not. Tolerance:
 // five sigma of a mean over the 128 pixels in common.
@@ -158,36 +144,6 @@ TEST_F(DepthPointsTest, OutliersAndHolesDoNotShiftTheMean) {
   }
 }
 
-TEST_F(DepthPointsTest, ACellWithTooFewDepthsIsUnseenAndKeepsItsPlace) {
-  DepthPoints eyes(TestParams());
-  const Surface plane = Plane({0, 0, 1}, 0.1);
-  TakeRest(&eyes, plane);
-  const Eigen::Vector3d before =
-      eyes.Observe(Picture(Plane({0, 0, 1}, 0.098)), 9, {}).points[25].p_S;
-  cv::Mat picture = Picture(plane);
-  picture(cv::Rect(80, 16, 16, 9)).setTo(0);      // cell 25: 7 rows of 16 are left
-  picture(cv::Rect(96, 16, 16, 8)).setTo(65535);  // cell 26: half of it
-  const auto& seen = eyes.Observe(picture, 10, {});
-  EXPECT_TRUE(seen.found);
-  EXPECT_FALSE(seen.points[25].seen);
-  EXPECT_EQ(seen.points[25].p_S, before);
-  EXPECT_TRUE(seen.points[26].seen);
-  EXPECT_NEAR(seen.points[26].p_S.z(), 0.1, 1e-6);
-}
-
-TEST_F(DepthPointsTest, PixelsThatFlickerAtRestHaveNoRestDepth) {
-  DepthPoints eyes(TestParams());
-  const Surface plane = Plane({0, 0, 1}, 0.1);
-  for (int k = 0; k < 4; ++k) {
-    cv::Mat picture = Picture(plane);
-    picture(cv::Rect(0, 0, 16, 16)).setTo(k % 2 == 0 ? 1000 : 1200);
-    eyes.Observe(picture, 1, {});
-  }
-  const auto& seen = eyes.Observe(Picture(plane), 2, {});
-  EXPECT_EQ(seen.points.size(), 299U);
-  EXPECT_EQ(seen.points[0].id, 1);
-}
-
 TEST_F(DepthPointsTest, PicturesThatCannotBeUsedAreNoObservation) {
   DepthPoints eyes(TestParams());
   const Surface plane = Plane({0, 0, 1}, 0.1);
@@ -208,15 +164,6 @@ TEST_F(DepthPointsTest, PicturesThatCannotBeUsedAreNoObservation) {
   EXPECT_FALSE(eyes.Observe(wide, 4, {}).found);
   EXPECT_FALSE(eyes.at_rest_known());
   EXPECT_TRUE(eyes.Observe(wide, 4, {}).points.empty());
-}
-
-TEST_F(DepthPointsTest, WhatLiesOutsideTheRangeIsNoMeasurement) {
-  auto params = TestParams();
-  params.nearest = 0.05;
-  params.farthest = 0.09;
-  DepthPoints eyes(params);
-  for (int k = 0; k < 4; ++k) eyes.Observe(Picture(Plane({0, 0, 1}, 0.1)), 1, {});
-  EXPECT_FALSE(eyes.at_rest_known());
 }
 
 TEST_F(DepthPointsTest, ObservingAllocatesNothingOnceTheRestIsKnown) {

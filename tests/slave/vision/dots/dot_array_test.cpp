@@ -87,34 +87,6 @@ Shuffled Shuffle(const std::vector<Dot>& dots, const std::set<int>& without, int
   return shuffled;
 }
 
-// Reference: the lattice points within 37 mm of the centre, counted by hand.
-TEST(DotLayout, ThirtyOneDotsAreSevenSymmetricRows) {
-  const auto& layout = Array31();
-  std::vector<int> rows(7, 0);
-  double farthest = 0;
-  Eigen::Vector2d sum(0, 0);
-  for (const Eigen::Vector2d& p : layout) {
-    ++rows[static_cast<std::size_t>(std::lround(p.y() / 0.010) + 3)];
-    farthest = std::max(farthest, p.norm());
-    sum += p;
-  }
-  EXPECT_EQ(rows, (std::vector<int>{3, 5, 5, 5, 5, 5, 3}));
-  EXPECT_LT(farthest + 0.002, 0.039);
-  EXPECT_LT(sum.norm(), 1e-12);
-}
-
-TEST(DotLayout, EvenCountsAreSymmetricToo) {
-  for (const int count : {4, 12, 16, 21}) {
-    Eigen::Vector2d sum(0, 0);
-    const auto layout = LatticePlaces(count, {0.01, 0.01});
-    EXPECT_EQ(layout.size(), static_cast<std::size_t>(count));
-    for (const Eigen::Vector2d& p : layout) sum += p;
-    EXPECT_LT(sum.norm(), 1e-12) << count;
-  }
-  EXPECT_THROW(LatticePlaces(0, {1, 1}), std::invalid_argument);
-  EXPECT_THROW(LatticePlaces(9, {1, std::nan("")}), std::invalid_argument);
-}
-
 // Reference: g_vision.json, circle_centroid_bias; exact for a pinhole.
 TEST(CircleBias, IsWhatTheReferenceSays) {
   PALPATE_CASE_OR_SKIP(reference, "g_vision.json", "circle_centroid_bias");
@@ -195,30 +167,6 @@ TEST(DotArray, CrowdsAndNonsenseAreAnsweredWithNobody) {
   const std::vector<Eigen::Vector2d> nowhere(31, Eigen::Vector2d::Constant(std::nan("")));
   EXPECT_EQ(array.Identify(crowd.dots, nowhere, kAnyArea, &picks), 0);
   EXPECT_EQ(array.Identify(crowd.dots, {}, kAnyArea, &picks), 0);
-}
-
-TEST(DotArray, ImpossibleLayoutsAreRefused) {
-  using Layout = std::vector<Eigen::Vector2d>;
-  EXPECT_THROW(DotArray(Layout{{0, 0}, {1, 0}}), std::invalid_argument);
-  EXPECT_THROW(DotArray(Layout{{0, 0}, {1, 0}, {2, 0}, {3, 0}}), std::invalid_argument);
-  EXPECT_THROW(DotArray(Layout{{0, 0}, {1, 0}, {0, 1}, {0, 1}}), std::invalid_argument);
-  EXPECT_THROW(DotArray(Layout{{0, 0}, {1, 0}, {0, std::nan("")}}), std::invalid_argument);
-}
-
-// Reference: an affine map of the neighbours, drawn at random.
-TEST(DotArray, MissingDotsAreExpectedWhereTheirNeighboursPutThem) {
-  const DotArray array(Array31());
-  const auto before = Places(Array31(), View{});
-  View moved;
-  moved.turn = 0.2;
-  moved.shift += Eigen::Vector2d(30, 11);
-  const auto now = Places(Array31(), moved);
-  for (std::size_t k = 0; k < 31; ++k) {
-    std::vector<char> seen(31, 1);
-    seen[k] = 0;
-    EXPECT_LT((array.Expect(k, before, now, seen) - now[k]).norm(), 0.01);
-  }
-  EXPECT_FALSE(array.Expect(0, before, now, std::vector<char>(31, 0)).allFinite());
 }
 
 }  // namespace

@@ -219,16 +219,6 @@ TEST(DotFinder, TakesNoSquareLineOrCutDotForADot) {
   EXPECT_NEAR(dots[0].centre.x(), 100, 0.1);
 }
 
-// As a membrane's clamp.
-TEST(DotFinder, DotsWithinADarkFrameAreFound) {
-  cv::Mat image = ManyDots().Render();
-  for (const cv::Rect& side : {cv::Rect(10, 10, 620, 12), cv::Rect(10, 460, 620, 12),
-                               cv::Rect(10, 10, 12, 460), cv::Rect(620, 10, 12, 462)}) {
-    image(side).setTo(90);
-  }
-  EXPECT_EQ(Found(image).size(), ManyPlaces().size());
-}
-
 TEST(DotFinder, BadPicturesAreRefused) {
   DotFinder finder = Finder();
   std::vector<Dot> dots(3);

@@ -26,15 +26,6 @@ GroundRing Ring(double shared) {
   return ring;
 }
 
-// Reference: the mean of n pixels that err each for itself has a variance of one n-th. Of 16
-// sectors a plane takes 3: one, within three times sqrt(2 / 13).
-TEST(GroundRing, NoiseOfPixelsIsAsUnevenAsItIs) {
-  GroundRing ring = Ring(0);
-  ASSERT_TRUE(ring.Fit());
-  EXPECT_NEAR(ring.plane().gx, 0.3, 0.05);
-  EXPECT_NEAR(ring.unevenness(), 1, 1.2);
-}
-
 // Reference: two levels of a sector's own beside two of each of its 14 pixels make the square of
 // its mean 4 + 4 / 14 where pixels of the same variance, 8, would make 8 / 14.
 TEST(GroundRing, WhatNeighboursShareIsSeen) {

@@ -202,24 +202,6 @@ TEST(StereoDots, JumpOfOneColumnIsNotTakenForStandingStill) {
   EXPECT_LT(Worst(seen, bump), 0.1e-3);
 }
 
-// The whole array shifted, turned and tilted against its pose in the scene.
-TEST(StereoDots, FindsTheArrayBesideItsPose) {
-  Bump bump;
-  bump.X_SO.linear() = (Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()) *
-                        Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()))
-                           .toRotationMatrix();
-  bump.X_SO.translation() << 0.006, -0.004, 0.01;
-  StereoDots::Params params = Params();
-  params.rest_pictures = 1;
-  StereoDots stereo(params);
-  const Pair pair = Pictures(bump, 1);
-  const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
-  EXPECT_EQ(Seen(seen), 31);
-  for (std::size_t k = 0; k < Layout().size(); ++k) {
-    EXPECT_LT((seen.points[k].p_S - bump.Place(Layout()[k])).norm(), 0.1e-3);
-  }
-}
-
 TEST(StereoDots, BadPairsAreNotFoundAndNotFatal) {
   StereoDots stereo(Params());
   Rest(&stereo);
@@ -234,21 +216,6 @@ TEST(StereoDots, BadPairsAreNotFoundAndNotFatal) {
     EXPECT_EQ(Seen(again), 31);
     EXPECT_LT(Worst(again, {}), 0.08e-3);
   }
-}
-
-TEST(StereoDots, ImpossibleParametersAreRefused) {
-  StereoDots::Params params = Params();
-  params.rig.left.fx = 0;
-  EXPECT_THROW(StereoDots{params}, std::invalid_argument);
-  params = Params();
-  params.dot_radius = std::nan("");
-  EXPECT_THROW(StereoDots{params}, std::invalid_argument);
-  params = Params();
-  params.layout.clear();
-  EXPECT_THROW(StereoDots{params}, std::invalid_argument);
-  params = Params();
-  params.X_SO.translation() << 0, 0, -1;
-  EXPECT_THROW(StereoDots{params}, std::invalid_argument);
 }
 
 }  // namespace

@@ -27,19 +27,6 @@ TEST(LensTest, EveryPixelGoesOutAndComesBack) {
   }
 }
 
-// Reference: OpenCV's documented formula written out for one ray.
-TEST(LensTest, DistortsAsDocumented) {
-  const Lens lens = TestLens(kBarrel);
-  const double x = 0.3, y = -0.2, s = x * x + y * y;
-  const double radial = 1 - 0.27 * s - 0.04 * s * s + 0.24 * s * s * s;
-  const auto p = Project(lens, {x * 2, y * 2, 2});
-  ASSERT_TRUE(p);
-  EXPECT_NEAR(p->x(), 320 + 800 * (x * radial + 2 * 0.0018 * x * y - 0.0003 * (s + 2 * x * x)),
-              1e-10);
-  EXPECT_NEAR(p->y(), 240 + 800 * (y * radial + 0.0018 * (s + 2 * y * y) - 2 * 0.0003 * x * y),
-              1e-10);
-}
-
 // Central differences with step h err by h^2 and round by eps / h: 1e-6 of 800 px at h = 1e-6.
 TEST(LensTest, TheJacobianIsTheDerivative) {
   const Lens lens = TestLens(kPincushion);

@@ -74,27 +74,5 @@ TEST(LensWarpTest, PicturesAreStraightenedAndBent) {
   EXPECT_GT(worst(expected, Waves(lens, false)), 100);  // or the test shows nothing
 }
 
-TEST(LensWarpTest, PicturesOfEveryKindKeepTheirKind) {
-  const LensWarp warp = LensWarp::Straightening(TestLens(kBarrel));
-  for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3, CV_32FC1}) {
-    const cv::Mat picture(480, 640, type, cv::Scalar::all(77));
-    const cv::Mat straight = warp.Apply(picture);
-    EXPECT_EQ(straight.type(), type);
-    EXPECT_EQ(cv::norm(straight, picture, cv::NORM_INF), 0);
-  }
-  EXPECT_THROW(static_cast<void>(warp.Apply(cv::Mat(480, 641, CV_8U))), std::runtime_error);
-  EXPECT_THROW(static_cast<void>(warp.Apply(cv::Mat())), std::runtime_error);
-}
-
-TEST(LensWarpTest, ThePairsFileIsNoLens) {
-  const auto folder = std::filesystem::path(BinaryPath()) / "test-output";
-  std::filesystem::create_directories(folder);
-  WriteRig(folder / "warp-pair.yaml", VergedTestRig());
-  WriteRig(folder / "warp-lens.yaml", VergedTestRig(kBarrel), true);
-  EXPECT_EQ(ReadLens(folder / "warp-lens.yaml").distortion, kBarrel);
-  EXPECT_THAT(Thrown<std::runtime_error>([&] { ReadLens(folder / "warp-pair.yaml"); }),
-              testing::HasSubstr("is for two cameras"));
-}
-
 }  // namespace
 }  // namespace palpate

@@ -49,15 +49,6 @@ TEST_F(RigFileTest, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(read.rms_px, rig_.rms_px);
 }
 
-TEST_F(RigFileTest, OneCameraHasNoRight) {
-  const fs::path file = folder_ / "one.yaml";
-  WriteRig(file, rig_, true);
-  const StereoRig read = ReadRig(file);
-  ExpectSame(read.left, rig_.left);
-  EXPECT_EQ(read.right.size[0], 0);
-  EXPECT_EQ(read.baseline(), 0);
-}
-
 TEST_F(RigFileTest, OpenCvReadsTheFile) {
   const fs::path file = folder_ / "of-opencv.yaml";
   WriteRig(file, rig_, false, {{"more", Eigen::RowVector2d(1, 2)}});

@@ -51,20 +51,6 @@ TEST(TriangulateTest, AgreesWithTheReferenceOfAVergedRig) {
   EXPECT_LT((point->p_L - Vector3(reference.at("expected").at("X"))).norm(), 1e-10);
 }
 
-TEST(TriangulateTest, FindsAgainWhatBothCamerasSeeThroughDistortedLenses) {
-  const StereoRig rig = VergedTestRig({-0.27, -0.04, 0.0018, -0.0003, 0.24});
-  for (double x = -0.03; x <= 0.06; x += 0.015) {
-    for (double y = -0.04; y <= 0.04; y += 0.02) {
-      const Eigen::Vector3d p_L(x, y, 0.25 + x);
-      const auto left = Project(rig.left, p_L), right = Project(rig.right, rig.X_RL * p_L);
-      ASSERT_TRUE(left && right);
-      const auto point = Triangulate(rig, *left, *right, 0.1);
-      ASSERT_TRUE(point);
-      EXPECT_LT((point->p_L - p_L).norm(), 1e-12);
-    }
-  }
-}
-
 // Monte Carlo of 20 000 noisy pictures: a variance scatters by sqrt(2 / n) = 1 %, so four sigma are
 // 4 %; along every axis of the ellipsoid, that is, in the metric of the stated covariance.
 TEST(TriangulateTest, TheCovarianceIsThatOfNoisyPictures) {

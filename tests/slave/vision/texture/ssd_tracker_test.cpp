@@ -121,30 +121,6 @@ TEST(SsdTrackerTest, PicturesOfAnotherKindAreFlaggedAndJumpedOver) {
   }
 }
 
-TEST(SsdTrackerTest, WindowsWithoutTextureOrPlaceAreSaidSoForEver) {
-  WavyTexture texture;
-  cv::Mat picture = texture.Picture({});
-  picture(cv::Rect(0, 0, 120, 240)).setTo(80);
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  SsdTracker tracker(picture, {{60, 120}, {318, 120}, {nan, 5}, {1e300, -1e300}, {200, 120}}, {});
-  for (int k = 0; k < 3; ++k) {
-    const auto& windows = tracker.Track(picture);
-    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(windows[i].state, WindowState::kNoTexture) << i;
-    EXPECT_EQ(windows[4].state, WindowState::kTracked);
-  }
-}
-
-TEST(SsdTrackerTest, ColourIsReadAsGrey) {
-  WavyTexture texture;
-  cv::Mat first, second;
-  cv::cvtColor(texture.Picture({}), first, cv::COLOR_GRAY2BGR);
-  cv::cvtColor(texture.Picture(Shifted(2, 1)), second, cv::COLOR_GRAY2BGR);
-  SsdTracker tracker(first, {{160, 120}}, {});
-  const auto& window = tracker.Track(second).front();
-  ASSERT_TRUE(window.seen());
-  EXPECT_LT((window.warp.p - Eigen::Vector2d(162, 121)).norm(), 0.05);
-}
-
 TEST(SsdTrackerTest, WhatCannotBeIsRefusedAtOnce) {
   const cv::Mat picture = WavyTexture().Picture({});
   const auto with = [&](auto change) {

@@ -69,37 +69,6 @@ TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
   }
 }
 
-// As fast as the path run three times as fast, and turning round at once, which no prediction
-// knows.
-TEST_F(StereoTextureTest, NoWindowOfAGridIsLostWhereTheBodyTurnsRound) {
-  StereoTextureOptions options;
-  for (int i = 0; i < 25; ++i) options.at.emplace_back(290 + 15 * (i % 5), 210 + 15 * (i / 5));
-  StereoTexture texture(pictures.rig, pictures.X_SL, options);
-  for (const int step : {0, 1, 2, 3, 2, 1, 0, 1, 2, 3, 2, 1, 0}) {
-    const auto pair = pictures.Take({0.0015 * step, 0, 0.0005 * step});
-    for (const SurfacePoint& point : texture.Process(pair.left, pair.right, 0, Time{}).points) {
-      EXPECT_TRUE(point.seen) << "step " << step << ", window " << point.id;
-    }
-  }
-}
-
-TEST_F(StereoTextureTest, WindowsAreChosenWhereNoneIsNamed) {
-  StereoTextureOptions options;
-  options.count = 12;
-  StereoTexture texture(pictures.rig, pictures.X_SL, options);
-  const auto pair = pictures.Take(kRest);
-  const auto& seen = texture.Process(pair.left, pair.right, 0, Time{});
-  ASSERT_TRUE(seen.found);
-  ASSERT_EQ(seen.points.size(), 12U);
-  int count = 0;
-  for (const SurfacePoint& point : seen.points) {
-    if (!point.seen) continue;
-    ++count;
-    EXPECT_LT(point.p_S.norm(), 0.05);
-  }
-  EXPECT_GE(count, 8);
-}
-
 TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   for (int k = 0; k <= 12; ++k) {
@@ -135,41 +104,6 @@ TEST_F(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
     EXPECT_TRUE(seen.points.front().p_S.allFinite());
   }
   EXPECT_TRUE(texture.Process(pair.left, pair.right, 3, Time{}).found);
-}
-
-TEST_F(StereoTextureTest, AStartThatThrowsHasNotStarted) {
-  StereoRig rig = pictures.rig;
-  rig.right.size = {64, 64};  // two levels of the three
-  StereoTexture texture(rig, pictures.X_SL, ThreeWindows());
-  const auto pair = pictures.Take(kRest);
-  const cv::Mat small(pair.right, cv::Rect(300, 200, 64, 64));
-  for (int k = 0; k < 2; ++k) {
-    EXPECT_THROW(texture.Process(pair.left, small, 0, Time{}), std::invalid_argument);
-    EXPECT_FALSE(texture.started());
-    EXPECT_TRUE(texture.right_windows().empty());
-  }
-}
-
-TEST_F(StereoTextureTest, SwappedPicturesAreNoPointsBehindTheCameras) {
-  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
-  const auto pair = pictures.Take(kRest);
-  for (const SurfacePoint& point : texture.Process(pair.right, pair.left, 0, Time{}).points) {
-    if (point.seen) {
-      EXPECT_GT((pictures.X_SL.inverse() * point.p_S).z(), 0);
-    }
-  }
-}
-
-TEST_F(StereoTextureTest, OptionsThatCannotBeAreRefused) {
-  const auto with = [&](auto change) {
-    StereoTextureOptions options;
-    change(options);
-    StereoTexture(pictures.rig, pictures.X_SL, options);
-  };
-  EXPECT_THROW(with([](StereoTextureOptions& o) { o.count = 0; }), std::invalid_argument);
-  EXPECT_THROW(with([](StereoTextureOptions& o) { o.sigma = NAN; }), std::invalid_argument);
-  EXPECT_THROW(with([](StereoTextureOptions& o) { o.most_miss = 0; }), std::invalid_argument);
-  EXPECT_THROW(with([](StereoTextureOptions& o) { o.ssd.window = 12; }), std::invalid_argument);
 }
 
 TEST_F(StereoTextureTest, NothingIsAllocatedPerPair) {

@@ -1,0 +1,2 @@
+def remove_ros_args(args):
+    return list(args)

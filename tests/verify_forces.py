@@ -1,0 +1,231 @@
+#!/usr/bin/env python3
+"""Runs `palpate-slave verify --forces` on recordings of others that were corrupted in a known way.
+
+40 random corruptions of the 9DTact pairs and of the foam bar of seed paper 1, and 10 random subsets of the pairs
+without one. A corruption is named if the report finds the corrupted quantity wrong with its size, and no other
+quantity. The foam bar's own scale and turned axes are always to be named. Exit code 1: fewer than 36 are named, or an
+alarm without a corruption; 77: no data.
+
+    python3 tests/verify_forces.py [--slave palpate-slave] [--seed 1]
+"""
+import argparse
+import csv
+import json
+import math
+import pathlib
+import random
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+DATA = ROOT.parent / "shared" / "data"
+CORRUPTIONS, LEAST_NAMED, CLEAN = 40, 36, 10
+UNITS = {"mN": 1000.0, "g": 1000 / 9.80665, "kgf": 1 / 9.80665, "9.81": 9.80665, "1/1000": 0.001}
+FOAM_OWN = {"magnitude", "frame"}
+
+
+def nine_d_tact():
+    """Pairs (None, measured, estimated), without time."""
+    with open(DATA / "tactile_9dtact" / "pairs.csv", encoding="utf-8") as table:
+        return [(None, [float(row[f"true_f{a}_N"]) for a in "xyz"], [float(row[f"predicted_f{a}_N"]) for a in "xyz"])
+                for row in csv.DictReader(table)]
+
+
+def foam_bar():
+    """The network's force and the sensor's, whose rest value is subtracted."""
+    with open(DATA / "seed001_rf_foam_bar" / "lstm_expected_rf.csv", encoding="utf-8") as table:
+        rows = [(float(row["rel_time_s"]), [float(row[f"meas_f{a}_N"]) for a in "xyz"],
+                 [float(row[f"y{i}"]) for i in range(3)]) for row in csv.DictReader(table)]
+    rest = [sum(row[1][k] for row in rows[:50]) / 50 for k in range(3)]
+    return [(t, [m - r for m, r in zip(measured, rest)], estimate) for t, measured, estimate in rows]
+
+
+class Corruption:
+    """`apply` changes rows (t, measured, estimated, sigma); `expected`: keys of the report that are to be wrong."""
+
+    def __init__(self, name, expected, apply, check):
+        self.name, self.expected, self.apply, self.check = name, expected, apply, check
+
+
+def value_of(card, key):
+    return card["lines"][key]["low_value_high"][1]
+
+
+def each(change):
+    return lambda rows: [(t, m, change(e), s) for t, m, e, s in rows]
+
+
+def turned(rng):
+    """A rotation by 15 to 40 degrees about a random axis (Rodrigues)."""
+    axis = [rng.gauss(0, 1) for _ in range(3)]
+    size = math.sqrt(sum(x * x for x in axis))
+    x, y, z = (a / size for a in axis)
+    angle = math.radians(rng.uniform(15, 40))
+    c, s = math.cos(angle), math.sin(angle)
+    rows = [[c + x * x * (1 - c), x * y * (1 - c) - z * s, x * z * (1 - c) + y * s],
+            [y * x * (1 - c) + z * s, c + y * y * (1 - c), y * z * (1 - c) - x * s],
+            [z * x * (1 - c) - y * s, z * y * (1 - c) + x * s, c + z * z * (1 - c)]]
+    return lambda e: [sum(rows[i][j] * e[j] for j in range(3)) for i in range(3)]
+
+
+def scale(rng, own):
+    """Away from the factor that would correct the source's own scale."""
+    factor = rng.choice([rng.uniform(0.6, 0.85), rng.uniform(1.2, 1.9)])
+    while 0.8 < factor * own < 1.2:
+        factor = rng.choice([rng.uniform(0.6, 0.85), rng.uniform(1.2, 1.9)])
+    return Corruption(f"scale {factor:.3f}", {"magnitude"}, each(lambda e: [factor * x for x in e]),
+                      lambda card: abs(value_of(card, "magnitude") / (own * factor) - 1) < 0.1)
+
+
+def offset(rng, peak):
+    axis, size = rng.randrange(3), rng.choice([-1, 1]) * rng.uniform(0.06, 0.3) * peak
+    return Corruption(f"offset {size:+.3f} N on {'xyz'[axis]}", {"zero"},
+                      each(lambda e: [x + size * (k == axis) for k, x in enumerate(e)]),
+                      lambda card: abs(value_of(card, "zero") / abs(size) - 1) < 0.35)
+
+
+def sign(rng, _):
+    flipped = rng.choice([(0, 1, 2), (0, 1, 2), (0,), (1,), (2,)])
+    return Corruption("sign of " + "".join("xyz"[k] for k in flipped), {"sign"},
+                      each(lambda e: [-x if k in flipped else x for k, x in enumerate(e)]),
+                      lambda card: card["map"]["sign"] == [-1 if k in flipped else 1 for k in range(3)])
+
+
+def axes(rng, _):
+    order = rng.choice([(1, 0, 2), (2, 1, 0), (0, 2, 1), (1, 2, 0), (2, 0, 1)])
+    return Corruption("axes " + "".join("xyz"[k] for k in order), {"frame"}, each(lambda e: [e[k] for k in order]),
+                      lambda card: [order[a] for a in card["map"]["reported_axis"]] == [0, 1, 2])
+
+
+def turn(rng, _):
+    change = turned(rng)
+    return Corruption("turn", {"frame"}, each(change), lambda card: True)
+
+
+def unit(rng, _):
+    name = rng.choice(sorted(UNITS))
+    return Corruption("unit " + name, {"unit"}, each(lambda e: [UNITS[name] * x for x in e]),
+                      lambda card: abs(float(card["lines"]["unit"]["text"]) / UNITS[name] - 1) < 0.01)
+
+
+def delay(rng):
+    late = rng.choice([-1, 1]) * rng.uniform(0.03, 0.4)
+    return Corruption(f"delay {1e3 * late:+.0f} ms", {"delay"}, lambda rows: moved(rows, late),
+                      lambda card: abs(value_of(card, "delay") - late) < 0.02)
+
+
+def moved(rows, late):
+    """The estimate `late` seconds later, on the same times."""
+    times = [row[0] for row in rows]
+    result, at = [], 0
+    for t, m, _, s in rows:
+        wanted = t - late
+        if not times[0] <= wanted < times[-1]:
+            continue
+        while times[at + 1] < wanted:
+            at += 1
+        share = (wanted - times[at]) / (times[at + 1] - times[at])
+        result.append((t, m, [a + share * (b - a) for a, b in zip(rows[at][2], rows[at + 1][2])], s))
+    return result
+
+
+def sigma(rng):
+    """Sigma that covers the foam bar's own errors, times a factor."""
+    factor = rng.choice([rng.uniform(0.15, 0.35), rng.uniform(4, 8)])
+
+    def apply(rows):
+        return [(t, m, e, factor * max(0.01, math.dist(m, e))) for t, m, e, _ in rows]
+    return Corruption(f"sigma times {factor:.2f}", {"sigma"}, apply, lambda card: True)
+
+
+def drift(rng):
+    """Along z, from the first row to the last one."""
+    size = rng.choice([-1, 1]) * rng.uniform(0.2, 0.4)
+
+    def apply(rows):
+        begin, end = rows[0][0], rows[-1][0]
+        return [(t, m, [e[0], e[1], e[2] + size * (t - begin) / (end - begin)], s) for t, m, e, s in rows]
+    return Corruption(f"drift {size:+.2f} N", {"time"}, apply,
+                      lambda card: abs(value_of(card, "time") / abs(size) - 1) < 0.3)
+
+
+def peak_of(rows):
+    return max(math.hypot(*row[1]) for row in rows)
+
+
+def cases(rng):
+    """(set, rows, corruption, own findings) of every corruption."""
+    tact, foam = nine_d_tact(), foam_bar()
+    kinds = [scale, offset, sign, axes, turn, unit]
+    for i in range(CORRUPTIONS):
+        if i % 2 == 0:
+            kind = kinds[i // 2 % len(kinds)]
+            rows = sorted(rng.sample(range(len(tact)), rng.choice([300, 800, 2000])))
+            pairs = [tact[k] for k in rows]
+            given = 1.0 if kind is scale else peak_of(pairs)
+            yield "9DTact", pairs, kind(rng, given), set()
+        else:
+            kind = rng.choice([scale, offset, unit, delay, delay, drift, sigma, sign])
+            if kind in (delay, drift, sigma):
+                corruption = kind(rng)
+            else:
+                corruption = kind(rng, 1 / 1.47 if kind is scale else peak_of(foam))
+            if kind is sign:  # the bar is pressed in one direction
+                corruption = Corruption("sign", {"sign"}, each(lambda e: [-x for x in e]), lambda card: True)
+            yield "foam bar", foam, corruption, FOAM_OWN
+
+
+def judge(slave, rows, folder):
+    with_time, with_sigma = rows[0][0] is not None, rows[0][3] is not None
+    names = ["t"] * with_time + [f"{w}_f{a}" for w in ("measured", "estimated") for a in "xyz"] + ["sigma"] * with_sigma
+    with open(folder / "forces.csv", "w", encoding="utf-8", newline="") as table:
+        out = csv.writer(table)
+        out.writerow(names)
+        for t, m, e, s in rows:
+            out.writerow([f"{x:.9g}" for x in [t] * with_time + list(m) + list(e) + [s] * with_sigma])
+    done = subprocess.run([slave, "verify", "--forces", folder / "forces.csv", "--out", folder / "card"],
+                          capture_output=True, text=True)
+    if done.returncode not in (0, 1):
+        raise RuntimeError(done.stdout + done.stderr)
+    return json.loads((folder / "card" / "report.json").read_text())["cards"][0]
+
+
+def wrong(card):
+    return {key for key, line in card["lines"].items() if line["verdict"] == "wrong"}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--slave", default=str(ROOT / "build/release/bin/palpate-slave"))
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    if not (DATA / "tactile_9dtact").is_dir():
+        print("skipped: no ../shared/data/tactile_9dtact")
+        return 77
+    rng = random.Random(arguments.seed)
+    named = alarms = 0
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = pathlib.Path(scratch)
+        for name, pairs, corruption, own in cases(rng):
+            rows = corruption.apply([(t, m, e, None) for t, m, e in pairs])
+            card = judge(arguments.slave, rows, folder)
+            found = wrong(card)
+            is_named = corruption.expected <= found <= corruption.expected | own and corruption.check(card)
+            named += is_named
+            print(f"{name:9s} {len(rows):5d} {corruption.name:26s} {'named' if is_named else 'NOT NAMED':9s} "
+                  f"{' '.join(sorted(found))}")
+        tact = nine_d_tact()
+        for _ in range(CLEAN):
+            pairs = rng.sample(tact, rng.choice([200, 500, 1000, 2500]))
+            card = judge(arguments.slave, [(t, m, e, None) for t, m, e in pairs], folder)
+            undecided = {key for key, line in card["lines"].items() if line["verdict"] == "not decided"}
+            alarms += bool(wrong(card) | undecided)
+            print(f"9DTact    {len(pairs):5d} clean: {' '.join(sorted(wrong(card))) or 'no alarm'}"
+                  f"{' not decided: ' + ' '.join(sorted(undecided)) if undecided else ''}")
+    print(f"seed {arguments.seed}: {named} of {CORRUPTIONS} corruptions named, {alarms} alarms on {CLEAN} clean subsets")
+    return 0 if named >= LEAST_NAMED and alarms == 0 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
