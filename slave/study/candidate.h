@@ -19,7 +19,9 @@ struct CandidateLimits {
   std::size_t dense_dof = 4000;            // of models with a dense inverse
   bool residuals = true;                   // iterative solvers at several residuals, not one only
   std::vector<std::string> families = {};  // these only; empty: all
-  bool own = false;  // the scene's own model and those of large deformation at its resolution only
+  bool linear_fem = true;  // `fem` with the linear law, whose answers are those of `fem-green`
+  bool own = false;        // the scene's own model only,
+  bool large = true;       // and those of large deformation at its resolution
 };
 
 // Whether both are one model, but for its resolution.

@@ -153,14 +153,14 @@ const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) 
 }
 
 // By finite elements graded for the press, as fine as a study has time for; of many presses rough,
-// and finer for a check.
+// and finer for a check. A box is `WithFewCells`.
 std::optional<double> Graded(const Scene& scene, const Press& press, double width, bool many,
                              bool check) {
   if (press.loaded) return std::nullopt;
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
-    if (check) return VolumeStiffness(scene, press, width, width / 4, 1);
-    return many ? VolumeStiffness(scene, press, width, width / 3, kRoughGrowth)
+    if (check) return VolumeStiffness(scene, press, width, width / (many ? 3 : 4), many ? 1.5 : 1);
+    return many ? VolumeStiffness(scene, press, width, width / 2, kRoughGrowth)
                 : VolumeStiffness(scene, press, width, width / 5);
   }
   const PlanarMesh own = many ? PlanarMesh::kRough : PlanarMesh::kFine;
@@ -177,7 +177,10 @@ Scene WithFewCells(Scene scene, double width) {
     const double size = box->size[plane->axis];
     return plane->at * (size - plane->at) <= 1e-9 * size * size;
   };
-  if (box == nullptr || !std::ranges::all_of(scene.object.fixed, on_a_side)) return scene;
+  if (box == nullptr || !scene.object.regions.empty() ||
+      !std::ranges::all_of(scene.object.fixed, on_a_side)) {
+    return scene;
+  }
   const double edge = std::max(width, kFar * box->size.maxCoeff());
   for (std::size_t k = 0; k < box->cells.size(); ++k) {
     const double size = box->size[static_cast<Eigen::Index>(k)];
@@ -350,15 +353,15 @@ ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
   constexpr std::size_t kChecked = 3;  // of many presses
   const std::size_t count = question.presses.size();
   const bool many = count >= kMany;
-  const Scene rough = many ? WithFewCells(scene, question.width) : scene;
+  const Scene few = WithFewCells(scene, question.width);
   std::vector<double> ratios;
   for (std::size_t i = 0; i < count; ++i) {
     const Press& press = question.presses[i];
-    const auto stiffness = Graded(rough, press, question.width, many, false);
+    const auto stiffness = Graded(few, press, question.width, many, false);
     const double force = question.small_depth * stiffness.value_or(kUnknown);
     independent_.push_back({force, kUnknown});
     if (!stiffness || (many && i % (count / kChecked) != 0)) continue;
-    const auto other = Graded(scene, press, question.width, many, true);
+    const auto other = Graded(few, press, question.width, many, true);
     if (!other) continue;
     ratios.push_back(*other / *stiffness);
     if (!many) independent_.back().bar = force * std::abs(ratios.back() - 1);

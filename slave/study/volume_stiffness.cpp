@@ -111,7 +111,8 @@ std::vector<char> MovedNodes(const RestStiffness& stiffness, const Press& press,
   return moved;
 }
 
-// Of every node's unknowns those along the press and across it, where the tool moves it.
+// Turns a node's unknowns from the axes of O to those along the press and across it, where the tool
+// moves the node. The tangents of a sliding tool are free, and only they need it.
 Eigen::SparseMatrix<double> AlongPress(const RestStiffness& stiffness,
                                        const std::vector<char>& moved, const Vector3d& inward) {
   const Vector3d across = inward.unitOrthogonal();
@@ -130,34 +131,54 @@ Eigen::SparseMatrix<double> AlongPress(const RestStiffness& stiffness,
   return T;
 }
 
-// u^T K u of the state in which unknowns with `given` != NaN are held there and the others rest;
-// columns of T are what the unknowns are counted along.
-double EnergyOf(const RestStiffness& stiffness, const Eigen::SparseMatrix<double>& T,
-                const Eigen::VectorXd& given) {
+// T^T K T, of which `lower` is the lower triangle, as is the result.
+Eigen::SparseMatrix<double> Turned(const Eigen::SparseMatrix<double>& lower,
+                                   const Eigen::SparseMatrix<double>& T) {
+  const Eigen::SparseMatrix<double> whole = lower.selfadjointView<Eigen::Lower>();
+  return Eigen::SparseMatrix<double>(T.transpose() * whole * T).triangularView<Eigen::Lower>();
+}
+
+// Rows and columns with an index >= 0, in their order.
+Eigen::SparseMatrix<double> Picked(const Eigen::SparseMatrix<double>& lower,
+                                   const std::vector<Eigen::Index>& index, Eigen::Index count) {
+  Eigen::SparseMatrix<double> picked(count, count);
+  picked.reserve(lower.nonZeros());
+  for (Eigen::Index j = 0; j < lower.cols(); ++j) {
+    if (index[static_cast<std::size_t>(j)] < 0) continue;
+    picked.startVec(index[static_cast<std::size_t>(j)]);
+    for (Eigen::SparseMatrix<double>::InnerIterator it(lower, j); it; ++it) {
+      const Eigen::Index i = index[static_cast<std::size_t>(it.row())];
+      if (i >= 0) picked.insertBack(i, index[static_cast<std::size_t>(j)]) = it.value();
+    }
+  }
+  picked.finalize();
+  return picked;
+}
+
+// u^T K u of the state in which unknowns with `given` != NaN are held there and the others are in
+// equilibrium.
+double EnergyOf(const RestStiffness& stiffness, const Eigen::VectorXd& given) {
+  std::vector<Eigen::Index> index(static_cast<std::size_t>(given.size()), -1);
   Eigen::VectorXd u = given;
-  std::vector<Eigen::Triplet<double>> picked;
+  Eigen::Index count = 0;
   for (Eigen::Index k = 0; k < given.size(); ++k) {
     if (std::isfinite(given[k])) continue;
-    picked.emplace_back(k, picked.size(), 1);
+    index[static_cast<std::size_t>(k)] = count++;
     u[k] = 0;
   }
-  Eigen::SparseMatrix<double> P(given.size(), static_cast<Eigen::Index>(picked.size()));
-  P.setFromTriplets(picked.begin(), picked.end());  // u = given + P x
-  const auto along = [&](const Eigen::SparseMatrix<double>& lower) {
-    const Eigen::SparseMatrix<double> whole = lower.selfadjointView<Eigen::Lower>();
-    return Eigen::SparseMatrix<double>(T.transpose() * whole * T);
-  };
-  const auto part = [&](const Eigen::SparseMatrix<double>& whole) {
-    const Eigen::SparseMatrix<double> picked_part = P.transpose() * whole * P;
-    return Eigen::SparseMatrix<double>(picked_part.triangularView<Eigen::Lower>());
-  };
-  const Eigen::SparseMatrix<double> K = along(stiffness.lower);
+  const auto K = stiffness.lower.selfadjointView<Eigen::Lower>();
   RestStiffness free;
-  free.lower = part(K);
-  if (stiffness.has_pressure()) free.regularised = part(along(stiffness.regularised));
-  Eigen::VectorXd x = -(P.transpose() * (K * u));
+  free.lower = Picked(stiffness.lower, index, count);
+  if (stiffness.has_pressure()) free.regularised = Picked(stiffness.regularised, index, count);
+  const Eigen::VectorXd load = K * u;
+  Eigen::VectorXd x(count);
+  for (std::size_t k = 0; k < index.size(); ++k) {
+    if (index[k] >= 0) x[index[k]] = -load[static_cast<Eigen::Index>(k)];
+  }
   RestFactor(free).Solve(x);
-  u += P * x;
+  for (std::size_t k = 0; k < index.size(); ++k) {
+    if (index[k] >= 0) u[static_cast<Eigen::Index>(k)] = x[index[k]];
+  }
   return u.dot(K * u);
 }
 
@@ -186,18 +207,22 @@ std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, do
   try {
     const SolidMesh mesh = GradedUnder(scene, press, width, finest, growth);
     if (mesh.tets.size() > kMostTets) return std::nullopt;
-    const RestStiffness stiffness =
+    RestStiffness stiffness =
         AssembleAtRest(mesh, FixedNodeDofs(scene, mesh.nodes), scene.object.material.poisson_ratio,
                        FemOptions::Element::kTet10);
     const auto moved = MovedNodes(stiffness, press, width);
-    const auto T = AlongPress(stiffness, moved, press.inward_O);
     const bool slides = scene.model.contact == ContactLaw::kFrictionless;
+    if (slides) {
+      const auto T = AlongPress(stiffness, moved, press.inward_O);
+      stiffness.lower = Turned(stiffness.lower, T);
+      if (stiffness.has_pressure()) stiffness.regularised = Turned(stiffness.regularised, T);
+    }
     Eigen::VectorXd given = Eigen::VectorXd::Constant(stiffness.lower.rows(), kUnknown);
     for (std::size_t n = 0; n < moved.size(); ++n) {
       const auto& row = stiffness.row[n];
       const bool is_free = std::ranges::min(row) >= 0;
       for (int c = 0; c < 3 && moved[n] != 0; ++c) {
-        const double along = is_free ? (c == 0 ? 1 : slides ? kUnknown : 0) : press.inward_O[c];
+        const double along = !slides || !is_free ? press.inward_O[c] : c == 0 ? 1 : kUnknown;
         if (row[Index(c)] >= 0) given[row[Index(c)]] = along;
       }
     }
@@ -206,7 +231,7 @@ std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, do
     quadratic.fem.element = FemOptions::Element::kTet10;
     const double seen = 1 + WidthMismatch(mesh, quadratic, press, width);
     const double force = scene.object.material.young_modulus * stiffness.length_unit *
-                         EnergyOf(stiffness, T, given) / seen;
+                         EnergyOf(stiffness, given) / seen;
     return force > 0 && std::isfinite(force) ? std::optional(force) : std::nullopt;
   } catch (const std::exception&) {  // the formulation has limits of its own; others remain
     return std::nullopt;

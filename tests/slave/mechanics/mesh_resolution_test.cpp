@@ -261,7 +261,7 @@ TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
         }
       }
     }
-    EXPECT_GT(valid, 2 * good / 3) << kind.name << ": of " << good;
+    EXPECT_GE(3 * valid, 2 * good) << kind.name << ": of " << good;
   }
 }
 
