@@ -81,9 +81,10 @@ TrianglePlace ClosestOnTriangle(const Vector3d& p, const Corners& abc,
   return face.distance_squared < best.distance_squared ? face : best;
 }
 
-// Boxes along the axes over the triangles. The side of a point is told by the normal of what it is
-// closest to: of a triangle, the sum of both of an edge, the sum of all round a node weighted with
-// their angles there (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243-253).
+// Boxes along the axes over the triangles. The side of a point follows from the normal of what it
+// is closest to: of a triangle, the sum of both of an edge, the sum of all round a node weighted
+// with their angles there (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005)
+// 243-253).
 SurfaceContact::SurfaceContact(SurfaceMesh surface) : surface_(std::move(surface)) {
   CheckNodes();
   AddFaces();
@@ -183,8 +184,8 @@ SurfaceContact::Candidate SurfaceContact::Project(int face, const Vector3d& p) c
           std::abs((p - f.corners[0]).dot(f.normal))};
 }
 
-// Of equally near faces, that share an edge or a node, the one the point lies farther in front of
-// or behind; then that which comes first in the mesh.
+// Among equally near faces, which share an edge or a node, the one that the point lies farther in
+// front of or behind; then that which comes first in the mesh.
 bool SurfaceContact::IsNearer(const Candidate& one, const Candidate& other) const noexcept {
   if (one.place.distance_squared != other.place.distance_squared) {
     return one.place.distance_squared < other.place.distance_squared;

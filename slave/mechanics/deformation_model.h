@@ -161,8 +161,8 @@ class DeformationModel {
   // Under the contacts of the last ComputeResponses.
   virtual void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) = 0;
   virtual void ComputeTractions(std::vector<float>* /*pascals*/) {}
-  // Of a model in time, after ComputeResponses to `contacts`: those under which ComputeAtRest finds
-  // the displacements again. Others are asked their own contacts again.
+  // Contacts of a model in time, after ComputeResponses to `contacts`: those under which
+  // ComputeAtRest finds the displacements again. Others are asked their own contacts again.
   [[nodiscard]] virtual std::span<const Contact> ContactsAtRest(
       std::span<const Contact> contacts) const {
     return contacts;

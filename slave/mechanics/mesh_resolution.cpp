@@ -36,7 +36,7 @@ constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 constexpr double kMostPoisson = 0.49;
 // Larger side by thickness above which a body bends [-]. [derived: 1.5 of a cube]
 constexpr double kSlender = 2;
-// Of bodies that are no straight bars: part of the true missing energy that the recovered strains
+// For bodies that are no straight bars: part of the true missing energy that the recovered strains
 // show, at least, where 5 % is missing [-]. [tuned:
 // StrainResolution.ABeamWithTooFewElementsIsExtrapolated]
 constexpr double kSeen4 = 0.9, kSeen10 = 0.35;

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-// Of the error's size. [-] [tuned: AForceWithinTheNetworksErrorIsNoTouch]
+// Shares of the error's size. [-] [tuned: AForceWithinTheNetworksErrorIsNoTouch]
 constexpr double kBeginShare = 0.5, kEndShare = 0.25;
 constexpr double kRises = 3;       // 0.02 N [counts]
 constexpr double kRestSigmas = 2;  // that the pressure's rest value may be off, besides
@@ -40,7 +40,7 @@ Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
     : localiser_(&localiser),
       force_(network),
       baseline_(tactile.rest_samples, tactile.rate),
-      stuck_(std::max(2, Samples(kStandsStill, tactile.rate))),
+      stuck_(std::max(2, Samples(kConstant, tactile.rate))),
       miss_patience_(Samples(kMissing, tactile.rate)),
       release_patience_(Samples(kRelease, tactile.rate)),
       kept_(KeptSamples(tactile, network)) {

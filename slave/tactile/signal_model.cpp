@@ -16,8 +16,8 @@ using Covariance = SignalPattern::Covariance;
 // Standard deviations from its expectation, beyond which an electrode is wrong. [-] [tuned:
 // SignalsThatGoTogetherPassAsTheyAre]
 constexpr double kOutlier = 5.5;
-// The same for an electrode that stands still. [-] [tuned:
-// AnElectrodeThatStandsStillNeedsLessToBeWrong]
+// The same for an electrode whose reading is constant. [-] [tuned:
+// AConstantElectrodeNeedsLessToBeWrong]
 constexpr double kStillOutlier = 1.3;
 constexpr double kTypicalSize = 60;  // of signals in contact, for the choice of a kind [counts]
 constexpr double kLeastSize = 10;    // so that gentle contacts are not taken for noise [counts]

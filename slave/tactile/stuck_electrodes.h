@@ -14,7 +14,7 @@ namespace palpate {
 // same value for this time [s]. The longest stretch in recordings at 100 Hz, fingers at rest and in
 // contact, is 0.43 s of 52 s times 19 electrodes; 0.26 s and 0.12 s in others, 0.16 s in fifteen
 // seconds of five fingers. A stretch of twice the length is a thousand times as rare.
-inline constexpr double kStandsStill = 1;
+inline constexpr double kConstant = 1;
 
 // Counts of single electrodes tell more than the RepeatDetector of images could.
 class StuckElectrodes {
@@ -24,9 +24,9 @@ class StuckElectrodes {
   void Take(const FingerReading& reading) noexcept {
     int moved = 0;  // electrodes
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-      const bool stands = same_[i] > 0 && reading.electrodes[i] == last_[i];
-      moved += stands ? 0 : 1;
-      same_[i] = stands ? std::min(same_[i] + 1, patience_) : 1;
+      const bool is_same = same_[i] > 0 && reading.electrodes[i] == last_[i];
+      moved += is_same ? 0 : 1;
+      same_[i] = is_same ? std::min(same_[i] + 1, patience_) : 1;
     }
     repeated_ = moved == 0 ? std::min(repeated_ + 1, kRepeats) : 0;
     changes_ += moved > 0 ? 1 : 0;

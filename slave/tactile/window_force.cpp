@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// Of networks that do not say their error: paper B, table I, rnn_21 [N].
+// Error of networks that do not state it: paper B, table I, rnn_21 [N].
 const Eigen::Vector3d kPaperSigma{0.01807, 0.03107, 0.05171};
 constexpr double kLag = 3;           // samples that a recurrent network's answer is late, about
 constexpr double kPromptLag = 0.25;  // that another one's is
@@ -29,7 +29,7 @@ void WindowForce::Reset() noexcept {
   pace_F_.setZero();
 }
 
-// What `missed` samples would have told, linear between those before and behind.
+// What `missed` samples would have given, linear between those before and behind.
 void WindowForce::Bridge(const TactileSignals& change, int missed) noexcept {
   for (int k = 1; k <= missed; ++k) {
     const double share = static_cast<double>(k) / (missed + 1);

@@ -1,6 +1,6 @@
 // The equations of the boundary element method: H u = G t, collocated at the elements' nodes.
 //
-// Every unknown stands in the column of its node and component: A_0 Y + Abar_0 Ybar = 0 with the
+// Every unknown is in the column of its node and component: A_0 Y + Abar_0 Ybar = 0 with the
 // columns of H and G sorted by what the reference problem holds. Nondimensional: lengths by the
 // mesh's unit, tractions by E.
 #pragma once
@@ -57,7 +57,7 @@ class BoundarySystem {
   void Collocate(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar, Progress* progress) const;
 
   // Holes in a body that hardly changes its volume. At nu = 0.5 the collocated equations admit, for
-  // each hole, any pressure that stands in the hole and on its boundary; with 1 / (1 - 2 nu) they
+  // each hole, any pressure that acts in the hole and on its boundary; with 1 / (1 - 2 nu) they
   // lose it before. In the hole Somigliana's identity gives zero, and its divergence, divided by
   // 1 - 2 nu, the pressure,
   //   int (r,j / r) t_j ds - 2 G int ((n_j - 2 r,j dr/dn) / r^2) u_j ds = 0,

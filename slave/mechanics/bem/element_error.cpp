@@ -94,7 +94,8 @@ class MissingModes {
     if (found > 0) c_.middleRows<2>(2 * e) /= found;
     return found > 0;
   }
-  // Of an element that is a side by itself: by what its neighbours have at the common corners.
+  // The error of an element that is a side by itself: by what its neighbours have at the common
+  // corners.
   void FitToCorners(int e, const MatrixXd& sides) {
     for (const double end : {-1.0, 1.0}) {
       const int other = Neighbour(e, end);

@@ -48,7 +48,8 @@ struct KelvinIntegrals {
   T turn_n, turn_t;              // of (d^3 - d xi^2) / r^4 and of 2 d^2 xi / r^4
 
   KelvinIntegrals() = default;
-  // Of a constant. From x to the element's ends: `xi_a` and `xi_a + length` along t, `d` along n.
+  // The integral of a constant. From x to the element's ends: `xi_a` and `xi_a + length` along t,
+  // `d` along n.
   KelvinIntegrals(const T& xi_a, const T& d, double length) {
     using std::atan2;
     using std::log;
@@ -81,8 +82,8 @@ struct ElementView {
   }
 };
 
-// Of P_k, k > 0, over an element of half length `h`. `lift` turns a holomorphic function of z,
-// given with its derivative, into its real and imaginary parts: a pair of T.
+// The integral of P_k, k > 0, over an element of half length `h`. `lift` turns a holomorphic
+// function of z, given with its derivative, into its real and imaginary parts: a pair of T.
 template <typename T, typename Lift>
 KelvinIntegrals<T> KelvinMode(const LegendreMoments& moments, std::size_t k, double h, const T& d,
                               const Lift& lift) {

@@ -42,7 +42,7 @@ std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneD
 // fem-zone without its Green's functions.
 std::unique_ptr<FemZoneModel> MakeZoneModel(const Scene& scene, const SolidMesh& mesh,
                                             Progress* progress);
-// Of the tool or of fingertips [m]; nullopt: unknown.
+// The width of the tool or of fingertips [m]; nullopt: unknown.
 std::optional<double> ContactWidth(const Scene& scene);
 
 // What fem-green and fem-zone hold of a scene: also nodes that belong to no tetrahedron, which have

@@ -35,7 +35,7 @@ class FemBody {
   [[nodiscard]] TetElements::Law law() const { return elements_.law(); }
   [[nodiscard]] int element_count() const { return elements_.size(); }
   [[nodiscard]] double length_unit() const { return length_unit_; }  // [m]
-  // Of a node of the mesh, and back.
+  // The body's number of a node of the mesh, and back.
   [[nodiscard]] int Number(int mesh_node) const {
     return number_[static_cast<std::size_t>(mesh_node)];
   }

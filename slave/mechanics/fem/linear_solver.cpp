@@ -19,8 +19,8 @@ constexpr std::size_t kMostEntriesLate = 300'000'000;  // of a late one
 constexpr double kFactorSpeed = 4;
 // Operations of a factorisation done in the time that an iteration takes per block.
 constexpr double kLateSpeed = 600;
-// Of a residual: what is left of one so small need not be among the possible forces, and iterating
-// on it spoils the answer.
+// Rounding of a residual [-]: what is left of one so small need not be among the possible forces,
+// and iterating on it spoils the answer.
 constexpr double kRounding = 2e-15;
 constexpr double kTiny = 1e-300;
 constexpr double kGridsWorth = 12;  // iterations that new grids must save

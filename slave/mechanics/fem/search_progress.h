@@ -23,7 +23,7 @@ class SearchProgress {
     stopped_ = false;
     first_ = 0;
     done_ = 0;
-    if (progress_ != nullptr) told_ = Clock::now();
+    if (progress_ != nullptr) reported_ = Clock::now();
   }
   // Its residual is `residual`, wanted is `target`; the share done is that of the digits.
   void Reach(double residual, double target) noexcept {
@@ -57,8 +57,8 @@ class SearchProgress {
   bool ReportProgress(const char* stage, double done) noexcept {
     if (progress_ == nullptr || stopped_) return !stopped_;
     const auto now = Clock::now();
-    if (now - told_ < std::chrono::milliseconds(100)) return true;
-    told_ = now;
+    if (now - reported_ < std::chrono::milliseconds(100)) return true;
+    reported_ = now;
     try {
       stopped_ = !progress_->Report(stage, done);
     } catch (...) {  // a search whose report fails continues
@@ -71,7 +71,7 @@ class SearchProgress {
   bool stopped_ = false;
   double first_ = 0;  // residual of the search
   double done_ = 0;   // never falls
-  Clock::time_point told_;
+  Clock::time_point reported_;
   double deadline_ = 0;  // [s]
   Clock::time_point begun_;
 };

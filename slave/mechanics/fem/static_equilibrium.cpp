@@ -13,15 +13,14 @@ constexpr int kMostHyperelasticSteps = 60;  // with the exact one
 constexpr double kLeastPart = 1.0 / 64;     // of a load that is applied at once
 // Operations of a factor that is worth making in every step of the exact tangent.
 constexpr double kFactorOnce = 3e8;
-// Of a stiffness against every gradient that makes an exact tangent definite, in units of E.
+// Size of a stiffness against every gradient that makes an exact tangent definite, in units of E.
 constexpr double kLeastShift = 1.0 / 64, kMostShift = 4;
-constexpr int kMostHalvings = 24;  // of one such step
-constexpr double kInner = 1e-2;    // of a linear system's right hand side
-// Of the residual aimed at, left by a linear system.
-constexpr double kErrorShare = 0.2;  // of the residual, left by the estimate of its effect
-constexpr double kLinearShare = 0.5;
-constexpr double kForSteps = 0.6;   // of the deadline; the rest is for what follows
-constexpr double kMostAhead = 1.5;  // of the last motion that is predicted to go on
+constexpr int kMostHalvings = 24;     // of one such step
+constexpr double kInner = 1e-2;       // of a linear system's right hand side
+constexpr double kErrorShare = 0.2;   // of the residual, left by the estimate of its effect
+constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
+constexpr double kForSteps = 0.6;     // of the deadline; the rest is for what follows
+constexpr double kMostAhead = 1.5;    // of the last motion that is predicted to go on
 constexpr double kSufficient = 1e-4;
 // Where a factor makes digits cheap, the residual is driven this far below what is asked for.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3;

@@ -47,7 +47,7 @@ class StaticEquilibrium {
   // of the displacements, and of what nodes bear of contacts and supports.
   [[nodiscard]] const NodeVector& displacement_error() const { return x_; }
   [[nodiscard]] const NodeVector& reaction_error() const { return trial_; }
-  // Of the last query: steps of Newton's method, iterations of their linear systems.
+  // Counts of the last query: steps of Newton's method, iterations of their linear systems.
   [[nodiscard]] int newton_steps() const { return newton_steps_; }
   [[nodiscard]] int iterations() const { return iterations_; }
   [[nodiscard]] std::size_t memory_bytes() const {
@@ -78,7 +78,8 @@ class StaticEquilibrium {
   bool is_current_ = false;   // forces and energy are those of u_
   bool has_tangent_ = false;  // and so is the tangent
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
-  // Of the last query: how nodes moved, and how contacts did; no contact: nothing is predicted.
+  // Motion in the last query: how nodes moved, and how contacts did; no contact: nothing is
+  // predicted.
   NodeVector motion_, contact_motion_;
   bool is_predictable_ = false;
   bool ended_early_ = false;

@@ -38,8 +38,8 @@ struct PlaceWeight {
 // moved alike with an unknown force of its own, and the weights do not count.
 struct ContactFootprint {
   std::vector<PlaceWeight> places;
-  // Of each place of a disc from its centre [m], shifted together so that their centroid is that of
-  // the true disc on the surface. Empty: a point, or a wider disc.
+  // Vectors from a disc's centre to its places [m], shifted together so that their centroid is that
+  // of the true disc on the surface. Empty: a point, or a wider disc.
   std::vector<Eigen::Vector3d> arms;
   bool point = true;                  // at most kMostPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
@@ -107,7 +107,7 @@ class SurfaceFootprints {
                                PatchBasis basis);
 
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
-  // Of the last contact that had a width; nodes in rising order, triangles too.
+  // The footprint of the last contact that had a width; nodes in rising order, triangles too.
   [[nodiscard]] const DiscPatch& patch() const { return patch_; }
 
  private:

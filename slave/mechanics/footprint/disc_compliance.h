@@ -16,10 +16,10 @@ struct DiscCompliance {
   }
 };
 
-// Of a rigid disc that sticks: Spence (1968); across: Bycroft (1956), who lets the normal traction
-// be what it is on average, exact at nu = 1/2.
+// Compliance of a rigid disc that sticks: Spence (1968); across: Bycroft (1956), who lets the
+// normal traction be what it is on average, exact at nu = 1/2.
 DiscCompliance OfBondedDisc(double poisson_ratio) noexcept;
-// Of one that slides: Boussinesq's flat punch. Across: none.
+// Compliance of one that slides: Boussinesq's flat punch. Across: none.
 DiscCompliance OfSlidingDisc(double poisson_ratio) noexcept;
 // Mean displacement under an even load: Johnson, Contact Mechanics, 3.4 and 3.6.
 DiscCompliance OfEvenLoad(double poisson_ratio) noexcept;

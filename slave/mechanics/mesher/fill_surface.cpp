@@ -35,7 +35,7 @@ constexpr double kMostTets = 4e6;
 constexpr double kVolumeSlack = 0.02;
 constexpr const char* kQuality = "1.4/12";  // radius-edge ratio, smallest dihedral angle [deg]
 
-// Of a regular tetrahedron.
+// Volume of a regular tetrahedron.
 double VolumeOfEdge(double edge) {
   return edge * edge * edge / (6 * std::numbers::sqrt2);
 }

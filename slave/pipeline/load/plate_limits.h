@@ -41,10 +41,9 @@ struct PlateLimits {
   static constexpr int kRestFrames = 5, kMostRestFrames = 100;
 
   // Uncertainty.
-  // Error of the plate's shape around a rigid tool by the depth [-]. [tuned: a press of the rubber
-  // membrane, seeds 1 to 3, is valid throughout;
+  // Error of the plate's shape around a load by the depth [-]. [tuned:
   // ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt]
-  static constexpr double kLawsShape = 1.8e-3;
+  static constexpr double kLawsShape = 0.9e-3;
   // Of the scatter without contact, from image to image [-]. [derived: the mean of about ten
   // images]
   static constexpr double kForgetsRest = 0.1;

@@ -30,7 +30,7 @@ class Embryo {
   [[nodiscard]] double PunctureDepth(int insertion) const noexcept;
   // Where the pipette is to go, frame O [m].
   [[nodiscard]] const Eigen::Vector2d& target_O() const { return target_O_; }
-  // Of the liquid on the tool that moves at `velocity` [m/s]: [N].
+  // Drag of the liquid on the tool that moves at `velocity` [m/s]: [N].
   [[nodiscard]] Eigen::Vector2d Drag(const Eigen::Vector2d& velocity) const noexcept {
     return -options_.drag * velocity;
   }
@@ -41,7 +41,7 @@ class Embryo {
   Eigen::Vector2d target_O_{0, 0};
 };
 
-// Of the scene's embryo, in S as it really lies [m]. Throws like TrueBody; std::bad_optional_access
+// The scene's embryo, in S as it really lies [m]. Throws like TrueBody; std::bad_optional_access
 // where the scene has none.
 Eigen::Vector3d TargetOf(const Scene& scene);
 

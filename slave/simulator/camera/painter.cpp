@@ -84,7 +84,7 @@ Painter::Layer::Layer(const cv::Rect& part, const std::vector<std::vector<Point>
       grey(part.size(), CV_32F, cv::Scalar(level)),
       alpha(CoverageOf(polygons, part)) {}
 
-// Of the pressed body's mesh in the picture [px].
+// Nodes of the pressed body's mesh in the picture [px].
 std::vector<Point> Painter::NodesOf(const Pose& pose) const {
   const PatchSolution& c = *pose.contact;
   std::vector<Point> nodes;

@@ -46,7 +46,7 @@ cv::Mat Shifted(const cv::Mat& picture, const Eigen::Vector2d& shift) {
   return shifted;
 }
 
-// Of the tool on the body, parts of E t [m].
+// Force of the tool on the body, parts of E t [m].
 Eigen::Vector2d ForceOf(const site::Pose& pose) {
   if (pose.contact->round) return Touched(*pose.contact->round, pose.displacement_O).total();
   return pose.contact->stiffness * pose.displacement_O;

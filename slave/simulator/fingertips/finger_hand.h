@@ -38,7 +38,7 @@ struct FingerHand {
   RigidFinger shape;
   Eigen::Vector3d approach_O{0, 0, -1};  // unit vector of the approach
 
-  // Of finger `f`.
+  // The pose of finger `f`.
   [[nodiscard]] Eigen::Isometry3d PoseOf(std::size_t f, const Eigen::Vector3d& h_O) const;
   // All fingers after motion by `s` along the approach, with the offset `lateral_O`.
   [[nodiscard]] std::vector<FingerPlacement> Placements(const Eigen::Vector3d& lateral_O,

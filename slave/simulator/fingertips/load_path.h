@@ -33,7 +33,8 @@ struct TouchBetween {
 };
 TouchBetween TouchAt(const Rungs& rungs, int finger, double s) noexcept;
 
-// Of every node, linear between rungs, zero before the first; beyond the last one as at it.
+// Displacement of every node, linear between rungs, zero before the first; beyond the last one as
+// at it.
 void DisplacementsAt(const Rungs& rungs, double s, std::vector<Eigen::Vector3d>* displacement_O);
 
 // Known contacts at one position. Steps and body belong together.

@@ -70,7 +70,7 @@ std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit, const std::
   return elements;
 }
 
-// Of every node, itself included.
+// Neighbours of every node, itself included.
 std::vector<std::vector<int>> NeighboursOf(const SiteMesh& mesh) {
   std::vector<std::vector<int>> neighbours(mesh.nodes.size());
   for (const auto& nodes : mesh.elements) {

@@ -48,7 +48,7 @@ class PressedBody {
   bool Press(std::span<const FingerPlacement> fingers);
 
   [[nodiscard]] FingerTouch TouchOf(int finger) const;
-  // Of all nodes of the mesh, frame O [m].
+  // Displacements of all nodes of the mesh, frame O [m].
   [[nodiscard]] std::vector<Eigen::Vector3d> Displacements() const;
 
  private:

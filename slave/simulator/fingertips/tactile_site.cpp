@@ -108,7 +108,7 @@ struct TactileSite::State {
   LoadPathCache ladders;
 };
 
-// Of finger `f` on the object, across the approach [N].
+// Force of finger `f` on the object, across the approach [N].
 Vector3d TactileSite::State::Sideways(std::size_t f, const HandState& hand,
                                       const site::TouchBetween& between) const {
   const double stiffness = tangential_part * std::max(between.slope, 0.0);

@@ -52,7 +52,7 @@ class StereoSite final : public SimulatedEnvironment {
   [[nodiscard]] Truth truth() const override;
   // nullopt: a membrane.
   [[nodiscard]] std::optional<TargetTruth> target() const override;
-  // Of the membrane's point that rests at p_O [m] on the inner face.
+  // Displacement of the membrane's point that rests at p_O [m] on the inner face.
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override;
   std::unique_ptr<StereoSource> OpenPair(const Scene& scene, const Pace& pace) override;
   // Both cameras at once; noise, blur and light as in the scene's `site`. One thread; the same

@@ -15,7 +15,7 @@ namespace palpate {
 // Time constants of the running means in the features, for `rate` [Hz]. [s]
 inline constexpr std::array kTraceTimes{0.02, 0.06, 0.3, 1.0, 3.0};
 
-// Of `inputs` signals: 1 + kTraceTimes.size() times as many features.
+// Number of features of `inputs` signals: 1 + kTraceTimes.size() times as many.
 inline constexpr Eigen::Index FeatureCount(Eigen::Index inputs) {
   return inputs * (1 + static_cast<Eigen::Index>(kTraceTimes.size()));
 }

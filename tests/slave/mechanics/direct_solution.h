@@ -29,7 +29,7 @@ Body ShakenBox(std::array<int, 3> cells, double E, double nu);
 // One of the foam meshes (`cube`, `bar`, `sponge`); empty where the file is absent.
 SolidMesh FoamMesh(const std::string& name);
 
-// Of one tetrahedron, node by node [N/m].
+// Stiffness of one tetrahedron, node by node [N/m].
 Eigen::Matrix<double, 12, 12> VoigtStiffness(const SolidMesh& mesh, const std::array<int, 4>& tet,
                                              double E, double nu);
 

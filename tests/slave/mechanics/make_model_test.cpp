@@ -35,7 +35,7 @@ std::string RefusalOf(const Scene& scene) {
   return Thrown<std::invalid_argument>([&] { MakeModel(scene, MeshOutline(scene, std::nullopt)); });
 }
 
-// Of the rectangle's 60 elements those along the bottom, the longer side twice as long as the
+// Those of the rectangle's 60 elements along the bottom, the longer side twice as long as the
 // other.
 TEST(HeldVertices, AreTheEndsOfWhatHoldsAnOutlineThePlaneOfAVolumeTheRimOfAMembrane) {
   const Scene block = BlockScene();

@@ -73,8 +73,8 @@ double StiffnessOf(const ContactResponse& r) {
   return r.force_O.z() / r.displacement_O.z();
 }
 
-// Of a disc bonded to a half-space (Spence 1968), and by the mean displacement under an even
-// pressure (Johnson, Contact Mechanics, 3.4). E = 1.
+// Stiffness of a disc bonded to a half-space (Spence 1968), and by the mean displacement under an
+// even pressure (Johnson, Contact Mechanics, 3.4). E = 1.
 double HalfSpace(bool loaded, double width, double nu) {
   const double a = width / 2, G = 1 / (2 * (1 + nu));
   if (loaded) return 3 * std::pow(std::numbers::pi, 2) * a / (16 * (1 - nu * nu));

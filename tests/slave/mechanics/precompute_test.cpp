@@ -46,7 +46,7 @@ TEST(Precompute, TellsWhatToExpectAndHowFarItIs) {
   EXPECT_GE(listener.expected.memory_bytes, model.info().memory_bytes);
 }
 
-TEST(Precompute, StopsWhereItIsTold) {
+TEST(Precompute, StopsOnRequest) {
   for (const char* stage : {"boundary integrals", "factorising", "solving"}) {
     Listener listener(stage);
     EXPECT_THROW(Bem2dModel(bodies::Block(60), kParams, &listener), Interrupted) << stage;

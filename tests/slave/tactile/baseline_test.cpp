@@ -44,7 +44,7 @@ class BaselineTest : public ::testing::Test {
   std::normal_distribution<double> noise_{0, 0.9};
 };
 
-TEST_F(BaselineTest, ADriftThatStandsOutGoesOnWhileNothingTellsOfIt) {
+TEST_F(BaselineTest, ALargeDriftGoesOnWhileNothingShowsIt) {
   Rest(0.1);
   EXPECT_LT(ErrorAfter(60, 0.1), 2.5);  // of 8.5 counts from the middle of the rest samples
   EXPECT_GT(rest_.variance(), 0.5);

@@ -196,7 +196,7 @@ TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
   EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
 }
 
-// What stands still for 100 samples at 100 Hz has no noise: it is no electrode that works.
+// What is constant for 100 samples at 100 Hz has no noise: it is no electrode that works.
 TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
   for (const bool touches : {false, true}) {
     for (const std::size_t stuck : {std::size_t{0}, std::size_t{7}, kElectrodeCount * 1UL}) {

@@ -69,7 +69,7 @@ TEST_F(SignalModelTest, SignalsThatGoTogetherPassAsTheyAre) {
 }
 
 // Reference: the direction of the contact; 1 % of 100 counts and the others' noise.
-TEST_F(SignalModelTest, AnElectrodeThatStandsAloneIsReplacedByWhatTheOthersSay) {
+TEST_F(SignalModelTest, AnElectrodeThatDeviatesIsReplacedByTheOthers) {
   for (std::size_t wrong = 0; wrong < kElectrodeCount; ++wrong) {
     model_.Reset();
     for (int i = 0; i < 20; ++i) {
@@ -159,7 +159,7 @@ TEST_F(SignalModelTest, AnElectrodeThatJumpsAloneIsReplacedUntilItIsBack) {
   EXPECT_FALSE(model_.is_replaced(2));
 }
 
-TEST_F(SignalModelTest, AnElectrodeThatStandsStillNeedsLessToBeWrong) {
+TEST_F(SignalModelTest, AConstantElectrodeNeedsLessToBeWrong) {
   const auto off = [&] {
     TactileSignals change = Contact(0, 100);
     change[2] = 100 * Direction(0)[2] - 5;

@@ -60,7 +60,7 @@ class FemGreenModel final : public DeformationModel {
  private:
   void ComputeResponses(std::span<const Contact> contacts,
                         std::span<ContactResponse> responses) noexcept override;
-  // Of every node of the mesh, by one sparse solution.
+  // Displacements of all nodes of the mesh, by one sparse solution.
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Describe(const Options& options, double poisson_ratio, std::size_t tets);
   [[nodiscard]] double MeasureUpdate();

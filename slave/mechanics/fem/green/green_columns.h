@@ -67,7 +67,7 @@ class GreenColumns final : public Compliance {
   const double* Compute(int place);
   void ComputeGroup(int group, std::span<double> values);
   RestFactor& Factor();
-  // Of every node, as far as it is free, from a solution's rows.
+  // The displacement of every node, as far as it is free, from a solution's rows.
   void Spread(const Eigen::Ref<const Eigen::VectorXd>& x, std::vector<Eigen::Vector3d>* u) const;
 
   RestStiffness stiffness_;

@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 template <int kNodes>
 using Gradients = Eigen::Matrix<double, 3, kNodes>;
 
-// Of the shape functions at one quadrature point.
+// Derivatives of the shape functions at one quadrature point.
 template <int kNodes>
 Gradients<kNodes> GradientsOf(const TetGeometry& geometry, const Vector4d& bary) {
   if constexpr (kNodes == 4) {

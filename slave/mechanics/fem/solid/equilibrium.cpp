@@ -191,7 +191,7 @@ bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const
   return solver_.Factorize(system_, !layout_.has_pressure(), balance.fixed, steps_ == 0);
 }
 
-// Of a linear solution, relative: what Newton's next step makes good use of.
+// Residual of a linear solution, relative: what Newton's next step makes good use of.
 double Equilibrium::Accuracy() const {
   if (linear()) return 0.1 * options_.residual;
   const double enough = std::min(kMostForcing, kAim * options_.residual / relative_);

@@ -92,7 +92,7 @@ class Equilibrium {
   SymmetricSolver solver_;
   SparseMatrix stiffness_;  // of the linear law, else where a solution begins; free of constraints
   SparseMatrix system_;     // the factorised matrix
-  // Of moved points.
+  // Rows of moved points.
   struct Rows {
     std::optional<Eigen::LDLT<Eigen::MatrixXd>> factor;
     Eigen::MatrixXd matrix, columns;  // C A^-1 C^T, A^-1 C^T

@@ -135,7 +135,7 @@ MaterialLaw::Point MaterialLaw::At(const Matrix3d& H) const {
   return point;
 }
 
-// Of the house's general form for isotropic laws (Ogden 1984, 6.1): what resists a shear between
+// Part of the general form for isotropic laws (Ogden 1984, 6.1): what resists a shear between
 // two axes is the difference quotient of their stresses, what resists a rotation that of their sum.
 MaterialLaw::Principal MaterialLaw::OgdenPrincipalAt(const Vector3d& stretches, double p,
                                                      double bulk) const {

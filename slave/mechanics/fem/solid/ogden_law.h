@@ -27,7 +27,7 @@ class OgdenLaw {
   };
   [[nodiscard]] Point At(const Eigen::Matrix3d& H) const;
 
-  // Of principal stretches, all above zero: dA / dl_i, and the second derivatives.
+  // Derivatives by principal stretches, all above zero: dA / dl_i, and the second derivatives.
   struct Principal {
     Eigen::Vector3d slope;
     Eigen::Matrix3d curvature;

@@ -38,7 +38,7 @@ class SolidModel final : public VolumeModel {
              Progress* progress = nullptr);
 
   [[nodiscard]] const TetMesh& mesh() const { return mesh_; }
-  // Of node `node` of mesh(), middles too [m].
+  // Displacement of node `node` of mesh(), middles too [m].
   [[nodiscard]] Eigen::Vector3d displacement(int node) const {
     return traits_.length_unit * DisplacementAt(node);
   }

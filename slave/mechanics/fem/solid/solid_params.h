@@ -24,7 +24,7 @@ struct SolidParams {
   }
   // Whether the pressure is an unknown of its own.
   [[nodiscard]] bool TakesPressure() const;
-  // Of Newton's method; `progress` serves it at rest.
+  // Settings of Newton's method; `progress` serves it at rest.
   [[nodiscard]] Equilibrium::Options SolverOptions(fem::SearchProgress* progress) const;
 };
 

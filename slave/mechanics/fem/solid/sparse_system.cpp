@@ -21,7 +21,7 @@ constexpr double kGridsWorth = 10;    // iterations that a new preconditioner mu
 constexpr int kPatience = 200;        // iterations before a factor is tried instead
 constexpr double kFactorSpeed = 600;  // its operations in the time an iteration takes per block
 
-// Of every node, itself included, rising.
+// Neighbours of every node, itself included, rising.
 std::vector<std::vector<int>> NeighboursOf(const TetMesh& mesh) {
   std::vector<std::vector<int>> neighbours(Index(mesh.node_count()));
   for (int node = 0; node < mesh.node_count(); ++node) neighbours[Index(node)].push_back(node);

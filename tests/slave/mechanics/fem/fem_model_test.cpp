@@ -394,7 +394,7 @@ TEST(FemModel, PatchLoadsSpreadByArea) {
   EXPECT_NEAR(work, force.dot(patch.displacement_O), 1e-9 * work);
 }
 
-// Law: a search that takes long says how far it is, stops when told to, and may be begun again.
+// Law: a search that takes long reports its progress, stops on request, and may be begun again.
 // The factor alone takes longer than the tenth of a second that is silent.
 TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   const SolidMesh mesh = MeshBox({1, 0.1, 0.1}, {64, 9, 9});

@@ -109,7 +109,7 @@ MatrixXd DenseOf(fem::FemBody& body, double mass, double stiffness) {
   return dense;
 }
 
-// Of K x = w^2 M x, ascending.
+// Eigenvalues of K x = w^2 M x, ascending.
 VectorXd SquaredFrequencies(const MatrixXd& K, const MatrixXd& M) {
   const Eigen::LLT<MatrixXd> root(M);
   const MatrixXd half = root.matrixL().solve(K);
@@ -269,7 +269,7 @@ TEST(FemMotion, OneLinearSolvePerStepFollowsTheIndependentTrajectory) {
   }
 }
 
-// Law: what steps gain from nowhere is said. The energy of a body that is let go never grows; one
+// Law: energy that steps gain is reported. The energy of a body that is let go never grows; one
 // linear solve per step of a bar that swings far, with the tangent of the step's start, does not
 // know that. The same motion in the linear law gains nothing.
 TEST(FemMotion, EnergyFromNowhereIsFlagged) {

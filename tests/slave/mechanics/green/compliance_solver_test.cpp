@@ -324,7 +324,7 @@ TEST_P(ComplianceSolverTest, LooksOnlyForPlacesOfContactsThatChanged) {
   EXPECT_EQ(responses[0].validity, Validity::kFailed);
 }
 
-TEST_P(ComplianceSolverTest, HeldComponentsAreNoUnknownsAndMissingColumnsAreSaid) {
+TEST_P(ComplianceSolverTest, HeldComponentsAreNoUnknownsAndMissingColumnsAreReported) {
   ComplianceSolver solver(body_, places_, params_);
   const std::vector<Contact> beside{At(kHeldPlace, {0.1, 0.2, 0}), At(60, {0.1, 0, 0})};
   ExpectSame(solver, beside, false, 1e-11);

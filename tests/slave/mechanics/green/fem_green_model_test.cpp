@@ -183,8 +183,8 @@ TEST(FemGreenModel, ABulkyBodyFromAFullCacheNeedsNoFactor) {
   }
 }
 
-// Everything that cannot be answered is said so in words, and the next good question is answered as
-// if nothing had been.
+// Everything that cannot be answered is refused with a reason, and the next good question is
+// answered as if nothing had been.
 TEST(FemGreenModel, FailsInWordsAndRecovers) {
   const Body body = ShakenBox({4, 3, 3}, 5e4, 0.3);
   FemGreenModel model = ModelOf(body);

@@ -223,7 +223,7 @@ TEST(GreenColumns, TellsWhatToExpectAndStopsBeforeTheFactor) {
   EXPECT_GT(progress.expected_.memory_bytes, 0U);
 }
 
-TEST(GreenColumns, TheMemoryLimitIsKeptAndSaid) {
+TEST(GreenColumns, TheMemoryLimitIsKeptAndReported) {
   const Body body = ShakenBox({4, 4, 3}, 1, 0.3);
   FemGreenModel probe(body.mesh, body.held, 1, 0.3, {});
   const std::size_t group = GreenColumns::kGroup * probe.columns().bytes_per_place();
@@ -233,7 +233,7 @@ TEST(GreenColumns, TheMemoryLimitIsKeptAndSaid) {
   for (int p = 0; p < model.columns().places(); ++p) ready += model.columns().IsReady(p) ? 1 : 0;
   EXPECT_GE(ready, 3 * GreenColumns::kGroup);
   EXPECT_LT(ready, 4 * GreenColumns::kGroup);  // the last group may be a small one
-  bool said = false;
+  bool reported = false;
   for (int p = 0; p < model.columns().places(); ++p) {
     const int node = model.columns().node_of_place()[static_cast<std::size_t>(p)];
     if (model.columns().IsReady(p) || body.held[static_cast<std::size_t>(node)][0]) continue;
@@ -242,9 +242,9 @@ TEST(GreenColumns, TheMemoryLimitIsKeptAndSaid) {
     ContactResponse response;
     model.Respond({&contact, 1}, {&response, 1});
     EXPECT_EQ(response.validity, Validity::kFailed);
-    said = model.failure().find("memory") != std::string_view::npos;
+    reported = model.failure().find("memory") != std::string_view::npos;
   }
-  EXPECT_TRUE(said);
+  EXPECT_TRUE(reported);
 }
 
 }  // namespace

@@ -218,7 +218,7 @@ TEST_F(FakeMesherTest, LeavesNoFolderBehind) {
   EXPECT_TRUE(std::filesystem::is_empty(temporary / ""));
 }
 
-TEST(FillSurfaceStopTest, StopsWhenToldTo) {
+TEST(FillSurfaceStopTest, StopsOnRequest) {
   const Scratch folder;
   const auto file = folder.Write("tetgen", "#!/bin/sh\nsleep 60\n");
   std::filesystem::permissions(file, std::filesystem::perms::owner_all);

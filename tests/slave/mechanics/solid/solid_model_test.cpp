@@ -240,7 +240,7 @@ struct Listener final : Progress {
   bool stop = false;
 };
 
-// A search that takes long reports its progress, stops when told to, and may be begun again: with
+// A search that takes long reports its progress, stops on request, and may be begun again: with
 // iterations and with a factor that takes longer than the tenth of a second that is silent.
 TEST(SolidModel, LongSearchesReportProgressAndStop) {
   for (const auto& [nu, cells] : {std::pair{0.3, 12}, {0.499, 6}}) {

@@ -33,7 +33,7 @@ TEST(SimulatedSite, AFiveMillimetrePressGivesTheContinuumForce) {
   EXPECT_EQ(truth.force.z(), 0);
 }
 
-// Reference: what counts is where the tool is on the body. A tool that stands on one that comes
+// Reference: what counts is where the tool is on the body. A tool that rests on one that comes
 // nearer presses as one that goes down, to the last bit; the pictures show both elsewhere.
 TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
   Scene scene = BlockScene();

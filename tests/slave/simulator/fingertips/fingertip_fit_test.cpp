@@ -59,7 +59,7 @@ double DriftSquare(const std::vector<double>& column) {
   return sum / count;
 }
 
-// Of all electrodes of several fingers, root mean square.
+// Noise and drift of all electrodes of several fingers, root mean square.
 struct RestStatistics {
   double noise = 0, drift = 0, pac = 0, pdc = 0;
 };

@@ -38,7 +38,7 @@ inline Scene FoamScene(const Eigen::Vector3d& size, const Fixed& fixed) {
   return scene;
 }
 
-// The cube stands on the table; a fingertip 5 mm above its middle, tip down by 40 degrees.
+// The cube lies on the table; a fingertip 5 mm above its middle, tip down by 40 degrees.
 inline Scene CubeScene() {
   Scene scene = FoamScene({0.06, 0.06, 0.06}, {FixedPlane{2, 0}});
   scene.sense.Find<Tactile>()->fingers = {

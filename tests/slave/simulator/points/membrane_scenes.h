@@ -1,5 +1,5 @@
-// Scenes with two eyes for the tests, made in memory: the membrane and the rig of paper C's second
-// device as the shipped scenes state them.
+// Scenes with two cameras for the tests, made in memory: the membrane and the rig of paper C's
+// second device as the shipped scenes state them.
 #pragma once
 
 #include <cmath>

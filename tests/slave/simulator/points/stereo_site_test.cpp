@@ -122,17 +122,17 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   StereoSite site(scene, kCoarse);
   site.MoveTool(Tip(scene, press.p_O, press.depth));
   const StereoPictures pictures = site.TakePictures();
-  const std::array<Eye, 2> eyes{EyeAt(-0.03), EyeAt(0.03)};
+  const std::array<Eye, 2> cameras{EyeAt(-0.03), EyeAt(0.03)};
   double worst = 0, worst_area = 0, moved = 0;
   for (const Vector2d& p_O : DotPlaces(*scene.sense.Find<PointTracking>())) {
     for (std::size_t e = 0; e < 2; ++e) {
-      const SeenDot expected = DiscSeen(site, eyes[e], p_O);
+      const SeenDot expected = DiscSeen(site, cameras[e], p_O);
       const cv::Mat& picture = e == 0 ? pictures.left : pictures.right;
       const SeenDot dot = DotNear(picture, expected.centre);
       worst = std::max(worst, (dot.centre - expected.centre).norm());
       worst_area = std::max(worst_area, std::abs(dot.area / expected.area - 1));
-      moved =
-          std::max(moved, (expected.centre - eyes[e].ImageOf({p_O.x(), p_O.y(), -0.001})).norm());
+      moved = std::max(moved,
+                       (expected.centre - cameras[e].ImageOf({p_O.x(), p_O.y(), -0.001})).norm());
     }
   }
   EXPECT_LT(worst, 0.02);

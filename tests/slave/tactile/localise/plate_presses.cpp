@@ -68,7 +68,8 @@ std::string ElectrodeName(std::size_t i) {
   return std::string("E").append(std::to_string(i + 1));
 }
 
-// Of one column over the rows that are not in contact, as numpy's: the mean of the middle two.
+// Median of one column over the rows that are not in contact, as numpy's: the mean of the middle
+// two.
 double RestOf(const Table& table, double least_pdc, const std::string& name) {
   std::vector<double> values;
   for (std::size_t k = 0; k < table.rows.size(); ++k) {
