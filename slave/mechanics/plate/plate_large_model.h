@@ -19,10 +19,9 @@ namespace palpate {
 // Contacts as for PlateModel. One contact at the centre is solved to nine digits
 // (round_press.h); all others in modes (modal_plate.h), whose error falls with `order`. At order
 // 12, against order 24, up to |w| = 10 t, at a given depth: 0.7 % of the force within half the
-// radius, 1.4 % under a rigid tool (7 % for one of 0.13 a at 0.8 a); at 0.8 of it 1 % at t, 4 % at
-// 5 t and 10 % at 10 t, beyond the range. The shape around the load is found less well: a force
-// sought from it is 4 % low at 0.7 of the radius at 5 t, 8 % at half of it at 10 t (see
-// load_fit.h).
+// radius; at 0.8 of it 1 % at t, 4 % at 5 t and 10 % at 10 t, beyond the range. The shape around
+// the load is found less well: a force sought from it is 4 % low at 0.7 of the radius at 5 t, 8 %
+// at half of it at 10 t (see load_fit.h).
 //
 // The law, whatever the order: moderate rotations, linear elasticity, and shear at the edge of a
 // rigid tool only. Against neo-Hookean solids the force of a rigid tool is within 5 % where it is

@@ -94,8 +94,7 @@ TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
 }
 
 // Reference: the finest order computed, by which the header states what order 12 is worth within
-// its range: points 0.7 % within half the radius up to ten thicknesses, 1 % at 0.8 of it at one;
-// rigid tools up to 1.4 %, but 7 % for one of 0.13 radii at 0.8 of it.
+// its range: 0.7 % within half the radius up to ten thicknesses, 1 % at 0.8 of it at one.
 TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
   const std::array orders = {8, 12, 16, 24};
   std::vector<std::unique_ptr<PlateLargeModel>> models;
@@ -114,9 +113,7 @@ TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
         const auto error = [&](std::size_t i) { return forces[i] / forces.back() - 1; };
         const bool inside = w <= 20 * (1 - p * p) * (1 - p * p);
         if (!inside) continue;
-        const double point = p < 0.6 ? 0.007 : 0.01;
-        const double rigid = p + R > 0.9 ? 0.07 : 0.014;
-        EXPECT_LT(std::abs(error(1)), R > 0 ? rigid : point) << p << " " << R << " " << w;
+        EXPECT_LT(std::abs(error(1)), p < 0.6 ? 0.007 : 0.01) << p << " " << R << " " << w;
       }
     }
   }
@@ -135,13 +132,13 @@ TEST(PlateLargeModel, ThePressAtTheCentreContinuesThatBesideIt) {
   }
 }
 
-// Reference: the linear plate, exact whatever the order, for points and loads.
+// Reference: the linear plate, exact whatever the order, whatever the contacts.
 TEST(PlateLargeModel, IsTheLinearPlateAtSmallDeflection) {
   for (const double nu : {-0.9, 0.0, 0.5}) {
     for (const int order : {2, 12}) {
       PlateLargeModel large(Unit(nu, order));
       PlateModel linear({kRadius, kThickness, kModulus, nu});
-      const std::vector contacts = {Moved({0.5, 0.1}, 1e-8), Moved({-0.3, 0.4}, -2e-8),
+      const std::vector contacts = {Moved({0.5, 0.1}, 1e-8), Moved({-0.3, 0.4}, -2e-8, 0.1),
                                     Loaded({0.1, -0.6}, 3e-6, 0.2), Loaded({0.97, 0}, 1e-5)};
       Solution of_large, of_linear;
       const auto a = Respond(large, contacts, &of_large), b = Respond(linear, contacts, &of_linear);
