@@ -129,7 +129,7 @@ void AddModes(const Scene& scene, const ModelKind& kind, std::vector<Candidate>*
     c.scene.model.modes = modes == own ? scene.model.modes : modes;
     c.resolution = std::to_string(modes) + " modes";
     c.element_size = radius / modes;
-    c.expected_s = 0.15 + 0.16 * std::pow(modes / 12.0, 4);
+    c.expected_s = 0.3 + 0.7 * std::pow(modes / 12.0, 4);
     c.own = modes == own;
     c.linear = false;
     candidates->push_back(std::move(c));

@@ -7,13 +7,10 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 
 #include "shared/text/text.h"
-#include "slave/mechanics/plate/contacts.h"
 #include "slave/mechanics/plate/plate_law.h"
-#include "slave/reference/membrane/pressed_membrane.h"
 #include "slave/reference/planar/patch_solution.h"
 #include "slave/reference/planar/round_touch.h"
 #include "slave/reference/planar/true_body.h"
@@ -56,12 +53,10 @@ double RoundForce(const Scene& scene, const Press& press, double depth) {
          way.dot(site::Touched(*solution.round, depth * way).total());
 }
 
-constexpr double kGood = 0.05;           // an independent answer's own bar, relative
-constexpr double kSolidMembrane = 0.01;  // of its mesh (pressed_membrane_test), relative
+constexpr double kGood = 0.05;    // an independent answer's own bar, relative
 constexpr double kRound = 1e-3;   // of a round tool's true contact (round_touch_test), relative
 constexpr double kOfLaw = 0.3;    // of its own size: what a plate's law leaves out, see plate_law.h
 constexpr double kOneMesh = 0.3;  // of its own effect: a nonlinearity known from one mesh only
-constexpr double kSameRadius = 1e-3;  // of a membrane: presses on one circle
 constexpr const char* kIndependent = "finite elements";
 
 struct Limit {
@@ -190,38 +185,9 @@ Scene WithFewCells(Scene scene, double width) {
 }
 
 // What von Karman's law leaves out of a membrane that is a solid: no family of plates shows it.
-double ExcessOfLaw(const MembraneGeometry& membrane, const Press& press,
-                   const PressSpec& question) {
-  const double slenderness = membrane.thickness / membrane.radius;
-  const plate::Dent dent{press.p_O.head<2>().norm() / membrane.radius,
-                         question.depth / membrane.radius, slenderness};
-  return plate::IsRigidTool(question.width / 2 / membrane.radius, slenderness)
-             ? plate::ExcessOfRigidTool(dent)
-             : plate::ExcessAtDepth(dent);
-}
-
-// Force along the press of a hyperelastic membrane under the rigid tool, at both depths. A press on
-// a circle is solved once. nullopt: no equilibrium, or beyond that solid's limits.
-std::optional<Reference> OnSolidMembrane(const Scene& scene, const MembraneGeometry& membrane,
-                                         double radius, const PressSpec& question) {
-  constexpr site::MembraneResolution kCoarse{.across = 6, .through = 1};
-  constexpr int kRungs = 5;
-  try {
-    site::PressedMembrane solid(membrane, scene.object.material, question.width, {radius, 0},
-                                kCoarse, scene.model.prestress);
-    if (!solid.Deepen(question.small_depth)) return std::nullopt;
-    const double small = -solid.press().rungs.back()->force;
-    for (int k = 1; k <= kRungs && question.small_depth < question.depth; ++k) {
-      const double way = question.depth - question.small_depth;
-      if (!solid.Deepen(question.small_depth + way * k / kRungs)) return std::nullopt;
-    }
-    const double full = -solid.press().rungs.back()->force;
-    return Reference{{small, kSolidMembrane * small},
-                     {full, kSolidMembrane * full},
-                     "a hyperelastic solid under a rigid tool"};
-  } catch (const std::invalid_argument&) {
-    return std::nullopt;
-  }
+double ExcessOfLaw(const MembraneGeometry& membrane, const Press& press, double depth) {
+  return plate::ExcessAtDepth({press.p_O.head<2>().norm() / membrane.radius,
+                               depth / membrane.radius, membrane.thickness / membrane.radius});
 }
 
 // Ratio of the finer answers to the rough ones: its mean over the presses that were checked, and
@@ -343,9 +309,7 @@ ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
     membrane_ = *membrane;
   }
-  membranes_.resize(question.presses.size());
   if (!question.seen.empty()) return;
-  if (membrane_) AddMembranes(scene);
   if (is_round_ && scene.model.contact == ContactLaw::kBonded) {
     AddRound(scene);
     return;
@@ -385,24 +349,11 @@ void ReferenceFinder::AddRound(const Scene& scene) {
   }
 }
 
-void ReferenceFinder::AddMembranes(const Scene& scene) {
-  std::map<long, std::optional<Reference>> solved;  // by the radius in parts of kSameRadius
-  for (std::size_t i = 0; i < question_.presses.size(); ++i) {
-    const double radius = question_.presses[i].p_O.head<2>().norm();
-    const long key = std::lround(radius / (kSameRadius * membrane_->radius));
-    if (!solved.contains(key)) {
-      solved[key] = OnSolidMembrane(scene, *membrane_, radius, question_);
-    }
-    membranes_[i] = solved[key];
-  }
-}
-
 Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_t press) const {
   if (!question_.seen.empty()) {
     const Estimate force{question_.seen[press].force, kSeenForce * question_.seen[press].force};
     return {force, force, "a hyperelastic solid before the scene's cameras"};
   }
-  if (membranes_[press]) return *membranes_[press];
   const auto families = Families(rows);
   std::vector<Limit> limits;
   if (std::isfinite(independent_[press].bar)) {
@@ -445,7 +396,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
     if (std::isfinite(found.value)) stiffening = found;
   }
   const double excess =
-      membrane_ ? ExcessOfLaw(*membrane_, question_.presses[press], question_) : 0;
+      membrane_ ? ExcessOfLaw(*membrane_, question_.presses[press], question_.depth) : 0;
   reference.full.value = reference.small.value * depths * stiffening.value / (1 + excess);
   reference.full.bar = reference.full.value * (reference.small.bar / reference.small.value +
                                                stiffening.bar / stiffening.value + kOfLaw * excess);

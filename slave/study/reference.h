@@ -42,8 +42,7 @@ struct References {
 // ln width), the one with the smallest error bar. That bar is extended to the difference from
 // another formulation, beyond its own bar and distance to its limit. Full depth: the same, times
 // the stiffening there in a large-deformation model (von Karman, neo-Hookean) relative to the small
-// depth, one if none has a solution; of a membrane less what the plate's law leaves out. Membranes
-// under a rigid tool: a hyperelastic solid at both depths, where it applies. Round
+// depth, one if none has a solution; of a membrane less what the plate's law leaves out. Round
 // tools and presses that cameras see: at full depth only, by the true contact and by a hyperelastic
 // solid.
 class ReferenceFinder {
@@ -57,13 +56,11 @@ class ReferenceFinder {
 
  private:
   void AddRound(const Scene& scene);
-  void AddMembranes(const Scene& scene);
   [[nodiscard]] Reference FindOne(const std::vector<StudyRow>& rows, std::size_t press) const;
 
   PressSpec question_;
   bool is_round_;  // under a round tool
   std::optional<MembraneGeometry> membrane_;
-  std::vector<std::optional<Reference>> membranes_;  // one per contact; nullopt: no solid
   std::vector<Estimate> independent_;  // force at the small depth, one per contact; NaN: none
 };
 

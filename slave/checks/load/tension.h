@@ -43,9 +43,8 @@ class TensionCheck final : public Check<FitSample> {
   // Prior sigma of the tension by its size [-]. [recorded: 300 N/m in the scene of a loose
   // membrane, 6 of 17 forces up to 2.4 times too large]
   static constexpr double kPrior = 0.5;
-  // Error of the force by a wrong tension that counts [-]. [derived: the law of the plate itself is
-  // off by up to 3 % around a rigid tool]
-  static constexpr double kShare = 0.035;
+  // Error of the force by a wrong tension that counts [-]. [tuned: prestress told - there is none]
+  static constexpr double kShare = 0.02;
 
   // Weighted mean of the images' estimates. Their noise averages out; the error of the model, and
   // residuals that the points do not have at rest, recur with the same indentation.

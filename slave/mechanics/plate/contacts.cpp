@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <sstream>
 
 #include "shared/text/text.h"
@@ -65,58 +64,12 @@ std::string_view Check(std::span<const Contact> contacts, const Geometry& geomet
     Touch& touch = (*touches)[i];
     touch.kind = contact.kind;
     touch.disc = {contact.p_O.head<2>() / geometry.radius, contact.width / 2 / geometry.radius};
-    touch.rigid =
-        touch.moved() && IsRigidTool(touch.disc.radius, geometry.thickness / geometry.radius);
     touch.value = -contact.prescribed_O.z() / (touch.moved() ? geometry.radius : 1);
     for (std::size_t j = 0; j < i; ++j) {
       if (Clash(touch, (*touches)[j])) return "a displaced contact overlaps with another contact";
     }
   }
   return {};
-}
-
-bool IsRigidTool(double tool_radius, double slenderness) noexcept {
-  constexpr double kNarrow = 0.1;  // radius by the thickness
-  return tool_radius > 0 && tool_radius >= kNarrow * slenderness;
-}
-
-RigidTool RigidToolOf(double tool_radius, double slenderness) noexcept {
-  constexpr double kEdge = 0.64;   // of the thickness
-  constexpr double kLeast = 0.15;  // of the radius: a tool narrower than the plate is thick
-  return {.radius = std::max(kLeast * tool_radius, tool_radius - kEdge * slenderness),
-          .compliance = std::pow(slenderness, 3) / (24 * tool_radius)};
-}
-
-// The outer circle is larger and the inner one smaller than the disc, so that eight points on each
-// are as stiff as it is.
-std::array<Eigen::Vector2d, kToolPoints> ToolPoints(const Disc& clamped) noexcept {
-  constexpr double kOuter = 1.13, kInner = 0.75 * kOuter;
-  constexpr double kInsideRim = 0.98;
-  const double gap = kInsideRim * (1 - clamped.centre.norm());
-  const double outer = std::min(kOuter * clamped.radius, gap);
-  std::array<Eigen::Vector2d, kToolPoints> points;
-  for (std::size_t k = 0; k < kToolPoints; ++k) {
-    const double r = k % 2 == 0 ? outer : kInner / kOuter * outer;
-    const double angle = 2 * std::numbers::pi * static_cast<double>(k) / kToolPoints;
-    points[k] = clamped.centre + r * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-  }
-  return points;
-}
-
-void Divide(const std::vector<Touch>& touches, double slenderness,
-            std::vector<ContactPart>* parts) {
-  parts->clear();
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    const Disc& disc = touches[i].disc;
-    if (!touches[i].rigid) {
-      parts->push_back({disc, i});
-      continue;
-    }
-    for (const auto& point :
-         ToolPoints({disc.centre, RigidToolOf(disc.radius, slenderness).radius})) {
-      parts->push_back({{point, 0}, i});
-    }
-  }
 }
 
 void RequirePlate(const Geometry& geometry, double young_modulus, double poisson_ratio) {
@@ -163,13 +116,11 @@ void MovedContacts::Solve(Eigen::VectorXd& deflections) noexcept {
   deflections = solution_.cwiseProduct(scale_);
 }
 
-double MovedContacts::Stiffness(const Eigen::MatrixXd& compliance, Index contact,
-                                Index count) const noexcept {
+double MovedContacts::Stiffness(const Eigen::MatrixXd& compliance, Index contact) const noexcept {
   const auto place = std::ranges::find(contacts_, contact);
   if (place != contacts_.end()) {
     const auto i = place - contacts_.begin();
-    const auto scale = scale_.segment(i, count);
-    return scale.dot(inverse_.block(i, i, count, count) * scale);
+    return scale_[i] * inverse_(i, i) * scale_[i];
   }
   double own = compliance(contact, contact);
   for (std::size_t m = 0; m < contacts_.size(); ++m) {

@@ -2,8 +2,6 @@
 // and the forces of those whose deflection is prescribed.
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -27,38 +25,9 @@ struct Touch {
   Contact::Kind kind = Contact::Kind::kDisplacement;
   Disc disc;         // by the radius a
   double value = 0;  // prescribed deflection by a, or load [N]
-  // A disc that is moved is a rigid flat tool: all of the plate below it moves alike. A load, and a
-  // disc narrower than a fifth of the thickness, is even, and its deflection is the mean over it.
-  bool rigid = false;
 
   [[nodiscard]] bool moved() const { return kind == Contact::Kind::kDisplacement; }
 };
-// Whether a tool of this radius [radii] is rigid.
-bool IsRigidTool(double tool_radius, double slenderness) noexcept;
-
-// A rigid flat tool as a thin plate meets it [radii].
-//
-// The plate is held to the tool as if it were clamped 0.64 t inside the tool's edge: over that
-// length its outer face shears and turns below the edge. The face itself yields as a half-space
-// does to a flat punch (Sneddon 1965). Both are for small deflections, from t / 80 to a / 10 and
-// tools of 0.02 a to 0.4 a within 4 % of axisymmetric solids (rigid_tool_test.cpp).
-struct RigidTool {
-  double radius = 0;      // of the clamped part
-  double compliance = 0;  // of the face: deflection by F a^2 / D
-};
-RigidTool RigidToolOf(double tool_radius, double slenderness) noexcept;
-// Points that hold the plate as the clamped disc does: on two circles, as stiff at the plate's
-// centre within 0.2 % for discs up to 0.4 a.
-constexpr std::size_t kToolPoints = 16;
-std::array<Eigen::Vector2d, kToolPoints> ToolPoints(const Disc& clamped) noexcept;
-
-// What a set of contacts consists of: a load as a whole, a rigid tool at its points, which come
-// one after another.
-struct ContactPart {
-  Disc disc;
-  std::size_t contact = 0;
-};
-void Divide(const std::vector<Touch>& touches, double slenderness, std::vector<ContactPart>* parts);
 
 // Converts contacts to `touches` (resized; no allocation once it was as large). Empty if all are
 // possible, else the reason: a value that is not finite; a component across the normal; a point off
@@ -87,9 +56,9 @@ class MovedContacts {
   // Forces, in the order of contacts(), for deflections; in place.
   void Solve(Eigen::VectorXd& deflections) noexcept;
   // d force / d deflection of one contact with the prescribed values of the others fixed; 0: it
-  // cannot move. `count`: rows from `contact` on that move together, as one.
-  [[nodiscard]] double Stiffness(const Eigen::MatrixXd& compliance, Eigen::Index contact,
-                                 Eigen::Index count = 1) const noexcept;
+  // cannot move.
+  [[nodiscard]] double Stiffness(const Eigen::MatrixXd& compliance,
+                                 Eigen::Index contact) const noexcept;
 
  private:
   std::vector<Eigen::Index> contacts_;

@@ -83,20 +83,4 @@ double Deflection(const Disc& load, const Vector2d& x) noexcept {
   return kUnit * (Regular(pair) + R_squared / 8 * RegularLaplacian(pair) + singular);
 }
 
-// Gauss's rule in r^2, even in the angle.
-double MeanDeflection(const Disc& load, const Disc& at) noexcept {
-  if (at.radius == 0) return Deflection(load, at.centre);
-  constexpr int kAngles = 12;
-  constexpr double kInner = 0.2113248654051871;  // (1 - 1 / sqrt 3) / 2
-  double sum = 0;
-  for (int k = 0; k < kAngles; ++k) {
-    const double angle = 2 * std::numbers::pi * k / kAngles;
-    const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
-    for (const double share : {kInner, 1 - kInner}) {
-      sum += Deflection(load, at.centre + at.radius * std::sqrt(share) * direction);
-    }
-  }
-  return sum / (2 * kAngles);
-}
-
 }  // namespace palpate::plate

@@ -20,8 +20,5 @@ struct Disc {
 double Deflection(const Eigen::Vector2d& p, const Eigen::Vector2d& x) noexcept;
 // The same under a load over a disc; exact inside the disc, outside it and on its edge.
 double Deflection(const Disc& load, const Eigen::Vector2d& x) noexcept;
-// Mean of it over a disc: the displacement on which an even load over that disc works. To 1e-4 of
-// the deflection.
-double MeanDeflection(const Disc& load, const Disc& at) noexcept;
 
 }  // namespace palpate::plate

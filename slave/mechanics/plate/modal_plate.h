@@ -1,14 +1,13 @@
 // The von Karman plate in its modes under several contacts: Newton's method on the amplitudes and
 // the contact forces together. Nondimensional as in round_press.h.
 //
-//   D a + N0 P a + sum_k c_k G_k a = sum_s F_s l_s
-//   w_s = l_s^T a + sum_t g_st F_t + d_s(sum_t h_st F_t)
+//   D a + N0 P a + sum_k c_k G_k a = sum_s F_s l_s          (l_s: means of the modes over the load)
+//   w_s = f_s^T a + sum_t g_st F_t + d_s(sum_t h_st F_t)    (f_s: the modes at its centre)
 //
-// with l_s the means of the modes over a load, or the modes at one of the points of a rigid tool.
 // g is the deflection that the shapes beyond the modes add in bending, known in closed form: the
 // plate's Green's function less that of the modes. So the linear answer is exact whatever the
-// order. d is what stretching takes from it (ShortWaves), of the contact of s and those so near
-// that they share its short waves: h is g between the contacts' centres, by that of s with itself.
+// order. d is what stretching takes from it (ShortWaves), of the load at s and those so near
+// that they share its short waves: h_st is g for points, by g_ss; one for loads in one place.
 #pragma once
 
 #include <memory>
@@ -21,7 +20,6 @@
 #include "slave/mechanics/plate/contacts.h"
 #include "slave/mechanics/plate/green.h"
 #include "slave/mechanics/plate/plate_modes.h"
-#include "slave/mechanics/plate/round_press.h"
 
 namespace palpate::plate {
 
@@ -33,27 +31,25 @@ namespace palpate::plate {
 // from it alone, not on the plate's size). So the modes' error at the same force is taken from the
 // centre, where it is known: d(F) = w_exact(F) - w_modes(F), with as many modes there as resolve
 // the load as finely as it is resolved where it is. d vanishes with the cube of the force where the
-// plate bends only, but for a rigid tool's points and face; a press at the centre becomes exact.
+// plate bends only; a press at the centre becomes exact.
 class ShortWaves {
  public:
   struct Share {
     double deflection = 0, compliance = 0;  // d(F), d'(F)
-    double shape = 0;                       // the same of the plate's deflection at the centre
   };
 
-  // For equal contacts on a plate with modes of this order, up to deflections of about 200
-  // thicknesses. Tens of milliseconds, for a rigid tool a quarter of a second. Throws
-  // std::runtime_error: no convergence.
-  ShortWaves(int order, double nu, double prestress, const RoundTool& tool);
+  // For loads over discs of one radius on a plate with modes of this order, up to deflections of
+  // about 200 thicknesses. Tens of milliseconds. Throws std::runtime_error: no convergence.
+  ShortWaves(int order, double nu, double prestress, double load_radius);
   // The same, computed once for all equal plates of this program; the sixteen that were last
   // requested are kept. Thread-safe.
   static std::shared_ptr<const ShortWaves> Of(int order, double nu, double prestress,
-                                              const RoundTool& tool);
+                                              double load_radius);
 
   // `resolution`: what the shapes beyond the modes add to the compliance under a point load there,
   // by 1 / D. Odd in the force. No allocation.
   [[nodiscard]] Share At(double force, double resolution) const noexcept;
-  [[nodiscard]] const RoundTool& tool() const { return tool_; }
+  [[nodiscard]] double load_radius() const { return load_radius_; }
 
  private:
   struct Entry {
@@ -64,10 +60,9 @@ class ShortWaves {
     double resolution = 0;
     std::vector<Entry> entries;  // rising
   };
-  static Share Beyond(const Entry& last, double force) noexcept;
   static Share Interpolate(const Level& level, double force) noexcept;
 
-  RoundTool tool_;
+  double load_radius_;
   std::vector<Level> levels_;  // from coarse to fine; the last has no share
 };
 
@@ -76,8 +71,7 @@ class ModalPlate {
   struct Press {
     Disc disc;
     bool is_force = false;
-    bool rigid = false;                 // clamped to a tool that is moved; else evenly loaded
-    double value = 0;                   // deflection (mean under a load), or load
+    double value = 0;                   // deflection at the centre, or load
     const ShortWaves* waves = nullptr;  // nullptr: d = 0
   };
 
@@ -91,18 +85,19 @@ class ModalPlate {
   bool Solve(std::span<const double> values) noexcept;
   void Reset() noexcept;
 
-  // Of the contacts.
-  [[nodiscard]] const Eigen::VectorXd& forces() const { return totals_; }
+  [[nodiscard]] const Eigen::VectorXd& forces() const { return forces_; }
+  // At the contacts' centres.
   [[nodiscard]] const Eigen::VectorXd& deflections() const { return deflections_; }
+  // d deflection at a contact / d force at another, at the solution.
+  [[nodiscard]] const Eigen::MatrixXd& compliance() const { return compliance_; }
   // d force / d deflection of one contact with the prescribed values of the others fixed; 0: it
   // cannot move.
   [[nodiscard]] double Stiffness(Eigen::Index contact) const noexcept {
-    const Eigen::Index first = first_[static_cast<std::size_t>(contact)];
-    return moved_.Stiffness(compliance_, first,
-                            first_[static_cast<std::size_t>(contact) + 1] - first);
+    return moved_.Stiffness(compliance_, contact);
   }
   // At a position, in the frame of Place(). No allocation.
   [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
+  [[nodiscard]] const std::vector<Press>& presses() const { return presses_; }
 
  private:
   bool Newton(double share) noexcept;
@@ -112,31 +107,18 @@ class ModalPlate {
   void AddForces(double share) noexcept;
   void Demand(double share) noexcept;
   void Answer(double share) noexcept;
-  void Divide();
-  void FillShortWaves();
-  void AddUp() noexcept;
-  [[nodiscard]] const Press& PressOf(Eigen::Index part) const noexcept {
-    return presses_[contact_[static_cast<std::size_t>(part)]];
-  }
-  // What the shapes beyond the modes add at a part.
-  [[nodiscard]] double ShortWavesAt(Eigen::Index part) const noexcept;
-  [[nodiscard]] ShortWaves::Share StretchAt(std::size_t contact) const noexcept;
+  // What the shapes beyond the modes add at a contact.
+  [[nodiscard]] double ShortWavesAt(Eigen::Index contact) const noexcept;
 
   const PlateModes& modes_;
   double D_, prestress_;
   Symmetry symmetry_ = Symmetry::kRound;
   std::vector<Press> presses_;
   MovedContacts moved_;
-  // Parts of the contacts (contacts.h): disc and contact of each; the first one of each contact,
-  // and their number.
-  std::vector<Disc> parts_;
-  std::vector<std::size_t> contact_;
-  std::vector<Eigen::Index> first_;
-  Eigen::MatrixXd load_, short_;  // l, column per part; g
-  Eigen::MatrixXd centre_;        // modes at the contacts' centres
-  Eigen::VectorXd resolution_;    // g of a contact's centre with itself, by 1 / D
-  Eigen::MatrixXd near_;          // h, of the contacts
-  Eigen::VectorXd amplitudes_, forces_, totals_, deflections_;  // forces: of parts, of contacts
+  Eigen::MatrixXd at_, load_, short_;  // f and l, column per contact; g
+  Eigen::VectorXd resolution_;         // g_ss for points, by 1 / D
+  Eigen::MatrixXd near_;               // h
+  Eigen::VectorXd amplitudes_, forces_, deflections_;
   Eigen::VectorXd stress_, gradient_, step_, point_;
   Eigen::MatrixXd pull_;     // column i: sum_j G_k,ij a_j, row per stress
   Eigen::MatrixXd tangent_;  // of the amplitudes, lower half; then its factor

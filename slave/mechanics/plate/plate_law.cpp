@@ -25,13 +25,6 @@ double ExcessAtDepth(const Dent& dent) noexcept {
   return kShear * std::pow(dent.slenderness / inside, 2) + steep / std::pow(inside, 0.75);
 }
 
-double ExcessOfRigidTool(const Dent& dent) noexcept {
-  const double inside = InsideRim(dent.place);
-  const double shear = kShear * std::pow(dent.slenderness, 2) * (1 / (inside * inside) - 1);
-  const double steep = (1.4 + 32 * dent.slenderness) * std::pow(dent.deflection, 2);
-  return shear + steep / std::pow(inside, 0.75);
-}
-
 double DeflectionOfExcess(double excess, double slenderness) noexcept {
   const double left = excess - kShear * std::pow(slenderness, 2);
   return std::sqrt(std::max(0.0, left) / Steep(slenderness));

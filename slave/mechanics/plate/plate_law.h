@@ -21,14 +21,6 @@ struct Dent {
 // Where that is below 0.15, within 0.03 of what was measured.
 double ExcessAtDepth(const Dent& dent) noexcept;
 
-// The same of a rigid flat tool, whose plate is softer at its edge (RigidTool):
-//   7.2 (t/a)^2 (1 / (1 - p^2)^2 - 1) + (1.4 + 32 t/a) (w/a)^2 / (1 - p^2)^(3/4).
-// For t of a / 80 to a / 10, tools of 0.02 a to 0.4 a and w up to a / 4 at the centre, within 0.03
-// of axisymmetric neo-Hookean solids where it is below kRigidLargest, and not exceeded by them.
-double ExcessOfRigidTool(const Dent& dent) noexcept;
-// Beyond it the force of a rigid tool is more than about 5 % too high.
-constexpr double kRigidLargest = 0.045;
-
 // Where at the centre that is `excess`, by the radius; 0: nowhere, the plate is too thick.
 double DeflectionOfExcess(double excess, double slenderness) noexcept;
 

@@ -11,8 +11,7 @@ using Eigen::Index;
 using Eigen::Vector2d;
 using plate::Touch;
 
-constexpr double kAbsurd = 1e6;      // radii
-constexpr double kRigidRange = 0.6;  // of the range: a plate stretches sooner around a rigid tool
+constexpr double kAbsurd = 1e6;  // radii
 
 PlateModel::Params Checked(const PlateModel::Params& params) {
   plate::RequirePlate({params.radius, params.thickness}, params.young_modulus,
@@ -43,17 +42,16 @@ bool PlateModel::TryRespond(std::span<const Contact> contacts,
   if (!prepared_) return Fail("displaced points are too close to be distinguished");
   if (!SolveForces()) return Fail("the solution is not finite or too large");
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Index first = first_[i], count = first_[i + 1] - first;
+    const auto touch = static_cast<Index>(i);
     ContactResponse& response = responses[i];
-    const double w = deflections_[first];
+    const double w = deflections_[touch];
     response = {};
-    response.force_O.z() = touches_[i].moved() ? -force_unit_ * forces_.segment(first, count).sum()
-                                               : contacts[i].prescribed_O.z();
+    response.force_O.z() =
+        touches_[i].moved() ? -force_unit_ * forces_[touch] : contacts[i].prescribed_O.z();
     response.displacement_O.z() = -params_.radius * w;
     response.stiffness_O(2, 2) =
-        force_unit_ / params_.radius * moved_.Stiffness(compliance_, first, count);
-    const double range = params_.range * (touches_[i].rigid ? kRigidRange : 1);
-    response.validity = std::abs(w) * params_.radius <= range * params_.thickness
+        force_unit_ / params_.radius * moved_.Stiffness(compliance_, touch);
+    response.validity = std::abs(w) * params_.radius <= params_.range * params_.thickness
                             ? Validity::kValid
                             : Validity::kExtrapolated;
   }
@@ -62,64 +60,50 @@ bool PlateModel::TryRespond(std::span<const Contact> contacts,
 
 bool PlateModel::Prepare() {
   known_ = touches_;
-  plate::Divide(touches_, params_.thickness / params_.radius, &parts_);
+  const auto count = static_cast<Index>(touches_.size());
+  compliance_.resize(count, count);
   moved_.Clear();
-  first_.clear();
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    if (parts_[i].contact == first_.size()) first_.push_back(static_cast<Index>(i));
-    if (touches_[parts_[i].contact].moved()) moved_.Add(static_cast<Index>(i));
-  }
-  first_.push_back(static_cast<Index>(parts_.size()));
-  FillCompliance();
-  return moved_.Factorise(compliance_);
-}
-
-void PlateModel::FillCompliance() {
-  const double slenderness = params_.thickness / params_.radius;
-  const std::size_t count = parts_.size();
-  compliance_.resize(static_cast<Index>(count), static_cast<Index>(count));
-  for (std::size_t j = 0; j < count; ++j) {
-    const Touch& load = touches_[parts_[j].contact];
-    const double face =
-        load.rigid ? plate::RigidToolOf(load.disc.radius, slenderness).compliance : 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      compliance_(static_cast<Index>(i), static_cast<Index>(j)) =
-          plate::MeanDeflection(parts_[j].disc, parts_[i].disc) +
-          (parts_[i].contact == parts_[j].contact ? face : 0);
+  for (Index j = 0; j < count; ++j) {
+    const Touch& load = touches_[static_cast<std::size_t>(j)];
+    if (load.moved()) moved_.Add(j);
+    for (Index i = 0; i < count; ++i) {
+      compliance_(i, j) =
+          plate::Deflection(load.disc, touches_[static_cast<std::size_t>(i)].disc.centre);
     }
   }
+  return moved_.Factorise(compliance_);
 }
 
 // Forces of the moved contacts: what their prescribed deflection leaves after the loads' share.
 bool PlateModel::SolveForces() {
-  const auto count = static_cast<Index>(parts_.size());
+  const auto count = static_cast<Index>(touches_.size());
   forces_.resize(count);
   deflections_.resize(count);
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const bool moved = touches_[parts_[i].contact].moved();
-    forces_[static_cast<Index>(i)] = moved ? 0 : ValueOf(i) / force_unit_;
+  for (Index i = 0; i < count; ++i) {
+    const Touch& touch = touches_[static_cast<std::size_t>(i)];
+    forces_[i] = touch.moved() ? 0 : touch.value / force_unit_;
   }
   const auto& moved = moved_.contacts();
   deflections_.noalias() = compliance_ * forces_;
   solution_.resize(static_cast<Index>(moved.size()));
   for (std::size_t m = 0; m < moved.size(); ++m) {
     solution_[static_cast<Index>(m)] =
-        ValueOf(static_cast<std::size_t>(moved[m])) - deflections_[moved[m]];
+        touches_[static_cast<std::size_t>(moved[m])].value - deflections_[moved[m]];
   }
   moved_.Solve(solution_);
   for (std::size_t m = 0; m < moved.size(); ++m) {
     forces_[moved[m]] = solution_[static_cast<Index>(m)];
   }
   deflections_.noalias() = compliance_ * forces_;
-  for (const Index i : moved) deflections_[i] = ValueOf(static_cast<std::size_t>(i));
+  for (const Index i : moved) deflections_[i] = touches_[static_cast<std::size_t>(i)].value;
   return forces_.allFinite() && std::isfinite((force_unit_ * forces_).sum()) &&
          (count == 0 || deflections_.cwiseAbs().maxCoeff() <= kAbsurd);
 }
 
 double PlateModel::DisplacementAt(const Vector2d& x) noexcept {
   double w = 0;
-  for (std::size_t i = 0; i < parts_.size(); ++i) {
-    w += forces_[static_cast<Index>(i)] * plate::Deflection(parts_[i].disc, x);
+  for (std::size_t i = 0; i < known_.size(); ++i) {
+    w += forces_[static_cast<Index>(i)] * plate::Deflection(known_[i].disc, x);
   }
   return -params_.radius * w;
 }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include <Eigen/Core>
 
@@ -12,11 +11,10 @@
 namespace palpate {
 
 // Thin plate, moderate slopes, no stretching: the force is low by 1.8 % at |w| = 0.2 t, 10 %
-// at 0.5 t and 30 % at t, and is marked kExtrapolated beyond 0.5 t. Under a rigid tool it is low by
-// 2 % at 0.2 t and 5 % at 0.3 t, and is marked beyond that.
+// at 0.5 t and 30 % at t, and is marked kExtrapolated beyond 0.5 t.
 //
-// Contacts are points (width 0) or discs of diameter `width`: rigid where they are moved, under a
-// uniform load else, whose displacement is its mean; positions in |z| <= t / 2, on the disc.
+// Contacts are points (width 0) or discs of diameter `width` under a uniform load, whose
+// displacement is that of the centre, as input and output; positions in |z| <= t / 2, on the disc.
 // Only z components are allowed: others must be 0. O(S^2), with a new set of displaced positions
 // O(S^3).
 class PlateModel final : public PlateSurface {
@@ -35,19 +33,13 @@ class PlateModel final : public PlateSurface {
  private:
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses) override;
   bool Prepare();
-  void FillCompliance();
   bool SolveForces();
-  [[nodiscard]] double ValueOf(std::size_t part) const {
-    return touches_[parts_[part].contact].value;
-  }
   [[nodiscard]] double DisplacementAt(const Eigen::Vector2d& x) noexcept override;
 
   Params params_;
-  double force_unit_ = 0;  // D / a: deflects by about a [N]
-  std::vector<plate::ContactPart> parts_;
-  std::vector<Eigen::Index> first_;       // part of each contact, and the number of parts
-  Eigen::MatrixXd compliance_;            // deflection of a part, column: by a load of one there
-  Eigen::VectorXd forces_, deflections_;  // of the parts, nondimensional
+  double force_unit_ = 0;                 // D / a: deflects by about a [N]
+  Eigen::MatrixXd compliance_;            // deflection at a contact, column: by a load of one there
+  Eigen::VectorXd forces_, deflections_;  // nondimensional
   plate::MovedContacts moved_;
   Eigen::VectorXd solution_;
 };

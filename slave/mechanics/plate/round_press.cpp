@@ -17,24 +17,9 @@ constexpr int kIterations = 40;
 // centre and to the layer at the rim, 0.3 t / w thick.
 constexpr double kEnds[] = {1e-4, 1e-3, 6e-3, 0.03, 0.1, 0.25, 0.5, 0.75, 0.92, 0.98, 0.996, 1};
 
-// Around a clamped disc: from the layer at its edge outward.
-std::vector<double> EndsAround(double disc) {
-  constexpr double kFirst = 0.01, kGrowth = 3;
-  std::vector<double> ends{disc};
-  for (double gap = std::min(kFirst * (1 - disc), disc / 3); gap < 0.3 * (1 - disc);
-       gap *= kGrowth) {
-    ends.push_back(disc + gap);
-  }
-  for (const double end : {0.5, 0.75, 0.92, 0.98, 0.996, 1.0}) {
-    ends.push_back(disc + (1 - disc) * end);
-  }
-  return ends;
-}
-
 // Under a disc the slope is smooth inside; its third derivative jumps at the edge.
-std::vector<double> Ends(const RoundTool& tool) {
-  if (tool.rigid) return EndsAround(tool.radius);
-  const double R = tool.radius;
+std::vector<double> Ends(double load_radius) {
+  const double R = load_radius;
   std::vector<double> ends(std::begin(kEnds), std::end(kEnds));
   if (R == 0) return ends;
   const double apart = 0.15 * std::min(R, 1 - R);
@@ -45,8 +30,8 @@ std::vector<double> Ends(const RoundTool& tool) {
 }
 
 // Share of the load inside r.
-double Inside(double r, const RoundTool& tool) {
-  return r < tool.radius ? (r / tool.radius) * (r / tool.radius) : 1;
+double Inside(double r, double load_radius) {
+  return r < load_radius ? (r / load_radius) * (r / load_radius) : 1;
 }
 
 }  // namespace
@@ -98,21 +83,19 @@ void BandedSymmetric::Solve(Eigen::Ref<Eigen::VectorXd> x) const noexcept {
   }
 }
 
-RoundPress::RoundPress(double nu, const RoundTool& tool, double prestress) : tool_(tool) {
-  Divide();
+RoundPress::RoundPress(double nu, double load_radius, double prestress) {
+  Divide(load_radius);
   const auto count = static_cast<int>(radius_.size());
   bending_ = stretching_ = BandedSymmetric(count, kDegree);
   tangent_ = BandedSymmetric(2 * count, 2 * kDegree + 1);
-  for (auto* v : {&slope_, &psi_, &load_, &centre_, &residual_}) v->setZero(count);
+  for (auto* v : {&slope_, &psi_, &load_, &residual_}) v->setZero(count);
+  centre_.setZero(count);
   for (auto* v : {&step_, &by_load_}) v->setZero(2 * count);
-  const int clamped = tool.rigid ? kDegree : 0;  // the first element
-  for (int node = 0; node <= clamped; ++node) held_.push_back(node);
-  held_.push_back(count - 1);
-  AssembleLinear(nu, prestress);
+  AssembleLinear(nu, load_radius, prestress);
 }
 
-void RoundPress::Divide() {
-  const std::vector<double> ends = Ends(tool_);
+void RoundPress::Divide(double load_radius) {
+  const std::vector<double> ends = Ends(load_radius);
   const Eigen::VectorXd nodes = LobattoPoints(kNodes);
   radius_.setZero(static_cast<Eigen::Index>(ends.size()) * kDegree + 1);
   double inner = 0;
@@ -126,9 +109,9 @@ void RoundPress::Divide() {
   polynomials_ = Interpolate(nodes, rule_.points);
 }
 
-// What does not change: both operators of the slope and of psi, and the load. The slope is held at
-// the centre, below a rigid tool and at the rim, psi at the centre: a one on the diagonal.
-void RoundPress::AssembleLinear(double nu, double prestress) {
+// What does not change: both operators of the slope and of psi, the load, the deflection at the
+// centre. The slope is held at the centre and the rim, psi at the centre: a one on the diagonal.
+void RoundPress::AssembleLinear(double nu, double load_radius, double prestress) {
   const double D = 1 / (12 * (1 - nu * nu));
   const auto last = static_cast<int>(radius_.size()) - 1;
   for (const Element& element : elements_) {
@@ -139,8 +122,8 @@ void RoundPress::AssembleLinear(double nu, double prestress) {
       for (int i = 0; i < kNodes; ++i) {
         const double Ni = polynomials_.value(q, i);
         const double dNi = polynomials_.slope(q, i) / length;
-        centre_[element.first + i] += weight * Ni;
-        load_[element.first + i] += weight * Inside(r, tool_) * Ni / (2 * std::numbers::pi);
+        load_[element.first + i] += weight * Inside(r, load_radius) * Ni / (2 * std::numbers::pi);
+        centre_[element.first + i] -= weight * Ni;
         for (int j = 0; j <= i; ++j) {
           const double Nj = polynomials_.value(q, j);
           const double laplace =
@@ -153,7 +136,7 @@ void RoundPress::AssembleLinear(double nu, double prestress) {
     }
   }
   stretching_.at(last, last) -= nu;
-  for (const int held : held_) load_[held] = 0;
+  for (const int held : {0, last}) load_[held] = 0;
   stretching_factor_ = stretching_;
   stretching_factor_.Hold(0);
   stretching_factor_.Factorise();
@@ -188,11 +171,9 @@ bool RoundPress::Newton(const Goal& goal) noexcept {
     odd(by_load_) = -load_;
     tangent_.Solve(step_);
     tangent_.Solve(by_load_);
-    const double compliance = Deflection(odd(by_load_)) + tool_.compliance;
+    const double compliance = centre_ * odd(by_load_);
     double more = goal.value - force_;
-    if (!goal.is_force) {
-      more = (goal.value - deflection() - Deflection(odd(step_))) / compliance;
-    }
+    if (!goal.is_force) more = (goal.value - centre_ * (slope_ + odd(step_))) / compliance;
     const double before = LargestEntry(slope_);
     const double change = LargestEntry(odd(step_) + more * odd(by_load_));
     if (!std::isfinite(change) || !(compliance > 0)) return false;
@@ -220,11 +201,8 @@ bool RoundPress::Tangent() noexcept {
     }
   }
   for (const Element& element : elements_) AddTension(element);
-  tangent_.Hold(1);
-  for (const int held : held_) {
-    tangent_.Hold(2 * held);
-    residual_[held] = 0;
-  }
+  for (const int held : {0, 1, 2 * last}) tangent_.Hold(held);
+  residual_[0] = residual_[last] = 0;
   return tangent_.Factorise();
 }
 

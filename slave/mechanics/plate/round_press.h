@@ -7,16 +7,14 @@
 //   D (r b'' + b' - b / r) = (psi + N0 r) b + F f(r) / (2 pi),   b(0) = b(1) = 0
 //   r psi'' + psi' - psi / r = -b^2 / 2,   psi(0) = 0,   psi'(1) = nu psi(1)   (the edge stays)
 //
-// where f is the share of the load inside r. Below a rigid tool b = 0. Deflection: mean over the
-// load, on which it works, and what the tool's face adds. Source: von Karman 1910 in the form of
-// Foeppl and Hencky; Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, art. 96-100.
+// where f is the share of the load inside r. Source: von Karman 1910 in the form of Foeppl and
+// Hencky; Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, art. 96-100.
 // Weak form, polynomials of degree 8 on elements graded to the centre, the load's edge and the rim;
 // psi is eliminated (the energy is then convex in b where the plate is in tension), Newton.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include <Eigen/Core>
@@ -75,26 +73,10 @@ class BandedSymmetric {
   std::vector<double> rows_;  // row by row, the diagonal last
 };
 
-struct RoundTool {
-  double radius = 0;      // of the disc that is loaded or clamped; 0: a point
-  bool rigid = false;     // clamped
-  double compliance = 0;  // added to the plate's: deflection by force
-
-  // An even load.
-  RoundTool(double load_radius) : radius(load_radius) {}  // NOLINT(google-explicit-constructor)
-  static RoundTool Rigid(double clamped_radius, double face_compliance) {
-    RoundTool tool(clamped_radius);
-    tool.rigid = true;
-    tool.compliance = face_compliance;
-    return tool;
-  }
-  friend bool operator==(const RoundTool&, const RoundTool&) = default;
-};
-
 class RoundPress {
  public:
-  // -1 < nu <= 0.5; radius of the tool 0 to 1; prestress N0 >= 0.
-  RoundPress(double nu, const RoundTool& tool, double prestress = 0);
+  // -1 < nu <= 0.5; load over a disc of radius 0 (a point) to 1; prestress N0 >= 0.
+  RoundPress(double nu, double load_radius, double prestress = 0);
 
   // Newton from the last solution, else in steps from rest. False: no solution to 1e-9; then at
   // rest. No allocation.
@@ -103,10 +85,8 @@ class RoundPress {
   void Reset() noexcept;
 
   [[nodiscard]] double force() const { return force_; }
-  [[nodiscard]] double deflection() const { return Deflection(slope_) + tool_.compliance * force_; }
-  [[nodiscard]] double stiffness() const { return stiffness_; }  // d force / d deflection
-  // Of the plate at its centre.
-  [[nodiscard]] double CentreDeflection() const { return -centre_.dot(slope_); }
+  [[nodiscard]] double deflection() const { return centre_ * slope_; }  // at the centre
+  [[nodiscard]] double stiffness() const { return stiffness_; }         // d force / d deflection
 
  private:
   struct Element {
@@ -118,20 +98,14 @@ class RoundPress {
     double value = 0;
   };
 
-  // Of the plate, by its slope.
-  template <typename Slope>
-  [[nodiscard]] double Deflection(const Slope& slope) const {
-    return -2 * std::numbers::pi * load_.dot(slope);
-  }
-  void Divide();
-  void AssembleLinear(double nu, double prestress);
+  void Divide(double load_radius);
+  void AssembleLinear(double nu, double load_radius, double prestress);
   bool Solve(const Goal& goal) noexcept;
   bool Newton(const Goal& goal) noexcept;
   bool Tangent() noexcept;
   void AddTension(const Element& element) noexcept;
   void UpdateTension() noexcept;
 
-  RoundTool tool_;
   std::vector<Element> elements_;
   Eigen::VectorXd radius_;                   // of the nodes
   Quadrature rule_;                          // on [0, 1]
@@ -141,9 +115,8 @@ class RoundPress {
   BandedSymmetric stretching_factor_{0, 0};  // the same, factorised
   BandedSymmetric tangent_{0, 0};            // slope and psi by turns
   Eigen::VectorXd slope_, psi_;              // b, psi at the nodes
-  std::vector<int> held_;                    // nodes without slope
-  Eigen::VectorXd load_;    // work of a load of one on a unit slope at each node, by 2 pi
-  Eigen::VectorXd centre_;  // integral of the slope from the centre to the rim
+  Eigen::VectorXd load_;       // work of a load of one on a unit slope at each node, by 2 pi
+  Eigen::RowVectorXd centre_;  // w(0) = centre_ * slope_
   Eigen::VectorXd residual_, step_, by_load_;
   double force_ = 0;
   double stiffness_ = 0;

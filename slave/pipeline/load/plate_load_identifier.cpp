@@ -18,12 +18,15 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// What a plate works out for a load that it has not met, and its memory for one beside the centre.
+// What a plate works out for a tool that it has not met, and its memory for a press beside the
+// centre.
 void WarmUp(PlateSurface& plate, double width) {
-  const Contact load =
-      PlateSurface::DiscContact(Contact::Kind::kForce, {plate.radius() / 2, 0}, width, 0);
+  Contact contact;
+  contact.p_O.x() = plate.radius() / 2;
+  contact.width = width;
+  contact.prescribed_O.z() = -plate.thickness();
   ContactResponse response;
-  plate.Respond(std::span(&load, 1), std::span(&response, 1));
+  plate.Respond(std::span(&contact, 1), std::span(&response, 1));
   plate.Reset();
 }
 

@@ -134,9 +134,7 @@ DiscMesh::DiscMesh(const NestedCircles& circles, double thickness, const Size& s
 
 void DiscMesh::PlaceCircles() {
   const double gap = circles_.radius - circles_.tool;
-  // Lengths of bending: at the edge of a tool that may be rigid, and at the rim.
-  const double near = 0.5 * std::min(circles_.tool + thickness_, 2 * thickness_);
-  const double rim = 0.5 * thickness_;
+  const double near = circles_.tool + thickness_, rim = 0.5 * thickness_;  // lengths of bending
   const auto outer = [&](double x) {
     return std::min(near + kGrowth * 2 * gap * x, rim + kGrowth * 2 * gap * (1 - x));
   };
@@ -213,16 +211,6 @@ VectorXd NeoHookeanDisc::ToolLoad() const {
     }
   }
   return load / (-load.sum() * (mesh_.is_quarter() ? 4 : 2));
-}
-
-std::vector<int> NeoHookeanDisc::ToolUnknowns() const {
-  std::vector<int> unknowns{unknown(mesh_.column(0, 0), mesh_.levels() - 1, 2)};
-  for (int circle = 1; circle <= DiscMesh::kAcross * mesh_.inner_rings(); ++circle) {
-    for (int ray = 0; ray < mesh_.ray_lines(); ++ray) {
-      unknowns.push_back(unknown(mesh_.column(circle, ray), mesh_.levels() - 1, 2));
-    }
-  }
-  return unknowns;
 }
 
 bool NeoHookeanDisc::Forces(const VectorXd& u, VectorXd* forces) const {

@@ -109,8 +109,6 @@ class NeoHookeanDisc {
   [[nodiscard]] Matrix EmptyMatrix() const { return body_.EmptyMatrix(); }
   // Load of one along -z, spread evenly over the outer face below the tool.
   [[nodiscard]] Eigen::VectorXd ToolLoad() const;
-  // Unknowns: z of the outer face below the tool, its edge included.
-  [[nodiscard]] std::vector<int> ToolUnknowns() const;
 
  private:
   const DiscMesh& mesh_;

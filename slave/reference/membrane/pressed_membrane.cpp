@@ -91,13 +91,10 @@ struct PressedMembrane::Continuation {
   };
 
   Continuation(const MembraneGeometry& geometry, const Material& material, double width,
-               const Vector2d& p_O, const MembraneResolution& resolution, double prestress,
-               MembraneTool tool);
+               const Vector2d& p_O, const MembraneResolution& resolution, double prestress);
   bool Reach(double depth, int halvings);
   std::optional<State> Solve(double depth);
-  [[nodiscard]] VectorXd Applied(const VectorXd& forces, State* state) const;
-  void Correct(double depth, VectorXd* step, State* state);
-  bool Linearise(const VectorXd& u);
+  bool Linearise(const VectorXd& u, VectorXd* by_load);
   [[nodiscard]] State Predict(double depth) const;
   void Record();
 
@@ -106,9 +103,7 @@ struct PressedMembrane::Continuation {
   NeoHookeanDisc solid;
   NeoHookeanDisc::Matrix stiffness;
   SparseLdlt<double> factor;
-  std::vector<int> moved;     // unknowns that a rigid tool moves
-  VectorXd free;              // 0 for these, else 1
-  VectorXd load, by_load;     // even load of one, else empty; what it does
+  VectorXd load;
   int touched;                // unknown: z of the outer face below the tool's centre
   std::vector<State> states;  // the last three, the newest at the end
   std::vector<MembraneFace::Source> sources;
@@ -118,8 +113,7 @@ struct PressedMembrane::Continuation {
 PressedMembrane::Continuation::Continuation(const MembraneGeometry& geometry,
                                             const Material& material, double width,
                                             const Vector2d& p_O,
-                                            const MembraneResolution& resolution, double prestress,
-                                            MembraneTool tool)
+                                            const MembraneResolution& resolution, double prestress)
     : length(geometry.radius),
       force_unit(material.young_modulus * length * length),
       mesh(CirclesOf(length, width, p_O), geometry.thickness / length,
@@ -128,11 +122,8 @@ PressedMembrane::Continuation::Continuation(const MembraneGeometry& geometry,
             prestress / (material.young_modulus * geometry.thickness)),
       stiffness(solid.EmptyMatrix()),
       factor(stiffness),
-      free(VectorXd::Ones(solid.size())),
+      load(solid.ToolLoad()),
       touched(solid.unknown(mesh.column(0, 0), mesh.levels() - 1, 2)) {
-  if (tool == MembraneTool::kRigid) moved = solid.ToolUnknowns();
-  if (tool == MembraneTool::kEvenLoad) load = solid.ToolLoad();
-  for (const int unknown : moved) free[unknown] = 0;
   factor.Allocate(stiffness);
   states.push_back({0, 0, VectorXd::Zero(solid.size())});
   auto face = std::make_shared<MembraneFace>(mesh, p_O, length);
@@ -162,52 +153,33 @@ PressedMembrane::Continuation::State PressedMembrane::Continuation::Predict(doub
 std::optional<PressedMembrane::Continuation::State> PressedMembrane::Continuation::Solve(
     double depth) {
   State state = Predict(depth);
-  for (const int unknown : moved) state.u[unknown] = -depth;
-  VectorXd forces;
+  VectorXd residual, by_load;
   double last = 0;
   int factors = 0;
   for (int step = 0; step < kNewtonSteps; ++step) {
-    if (!solid.Forces(state.u, &forces)) return std::nullopt;
-    const VectorXd applied = Applied(forces, &state);
-    VectorXd residual = applied - forces;
-    const double norm = residual.norm(), scale = applied.norm();
-    if (step > 0 && norm <= kResidual * scale) return state;
-    if (factors == 0 || norm > kWorthwhile * last || norm > kNear * scale) {
-      if (++factors > kFactors || !Linearise(state.u)) return std::nullopt;
+    if (!solid.Forces(state.u, &residual)) return std::nullopt;
+    residual = state.force * load - residual;
+    const double norm = residual.norm() / load.norm(), applied = std::abs(state.force);
+    if (step > 0 && norm <= kResidual * applied) return state;
+    if (factors == 0 || norm > kWorthwhile * last || norm > kNear * applied) {
+      if (++factors > kFactors || !Linearise(state.u, &by_load)) return std::nullopt;
     }
     last = norm;
     factor.Solve(&residual);
-    Correct(depth, &residual, &state);
+    const double force = (-depth - state.u[touched] - residual[touched]) / by_load[touched];
+    state.force += force;
+    state.u += residual + force * by_load;
     if (!state.u.allFinite()) return std::nullopt;
   }
   return std::nullopt;
 }
 
-// Forces of the tool on the unknowns, and their sum over the whole membrane.
-VectorXd PressedMembrane::Continuation::Applied(const VectorXd& forces, State* state) const {
-  if (moved.empty()) return state->force * load;
-  VectorXd applied = forces.cwiseProduct(VectorXd::Ones(free.size()) - free);
-  state->force = -applied.sum() * (mesh.is_quarter() ? 4 : 2);
-  return applied;
-}
-
-// Newton's step, and the change of an even load that it needs.
-void PressedMembrane::Continuation::Correct(double depth, VectorXd* step, State* state) {
-  if (moved.empty()) {
-    const double force = (-depth - state->u[touched] - (*step)[touched]) / by_load[touched];
-    state->force += force;
-    *step += force * by_load;
-  }
-  state->u += *step;
-}
-
-bool PressedMembrane::Continuation::Linearise(const VectorXd& u) {
+// Also what a load of one does.
+bool PressedMembrane::Continuation::Linearise(const VectorXd& u, VectorXd* by_load) {
   VectorXd forces;
-  if (!solid.Linearise(u, &forces, &stiffness)) return false;
-  NeoHookeanBody::Hold(free, &stiffness);
-  if (!factor.Factorize(stiffness, false)) return false;
-  by_load = load;
-  if (moved.empty()) factor.Solve(&by_load);
+  if (!solid.Linearise(u, &forces, &stiffness) || !factor.Factorize(stiffness, false)) return false;
+  *by_load = load;
+  factor.Solve(by_load);
   return true;
 }
 
@@ -240,11 +212,10 @@ void PressedMembrane::Continuation::Record() {
 
 PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Material& material,
                                  double width, const Vector2d& p_O,
-                                 const MembraneResolution& resolution, double prestress,
-                                 MembraneTool tool) {
+                                 const MembraneResolution& resolution, double prestress) {
   CheckParameters(geometry, material, width, p_O, resolution, prestress);
   continuation_ =
-      std::make_unique<Continuation>(geometry, material, width, p_O, resolution, prestress, tool);
+      std::make_unique<Continuation>(geometry, material, width, p_O, resolution, prestress);
 }
 
 PressedMembrane::~PressedMembrane() = default;

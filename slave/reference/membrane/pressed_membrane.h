@@ -3,15 +3,16 @@
 //
 // The membrane is a thick plate of neo-Hookean rubber in three dimensions (neo_hookean_disc.h), on
 // cubic hexahedra fitted to the tool (DiscMesh): no hypothesis of a plate, no von Karman, no
-// modes. The tool is rigid: the whole outer face below it moves by its depth along -z, and slides
-// along the tool. So force and depth mean here what they mean to the plates.
+// modes. The tool is one of the house (slave/mechanics/plate): it presses evenly over its round
+// face, along -z whatever the membrane does, and its depth is the way of the membrane's outer face
+// below its centre. So force and depth mean here what they mean to the plates.
 //
-// As it comes, the mesh is good for 1 % of the force, which the tool's edge costs, and 0.2 % of the
-// depth for the field. A press of 0 to 5 mm on the paper's membrane takes a second or two.
+// As it comes, the mesh is good for 0.1 % of the force and of the depth for the field (0.2 % beyond
+// half the radius, below wide tools, in sheets of a / 20), and a press of 0 to 5 mm on the paper's
+// membrane takes a second or two.
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -46,10 +47,6 @@ double ForceAt(const MembranePress& press, double depth) noexcept;
 Eigen::Vector3d DisplacementAt(const MembranePress& press, const Eigen::Vector2d& p_O,
                                double depth) noexcept;
 
-// What presses: a rigid tool; or a load that is even over the same disc and acts along -z whatever
-// the membrane does, whose depth is the way of the outer face at its centre.
-enum class MembraneTool : std::uint8_t { kRigid, kEvenLoad };
-
 struct MembraneResolution {
   int across = 0;   // elements from the centre to the rim, one more for a wide tool; 0: what the
                     // stated accuracy needs
@@ -65,7 +62,7 @@ class PressedMembrane {
   // low by less than 0.2 %.
   PressedMembrane(const MembraneGeometry& geometry, const Material& material, double width,
                   const Eigen::Vector2d& p_O, const MembraneResolution& resolution = {},
-                  double prestress = 0, MembraneTool tool = MembraneTool::kRigid);
+                  double prestress = 0);
   ~PressedMembrane();
 
   // Solves the next step at `depth`, deeper than the last one. False: no equilibrium was found, or

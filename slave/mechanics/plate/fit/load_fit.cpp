@@ -178,7 +178,7 @@ std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
 // The force is what holds the plate there at that deflection.
 bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept {
   const Contact held = PlateSurface::DiscContact(
-      Contact::Kind::kDisplacement, plate_.radius() * found.place, 0, found.deflection);
+      Contact::Kind::kDisplacement, plate_.radius() * found.place, width_, found.deflection);
   plate_.Solve({&held, 1}, &solution_);
   const ContactResponse& response = solution_.responses().front();
   *guess = {found.place, response.force_O.z()};

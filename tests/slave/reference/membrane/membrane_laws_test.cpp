@@ -54,20 +54,26 @@ std::vector<Laws> Compare(double thickness, double width, const Vector2d& p_O, d
     const LoadFit fit = fitter.Fit(dots, displacement, sigma);
     const double force = truth.press().rungs.back()->force;
     const double stated =
-        plate::ExcessOfRigidTool({p_O.norm() / kRadius, depth / kRadius, thickness / kRadius});
+        plate::ExcessAtDepth({p_O.norm() / kRadius, depth / kRadius, thickness / kRadius});
     all.push_back({depth, -force, response.force_O.z() / force, fit.force / force,
                    (fit.p_O - p_O).norm(), stated, response.validity != Validity::kValid});
   }
   return all;
 }
 
-// Reference: the solid itself.
+// Reference: the solid itself. The flag's own threshold is 10 %, and the statement is good for 3 %.
 void ExpectStated(const std::vector<Laws>& all) {
   for (const Laws& laws : all) {
     const double excess = laws.by_depth - 1;
-    if (laws.flagged) continue;
-    EXPECT_NEAR(excess, laws.stated, 0.03) << laws.depth;
-    EXPECT_LT(std::abs(excess), 0.05) << laws.depth;
+    if (laws.stated < 0.15) {
+      EXPECT_NEAR(excess, laws.stated, 0.03) << laws.depth;
+    }
+    if (excess > 0.125) {
+      EXPECT_TRUE(laws.flagged) << laws.depth;
+    }
+    if (excess < 0.075) {
+      EXPECT_FALSE(laws.flagged) << laws.depth;
+    }
   }
 }
 
@@ -87,6 +93,20 @@ TEST(MembraneLaws, DotsTellTheForceOfTheOtherLaw) {
       EXPECT_LT(std::abs(laws.by_dots - 1), 0.6 * allowed) << radii << " " << laws.depth;
       EXPECT_LT(laws.misplaced, 0.5e-3) << radii << " " << laws.depth;
     }
+  }
+}
+
+// Reference: neo-Hookean solid elements of another program (set h, tool of 10 mm): von Karman's
+// force at 5 mm is high by 4 to 10 % for 0.5 to 2 mm.
+TEST(MembraneLaws, DifferByFourToTenPerCentAtOneDepth) {
+  double last = 0.04;
+  for (const double thickness : {0.5e-3, 1e-3, 2e-3}) {
+    const auto all = Compare(thickness, 0.010, {0, 0}, 1e-3);
+    const double high = all.back().by_depth - 1;
+    EXPECT_GT(high, last - 0.005) << thickness;
+    EXPECT_LT(high, 0.10) << thickness;
+    EXPECT_LT(std::abs(all.back().by_dots - 1), 0.05) << thickness;
+    last = high;
   }
 }
 

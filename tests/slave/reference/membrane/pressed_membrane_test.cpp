@@ -40,8 +40,7 @@ TEST(PressedMembrane, TakesTheForceOfAnotherProgramsSolid) {
     if (id.rfind("membrane", 0) != 0 || id.find("neo") == std::string::npos) continue;
     const auto& params = c.at("params");
     PressedMembrane membrane({params.at("a"), params.at("t")}, kRubber,
-                             2 * params.at("r0").get<double>(), {0, 0}, {}, 0,
-                             MembraneTool::kEvenLoad);
+                             2 * params.at("r0").get<double>(), {0, 0});
     const double depth = c.at("expected").at("w_centre");
     for (int k = 1; k <= 4; ++k) ASSERT_TRUE(membrane.Deepen(depth * k / 4)) << id;
     const double force = params.at("F");
@@ -51,8 +50,9 @@ TEST(PressedMembrane, TakesTheForceOfAnotherProgramsSolid) {
   EXPECT_EQ(compared, 4);
 }
 
-// Reference: Kirchhoff's plate clamped to a rigid tool (contacts.h), which was compared with
-// another solid (rigid_tool_test.cpp).
+// Reference: Kirchhoff's plate (green.h), to which a solid tends with its thickness and depth. What
+// shear takes from its force is about 9 (t / a)^2 at the centre, 16 at half the radius; the mesh
+// adds 0.2 % to that of the thinnest. Measured: -0.3 to 0.18 %.
 TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
   for (const double thickness : {0.001, 0.0005, 0.00025}) {
     for (const double p : {0.0, 0.5}) {
@@ -65,7 +65,8 @@ TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
       ContactResponse response;
       plate.Respond({&press, 1}, {&response, 1});
       const double ratio = membrane.press().rungs.back()->force / response.force_O.z();
-      EXPECT_NEAR(ratio, 1, 0.012) << thickness << " " << p;
+      EXPECT_LT(ratio, 1.003) << thickness << " " << p;
+      EXPECT_GT(ratio, 1 - 16 * std::pow(thickness / kRadius, 2)) << thickness << " " << p;
     }
   }
 }
@@ -73,7 +74,7 @@ TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
 // Reference: von Karman's plate under tension (round_press.h), which for depths of a tenth of the
 // thickness is a linear plate with N0. Tensions of 0.1 to 3 % of E t; the moduli of rubber that is
 // stretched so far are others by as much. And the ideal membrane, without stiffness, which a thin
-// sheet is nearly: F = 2 pi N0 w / ln(a / r0) around a rigid tool.
+// sheet is nearly: F = 2 pi N0 w / (ln(a / r0) + 1 / 2) below the centre of an even load.
 TEST(PressedMembrane, TensionAtRestHoldsTheTool) {
   const double stiffness = kRubber.young_modulus * kSheet.thickness, depth = 1e-4;
   for (const double share : {0.001, 0.01, 0.03}) {
@@ -91,7 +92,7 @@ TEST(PressedMembrane, TensionAtRestHoldsTheTool) {
           Contact::Kind::kDisplacement, {p * kRadius, 0, 0}, -1, kWidth, {0, 0, -depth}};
       ContactResponse response;
       plate.Respond({&press, 1}, {&response, 1});
-      EXPECT_NEAR(membrane.press().rungs.back()->force / response.force_O.z(), 1, 0.015 + share)
+      EXPECT_NEAR(membrane.press().rungs.back()->force / response.force_O.z(), 1, 0.01 + share)
           << share << " " << p;
     }
   }
@@ -99,7 +100,7 @@ TEST(PressedMembrane, TensionAtRestHoldsTheTool) {
   const double prestress = 0.3 * kRubber.young_modulus * thin.thickness, width = 0.02;
   PressedMembrane membrane(thin, kRubber, width, {0, 0}, {}, prestress);
   ASSERT_TRUE(membrane.Deepen(1e-5));
-  const double ideal = 2 * M_PI * prestress * 1e-5 / std::log(2 * kRadius / width);
+  const double ideal = 2 * M_PI * prestress * 1e-5 / (std::log(2 * kRadius / width) + 0.5);
   EXPECT_NEAR(-membrane.press().rungs.back()->force / ideal, 1, 0.01);
 }
 
@@ -119,8 +120,10 @@ Difference Compare(const MembranePress& a, const MembranePress& b, double depth)
   return difference;
 }
 
-// Reference: half as many elements more in every direction along the plate. The stress at a rigid
-// tool's edge is singular: the force changes by 0.3 to 0.5 %, the field by 0.17 % of the depth.
+// Reference: half as many elements more in every direction along the plate. Measured at 1, 3 and
+// 5 mm: force 0.05, 0.05, 0.04 % at the centre and 0.04, 0.05, 0.01 % at half the radius; field
+// within 0.04 and 0.1 % of the depth. (Another layer changes the force by 0.03 %, and by 0.1 % at a
+// thickness of 2 mm; the field by 0.005 %.)
 TEST(PressedMembrane, MeshIsFineEnough) {
   const std::vector<double> depths{1e-3, 2e-3, 3e-3, 4e-3, 5e-3};
   for (const double p : {0.0, 0.5}) {
@@ -128,8 +131,8 @@ TEST(PressedMembrane, MeshIsFineEnough) {
     const auto fine = Pressed({p * kRadius, 0}, depths, {12, 1});
     for (const double depth : {1e-3, 3e-3, 5e-3}) {
       const auto difference = Compare(coarse, fine, depth);
-      EXPECT_LT(difference.force, 5e-3) << p << " " << depth;
-      EXPECT_LT(difference.field, 2e-3) << p << " " << depth;
+      EXPECT_LT(difference.force, 1e-3) << p << " " << depth;
+      EXPECT_LT(difference.field, 1.5e-3) << p << " " << depth;
     }
   }
 }

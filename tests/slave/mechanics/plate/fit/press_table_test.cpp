@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kRadius = 0.039, kModulus = 27.2e6, kNu = 0.45, kWidth = 0.004;
 
-// Reference: the model, where it is valid, at places and depths between the table's.
+// Reference: the model, asked at places and depths between the table's. Next to the centre, where
+// the model's own modes leave off and its exact central solution begins, they differ by 0.7 %.
 TEST(PressTable, IsTheModelBetweenItsEntries) {
-  int compared = 0;
   for (const double thickness : {0.0002, 0.001, 0.0039}) {
     PlateLargeModel plate({kRadius, thickness, kModulus, kNu});
     const PressTable table(plate, kWidth);
@@ -27,8 +27,6 @@ TEST(PressTable, IsTheModelBetweenItsEntries) {
         ContactResponse response;
         plate.Respond(std::span(&contact, 1), std::span(&response, 1));
         const PressTable::Press press = table.At(r, depth);
-        if (response.validity != Validity::kValid) continue;
-        ++compared;
         EXPECT_NEAR(press.force / -response.force_O.z(), 1, 5e-3)
             << thickness << " " << r << " " << depth;
         EXPECT_NEAR(press.stiffness / response.stiffness_O(2, 2), 1, 2e-2)
@@ -36,7 +34,6 @@ TEST(PressTable, IsTheModelBetweenItsEntries) {
       }
     }
   }
-  EXPECT_GT(compared, 50);  // of 75
 }
 
 // Reference: the closed form, F = 4 pi E t^3 a^2 w / (3 (1 - nu^2) (a^2 - p^2)^2), paper C, eq.
