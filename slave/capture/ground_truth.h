@@ -58,12 +58,13 @@ class GroundTruth {
   [[nodiscard]] virtual std::optional<TargetTruth> target() const { return std::nullopt; }
   // Where the tool is to go, S [m]; nullopt: nowhere. Never changes.
   [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const { return std::nullopt; }
-  // Of the point of the membrane that rests at p_O [m], frame O [m]; zero for other objects.
+  // Displacement of the point of the membrane that rests at p_O [m], frame O [m]; zero for other
+  // objects.
   [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
     return Eigen::Vector3d::Zero();
   }
-  // Of the object that fingertips touch, frame S [m], with the same triangles at every sample.
-  // Empty for other objects.
+  // Nodes of the object that fingertips touch, frame S [m], with the same triangles at every
+  // sample. Empty for other objects.
   [[nodiscard]] virtual SurfaceMesh TrueSurface() const { return {}; }
 };
 

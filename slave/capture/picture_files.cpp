@@ -243,16 +243,16 @@ std::vector<fs::path> ListPictures(const std::string& pattern, const fs::path& b
 cv::Mat ReadPicture(const fs::path& file, std::size_t number, const AcceptSize& accept) {
   const std::string which = "image " + std::to_string(number);
   const std::vector<unsigned char> bytes = ReadBytes(file, which);
-  const auto told = [&](const auto& step) {
+  const auto stated = [&](const auto& step) {
     try {
       return step();
     } catch (const std::exception& error) {
       Refuse(file, which + " " + error.what());
     }
   };
-  const auto image = told([&] { return OpenPicture(bytes); });
+  const auto image = stated([&] { return OpenPicture(bytes); });
   if (accept) accept(image->size());
-  return told([&] { return image->Decode(); });
+  return stated([&] { return image->Decode(); });
 }
 
 }  // namespace palpate

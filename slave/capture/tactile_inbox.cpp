@@ -59,7 +59,7 @@ std::optional<Time> TactileInbox::State::Newest() const {
   return newest;
 }
 
-// nullopt: the leader has not told so much yet.
+// nullopt: the leader has not stated so much yet.
 std::optional<Time> TactileInbox::State::NextInstant(std::size_t leader) {
   const FingerStream& finger = fingers[leader];
   if (!last) return finger.After(Time::min())->at;

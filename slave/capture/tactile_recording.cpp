@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
 
-// Where one finger stands in the file.
+// Where one finger is in the file.
 struct FingerColumns {
   std::string prefix;  // of its columns: empty, or `rf_`
   std::array<std::size_t, kElectrodeCount> electrodes{};

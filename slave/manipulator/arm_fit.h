@@ -25,7 +25,7 @@ class ArmFit {
   // One report; `dt` [s] since the one before.
   void Add(const Eigen::Vector3d& p_S_measured, const Eigen::Vector3d& p_S_target,
            const Eigen::Vector3d& v_S_target, double dt) noexcept {
-    if (v_S_target.norm() < kStands || !(dt > 0)) return;  // a stationary arm gives no information
+    if (v_S_target.norm() < kAtRest || !(dt > 0)) return;  // a stationary arm gives no information
     const double keep = std::exp(-dt / memory_), share = 1 - keep;
     const Eigen::Vector3d y = p_S_measured - p_S_target;
     const double weight = weight_ * keep + share;
@@ -56,7 +56,7 @@ class ArmFit {
   }
 
  private:
-  static constexpr double kStands = 1e-4;  // [m/s]
+  static constexpr double kAtRest = 1e-4;  // [m/s]
   static constexpr double kEnough = 0.2;   // least share of the memory that is filled
   static constexpr double kWay = 3e-4;     // least spread of the targets, rms [m]
   static constexpr double kDistinct =

@@ -175,7 +175,7 @@ void SetContact(const std::string& contact, const Changeable& accepted, ModelOpt
   model->contact = *law;
 }
 
-// Of the models only some have friction.
+// Only some models have friction.
 void RequireFriction(const ModelOptions& model) {
   const ModelKind* kind = FindModelKind(model.kind);
   if (model.contact != ContactLaw::kFriction || (kind != nullptr && kind->shapes_tools)) return;

@@ -19,7 +19,7 @@ constexpr double kSlack = 1e-3;  // more than their rounding [px]
 std::int32_t Whole(double px) {
   return static_cast<std::int32_t>(std::lround(std::ldexp(px, kPlaces)));
 }
-// Of a place, the part behind the point.
+// The part of a place behind the point.
 float PartOf(std::int32_t whole) {
   constexpr std::int32_t kOne = 1 << kPlaces;  // [by definition]
   return static_cast<float>(whole & (kOne - 1)) / kOne;
@@ -74,8 +74,8 @@ double EdgeProfile::Level(int k) const noexcept {
   return (at[-1] + at[0] + at[1]) / 3;
 }
 
-// Of the profile's slopes of this sign around the sample `at`; the window is moved until it is
-// centred, and its ends count by the part of a sample that lies inside.
+// Centroid of the profile's slopes of this sign around the sample `at`; the window is moved until
+// it is centred, and its ends count by the part of a sample that lies inside.
 double EdgeProfile::Centroid(double sign, int at, double half_window) const noexcept {
   double centre = at;
   for (int round = 0; round < kCentrings; ++round) {

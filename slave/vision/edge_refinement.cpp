@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-// Of the centroid [px]. [tuned: BlurredStraightEdgesAreFoundToATwentiethOfAPixel]
+// Error of the centroid [px]. [tuned: BlurredStraightEdgesAreFoundToATwentiethOfAPixel]
 constexpr double kHalfWindow = 3;
 constexpr double kLeastEdge = 3;  // total step across a clear edge [1/255 of full scale]
 // Cosine between the normals before and after a point. [-] [tuned:

@@ -77,7 +77,7 @@ float Bilinear(const Pixel* at, std::ptrdiff_t stride, float u, float v) noexcep
 // straight edge along an axis explains (J. Immerkaer, CVIU 64, 1996). At least 3 x 3.
 double NoiseOf(const GreyPatch& p);
 
-// Of its grey levels [levels^2].
+// Variance of its grey levels [levels^2].
 double VarianceOf(const GreyPatch& p);
 
 // Mean of `factor` x `factor` blocks; incomplete blocks at the right and lower edge are omitted.

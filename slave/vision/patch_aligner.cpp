@@ -24,7 +24,7 @@ constexpr double kLeastAffine = 1e-4;  // of the affine Hessian's eigenvalues, l
 // The same for the shift of a patch without a least slope: a bar without marks has 1e-9, noise
 // alone 1. [-] [tuned: AToolWithoutMarksIsTrackedByItsEnd]
 constexpr double kLeastShift = 1e-6;
-// Of the weights, in edges. [-] [tuned: WindowsThatLeaveThePictureAreLostAndComeBack]
+// Width of the weights, in edges. [-] [tuned: WindowsThatLeaveThePictureAreLostAndComeBack]
 constexpr double kSigma = 0.2;
 // White noise, linearly interpolated, loses all but 4/9 of its variance in the residual (the mean
 // over a pixel's parts) though not of its effect on the place, where a Gaussian's weights halve it:
@@ -34,7 +34,8 @@ constexpr int kMostSteps = 30;
 constexpr double kSettled = 0.003;  // [px]
 constexpr double kFloor = 0.01;     // what interpolation leaves [px]
 
-// Of AlignRobustly: reach from the start, and last step with which it counts as converged [px].
+// Limits of AlignRobustly: reach from the start, and last step with which it counts as converged
+// [px].
 constexpr double kReach = 3, kEnough = 0.05;
 constexpr float kLeastError = 1.5F;  // scale of the errors below which none is left out [levels]
 constexpr float kHidden = 0.3F;      // weight below which a pixel counts as covered

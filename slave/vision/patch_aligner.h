@@ -41,7 +41,7 @@ class PatchAligner {
     PatchWarp warp;
     double correlation = -1;  // of Align: correlation of patch and image, [-1, 1]
     double covered = 0;       // of AlignRobustly: part of the patch that something hides [0, 1]
-    // Of warp.p, from the residual [px^2].
+    // Covariance of warp.p, from the residual [px^2].
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   };
 
@@ -104,7 +104,7 @@ class PatchAligner {
   Eigen::Matrix2d information_ = Eigen::Matrix2d::Zero();
   Eigen::Matrix2d shift_inverse_ = Eigen::Matrix2d::Zero();
   Eigen::Matrix<double, kMost, kMost> affine_inverse_ = Eigen::Matrix<double, kMost, kMost>::Zero();
-  // Of AlignRobustly: residuals, Tukey's weights and the basis times these.
+  // Memory of AlignRobustly: residuals, Tukey's weights and the basis times these.
   Eigen::VectorXf errors_, trust_;
   Eigen::MatrixX4f trusted_;
   std::vector<float> sizes_;

@@ -28,7 +28,8 @@ constexpr int kLeastPicture = 16;  // edge [px]
 // At start, the snake against the shape it started from.
 constexpr double kLeastClosed = 0.7;    // of an edge around a start that a person gave
 constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
-// Of the outline: 0.64 and more of real embryos, up to 0.61 of flares, rims, rings and torn shells.
+// Roundness of the outline: 0.64 and more of real embryos, up to 0.61 of flares, rims, rings and
+// torn shells.
 // [-] [tuned: StartsFromACircleOrAPolygonOfTheScene]
 constexpr double kLeastClear = 0.625;
 constexpr double kLeastSettled = 0.4, kMostSettled = 2.0;

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// Of the object at rest, in its orientation in the image [px].
+// Outline of the object at rest, in its orientation in the image [px].
 struct RestContour {
   Curve outline;  // the snake's control points
   Curve edge;     // points on the edge, see RefineContour; gaps where it is not clear

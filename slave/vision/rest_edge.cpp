@@ -14,7 +14,7 @@ constexpr double kNeighbour = 14;  // farther apart than this, points lie on dif
 // Cosine between the ways to the point and from it. [-] [tuned:
 // EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr double kStraight = 0.95;
-// Of the centroid [px]. [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
+// Error of the centroid [px]. [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr double kHalfWindow = 4;
 constexpr double kLeastStep = 3;       // [1/255 of full scale]
 constexpr double kLeastOfStep = 0.25;  // of the place's step at rest

@@ -25,8 +25,8 @@
 namespace palpate {
 namespace {
 
-// Of an outline that only the picture tells: part with an edge, roundness (1: a circle), and mean
-// strength of the edge (of at most 1) unless it is very round.
+// Limits of an outline that only the picture tells: part with an edge, roundness (1: a circle), and
+// mean strength of the edge (of at most 1) unless it is very round.
 constexpr double kLeastClosed = 0.8, kLeastRound = 0.55, kVeryRound = 0.95, kClearEdge = 0.55;
 
 const Camera& CameraOf(const Scene& scene) {
@@ -47,7 +47,7 @@ Eigen::Vector2d GivenDirection(const Scene& scene, const CameraView& view) {
   return (view.ToImage(view.pixel() * d_S) - view.ToImage({0, 0, 0})).stableNormalized();
 }
 
-// Nothing but the picture tells the outline, and nobody told where in the picture it is.
+// Nothing but the picture tells the outline, and nobody stated where in the picture it is.
 bool IsOnlySeen(const Scene& scene) {
   const bool found =
       std::holds_alternative<std::monostate>(scene.sense.Find<ContourTracking>()->start);

@@ -27,8 +27,8 @@ class TipAndContourTracker {
   // an observation with nothing found; never throws. Call from one thread.
   const Observation& Process(const cv::Mat& image, std::uint64_t sequence, Time sensed_at) noexcept;
 
-  // Of the object at rest in the first image, counter-clockwise in S. Empty if the scene tracks no
-  // contour.
+  // Outline of the object at rest in the first image, counter-clockwise in S. Empty if the scene
+  // tracks no contour.
   [[nodiscard]] const RestContour& rest_contour() const;
   // Direction of the tool in the image, unit length; zero: unknown.
   [[nodiscard]] Eigen::Vector2d tool_direction_I() const;

@@ -17,7 +17,8 @@ constexpr std::size_t kCandidates = 6;  // of the coarse search, looked at close
 constexpr double kCovered = 0.03;       // of the template: fewer pixels than that are only noise
 // A small thing over the tip that pulls the fine alignment by so much is left out [px], sigmas.
 constexpr double kPulled = 0.1, kPulledSigmas = 2;
-// Of a peak of the scores in whole pixels: sigma at worst, and farthest place that belongs to it.
+// Limits of a peak of the scores in whole pixels: sigma at worst, and farthest place that belongs
+// to it.
 constexpr double kSigmaOfPeak = 0.5, kReachOfPeak = 2;  // [px]
 constexpr double kMuchCovered = 0.4;                    // of the template: its parts are asked
 constexpr double kMostCovered = 0.65;
@@ -202,7 +203,7 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
   return match;
 }
 
-// The whole template at `peak` told `tip`; what changes along the tool must say so, too. Where it
+// The whole template at `peak` stated `tip`; what changes along the tool must say so, too. Where it
 // does not, that is asked where the tip is.
 double TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip) {
   if (!parts_.usable()) {

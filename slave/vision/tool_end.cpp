@@ -11,15 +11,16 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Of the end, and of a side, from where it is told [px]. [tuned: IsMissedWhereTheToolGoesOn]
+// Distance of the end, and of a side, from where it is told [px]. [tuned:
+// IsMissedWhereTheToolGoesOn]
 constexpr double kReach = 8;
-// The ground is looked at so far beside the tool [px]. [tuned: OfAWidthToldWrongByAFifthIsSeen]
+// The ground is looked at so far beside the tool [px]. [tuned: OfAWidthReportedWrongByAFifthIsSeen]
 constexpr double kBeside = 6;
 // The sides are looked at from so far behind the tip on [px]. [tuned: IsMissedWhereTheToolGoesOn]
 constexpr double kBehind = 4;
 constexpr double kLength = 24;  // over such a length [px]
 constexpr double kStep = 0.5;   // of a line [px]
-// That it must be ground beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsTold]
+// That it must be ground beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsReported]
 constexpr double kStays = 2;
 constexpr double kFaintest = 0.2;   // a mark's difference from the ground, of the usual
 constexpr double kLeastStep = 12;   // between tool and ground [1/255 of full scale]
@@ -73,7 +74,7 @@ class Lines {
   GreyPatch picture_;
 };
 
-// Of all lines; nullopt: too many have none, or they scatter.
+// Mean of all lines; nullopt: too many have none, or they scatter.
 std::optional<double> Together(const std::vector<std::optional<double>>& found) {
   std::vector<double> values;
   for (const auto& value : found) {
@@ -87,7 +88,7 @@ std::optional<double> Together(const std::vector<std::optional<double>>& found) 
   return MedianOf(values);
 }
 
-// A bar that is told to end at `p_tip`, and the ground beside it.
+// A bar that is stated to end at `p_tip`, and the ground beside it.
 class Bar {
  public:
   Bar(const cv::Mat& first, const GreyFormat& format, const Vector2d& p_tip, const Vector2d& d,
@@ -103,12 +104,12 @@ class Bar {
     }
     level_ = MedianOf(ground);
     step_ = std::abs(MedianOf(tool) - level_);
-    stands_out_ =
+    is_prominent_ =
         step_ >= kLeastStep * format.levels_per_255() && SigmaAboutMedian(ground) <= kPlain * step_;
   }
 
-  [[nodiscard]] bool stands_out() const { return stands_out_; }
-  // How far past the told tip it ends [px].
+  [[nodiscard]] bool is_prominent() const { return is_prominent_; }
+  // How far past the stated tip it ends [px].
   [[nodiscard]] std::optional<double> End() const {
     std::vector<std::optional<double>> ends;
     for (double c = -0.35 * width_; c <= 0.35 * width_; ++c) {
@@ -119,7 +120,7 @@ class Bar {
     return end ? std::optional(*end - kReach) : std::nullopt;
   }
   // How far from its axis a side is, in the median of what lies from `first` to `last` behind the
-  // told tip, past it where negative [px].
+  // stated tip, past it where negative [px].
   [[nodiscard]] std::optional<double> Side(double side, double first, double last) const {
     std::vector<std::optional<double>> found;
     for (double behind = first; behind < last; ++behind) {
@@ -133,7 +134,7 @@ class Bar {
   Lines lines_;
   Vector2d p_tip_, d_, across_;
   double width_, level_ = 0, step_ = 0;
-  bool stands_out_ = false;
+  bool is_prominent_ = false;
 };
 
 }  // namespace
@@ -141,7 +142,7 @@ class Bar {
 std::optional<ToolEnd> DetectToolEnd(const cv::Mat& first, const GreyFormat& format,
                                      const Vector2d& p_I_tip, const Vector2d& d_I, double width) {
   const Bar bar(first, format, p_I_tip, d_I, width);
-  if (!bar.stands_out()) return std::nullopt;
+  if (!bar.is_prominent()) return std::nullopt;
   const auto end = bar.End(), one = bar.Side(1, kReach + kBehind, kReach + kLength),
              other = bar.Side(-1, kReach + kBehind, kReach + kLength);
   if (!end || !one || !other) return std::nullopt;
@@ -151,7 +152,7 @@ std::optional<ToolEnd> DetectToolEnd(const cv::Mat& first, const GreyFormat& for
 bool ToolGoesOn(const cv::Mat& first, const GreyFormat& format, const Vector2d& p_I_tip,
                 const Vector2d& d_I, double width) {
   const Bar bar(first, format, p_I_tip, d_I, width);
-  if (!bar.stands_out()) return false;
+  if (!bar.is_prominent()) return false;
   for (const double side : {-1.0, 1.0}) {
     const auto behind = bar.Side(side, kReach + kBehind, kReach + kLength),
                past = bar.Side(side, -kReach, -kBehind);

@@ -23,7 +23,7 @@ class OpenNiFilm final : public Film {
         depth_.create(device_, openni::SENSOR_DEPTH) != openni::STATUS_OK) {
       return false;
     }
-    depth_.setMirroringEnabled(false);  // many show a mirror's view unless they are told
+    depth_.setMirroringEnabled(false);  // many show a mirror's view unless they are stated
     is_mirrored_ = depth_.getMirroringEnabled();
     unit_ = UnitOf(depth_.getVideoMode().getPixelFormat());
     return unit_ > 0 && depth_.start() == openni::STATUS_OK;
@@ -48,7 +48,7 @@ class OpenNiFilm final : public Film {
   }
 
  private:
-  // Of one count [m]; 0: it is no depth.
+  // Length of one count [m]; 0: it is no depth.
   static double UnitOf(openni::PixelFormat format) {
     if (format == openni::PIXEL_FORMAT_DEPTH_1_MM) return 1e-3;
     return format == openni::PIXEL_FORMAT_DEPTH_100_UM ? 1e-4 : 0;

@@ -12,8 +12,8 @@
 
 namespace palpate {
 
-// Of the first image: noise [1/255 of full scale], direction of the tool (zero: unknown), its width
-// in the scene [px], and its tip by the encoders [px], if they report it.
+// Measured in the first image: noise [1/255 of full scale], direction of the tool (zero: unknown),
+// its width in the scene [px], and its tip by the encoders [px], if they report it.
 struct FirstImage {
   const cv::Mat& image;
   double noise = 0;

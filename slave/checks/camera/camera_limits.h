@@ -39,7 +39,7 @@ struct CameraLimits {
   // wire over the shaft at 0 deg]
   static constexpr double kIndentationGate = 12.25;
   // That must agree before an indentation is trusted again [images]. [tuned:
-  // APressWithoutItsDentIsNotValid]
+  // APressWithoutItsIndentationIsNotValid]
   static constexpr int kDistrust = 3;
   // Consecutive edge positions beside the outline: more is an occlusion [-].
   static constexpr int kMostApart = 7;

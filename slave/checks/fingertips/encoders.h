@@ -18,8 +18,8 @@ class FingerEncoderCheck final : public Check<FingertipSample> {
   }
 
  private:
-  // Of fingertip and encoder pose, beyond what their lag explains [m]: a single sample half a
-  // millimetre away fails. [tuned: late]
+  // Difference of fingertip and encoder pose, beyond what their lag explains [m]: a single sample
+  // half a millimetre away fails. [tuned: late]
   static constexpr double kSigma = 7.5e-5;
 };
 

@@ -25,7 +25,7 @@ bool IsFlat(const RestShape& shape, double thickness) noexcept;
 
 class FlatAtRestCheck final : public Check<FitSample> {
  public:
-  // Of the membrane [m].
+  // Size of the membrane [m].
   FlatAtRestCheck(double radius, double thickness) : radius_(radius), thickness_(thickness) {}
 
   void Examine(const FitSample& sample, Findings* findings) noexcept override {

@@ -75,7 +75,7 @@ Checks<FitSample> MakePlateChecks(double radius, double thickness, double prestr
 Checks<FitSample> MakeDomeChecks(const std::optional<Ellipsoid>& rest) {
   Checks<FitSample> checks;
   checks.Add(std::make_unique<ModelRangeCheck>());
-  checks.Add(std::make_unique<ResidualCheck>(LoadLimits::kGoodDome, LoadLimits::kTrueDent));
+  checks.Add(std::make_unique<ResidualCheck>(LoadLimits::kGoodDome, LoadLimits::kTrueIndentation));
   if (rest) checks.Add(std::make_unique<DomeRestShapeCheck>(*rest));
   return checks;
 }

@@ -10,13 +10,14 @@
 
 namespace palpate {
 
-// Of a fit on a flat membrane of `radius` and `thickness` [m]; `prestress` of the scene [N/m].
+// Checks of a fit on a flat membrane of `radius` and `thickness` [m]; `prestress` of the scene
+// [N/m].
 Checks<FitSample> MakePlateChecks(double radius, double thickness, double prestress);
-// Of a fit on a domed membrane. `rest`: its shape; nullopt: not checked.
+// Checks of a fit on a domed membrane. `rest`: its shape; nullopt: not checked.
 Checks<FitSample> MakeDomeChecks(const std::optional<Ellipsoid>& rest);
-// Of a fit on a volume.
+// Checks of a fit on a volume.
 Checks<FitSample> MakeVolumeChecks();
-// Of every load, after those of its fit.
+// Checks of every load, after those of its fit.
 Checks<LoadSample> MakeLoadChecks();
 
 }  // namespace palpate

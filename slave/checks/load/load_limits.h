@@ -33,7 +33,7 @@ struct LoadLimits {
   static constexpr double kTrueDome = 0.04;
   // Residual by the deepest deflection, rms [-]. [recorded: 0.11 on a press of membrane_press_rgbd
   // whose force is right]
-  static constexpr double kTrueDent = 0.15;
+  static constexpr double kTrueIndentation = 0.15;
 };
 
 }  // namespace palpate

@@ -75,7 +75,7 @@ class TensionCheck final : public Check<FitSample> {
   }
 
   double prestress_;  // [N/m]
-  // Of the tension beyond the scene's, over earlier images.
+  // Sums for the tension beyond the scene's, over earlier images.
   double information_ = 0, score_ = 0, systematic_ = 0;
   double certain_ = 0;  // least difference from the scene's tension [N/m]
 };

@@ -12,7 +12,7 @@ namespace palpate {
 
 class TimingCheck final : public Check<LoadSample> {
  public:
-  // Of two changes the larger, since where the tool turns back there seems to be none. What is no
+  // The larger of two changes, since where the tool turns back there seems to be none. What is no
   // more than noise is no change.
   void Examine(const LoadSample& sample, Findings* findings) noexcept override {
     if (!IsForceKnown(sample.load.validity)) return;

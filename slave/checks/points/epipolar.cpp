@@ -19,12 +19,13 @@ constexpr int kLeastPoints = 8;
 // of different instants]
 constexpr double kRemembered = 0.97;
 // The same for one that tells nothing, because clocks drift slowly [-]. [tuned: epipolar_test, what
-// stands still after a motion]
+// is at rest after a motion]
 constexpr double kKept = 0.999;
 // Scatter at rest that may be the noise of the images alone, by that noise [-]. [tuned:
 // epipolar_test, a scatter of 0.1 to 1.5 of the noise]
 constexpr double kNoLess = 0.2, kNoMore = 1.1;
-// Of a position's change between two images, squared, by that of the miss: what noise makes of it
+// Square of a position's change between two images, squared, by that of the miss: what noise makes
+// of it
 // [-]. [derived: the mean of two images in each of two pairs, against their difference]
 constexpr double kNoiseMoves = 0.5;
 // Motion by that of noise; less says nothing of instants [-]. [tuned: skew_test]
@@ -39,7 +40,7 @@ constexpr std::string_view kWrongStamps =
 constexpr std::string_view kLate =
     "the left and the right image were taken at different times, or one camera is frozen";
 
-// Of points in one picture: what they moved and miss, by sigma.
+// Points in one picture: what they moved and miss, by sigma.
 struct Share {
   double motion = 0, product = 0, misses = 0, count = 0;
   void Add(const Share& other, double sign) noexcept {
@@ -71,7 +72,7 @@ void EpipolarCheck::Stamps::Learn(double motion, double product) noexcept {
 }
 
 bool EpipolarCheck::Stamps::AreWrong() const noexcept {
-  return std::abs(late) > NoiseLimits::kStandsOut * std::sqrt(weight) &&
+  return std::abs(late) > NoiseLimits::kSignificant * std::sqrt(weight) &&
          std::abs(late) > PointsLimits::kMostLag * weight;
 }
 
@@ -102,7 +103,7 @@ void EpipolarCheck::Examine(const PointsSample& sample, Findings* findings) noex
   }
   newest_ = (newest_ + 1) % (kLags + 1);
   const double since = SecondsBetween(std::exchange(newest_at_, seen->sensed_at), seen->sensed_at);
-  told_late_ = since > 0 ? -seen->skew / since : 0;  // what is taken later shows what is newer
+  reported_late_ = since > 0 ? -seen->skew / since : 0;  // what is taken later shows what is newer
   bool any = false;
   for (const SurfacePoint& point : seen->points) any |= point.seen;
   const bool takes_rest = any && taken_ < rest_pictures_;
@@ -119,8 +120,8 @@ void EpipolarCheck::Examine(const PointsSample& sample, Findings* findings) noex
       noise_at_rest_ = std::max(1.0, scatter_at_rest_);
     }
   }
-  const bool as_said = kNoLess < scatter_at_rest_ && scatter_at_rest_ < kNoMore;
-  for (SurfacePoint& point : seen->points) point.errs_by_noise_alone = as_said;
+  const bool as_stated = kNoLess < scatter_at_rest_ && scatter_at_rest_ < kNoMore;
+  for (SurfacePoint& point : seen->points) point.errs_by_noise_alone = as_stated;
   if (taken_ < rest_pictures_) return;
   CheckRest(*seen, findings);
   if (ExplainByMotion()) CheckPair(seen, findings);
@@ -133,20 +134,20 @@ void EpipolarCheck::Read(const SurfacePoint& point, bool takes_rest, Row* row) n
   const auto now = static_cast<std::size_t>(newest_);
   row->seen[now] = row->counts = row->kept = false;
   if (!point.seen || !(point.sigma_px > 0)) return;
-  const double said = std::numbers::sqrt2 * point.sigma_px;
+  const double reported = std::numbers::sqrt2 * point.sigma_px;
   const Eigen::Vector2d across = AcrossEpipolar(rig_, point.left_I);
   // Half the miss off: the place between the rays, whose noise is not the miss's.
   row->places[now] = across.dot(point.left_I) - point.miss_px / 2;
   row->seen[now] = true;
   if (takes_rest) {
     ++row->rest_count;
-    row->rest_miss += point.miss_px / said;
-    row->rest_square += point.miss_px * point.miss_px / (said * said);
+    row->rest_miss += point.miss_px / reported;
+    row->rest_square += point.miss_px * point.miss_px / (reported * reported);
     row->rest_place += (row->places[now] - row->rest_place) / row->rest_count;
   }
   if (row->rest_count == 0) return;
-  row->sigma = said * noise_at_rest_;
-  row->miss = point.miss_px - said * row->rest_miss / row->rest_count;
+  row->sigma = reported * noise_at_rest_;
+  row->miss = point.miss_px - reported * row->rest_miss / row->rest_count;
   const Lens& lens = rig_.left;
   const Eigen::Vector2d p((point.left_I.x() - lens.cx) * 2 / lens.size[0],
                           (point.left_I.y() - lens.cy) * 2 / lens.size[1]);
@@ -154,7 +155,7 @@ void EpipolarCheck::Read(const SurfacePoint& point, bool takes_rest, Row* row) n
   row->counts = row->kept = true;
 }
 
-// Twice: what stands out of the first explanation is left out of the second one.
+// Twice: what deviates from the first explanation is left out of the second one.
 bool EpipolarCheck::ExplainByMotion() noexcept {
   for (int round = 0; round < 2; ++round) {
     normal_.setIdentity();
@@ -181,7 +182,7 @@ void EpipolarCheck::Sift() noexcept {
   }
   scatter_ = std::max(1.0, SigmaOfSizes(sorted_));
   for (Row& row : rows_) {
-    row.kept = row.counts && std::abs(Residual(row)) <= NoiseLimits::kStandsOut * scatter_;
+    row.kept = row.counts && std::abs(Residual(row)) <= NoiseLimits::kSignificant * scatter_;
   }
 }
 
@@ -223,12 +224,12 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
   if (lag == 1) {
     const double noise = kNoiseMoves * std::max(0.0, count - kMotions);
     const double weight = motion > kMoves * noise ? (motion - noise) / scatter : 0;
-    stamps_.Learn(weight, product / scatter - told_late_ * weight);
+    stamps_.Learn(weight, product / scatter - reported_late_ * weight);
   }
   Evidence& evidence = evidence_[static_cast<std::size_t>(lag - 1)];
   evidence.motion = kRemembered * evidence.motion + motion / scatter;
   evidence.product = kRemembered * evidence.product + product / scatter;
-  return std::abs(evidence.product) > NoiseLimits::kStandsOut * std::sqrt(evidence.motion) &&
+  return std::abs(evidence.product) > NoiseLimits::kSignificant * std::sqrt(evidence.motion) &&
          std::abs(evidence.product) > PointsLimits::kMostLag * evidence.motion;
 }
 
@@ -252,20 +253,20 @@ void EpipolarCheck::CheckRest(const SurfaceObservation& seen, Findings* findings
   const double explained = slope.dot(normal.ldlt().solve(slope));
   const double scatter = (square - explained) / (count - kMotions);
   const double most = most_at_rest_ + 2 * rig_.rms_px;
-  if (explained > most * most * count + kMotions * NoiseLimits::kStandsOut * scatter) {
+  if (explained > most * most * count + kMotions * NoiseLimits::kSignificant * scatter) {
     findings->Fail(FailedCheck::kEpipolar, kOtherRig);
   }
 }
 
 void EpipolarCheck::CheckPair(SurfaceObservation* seen, Findings* findings) noexcept {
-  double square = 0, variance = 0, said = 0;
+  double square = 0, variance = 0, reported = 0;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
     if (!row.kept) continue;
     const double moved = row.sigma * row.motions.dot(motion_);
     square += moved * moved;
     variance += row.sigma * row.sigma;
-    said += seen->points[i].sigma_px * seen->points[i].sigma_px;
+    reported += seen->points[i].sigma_px * seen->points[i].sigma_px;
   }
   // Rms over the points: what a camera motion explains, and the scatter of a position, per axis
   // [px].
@@ -273,7 +274,7 @@ void EpipolarCheck::CheckPair(SurfaceObservation* seen, Findings* findings) noex
   const double noise = scatter_ * std::sqrt(variance / count_ / 2);
   const double known = noise * std::sqrt(2.0 * kMotions / count_);
   seen->epipolar_px = std::hypot(offset, noise);
-  if (offset > PointsLimits::kMostOffset + NoiseLimits::kStandsOut * known) {
+  if (offset > PointsLimits::kMostOffset + NoiseLimits::kSignificant * known) {
     findings->Fail(FailedCheck::kEpipolar, kMoved);
   }
   for (int lag = 1; lag <= kLags + 1; ++lag) {
@@ -282,7 +283,7 @@ void EpipolarCheck::CheckPair(SurfaceObservation* seen, Findings* findings) noex
   if (stamps_.AreWrong()) findings->Fail(FailedCheck::kInstants, kWrongStamps);
   // The scatter of the misses is that of the places, which the pictures' noise alone understates
   // where they are compressed or out of focus.
-  const double known_px = std::max(sigma_px_, std::sqrt(said / count_));
+  const double known_px = std::max(sigma_px_, std::sqrt(reported / count_));
   if (noise <= known_px) return;
   const double wider = noise / known_px;
   for (SurfacePoint& point : seen->points) point.covariance *= wider * wider;

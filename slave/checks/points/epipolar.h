@@ -16,14 +16,14 @@
 
 namespace palpate {
 
-// Of each pair's misses, what every point has had at rest is taken off; what is left is explained
+// From each pair's misses, what every point has had at rest is taken off; what is left is explained
 // by
 //
 //   miss = c0 + c1 x + c2 y + c3 x y + tau (v(t) - v(t - k)) + noise,   x, y: place in the image
 //
 // the first four being a camera that has moved, the last one a right image that is late (tau > 0)
 // or early: v is where the points are across their epipolar lines, k one to six images, or since
-// rest, which is a camera that stands still.
+// rest, which is a camera that is at rest.
 //
 // Not seen by it: a camera that moved or an image that is late along the epipolar lines only. One
 // thread; allocation-free after the first pair with as many points.
@@ -87,7 +87,7 @@ class EpipolarCheck final : public Check<PointsSample> {
   std::vector<Row> rows_;
   std::array<Evidence, kLags + 1> evidence_{};
   Stamps stamps_;
-  double told_late_ = 0;  // the right image by its timestamp [pair periods]
+  double reported_late_ = 0;  // the right image by its timestamp [pair periods]
   Time newest_at_{};
   std::vector<double> sorted_;
   Matrix4 normal_ = Matrix4::Identity();

@@ -27,7 +27,7 @@ class MembraneDistanceCheck final : public Check<PointsSample> {
     }
   }
 
-  // Of what was seen at rest, by the first of them: all are flagged, or none.
+  // Distance of what was seen at rest, by the first of them: all are flagged, or none.
   void Examine(const PointsSample& sample, Findings* findings) noexcept override {
     if (!X_EO_ || !sample.seen.found) return;
     if (!farther_) {

@@ -5,8 +5,8 @@ namespace palpate {
 
 struct NoiseLimits {
   // From which on something is no noise [sigma]. [derived: noise is beyond it once in two million]
-  static constexpr double kStandsOut = 5;
-  // Of the points, by their stated sigmas, at least [-]. [tuned: surface_doubts_test,
+  static constexpr double kSignificant = 5;
+  // Scatter of the points, by their stated sigmas, at least [-]. [tuned: surface_doubts_test,
   // dents of another tension]
   static constexpr double kLeastScatter = 0.25;
 };

@@ -16,7 +16,7 @@ struct PointsLimits {
   static constexpr double kMostAtRest = 0.5;
   // The same for a simulated pair, whose rig is the scene's [px]. [tuned: baseline wrong]
   static constexpr double kMostAtRestOfExactRig = 0.02;
-  // Of the right image beyond its timestamp [image periods]. [tuned: right picture late, left
+  // Delay of the right image beyond its timestamp [image periods]. [tuned: right picture late, left
   // picture late]
   static constexpr double kMostLag = 0.2;
 
@@ -25,7 +25,7 @@ struct PointsLimits {
   // the third power]
   static constexpr double kTrueSize = 0.015;
   // Offset of the dots along the surface, by the distance of neighbours [-]. [tuned: rig
-  // elsewhere than told]
+  // elsewhere than stated]
   static constexpr double kTruePlace = 0.25;
 };
 

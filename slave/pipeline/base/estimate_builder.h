@@ -18,7 +18,7 @@ inline LocalModel Revised(LocalModel next, const LocalModel& last) noexcept {
   return next;
 }
 
-// Of one pipeline. For each estimate: Track, then Touch and SetForce, or LoseForce.
+// The estimates of one pipeline. For each estimate: Track, then Touch and SetForce, or LoseForce.
 class EstimateBuilder {
  public:
   // Uses puncture depth and tolerance of E from the scene.

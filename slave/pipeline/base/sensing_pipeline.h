@@ -71,9 +71,18 @@ struct BoundaryShape {
   std::vector<std::uint32_t> fixed_nodes;  // vertices that the scene fixes along at least one axis
 };
 void Append(std::vector<float>* out, const Eigen::Vector3d& v);
-// A shape without vertices, of `felt`.
-inline BoundaryShape ShapeAsOf(const ContactEstimate& felt, int nodes_per_element) {
-  return {felt.sample, felt.sensed_at, felt.validity, nodes_per_element, {}, {}, {}, {}, {}, {}};
+// A shape without vertices, of `estimated`.
+inline BoundaryShape ShapeAsOf(const ContactEstimate& estimated, int nodes_per_element) {
+  return {estimated.sample,
+          estimated.sensed_at,
+          estimated.validity,
+          nodes_per_element,
+          {},
+          {},
+          {},
+          {},
+          {},
+          {}};
 }
 
 // The last image and how to draw the results into it: cheap to copy, expensive to draw.
@@ -83,7 +92,7 @@ struct SeenPicture {
   std::function<cv::Mat()> draw;
 };
 
-// Of the whole surface since it was found, S.
+// Motion of the whole surface since it was found, S.
 struct SurfaceMotion {
   Eigen::Vector3d offset{0, 0, 0};    // [m]
   Eigen::Vector3d velocity{0, 0, 0};  // [m/s]

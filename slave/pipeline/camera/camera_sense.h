@@ -51,7 +51,7 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
 
   [[nodiscard]] const Estimator& estimator() const { return *estimator_; }
-  // Of the last estimate.
+  // Results of the last estimate.
   [[nodiscard]] const Frame& frame() const { return seen_; }
 
  private:

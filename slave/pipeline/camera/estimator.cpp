@@ -12,7 +12,7 @@ namespace {
 // Gap to the surface from which on a tip surely touches nothing [sigma]. [by definition]
 constexpr double kFarSigmas = 3;
 // Part of the predicted indentation whose observation excludes a puncture [-]. [tuned:
-// PuncturesAreToldWithinAPictureAndTheForceIsZeroFromThere]
+// PuncturesAreReportedWithinAPictureAndTheForceIsZeroFromThere]
 constexpr double kIndentationKept = 0.7;
 // Sigma of the tip in an image without any edge [px].
 constexpr double kBlurMoves = 1;
@@ -81,8 +81,8 @@ void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
 }
 
 void Estimator::ResumeContact() noexcept {
-  // Of the body's size, above the surface: the contact begins at the same point again [-]. [by
-  // definition]
+  // Share of the body's size, above the surface: the contact begins at the same point again [-].
+  // [by definition]
   constexpr double kAbove = 1e-6;
   const Eigen::Isometry3d X_OS = registration_.X_SO.inverse();
   const Eigen::Vector3d p_O = X_OS * estimate_.p_S_contact;

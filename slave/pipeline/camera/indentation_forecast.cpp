@@ -48,12 +48,12 @@ void IndentationForecast::Expect(const BoundaryPlace& place,
   const bool deepens = std::abs(depth - depth_) > kDeepens * depth_;
   if (near && place.element == element_ && !deepens) return;
   element_ = -1;
-  watch->ForgetDent();
+  watch->ForgetIndentation();
   if (!near || !Take(place, depth, touch)) return;
   const double element =
       touch->mesh.elements[static_cast<std::size_t>(place.element)].length() / view.pixel();
   const Eigen::Vector2d p_I = view.ToImage(X_SO * Planar(place.p_O));
-  watch->SetDent(along_x_, along_y_, {p_I, tool.width, element});
+  watch->SetIndentation(along_x_, along_y_, {p_I, tool.width, element});
   sigma_ = kModel + kMesh * element / (element + tool.width);
   element_ = place.element;
   depth_ = depth;

@@ -35,7 +35,7 @@ constexpr double kStill = 0.2;
 constexpr double kLookAgain = 1.5;  // correction after which the edge is searched again [px]
 // Prior sigmas [px]: the shift may be anything; object and camera turn and grow little, which a
 // disc or half an outline does not determine.
-constexpr double kAnyShift = 100, kTurn = 0.15, kGrowth = 0.7, kAnyDent = 6;
+constexpr double kAnyShift = 100, kTurn = 0.15, kGrowth = 0.7, kAnyIndentation = 6;
 
 // Whether the tool hides `p`. With an unknown direction: what is near its tip.
 bool Hides(const ObjectRegistrationMonitor::Bar& tool, const Eigen::Vector2d& p) {
@@ -102,9 +102,9 @@ void ObjectRegistrationMonitor::Adopt(const BoundaryMesh& mesh) {
   }
 }
 
-void ObjectRegistrationMonitor::SetDent(const std::vector<Eigen::Vector3d>& along_x,
-                                        const std::vector<Eigen::Vector3d>& along_y,
-                                        const Patch& patch) noexcept {
+void ObjectRegistrationMonitor::SetIndentation(const std::vector<Eigen::Vector3d>& along_x,
+                                               const std::vector<Eigen::Vector3d>& along_y,
+                                               const Patch& patch) noexcept {
   has_indentation_ = true;
   for (std::size_t k = 0; k < anchors_.size(); ++k) {
     Anchor& anchor = anchors_[k];
@@ -180,7 +180,8 @@ bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
   if (static_cast<int>(sights_.size()) < kFewest) return false;
   Vector hold;  // 1 / sigma^2
   hold << 1 / (kAnyShift * kAnyShift), 1 / (kAnyShift * kAnyShift), 1 / (kTurn * kTurn),
-      1 / (kGrowth * kGrowth), 1 / (kAnyDent * kAnyDent), 1 / (kAnyDent * kAnyDent);
+      1 / (kGrowth * kGrowth), 1 / (kAnyIndentation * kAnyIndentation),
+      1 / (kAnyIndentation * kAnyIndentation);
   Vector move = Vector::Zero();
   double scale = std::numeric_limits<double>::infinity();
   for (int round = 0; round < kRounds; ++round) {

@@ -44,9 +44,9 @@ class ObjectRegistrationMonitor {
     double width = 0, element = 1;
   };
   // How the vertices move with the patch, per unit along x and y of O [-].
-  void SetDent(const std::vector<Eigen::Vector3d>& along_x,
-               const std::vector<Eigen::Vector3d>& along_y, const Patch& patch) noexcept;
-  void ForgetDent() noexcept { has_indentation_ = false; }
+  void SetIndentation(const std::vector<Eigen::Vector3d>& along_x,
+                      const std::vector<Eigen::Vector3d>& along_y, const Patch& patch) noexcept;
+  void ForgetIndentation() noexcept { has_indentation_ = false; }
 
   // What an image shows, as Measure found it.
   struct Match {
@@ -102,7 +102,7 @@ class ObjectRegistrationMonitor {
   double sharpness_at_rest_ = 0;  // 0: not known yet
 
   Match match_;  // of the last image
-  // Of the Measure in progress.
+  // State of the Measure in progress.
   Match found_;
   Vector prior_;
   Matrix covariance_;

@@ -1,8 +1,8 @@
-// The membrane broke: told by one camera before any force is (paper A, 4.2, which sets the force to
-// zero when the pipette overshoots).
+// The membrane broke: stated by one camera before any force is (paper A, 4.2, which sets the force
+// to zero when the pipette overshoots).
 //
 // Three things come together. Overshoot: the tip is at least so deep behind the rest surface as the
-// scene says that membranes break. Velocity: the tool was driven in, or stands where it was driven;
+// scene says that membranes break. Velocity: the tool was driven in, or is where it was driven;
 // a tool that retreats breaks nothing. Force residual: what a model makes of the surface's shape.
 // With a linear model the force is proportional to the indentation, so the indentation that is
 // seen, in parts of the indentation that the tip's place asks for, is the part of the force that is
@@ -15,12 +15,12 @@ namespace palpate {
 
 class PunctureCue {
  public:
-  static constexpr double kGone = 0.4;     // part of the force at which it is gone
-  static constexpr double kSigmas = 2;     // by which it must be less
-  static constexpr double kLeastDent = 8;  // that is to be expected [px]
+  static constexpr double kGone = 0.4;            // part of the force at which it is gone
+  static constexpr double kSigmas = 2;            // by which it must be less
+  static constexpr double kLeastIndentation = 8;  // that is to be expected [px]
   static constexpr double kRetreat =
       0.15;  // of the largest depth: a tool that is so much shallower retreats
-  static constexpr int kUnseenDent =
+  static constexpr int kUnseenIndentation =
       2;  // images that must agree if no indentation was detected before
 
   // Measurements of one image with a tool in contact. Along the surface's normal, inwards.
@@ -41,14 +41,14 @@ class PunctureCue {
   // Once per image in contact. True: the membrane is punctured.
   [[nodiscard]] bool Broke(const Sample& look) noexcept {
     deepest_ = std::max(deepest_, look.depth);
-    if (!look.indentation_known || look.expected_px < kLeastDent) return false;
+    if (!look.indentation_known || look.expected_px < kLeastIndentation) return false;
     const double most = look.seen_px + kSigmas * look.sigma_px;
     const bool is_gone = most < kGone * look.expected_px;
     was_dented_ |= look.seen_px - kSigmas * look.sigma_px > kGone * look.expected_px;
     gone_ = is_gone ? gone_ + 1 : 0;
     const bool overshot = IsArmed(look.depth);
     const bool is_driven = look.depth > (1 - kRetreat) * deepest_;
-    return overshot && is_driven && gone_ >= (was_dented_ ? 1 : kUnseenDent);
+    return overshot && is_driven && gone_ >= (was_dented_ ? 1 : kUnseenIndentation);
   }
 
  private:

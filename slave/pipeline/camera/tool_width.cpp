@@ -18,11 +18,12 @@ constexpr std::array<double, 3> kEnds{0.28, 0.11, 0.06};
 // One sigma of what is left, see tool_width.h: of the next order in the length of an element [-].
 // [tuned: tool_width_test, the division does not matter]
 constexpr double kNext = 0.045;
-// Of the elements elsewhere [-]. [tuned: tool_width_test, the division does not matter]
+// Share of the elements elsewhere [-]. [tuned: tool_width_test, the division does not matter]
 constexpr double kOfBody = 0.0013;
-// Of what is put right for the tool [-]. [tuned: tool_width_test, the division does not matter]
+// Share of what is corrected for the tool [-]. [tuned: tool_width_test, the division does not
+// matter]
 constexpr double kStretched = 0.02;
-// Of what is put right for the support [-]. [derived: the slope is 1, 0.86 was measured]
+// Share of what is corrected for the support [-]. [derived: the slope is 1, 0.86 was measured]
 constexpr double kSupported = 0.2;
 constexpr std::size_t kMostElements = 256;
 
@@ -60,7 +61,7 @@ ToolWidth::Share ToolWidth::At(const BoundaryPlace& place, DeformationModel* mod
   return last_;
 }
 
-// Of the patch's elements; 0: too many.
+// Number of the patch's elements; 0: too many.
 double ToolWidth::LengthOf(const BoundaryPlace& place, double width) const noexcept {
   std::array<int, kMostElements> patch;
   const int count = PatchElements(*mesh_, place.element, place.p_O, width, patch);

@@ -21,17 +21,18 @@ constexpr double kVouchedFor = 0.5;   // of the larger side, where the model sta
 constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
 constexpr double kOnSurface = 1e-6;   // of the radius
 constexpr double kSpread = 0.3;  // small strain, coarse meshes: foams are off by tens of percent
-// Of the measured force in the stiffness [s]. [tuned: TheRenderedForceBecomesTheOneFelt]
+// Learning time of the measured force in the stiffness [s]. [tuned:
+// TheRenderedForceBecomesTheOneEstimated]
 constexpr double kLearningTime = 0.05;
-// Of the measured force in the lean, at the full depth; less deep, its weight is less [s].
-// [tuned: TheRenderedForceLeansAsTheOneFelt]
+// Learning time of the measured force in the lean, at the full depth; less deep, its weight is less
+// [s]. [tuned: TheRenderedForceLeansAsTheOneEstimated]
 constexpr double kLeanTime = 0.2;
 // Beyond it no spring has this stiffness [-]. [by definition]
 constexpr double kMostLean = 0.5;
-// Of the force, a third of what a hand notices [-]. [derived: Weber fraction of 0.1]
+// Share of the force, a third of what a hand notices [-]. [derived: Weber fraction of 0.1]
 constexpr double kTurned = 0.03;
-// Of a force that tells its direction [sigmas]. [by definition]
-constexpr double kStandsOut = 3;
+// Size of a force that shows its direction [sigmas]. [by definition]
+constexpr double kSignificant = 3;
 
 }  // namespace
 
@@ -120,7 +121,7 @@ void FingerLocalModel::Learn(const MeasuredForce& measured, const Vector3d& n_S,
 void FingerLocalModel::LearnLean(const MeasuredForce& measured, const Vector3d& f_S,
                                  const Matrix3d& R_SO, const Vector3d& n_S) noexcept {
   const double along = n_S.dot(measured.force_S);
-  if (!(along > kStandsOut * measured.sigma) || !(depth_ > kTellingDepth * full_depth_)) return;
+  if (!(along > kSignificant * measured.sigma) || !(depth_ > kTellingDepth * full_depth_)) return;
   const Vector3d missing = (measured.force_S - f_S) / along;
   const double share = std::min(1.0, depth_ / full_depth_);
   lean_O_ += share * lean_rate_ * (R_SO.transpose() * (missing - n_S.dot(missing) * n_S));

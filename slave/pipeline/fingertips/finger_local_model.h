@@ -23,7 +23,7 @@ namespace palpate {
 //
 // The model of small strain gives the stiffness its shape; the forces measured at each depth give
 // its size: the ratio of both at each depth (StiffnessScale) is learnt over tens of milliseconds of
-// contact, the slower the less the force stands out of its error, and kept for the next contact.
+// contact, the slower the less the force exceeds its error, and kept for the next contact.
 // Force and slope along the normal are right at the present depth. So is its lean, of the measured
 // force across the normal by that along it, which small strain and a flat disc miss.
 class FingerLocalModel {
@@ -52,7 +52,7 @@ class FingerLocalModel {
   // The lean has changed since the last patch.
   [[nodiscard]] bool HasOutgrownPatch() const noexcept;
   void LearnLaw(TactileBody& body, PatchLaw* law) noexcept;
-  // Of the fingertip's sphere below the surface at rest [m]; negative outside.
+  // Depth of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }
   // Contact point on the surface at rest, frame O [m].
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return place_.p_O; }
@@ -72,7 +72,7 @@ class FingerLocalModel {
   void Render(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
               bool in_contact, const std::optional<MeasuredForce>& measured,
               LocalModel* model) noexcept;
-  // Of `triangle` with `weights` for a contact at `depth`, frame O.
+  // Stiffness of `triangle` with `weights` for a contact at `depth`, frame O.
   [[nodiscard]] Eigen::Matrix3d StiffnessOf(TactileBody& body, int triangle,
                                             const Eigen::Vector3d& weights, double depth) noexcept;
   void Size(const Eigen::Matrix3d& K_S, const std::optional<MeasuredForce>& measured,

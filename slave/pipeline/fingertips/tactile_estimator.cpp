@@ -20,8 +20,8 @@ using Eigen::Vector3d;
 constexpr double kSameRate = 0.01;  // relative
 constexpr double kSilence = 100;    // periods: more is no other gap
 constexpr double kClear = 5e-3;     // between skin and object, for any pose [m]
-// Of the scene's press, from where on force and model are compared [-]. [tuned: object softer than
-// told]
+// Share of the scene's press, from where on force and model are compared [-]. [tuned: object softer
+// than stated]
 constexpr double kDeep = 0.6;
 constexpr double kArmApart = 5e-4;  // distance of fingertip and encoder pose that is followed [m]
 
@@ -171,12 +171,12 @@ int TactileEstimator::MissingBefore(const TactileFrame& frame) const noexcept {
 void TactileEstimator::Locate(std::size_t i, const FingerReading& reading,
                               const Vector3d& p_S_tip) noexcept {
   FingerEstimate& finger = fingers_[i];
-  const Finger& told = tactile_.fingers[i];
-  finger.has_pose = reading.X_SF.has_value() || (told.has_pose && tactile_.poses.empty());
+  const Finger& stated = tactile_.fingers[i];
+  finger.has_pose = reading.X_SF.has_value() || (stated.has_pose && tactile_.poses.empty());
   if (reading.X_SF) {
     finger.X_SF = *reading.X_SF;
   } else if (finger.has_pose && p_S_tip.allFinite()) {
-    finger.X_SF = Carried(told, p_S_tip - p_S_home_);
+    finger.X_SF = Carried(stated, p_S_tip - p_S_home_);
   }
   if (!finger.X_SF.matrix().allFinite()) {
     finger.has_pose = false;

@@ -43,7 +43,7 @@ class TouchedObject {
   [[nodiscard]] std::span<const ContactResponse> responses() const { return solution_.responses(); }
   // The model's response under fingertip `i`; null: it loads nothing.
   [[nodiscard]] const ContactResponse* ResponseOf(std::size_t i) const noexcept;
-  // Of the deformation.
+  // State of the deformation.
   [[nodiscard]] Validity validity() const { return validity_; }
   // Why it is extrapolated, one clause with static lifetime; may be empty.
   [[nodiscard]] std::string_view doubt() const { return doubt_; }

@@ -36,7 +36,8 @@ class LoadIdentifier : public PreparedModel {
   virtual void Nearest(const Eigen::Vector3d& p_O_tip, Eigen::Vector3d* p_O,
                        Eigen::Vector3d* n_O) const noexcept = 0;
   [[nodiscard]] virtual const SurfaceMesh& surface() const = 0;  // at rest, frame O
-  // Of the nodes of surface(), under the load last fitted [m]; and the load as forces on them [N].
+  // Displacements of the nodes of surface(), under the load last fitted [m]; and the load as forces
+  // on them [N].
   virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
   virtual void NodalForces(std::vector<Eigen::Vector3d>* f_O) = 0;
   virtual void Reset() = 0;

@@ -44,7 +44,7 @@ struct PlateLimits {
   // Error of the plate's shape around a load by the depth [-]. [tuned:
   // ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt]
   static constexpr double kLawsShape = 0.9e-3;
-  // Of the scatter without contact, from image to image [-]. [derived: the mean of about ten
+  // Share of the scatter without contact, from image to image [-]. [derived: the mean of about ten
   // images]
   static constexpr double kForgetsRest = 0.1;
   // Points that the stated sigmas weigh as much as, and points whose errors go together where they

@@ -129,8 +129,8 @@ double PlateLoadIdentifier::ScatterOf(const FitSample& sample) noexcept {
   return std::sqrt((stated * at_rest + freedom * seen) / (stated + freedom));
 }
 
-// Where no load stands out: half of what may hide in the noise, five standard deviations of a load
-// at the centre, from the small-deflection shape's size and the stiffness of first touch.
+// Where no load is significant: half of what may hide in the noise, five standard deviations of a
+// load at the centre, from the small-deflection shape's size and the stiffness of first touch.
 double PlateLoadIdentifier::SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept {
   const plate::Disc disc{{0, 0}, width_ / 2 / plate_->radius()};
   const double under_load = plate::Deflection(disc, Vector2d(0, 0));
@@ -142,7 +142,7 @@ double PlateLoadIdentifier::SigmaAtRest(const std::vector<SurfacePoint>& points_
     const double shape = plate::Deflection(disc, x) / under_load;
     square += shape * shape / variance;
   }
-  return square > 0 ? NoiseLimits::kStandsOut / 2 * table_.At(0, 0).stiffness / std::sqrt(square)
+  return square > 0 ? NoiseLimits::kSignificant / 2 * table_.At(0, 0).stiffness / std::sqrt(square)
                     : 0;
 }
 

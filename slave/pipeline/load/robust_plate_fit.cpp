@@ -190,7 +190,7 @@ bool RobustPlateFit::FindOutliers(const LoadFit& load, Rim rim) noexcept {
   scatter_ = std::max(NoiseLimits::kLeastScatter, SigmaOfSizes(sorted_));
   kept_ = 0;
   for (Row& row : rows_) {
-    const double accepted = std::max(NoiseLimits::kStandsOut * scatter_ * row.sigma,
+    const double accepted = std::max(NoiseLimits::kSignificant * scatter_ * row.sigma,
                                      PlateLimits::kModelError * deepest_);
     row.kept = row.usable && std::abs(row.residual) <= accepted;
     kept_ += row.kept ? 1 : 0;

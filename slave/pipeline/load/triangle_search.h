@@ -35,7 +35,7 @@ class PointGreens {
   [[nodiscard]] const Eigen::MatrixXd& by(int axis) const {
     return by_[static_cast<std::size_t>(axis)];
   }
-  // Of the node in nodes().
+  // Index of the node in nodes().
   [[nodiscard]] int IndexOf(int node) const { return index_[static_cast<std::size_t>(node)]; }
 
  private:
@@ -84,7 +84,7 @@ class TriangleSearch {
   }
   // Sum of squared measurements, in sigma, that the best load had to explain.
   [[nodiscard]] double measured() const noexcept { return square_; }
-  // Of a point under the load, as at rest [m].
+  // Displacement of a point under the load, as at rest [m].
   [[nodiscard]] Eigen::Vector3d Displacement(const TriangleLoad& load,
                                              std::size_t point) const noexcept;
   // Further motion of the point [m]: subtracted from its displacement until Read.

@@ -46,8 +46,8 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   VolumeLoadIdentifier(const Scene& scene, double width, const ObjectMesh& mesh,
                        SurfaceMesh surface, Progress* progress)
       : surface_(std::move(surface)),
-        model_(MakeModel(scene, mesh, told_.Listen(progress))),
-        at_rest_(MakeModelAtRest(scene, mesh, told_.Listen(progress))),
+        model_(MakeModel(scene, mesh, stated.Listen(progress))),
+        at_rest_(MakeModelAtRest(scene, mesh, stated.Listen(progress))),
         contact_(surface_),
         stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
         larger_side_(LargerSide(surface_.nodes)),
@@ -58,7 +58,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
                 VolumeLimits::kLinearLoad * scene.object.material.young_modulus * larger_side_ *
                     larger_side_,
                 width_) {
-    told_.Finish();
+    stated.Finish();
   }
 
   SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
@@ -85,7 +85,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   bool Load(const SurfaceLoad& load) noexcept;  // and field_
 
   SurfaceMesh surface_;
-  PrecomputeProgress told_{true};
+  PrecomputeProgress stated{true};
   std::unique_ptr<DeformationModel> model_;
   std::unique_ptr<DeformationModel> at_rest_;  // null: `model_` answers the search as well
   SurfaceContact contact_;
@@ -178,7 +178,7 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
   const double doubt = std::clamp(load->residual / VolumeLimits::kTrusted,
                                   VolumeLimits::kLeastResidual / VolumeLimits::kTrusted, 1.0);
   load->validity = Validity::kValid;
-  const double least = NoiseLimits::kStandsOut * doubt;
+  const double least = NoiseLimits::kSignificant * doubt;
   if (best.explained < least * least) {
     load->force = load->depth = load->sigma_place = 0;
     return;

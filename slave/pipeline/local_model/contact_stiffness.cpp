@@ -113,7 +113,7 @@ std::optional<Matrix3d> ContactStiffness::Alone(const Contact& contact) const {
 }
 
 // What one finger feels of a hand is no potential's force: the matrix is not symmetric. What is
-// told is right for presses along the normal, and symmetric. nullopt: the patches overlap, or it
+// stated is right for presses along the normal, and symmetric. nullopt: the patches overlap, or it
 // is none either.
 std::optional<Matrix3d> ContactStiffness::Together(const Contact& contact) const {
   const double by = kSmall * patch_width_;

@@ -51,8 +51,9 @@ class ContactStiffness {
                    std::vector<Companion> companions = {});
   ~ContactStiffness();
 
-  // Of a disc of `radius` [m] at the point of `triangle` with barycentric `weights`, frame O [N/m];
-  // symmetric, positive definite. Allocation-free where the triangle's nodes are known.
+  // Stiffness of a disc of `radius` [m] at the point of `triangle` with barycentric `weights`,
+  // frame O [N/m]; symmetric, positive definite. Allocation-free where the triangle's nodes are
+  // known.
   [[nodiscard]] Eigen::Matrix3d At(int triangle, const Eigen::Vector3d& weights, double radius);
   // Whether At need not compute anything of this triangle first.
   [[nodiscard]] bool Knows(int triangle) const;

@@ -66,8 +66,8 @@ double ForceLaw::ByLine(double x) const noexcept {
 double ForceLaw::ValueOf(int place) const noexcept {
   const double line = ByLine((place - kPlaces / 2) * spacing_);
   if (place < 0 || place >= kPlaces) return line;
-  const Place& felt = places_[static_cast<std::size_t>(place)];
-  return std::max(0.0, (felt.force + kPrior * line) / (felt.weight + kPrior));
+  const Place& estimate = places_[static_cast<std::size_t>(place)];
+  return std::max(0.0, (estimate.force + kPrior * line) / (estimate.weight + kPrior));
 }
 
 double ForceLaw::AtPlace(double x) const noexcept {

@@ -11,16 +11,17 @@ namespace {
 constexpr double kErrors = 3;
 constexpr double kLeastRatio = 0.25,
                  kLargestRatio = 4;  // [-] [tuned: OnlyFiniteForcesAboveZeroTell]
-// Values as far apart are alike to 1 / e. [-] [tuned: DepthsNotFeltFollowTheirNeighbours]
+// Values as far apart are alike to 1 / e. [-] [tuned: DepthsNotEstimatedFollowTheirNeighbours]
 constexpr double kAlike = 5;
 constexpr double kForgotten = 2e-3;  // share per sample
 
 }  // namespace
 
-RatioSample CompareForces(double felt, double sigma, double modelled) noexcept {
-  const bool known = std::isfinite(felt) && std::isfinite(sigma) && std::isfinite(modelled);
-  if (!known || !(felt > 0) || !(modelled > 0)) return {};
-  return {std::clamp(felt / modelled, kLeastRatio, kLargestRatio), kErrors * sigma / felt, true};
+RatioSample CompareForces(double estimate, double sigma, double modelled) noexcept {
+  const bool known = std::isfinite(estimate) && std::isfinite(sigma) && std::isfinite(modelled);
+  if (!known || !(estimate > 0) || !(modelled > 0)) return {};
+  return {std::clamp(estimate / modelled, kLeastRatio, kLargestRatio), kErrors * sigma / estimate,
+          true};
 }
 
 double LearningRate(double time, double rate) {
@@ -67,10 +68,10 @@ void StiffnessScale::Learn(double depth, const RatioSample& sample) noexcept {
 }
 
 StiffnessScale::Press StiffnessScale::Scaled(const Press& modelled, double depth) const noexcept {
-  const Value felt_by_modelled = At(depth);
-  const double stiffness = modelled.stiffness * felt_by_modelled.ratio;
-  const double bent = stiffness + modelled.force * felt_by_modelled.slope;
-  return {modelled.force * felt_by_modelled.ratio, std::max(bent, stiffness / 2)};
+  const Value estimated_by_modelled = At(depth);
+  const double stiffness = modelled.stiffness * estimated_by_modelled.ratio;
+  const double bent = stiffness + modelled.force * estimated_by_modelled.slope;
+  return {modelled.force * estimated_by_modelled.ratio, std::max(bent, stiffness / 2)};
 }
 
 StiffnessScale::Value StiffnessScale::At(double depth) const noexcept {

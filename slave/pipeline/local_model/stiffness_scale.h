@@ -16,9 +16,9 @@ struct RatioSample {
   bool tells = false;
 };
 
-// `felt`, `modelled`: magnitudes of the force [N]; `sigma` of the estimated one. Only finite forces
-// above zero count.
-RatioSample CompareForces(double felt, double sigma, double modelled) noexcept;
+// `sensed`, `modelled`: magnitudes of the force [N]; `sigma` of the estimated one. Only finite
+// forces above zero count.
+RatioSample CompareForces(double sensed, double sigma, double modelled) noexcept;
 
 // Step towards the value of one sample, at `rate` samples per second, so that 1 / e of the
 // difference is left after `time` [s].

@@ -19,14 +19,14 @@ class ArmConsistencyCheck {
  public:
   // For one image, S [m]. `tolerance` [m]: of the measured tip; motion of the manipulator within
   // the lag is allowed in addition.
-  bool Agree(const Eigen::Vector3d& p_S_seen, const EncoderReading& said,
+  bool Agree(const Eigen::Vector3d& p_S_seen, const EncoderReading& reported,
              double tolerance) noexcept {
-    const Eigen::Vector3d offset = p_S_seen - said.p_S_tip;
-    if (!offset_) offset_ = slow_offset_ = offset, said_ = said.p_S_tip;
-    const double way = (said.p_S_tip - said_).norm();
-    said_ = said.p_S_tip;
+    const Eigen::Vector3d offset = p_S_seen - reported.p_S_tip;
+    if (!offset_) offset_ = slow_offset_ = offset, reported = reported.p_S_tip;
+    const double way = (reported.p_S_tip - reported).norm();
+    reported = reported.p_S_tip;
     parting_ = offset - slow_offset_;
-    apart_ = (offset - *offset_).norm() - said.lag * way;
+    apart_ = (offset - *offset_).norm() - reported.lag * way;
     const bool agree = apart_ < tolerance;  // false for NaN
     if (agree) *offset_ += kFollow * (offset - *offset_);
     if (agree) slow_offset_ += kFollowSlowly * parting_;
@@ -50,7 +50,7 @@ class ArmConsistencyCheck {
   // PicturesThatAreOneLatePartByAStepThoughBothAgree]
   static constexpr double kFollowSlowly = kFollow / 4;
   std::optional<Eigen::Vector3d> offset_;
-  Eigen::Vector3d said_{0, 0, 0};
+  Eigen::Vector3d reported{0, 0, 0};
   double apart_ = 0;
   Eigen::Vector3d slow_offset_{0, 0, 0}, parting_{0, 0, 0};
 };

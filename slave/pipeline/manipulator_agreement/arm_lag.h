@@ -11,7 +11,7 @@ namespace palpate {
 // image's own time; nullopt: recorded images do not show the manipulator. For a live one the
 // reading is taken at the arrival of the image, after its capture.
 inline std::optional<double> ArmLag(const Pace& pace, double replayed) {
-  constexpr double kLive = 1.5;  // [-] [tuned: APressIntoItIsFeltAsDeepAsItIs]
+  constexpr double kLive = 1.5;  // [-] [tuned: APressIntoItIsEstimatedAsDeepAsItIs]
   if (!pace.p_S_tip) return std::nullopt;
   return pace.is_live ? kLive : replayed;
 }

@@ -51,10 +51,10 @@ class MotionTrend {
 
  private:
   static constexpr std::size_t kImages = 12, kFewest = 4;
-  // Error, of the velocity [-]. [tuned: WhatIsFeltAndWhatTravelsGoWithIt]
+  // Error, of the velocity [-]. [tuned: WhatIsEstimatedAndWhatTravelsGoWithIt]
   static constexpr double kKnown = 0.5;
   // Slope of a parabola at its end relative to the errors of its ends. [-] [tuned:
-  // WhatIsFeltAndWhatTravelsGoWithIt]
+  // WhatIsEstimatedAndWhatTravelsGoWithIt]
   static constexpr double kBends = 3;
   struct Sample {
     Time at{};

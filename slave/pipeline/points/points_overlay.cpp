@@ -13,7 +13,8 @@ namespace palpate {
 namespace {
 
 const cv::Scalar kSeenColour(80, 200, 80), kLostColour(60, 60, 240), kLoadColour(40, 140, 255);
-// Of the drawing: a ring at full scale by the image's height [-], the largest share of full scale
+// Sizes of the drawing: a ring at full scale by the image's height [-], the largest share of full
+// scale
 // [-], the step that shows the direction of a force [m]. [by definition]
 constexpr double kRing = 0.1, kMostShare = 1.5, kShortStep = 1e-3;
 

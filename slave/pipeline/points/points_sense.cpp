@@ -33,8 +33,8 @@ std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace) {
   return Tapped(OpenSource(scene, pace), pace.tap);
 }
 
-// Of an object that is followed as a whole, without a model: the surface of the scene's mesh, frame
-// O. Empty where the scene has none.
+// The shape of an object that is followed as a whole, without a model: the surface of the scene's
+// mesh, frame O. Empty where the scene has none.
 SurfaceMesh FollowedSurface(const Scene& scene) {
   const auto* geometry = std::get_if<MeshFileGeometry>(&scene.object.geometry);
   if (geometry == nullptr) return {};
@@ -43,7 +43,7 @@ SurfaceMesh FollowedSurface(const Scene& scene) {
   return surface != nullptr ? std::move(*surface) : SurfaceMesh{};
 }
 
-// Of a rig: what decides how well it sees depth.
+// What of a rig decides how well it sees depth.
 std::string InWords(const StereoRig& rig) {
   return fmt::format("stereo pair, baseline {:.3g} mm, focal length {:.0f} px, {} x {} px",
                      1e3 * rig.baseline(), rig.left.fx, rig.left.size[0], rig.left.size[1]);

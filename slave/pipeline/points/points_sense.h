@@ -71,7 +71,7 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] const StereoRig& rig() const { return rig_; }
   [[nodiscard]] const SurfacePointTracker& tracker() const { return *tracker_; }
-  // Of the last estimate.
+  // Results of the last estimate.
   [[nodiscard]] const StereoPair& pair() const { return shown_; }
   [[nodiscard]] const SurfaceObservation& observation() const { return *seen_; }
   [[nodiscard]] const ContactEstimate& estimate() const { return *estimate_; }

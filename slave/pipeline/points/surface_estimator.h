@@ -54,7 +54,7 @@ class SurfaceEstimator {
   [[nodiscard]] const SurfaceLoad& load() const { return load_; }
   [[nodiscard]] LoadIdentifier& body() { return *body_; }
   [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }
-  // Of the fits.
+  // Results of the fits.
   [[nodiscard]] const LatencyHistogram& times() const { return times_; }
   // Nodes of body().surface() as they are deformed now, and the forces of the tool on them; frame
   // S.

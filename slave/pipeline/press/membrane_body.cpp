@@ -72,7 +72,7 @@ SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcep
   load_.sigma_place = estimate.sigma_place;
   load_.residual = estimate.residual;
   load_.validity = Validity::kValid;
-  if (estimate.force > NoiseLimits::kStandsOut * estimate.sigma_force) {
+  if (estimate.force > NoiseLimits::kSignificant * estimate.sigma_force) {
     load_.force = -estimate.force;
     load_.depth = estimate.depth;
     const double turning = kTurningShare * load_.depth / (patch_ / 2);

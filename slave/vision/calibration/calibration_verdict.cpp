@@ -65,7 +65,7 @@ HalvesCheck Halve(const std::vector<Indices>& groups, double whole,
       return std::abs(estimate(Members(groups, a)) - estimate(Members(groups, b))) / whole;
     } catch (const std::runtime_error&) {
       ++out.failed;
-      return 1.0;  // as wrong as can be said
+      return 1.0;  // as wrong as can be reported
     }
   };
   Indices odd, even, all(count);

@@ -26,10 +26,10 @@ struct HalvesCheck {
 constexpr int kRandomHalves = 20;
 constexpr std::size_t kFewestForHalves = 4;  // number of different images or pairs
 
-// Of the baseline. Pairs as used for `rig`, from which the halves are refined.
+// Error of the baseline. Pairs as used for `rig`, from which the halves are refined.
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
                         const StereoRig& rig);
-// Of the focal length.
+// Error of the focal length.
 HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
                         const std::array<int, 2>& size, double focal);
 

@@ -19,8 +19,8 @@ constexpr std::size_t kFewestPairs = 3;  // pairs
 // a pixel or two; and by its rift.
 constexpr double kRoughPixels = 3, kRiftPixels = 0.25;
 constexpr double kTimesMedian = 3;
-// Of the image's width: beyond it there is no agreement. Real pairs stay below 0.3 %, images of
-// different instants miss each other by 7 % and more.
+// Share of the image's width: beyond it there is no agreement. Real pairs stay below 0.3 %, images
+// of different instants miss each other by 7 % and more.
 constexpr double kNoAgreement = 0.02;
 
 std::vector<Corners> SidesOf(const std::vector<PairView>& pairs, Corners PairView::*side) {

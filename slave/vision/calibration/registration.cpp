@@ -166,7 +166,7 @@ SeenTips Triangulate(const StereoRig& rig, const std::vector<TipPlace>& places) 
   return seen;
 }
 
-// Of the places used, were the table their mirror image.
+// Error of the places used, were the table their mirror image.
 template <typename Solve, typename Miss>
 double MirroredRms(const std::vector<TipPlace>& places, const Indices& used, const Solve& solve,
                    const Miss& miss) {
@@ -210,7 +210,7 @@ void CheckPlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegis
 // `mirrored_rms`: residual of the used positions for the mirrored table, in the unit of r->rms.
 void CheckMirror(double mirrored_rms, const std::vector<TipPlace>& places, CameraRegistration* r) {
   const PlaceCloud cloud = CloudOf(UsedOf(*r), places);
-  if (!(cloud.extents[1] > kWidth * cloud.extents[2])) return;  // on a line: told already
+  if (!(cloud.extents[1] > kWidth * cloud.extents[2])) return;  // on a line: stated already
   constexpr double kExact = 1e-9;  // [m] or [px]: both fit without any miss
   if (kAlike * mirrored_rms + kExact < r->rms) {
     r->reasons.push_back(

@@ -143,7 +143,7 @@ std::optional<InverseDepth> RestDepth::PlaneOf(const DepthCell& cell, int least,
       samples.emplace_back(x * camera.fx / cell.edge, y * camera.fy / cell.edge, 1 / (z * metre));
     }
   }
-  // Twice: what stands out of the first plane takes no part in the second.
+  // Twice: what deviates from the first plane takes no part in the second.
   std::optional<Eigen::Vector3d> plane = FitPlane(samples, least);
   if (!plane) return std::nullopt;
   double mean_miss = 0;

@@ -97,7 +97,7 @@ struct Window {
   }
 };
 
-// Directions from the centre, told by what turns a ring about the dot into a circle.
+// Directions from the centre, stated by what turns a ring about the dot into a circle.
 struct Directions {
   double pp, pq, qp, qq;
   Directions(const Axes& axes, double reach) noexcept {

@@ -98,7 +98,7 @@ bool GroundRing::IsGround(const Sector& sector) const noexcept {
          squares / s.n < kUneven * plane_.variance + off * off + kRounding;
 }
 
-// Of the sums' pixels from the plane [levels].
+// Deviation of the sums' pixels from the plane [levels].
 double GroundRing::MeanOff(const GroundPlane& sums) const noexcept {
   return (sums.v - plane_.level0 * sums.n - plane_.gx * sums.x - plane_.gy * sums.y) / sums.n;
 }

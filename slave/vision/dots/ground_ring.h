@@ -37,8 +37,8 @@ class GroundRing {
  public:
   static constexpr int kSectors = 16;
 
-  // Of the direction (p, q), counted in the sense of rotation; opposite ones differ by kSectors
-  // / 2.
+  // Sector of the direction (p, q), counted in the sense of rotation; opposite ones differ by
+  // kSectors / 2.
   static int SectorOf(double p, double q) noexcept {
     const double tan_22_5 = 0.41421356237309503;
     const double a = p < 0 ? -p : p, b = q < 0 ? -q : q;

@@ -157,7 +157,8 @@ std::optional<Triangulated> StereoDots::Place(std::size_t k,
   return Triangulate(params_.rig, left_I, right_I, sigma);
 }
 
-// Of the plane through the neighbours: least squares of places against the layout's x and y.
+// Coefficients of the plane through the neighbours: least squares of places against the layout's x
+// and y.
 Eigen::Vector3d StereoDots::Normal(std::size_t k) const noexcept {
   Eigen::Matrix2d D = Eigen::Matrix2d::Zero();
   Eigen::Matrix<double, 3, 2> P = Eigen::Matrix<double, 3, 2>::Zero();

@@ -29,7 +29,7 @@ class EpipolarLine {
   // image.
   [[nodiscard]] const std::optional<Eigen::Vector2d>& place() const { return place_; }
   [[nodiscard]] bool in_picture() const { return place_ && IsInside(*place_); }
-  // Of the ray through a neighbour of the pixel, as far away [px].
+  // Place of the ray through a neighbour of the pixel, as far away [px].
   [[nodiscard]] std::optional<Eigen::Vector2d> Neighbour(const Eigen::Vector2d& p_F) const noexcept;
 
  private:

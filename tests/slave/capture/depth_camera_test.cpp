@@ -36,15 +36,15 @@ TEST_F(DepthCameraTest, ItsPicturesAreNoMirrorsView) {
   }
 }
 
-TEST_F(DepthCameraTest, WhatIsNotThereOrMeasuresNoDepthIsSaid) {
-  const auto is_said = testing::ThrowsMessage<std::runtime_error>(
+TEST_F(DepthCameraTest, WhatIsNotThereOrMeasuresNoDepthIsReported) {
+  const auto is_reported = testing::ThrowsMessage<std::runtime_error>(
       HasSubstr("OpenNI2 depth camera 0: no such camera or stream, no permission"));
   TheFakeOpenNi().cameras = 0;
-  EXPECT_THAT([] { Open(); }, is_said);
+  EXPECT_THAT([] { Open(); }, is_reported);
   TheFakeOpenNi() = {.has_depth = false};
-  EXPECT_THAT([] { Open(); }, is_said);
+  EXPECT_THAT([] { Open(); }, is_reported);
   TheFakeOpenNi() = {.unit = 0};
-  EXPECT_THAT([] { Open(); }, is_said);
+  EXPECT_THAT([] { Open(); }, is_reported);
 }
 
 TEST_F(DepthCameraTest, AnotherUnitThanTheScenesIsRefused) {

@@ -64,7 +64,7 @@ TEST_F(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   EXPECT_FALSE(source->Next({})) << "an ended source stays ended";
 }
 
-TEST_F(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsSaid) {
+TEST_F(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsReported) {
   WriteNumbered(scratch, 12);
   for (const char* name : {"f4.png", "f5.png"}) std::filesystem::remove(scratch.path() / name);
   const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);

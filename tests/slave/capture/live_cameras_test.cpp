@@ -85,7 +85,7 @@ class FakeCamera {
   cv::Size size_{6, 4};
 };
 
-// Ends the wait of whoever reads them, before the eyes go.
+// Ends the wait of whoever reads them, before the cameras go.
 class Ending {
  public:
   explicit Ending(std::vector<FakeCamera*> cameras) : cameras_(std::move(cameras)) {}
@@ -103,7 +103,7 @@ int LevelOf(const cv::Mat& picture) {
   return picture.at<unsigned char>(0, 0);
 }
 
-TEST(LiveCamerasTest, ACameraThatIsNotThereIsSaidAtOnce) {
+TEST(LiveCamerasTest, ACameraThatIsNotThereIsReportedAtOnce) {
   EXPECT_THAT(
       [] {
         FramesOf({{"camera 3", [] { return std::unique_ptr<Film>(); }}}, {});
@@ -132,7 +132,7 @@ TEST(LiveCamerasTest, AStreamThatDoesNotAnswerIsGivenUp) {
 }
 
 // As a GStreamer pipeline whose source says nothing.
-TEST(LiveCamerasTest, AnEyeWhoseOpeningNeverEndsIsSaidAndGivenUp) {
+TEST(LiveCamerasTest, AnEyeWhoseOpeningNeverEndsIsReportedAndGivenUp) {
   auto held = std::make_shared<std::promise<void>>();
   const CameraInput mute{"stream of nobody", [held] {
                            held->get_future().wait();
@@ -172,7 +172,7 @@ TEST(LiveCamerasTest, PicturesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
                   "camera 0: 6 x 4 px: accepted is 640 x 480 px, the size in the scene")));
 }
 
-TEST(LiveCamerasTest, WhatTurnsIntoAnotherSizeIsLeftOutAndToldUntilItIsAsBefore) {
+TEST(LiveCamerasTest, WhatTurnsIntoAnotherSizeIsLeftOutAndReportedUntilItIsAsBefore) {
   FakeCamera camera;
   const auto source = FramesOf({camera.Input("camera 0")}, {});
   const Ending ending({&camera});

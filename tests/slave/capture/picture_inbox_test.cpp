@@ -28,13 +28,14 @@ Scene Pair() {
   StereoCameras pair;
   pair.source = StereoCameras::Source::kStream;
   pair.size = {kWidth, kHeight};
-  scene.sense.Set(PointsOptions{.eyes = pair});
+  scene.sense.Set(PointsOptions{.cameras = pair});
   return scene;
 }
 
 Scene Depth() {
   Scene scene;
-  scene.sense.Set(PointsOptions{.eyes = DepthPictures{.source = DepthPictures::Source::kStream}});
+  scene.sense.Set(
+      PointsOptions{.cameras = DepthPictures{.source = DepthPictures::Source::kStream}});
   return scene;
 }
 

@@ -33,7 +33,7 @@ Scene PairScene(const Scratch& scratch, const std::string& left = "l%d.png",
 Scene DepthScene(const Scratch& scratch, const std::string& pattern) {
   Scene scene;
   scene.name = "depth";
-  scene.sense.Set(PointsOptions{.eyes = DepthPictures{}});
+  scene.sense.Set(PointsOptions{.views = DepthPictures{}});
   scene.sense.Find<DepthPictures>()->pattern = (scratch.path() / pattern).string();
   return scene;
 }
@@ -51,7 +51,7 @@ void WritePairs(const Scratch& scratch, int count) {
   }
 }
 
-// What is said when the scene is opened, and else when it is read to its end.
+// What is reported when the scene is opened, and else when it is read to its end.
 std::string Message(const Scene& scene) {
   try {
     const auto source = OpenStereo(scene, false);

@@ -1,5 +1,5 @@
-// An arm that a driver moves: what it is told, what is believed of what it says. Time is the test's
-// own.
+// An arm that a driver moves: what it is stated, what is believed of what it says. Time is the
+// test's own.
 #include "slave/manipulator/streamed_manipulator.h"
 
 #include <cmath>
@@ -184,7 +184,7 @@ TEST_F(StreamedManipulatorTest, ASilentDriverIsAFaultAndItsReturnNoMotion) {
   EXPECT_EQ(tip_, held);
 }
 
-TEST_F(StreamedManipulatorTest, AnEmergencyStopIsToldToTheDriverAndOutlivesAFault) {
+TEST_F(StreamedManipulatorTest, AnEmergencyStopIsReportedToTheDriverAndOutlivesAFault) {
   Drive(0.1);
   ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
   Drive(0.1);
@@ -298,7 +298,7 @@ TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
   EXPECT_NE(arm_.frame(), before);
 }
 
-TEST_F(StreamedManipulatorTest, AForceIsToldOnlyWhileTheArmIsWell) {
+TEST_F(StreamedManipulatorTest, AForceIsReportedOnlyWhileTheArmIsWell) {
   Drive(0.1);
   Pass(kPeriod);
   ArmReading reading = Reading(tip_);

@@ -37,8 +37,8 @@ Stiffness StiffnessOf(int elements, double width) {
 }
 
 // Reference: the block is the same whatever it is divided into; the finest division, of 20 elements
-// under the tool, stands for it. What whole elements do (up to 15 %) must be gone to within three
-// of the sigmas told, which are small.
+// under the tool, represents it. What whole elements do (up to 15 %) must be gone to within three
+// of the sigmas stated, which are small.
 TEST(ToolWidthTest, TheDivisionDoesNotMatter) {
   constexpr double kWidth = 5.87e-3;
   const double truth = StiffnessOf(1200, kWidth).put_right;

@@ -302,8 +302,8 @@ Curve AroundBlock(double w, double h, const Off& off) {
 }
 
 // Reference: where the edge was drawn. Noise of single points averages out: of forty fits through
-// 0.1 px of it the top's ends and middle are off by a hundredth or two, and told within twice that,
-// since two hundred points cannot rule out that they share as much.
+// 0.1 px of it the top's ends and middle are off by a hundredth or two, and stated within twice
+// that, since two hundred points cannot rule out that they share as much.
 TEST(FitOutlineTest, SigmaIsByHowMuchTheEdgeIsElsewhere) {
   Camera camera;
   camera.pixel = 1e-3;
@@ -314,7 +314,7 @@ TEST(FitOutlineTest, SigmaIsByHowMuchTheEdgeIsElsewhere) {
   X_SO.translation() = view.ToSlave({200, 300 + h});
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise(0, 0.1);
-  double square = 0, told = 0;
+  double square = 0, stated = 0;
   for (int draw = 0; draw < 40; ++draw) {
     const Curve points = AroundBlock(w, h, [&](int) { return noise(random); });
     const OutlineFit fit = FitOutline(outline, X_SO, points, view);
@@ -323,10 +323,10 @@ TEST(FitOutlineTest, SigmaIsByHowMuchTheEdgeIsElsewhere) {
       const double off = view.ToImage(fit.X_SO * Eigen::Vector3d(x, .1, 0)).y() - 300;
       square += off * off / 3 / 40;
     }
-    told += fit.sigma_px * fit.sigma_px / 40;
+    stated += fit.sigma_px * fit.sigma_px / 40;
   }
-  EXPECT_LT(std::sqrt(told / square), 2);
-  EXPECT_GT(std::sqrt(told / square), 0.7);
+  EXPECT_LT(std::sqrt(stated / square), 2);
+  EXPECT_GT(std::sqrt(stated / square), 0.7);
   // A shape that is another one than the scene's does not average out: waves of 0.4 px.
   const Curve waves = AroundBlock(
       w, h, [&](int k) { return 0.4 * std::sin(2 * std::numbers::pi * k / 21) + noise(random); });

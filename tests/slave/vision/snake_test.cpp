@@ -61,7 +61,7 @@ TestPicture Disc(double radius) {
   return picture;
 }
 
-// Reference: the disc's own radius. A point stands on whole pixels, and the chain's pull inwards
+// Reference: the disc's own radius. A point is on whole pixels, and the chain's pull inwards
 // costs up to another: within 1.5 px everywhere. It starts as far off as the blurred edge reaches.
 TEST(SnakeTest, CreepsOntoADiscFromOutsideAndInside) {
   const cv::Mat image = Disc(90).Render();

@@ -35,18 +35,18 @@ cv::Mat BarEndingAt(const Vector2d& end_I, double width) {
 class ToolEndTest : public testing::TestWithParam<double> {};
 
 // Tolerance: a quarter of a pixel, of which marks near the end take the most.
-TEST_P(ToolEndTest, IsSeenWhereItIsWhateverIsTold) {
-  const Vector2d end(60.3, 90.4), told = end - Vector2d(0.6 * GetParam(), GetParam());
+TEST_P(ToolEndTest, IsSeenWhereItIsWhateverIsReported) {
+  const Vector2d end(60.3, 90.4), stated = end - Vector2d(0.6 * GetParam(), GetParam());
   const cv::Mat picture = BarEndingAt(end, 17);
-  const auto seen = DetectToolEnd(picture, GreyFormat(picture), told, {0, 1}, 17);
+  const auto seen = DetectToolEnd(picture, GreyFormat(picture), stated, {0, 1}, 17);
   ASSERT_TRUE(seen);
   EXPECT_NEAR(seen->beyond, GetParam(), 0.25);
   EXPECT_NEAR(seen->aside, -0.6 * GetParam(), 0.25);
   EXPECT_NEAR(seen->width, 17, 0.4);
 }
-INSTANTIATE_TEST_SUITE_P(ByPixelsTold, ToolEndTest, testing::Values(-4.0, -1.0, 0.0, 0.5, 2.0));
+INSTANTIATE_TEST_SUITE_P(ByPixelsReported, ToolEndTest, testing::Values(-4.0, -1.0, 0.0, 0.5, 2.0));
 
-TEST(ToolEnd, OfAWidthToldWrongByAFifthIsSeen) {
+TEST(ToolEnd, OfAWidthReportedWrongByAFifthIsSeen) {
   const Vector2d end(60.3, 90.4);
   const cv::Mat picture = BarEndingAt(end, 17);
   const auto seen = DetectToolEnd(picture, GreyFormat(picture), end, {0, 1}, 0.8 * 17);
@@ -54,7 +54,7 @@ TEST(ToolEnd, OfAWidthToldWrongByAFifthIsSeen) {
   EXPECT_NEAR(seen->width, 17, 0.4);
 }
 
-TEST(ToolEnd, IsNotToldWhereNoneIsSeen) {
+TEST(ToolEnd, IsNotReportedWhereNoneIsSeen) {
   const cv::Mat picture = BarEndingAt({60, 90}, 17);
   const GreyFormat format(picture);
   EXPECT_FALSE(DetectToolEnd(picture, format, {60, 50}, {0, 1}, 17));  // 40 px before its end

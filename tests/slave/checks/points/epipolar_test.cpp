@@ -24,17 +24,18 @@ constexpr double kPeriod = 1.0 / 30;  // [s]
 // 35 points on a membrane that is dented in its middle, and what spoils how they are seen.
 class Watched {
  public:
-  // Depths of the dent [m] that the left and the right picture show.
+  // Depths of the indentation [m] that the left and the right picture show.
   SurfaceObservation& Show(double left_depth, double right_depth) {
     seen_.sensed_at += Seconds(kPeriod);
-    seen_.skew = -told_late * kPeriod;  // what is late was taken before
+    seen_.skew = -reported_late * kPeriod;  // what is late was taken before
     seen_.points.resize(35);
     for (std::size_t i = 0; i < seen_.points.size(); ++i) {
       const Vector3d rest(0.01 * (static_cast<double>(i % 7) - 3),
                           0.01 * (static_cast<double>(i / 7) - 2), 0.25);
-      const double dent = std::exp(-(rest - Vector3d(0, 0.005, 0.25)).squaredNorm() / 2.5e-4);
+      const double indentation =
+          std::exp(-(rest - Vector3d(0, 0.005, 0.25)).squaredNorm() / 2.5e-4);
       const auto at = [&](double depth) {
-        return Vector3d(rest - depth * dent * Vector3d::UnitZ());
+        return Vector3d(rest - depth * indentation * Vector3d::UnitZ());
       };
       SurfacePoint& point = seen_.points[i];
       point.left_I = *Project(rig_.left, at(left_depth)) + Noise();
@@ -99,7 +100,7 @@ class Watched {
 
  public:
   double noise = 1;
-  double told_late = 0;  // the right picture, by its stamp [pictures]
+  double reported_late = 0;  // the right picture, by its stamp [pictures]
 
  private:
   StereoRig rig_ = VergedTestRig();
@@ -109,7 +110,7 @@ class Watched {
   std::normal_distribution<double> normal_;
 };
 
-TEST(EpipolarCheckTest, APressThatBothEyesSeeAtOnceIsNotDoubted) {
+TEST(EpipolarCheckTest, APressThatBothCamerasSeeAtOnceIsNotDoubted) {
   Watched watched;
   watched.Rest();
   EXPECT_EQ(watched.Press(0), FailedCheck::kNone);
@@ -126,26 +127,26 @@ TEST(EpipolarCheckTest, PicturesOfDifferentInstantsAreDoubtedWhileThePressMoves)
 }
 
 // Reference: the lateness drawn; the moment in the middle is off by half of what stamps do not
-// tell. What 40 pairs' noise, as they are told to have, leaves open besides is 0.02 of a picture.
+// tell. What 40 pairs' noise, as they are stated to have, leaves open besides is 0.02 of a picture.
 // Tolerance: the speed is that of half a picture before, which makes up to a quarter of it.
 TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
   for (const double late : {0.0, 0.08, -0.08}) {
-    for (const double told : {0.0, 0.08, -0.08}) {
+    for (const double reported : {0.0, 0.08, -0.08}) {
       Watched watched;
-      watched.told_late = told;
+      watched.reported_late = reported;
       watched.Rest();
       EXPECT_NEAR(watched.moment_sigma(), PointsLimits::kMostLag / 2, 1e-12) << "nothing moved yet";
       watched.noise = 0.1;
-      EXPECT_EQ(watched.Swing(late), FailedCheck::kNone) << late << " " << told;
-      EXPECT_NEAR(watched.moment_sigma(), std::hypot((late - told) / 2, 0.02), 0.015)
-          << late << " " << told;
+      EXPECT_EQ(watched.Swing(late), FailedCheck::kNone) << late << " " << reported;
+      EXPECT_NEAR(watched.moment_sigma(), std::hypot((late - reported) / 2, 0.02), 0.015)
+          << late << " " << reported;
     }
   }
 }
 
 TEST(EpipolarCheckTest, StampsThatAreFarFromWhatMovesAreDoubted) {
   Watched watched;
-  watched.told_late = -0.15;
+  watched.reported_late = -0.15;
   watched.Rest();
   EXPECT_EQ(watched.Swing(0.15), FailedCheck::kInstants);
 }
@@ -170,14 +171,14 @@ TEST(EpipolarCheckTest, NoiseThatPicturesDoNotTellWidensTheCovariances) {
     watched.Rest();
     watched.noise = more;
     SurfaceObservation& seen = watched.Show(1e-3, 1e-3);
-    const double said = seen.points[7].covariance(2, 2);
+    const double reported = seen.points[7].covariance(2, 2);
     EXPECT_EQ(watched.Examine(&seen), FailedCheck::kNone) << more;
-    const double wider = std::sqrt(seen.points[7].covariance(2, 2) / said);
+    const double wider = std::sqrt(seen.points[7].covariance(2, 2) / reported);
     EXPECT_NEAR(wider, std::max(1.0, more * kNoise / Watched::kStated), 0.4 * wider) << more;
   }
 }
 
-// Noise as it is told and some less; then a tenth and one and a half times as much, of which 300
+// Noise as it is stated and some less; then a tenth and one and a half times as much, of which 300
 // misses tell within a twentieth.
 TEST(EpipolarCheckTest, PointsErrByNoiseAloneIfTheyScatterByItAtRest) {
   for (const double more : {0.1, 0.4, 1.0, 1.5}) {

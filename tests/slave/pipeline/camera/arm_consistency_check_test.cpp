@@ -13,12 +13,12 @@ Vector3d TipAt(int picture) {
   return {0, -kStep * picture, 0};
 }
 
-// Eyes that look from elsewhere, `late` pictures late.
+// Cameras that look from elsewhere, `late` pictures late.
 Vector3d SeenAt(int picture, int late) {
   return Vector3d(2e-3, 1e-3, 0) + TipAt(picture - late);
 }
 
-TEST(ArmConsistencyCheckTest, EyesAndArmThatGoTogetherDoNotPartWhereverTheyLookFrom) {
+TEST(ArmConsistencyCheckTest, CamerasAndArmThatGoTogetherDoNotPartWhereverTheyLookFrom) {
   ArmConsistencyCheck watch;
   for (int i = 0; i < 40; ++i) {
     EXPECT_TRUE(watch.Agree(SeenAt(i, 0), {TipAt(i), 0.45, true}, kTolerance));

@@ -61,7 +61,7 @@ class CameraSenseTest : public ::testing::Test {
     }
   }
   static bool Follows(const SlaveState& state) { return state.phase == Phase::kFollowing; }
-  // Down by `way` [m] from where the hand is, at 10 mm/s, and on until the eyes have seen it.
+  // Down by `way` [m] from where the hand is, at 10 mm/s, and on until the cameras have seen it.
   SlaveState Lower(double way) {
     const Vector3d from = p_M_;
     const double aim = slave_->Compose(Clock::now()).p_S_tip.y() - way;
@@ -105,7 +105,7 @@ TEST_F(CameraSenseTest, TheForceOfAPressIsThatOfTheSimulator) {
 }
 
 // Neither while somebody follows nor while the object is touched: what the hand feels must not
-// change under it. Each change is told by a new revision.
+// change under it. Each change is stated by a new revision.
 TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   const SlaveState pressed = Press();
   ModelChange finer;
@@ -202,7 +202,7 @@ TEST_F(RechosenModelTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouche
   StaysFor(0.4, true, [&](const SlaveState& s) {
     if (s.force) EXPECT_NEAR(s.force->y() / pressed.force->y(), 1, 0.16);
   });
-  StaysFor(0.2, false);  // the clutch is open, the tool stands in the object
+  StaysFor(0.2, false);  // the clutch is open, the tool is in the object
   ++epoch_;
   Until(Follows);
   Lift();
@@ -259,7 +259,7 @@ TEST(EmergencyStopTest, OutlivesARestart) {
     const auto slave = MakeLiveSlave(scene, folder);
     EXPECT_EQ(phase(slave), Phase::kEstop);
     slave->ReinitializeTracking();
-    EXPECT_EQ(phase(slave), Phase::kEstop) << "eyes that start anew clear no stop";
+    EXPECT_EQ(phase(slave), Phase::kEstop) << "cameras that start anew clear no stop";
     slave->Reset();
     EXPECT_EQ(phase(slave), Phase::kReady);
   }
@@ -272,14 +272,15 @@ TEST_F(CameraSenseTest, AChangeThatIsStoppedHasChangedNothing) {
   StopAfter never(1000);
   slave_->SetModel({.elements = 60}, &never);
   slave_->TakeEvents();
-  EXPECT_THAT(never.told(), testing::IsSupersetOf({"boundary integrals", "factorising", "ready"}));
+  EXPECT_THAT(never.stated(),
+              testing::IsSupersetOf({"boundary integrals", "factorising", "ready"}));
   const SlaveDescription before = slave_->Describe();
   ModelChange finer;
   finer.elements = 120;
   ParameterChange softer;
   softer.young_modulus = 1e4;
   softer.force_scale = 2;
-  for (int reports = 0; reports < static_cast<int>(never.told().size()); ++reports) {
+  for (int reports = 0; reports < static_cast<int>(never.stated().size()); ++reports) {
     StopAfter for_model(reports), for_modulus(reports);
     EXPECT_THROW(slave_->SetModel(finer, &for_model), Interrupted);
     EXPECT_THROW(slave_->SetParameters(softer, &for_modulus), Interrupted);

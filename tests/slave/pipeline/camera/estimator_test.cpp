@@ -98,17 +98,17 @@ class EstimatorTest : public ::testing::Test {
   std::uint64_t sequence_ = 0;
 };
 
-// Tolerance: a tenth of a pixel, what the eyes promise with room for the drawing's own rounding.
+// Tolerance: a tenth of a pixel, what the cameras promise with room for the drawing's own rounding.
 TEST_F(EstimatorTest, FindsTheRestSurfaceAndTheTip) {
   Estimator estimator = Make();
   const double pixel = estimator.view().pixel();
   ASSERT_TRUE(estimator.registration().measured);
   EXPECT_LT(estimator.registration().X_SO.translation().norm(), 0.1 * pixel);
-  const ContactEstimate& felt = estimator.Estimate(Draw(0.0447, 0.0921));
-  EXPECT_LT((felt.p_S_tip - Eigen::Vector3d(0.0447, 0.0921, 0)).norm(), 0.1 * pixel);
-  EXPECT_EQ(felt.validity, Validity::kValid);
-  ASSERT_TRUE(felt.force);
-  EXPECT_EQ(felt.force->norm(), 0) << "no contact is a force of zero, not an unknown one";
+  const ContactEstimate& estimated = estimator.Estimate(Draw(0.0447, 0.0921));
+  EXPECT_LT((estimated.p_S_tip - Eigen::Vector3d(0.0447, 0.0921, 0)).norm(), 0.1 * pixel);
+  EXPECT_EQ(estimated.validity, Validity::kValid);
+  ASSERT_TRUE(estimated.force);
+  EXPECT_EQ(estimated.force->norm(), 0) << "no contact is a force of zero, not an unknown one";
 }
 
 // Reference: k_bar = 0.4143 of quadratic finite elements graded towards the tool's ends (the
@@ -117,17 +117,17 @@ TEST_F(EstimatorTest, FindsTheRestSurfaceAndTheTip) {
 TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
   Estimator estimator = Make();
   for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
-  const ContactEstimate& felt = estimator.estimate();
-  ASSERT_TRUE(felt.force);
+  const ContactEstimate& estimated = estimator.estimate();
+  ASSERT_TRUE(estimated.force);
   const double expected = 0.4143 * 127e3 * 0.009 * 0.003;
-  EXPECT_NEAR(felt.force->y() / expected, 1, 0.07 / 3);
-  EXPECT_NEAR(felt.force->x() / expected, 0, 0.07 / 3);
-  EXPECT_NEAR(felt.depth, 0.003, 0.07e-3);
-  EXPECT_GT(felt.sigma, 0);
-  EXPECT_TRUE(felt.local_model.in_contact);
+  EXPECT_NEAR(estimated.force->y() / expected, 1, 0.07 / 3);
+  EXPECT_NEAR(estimated.force->x() / expected, 0, 0.07 / 3);
+  EXPECT_NEAR(estimated.depth, 0.003, 0.07e-3);
+  EXPECT_GT(estimated.sigma, 0);
+  EXPECT_TRUE(estimated.local_model.in_contact);
   // The local model says the same force at the seen tip.
-  const LocalModel& local = felt.local_model;
-  EXPECT_LT((local.stiffness * (local.reference - felt.p_S_tip) - *felt.force).norm(),
+  const LocalModel& local = estimated.local_model;
+  EXPECT_LT((local.stiffness * (local.reference - estimated.p_S_tip) - *estimated.force).norm(),
             0.01 * expected);
 }
 
@@ -141,8 +141,8 @@ TEST_F(EstimatorTest, AnEccentricPressReportsItsMomentAboutTheTip) {
   EXPECT_EQ(*free.moment, Eigen::Vector3d(0, 0, 0));
   for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044 - 0.004 * i, 0.0921));
   for (int i = 0; i <= 7; ++i) estimator.Estimate(Draw(kBeside, 0.0921 - 0.001 * i));
-  const ContactEstimate& felt = estimator.Estimate(Draw(kBeside, 0.088 - kPressed));
-  ASSERT_TRUE(felt.force && felt.moment);
+  const ContactEstimate& estimated = estimator.Estimate(Draw(kBeside, 0.088 - kPressed));
+  ASSERT_TRUE(estimated.force && estimated.moment);
   Scene fine = scene_;
   fine.model.elements = 1440;
   const auto model = MakeModel(fine, MeshOutline(fine, std::nullopt));
@@ -152,11 +152,11 @@ TEST_F(EstimatorTest, AnEccentricPressReportsItsMomentAboutTheTip) {
   ContactResponse response;
   model->Respond({&contact, 1}, {&response, 1});
   ASSERT_TRUE(response.moment_O);
-  const double force = felt.force->norm();
+  const double force = estimated.force->norm();
   EXPECT_GT(response.moment_O->norm(), 0.02 * force * width) << "not eccentric enough to tell";
-  EXPECT_LT((*felt.moment + *response.moment_O).norm(), 0.05 * force * width);
-  EXPECT_LT((*felt.moment + *response.moment_O).norm(), 3 * felt.moment_sigma);
-  EXPECT_LT(felt.moment_sigma, 0.1 * force * width);
+  EXPECT_LT((*estimated.moment + *response.moment_O).norm(), 0.05 * force * width);
+  EXPECT_LT((*estimated.moment + *response.moment_O).norm(), 3 * estimated.moment_sigma);
+  EXPECT_LT(estimated.moment_sigma, 0.1 * force * width);
 }
 
 // The hand goes on from over the top to beside the block before the next picture: the plane of the
@@ -177,13 +177,13 @@ TEST_F(EstimatorTest, TheLocalModelFollowsTheHandBetweenPictures) {
   EXPECT_EQ(estimator.LocalAt(Eigen::Vector3d::Constant(std::nan(""))).revision, local.revision);
 }
 
-TEST_F(EstimatorTest, ContactAndReleaseAreEachToldOnce) {
+TEST_F(EstimatorTest, ContactAndReleaseAreEachReportedOnce) {
   Estimator estimator = Make();
   int contacts = 0, releases = 0;
   for (const double y : {0.094, 0.090, 0.086, 0.084, 0.084, 0.086, 0.0875, 0.089, 0.092}) {
-    const ContactEstimate& felt = estimator.Estimate(Draw(0.044, y));
-    contacts += felt.events.Has(Event::kContact) ? 1 : 0;
-    releases += felt.events.Has(Event::kRelease) ? 1 : 0;
+    const ContactEstimate& estimated = estimator.Estimate(Draw(0.044, y));
+    contacts += estimated.events.Has(Event::kContact) ? 1 : 0;
+    releases += estimated.events.Has(Event::kRelease) ? 1 : 0;
   }
   EXPECT_EQ(contacts, 1);
   EXPECT_EQ(releases, 1);
@@ -202,10 +202,10 @@ TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
   Scene stiffer = scene_;
   stiffer.object.material.young_modulus *= 2;
   estimator.Adopt(estimator.Prepare(stiffer), stiffer);
-  const ContactEstimate& felt = estimator.Estimate(Draw(0.046, 0.085));
-  EXPECT_LT((felt.p_S_contact - place).norm(), 1e-6);
-  EXPECT_LT((*felt.force - 2 * before).norm(), 0.01 * before.norm());
-  EXPECT_FALSE(felt.events.Has(Event::kContact)) << "it was told already";
+  const ContactEstimate& estimated = estimator.Estimate(Draw(0.046, 0.085));
+  EXPECT_LT((estimated.p_S_contact - place).norm(), 1e-6);
+  EXPECT_LT((*estimated.force - 2 * before).norm(), 0.01 * before.norm());
+  EXPECT_FALSE(estimated.events.Has(Event::kContact)) << "it was reported already";
 }
 
 TEST_F(EstimatorTest, AnUnknownForceIsNotZero) {
@@ -249,10 +249,10 @@ TEST_F(EstimatorTest, ThePunctureCueDropsTheForceToZero) {
   estimator.Estimate(Draw(0.044, 0.090));
   estimator.Estimate(Draw(0.044, 0.0865));
   EXPECT_GT(estimator.estimate().force->norm(), 0.5);
-  const ContactEstimate& felt = estimator.Estimate(Draw(0.044, 0.0855));
-  EXPECT_TRUE(felt.events.Has(Event::kPuncture));
-  EXPECT_EQ(felt.validity, Validity::kPunctured);
-  EXPECT_EQ(felt.force->norm(), 0);
+  const ContactEstimate& estimated = estimator.Estimate(Draw(0.044, 0.0855));
+  EXPECT_TRUE(estimated.events.Has(Event::kPuncture));
+  EXPECT_EQ(estimated.validity, Validity::kPunctured);
+  EXPECT_EQ(estimated.force->norm(), 0);
   EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.087)).validity, Validity::kPunctured);
   estimator.Estimate(Draw(0.044, 0.091));
   EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.091)).validity, Validity::kValid);
@@ -268,7 +268,7 @@ TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
 }
 
 // The tip alone would tell 1.4 N. Nothing is deformed, so nothing presses.
-TEST_F(EstimatorTest, APressWithoutItsDentIsNotValid) {
+TEST_F(EstimatorTest, APressWithoutItsIndentationIsNotValid) {
   dents_ = false;
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
@@ -291,9 +291,9 @@ TEST_F(EstimatorTest, ABumpOfTheCameraIsPutRight) {
     const cv::Matx23d motion(1, 0, way.x(), 0, 1, way.y());
     cv::warpAffine(still.image, bumped.image, motion, still.image.size(), cv::INTER_CUBIC,
                    cv::BORDER_REPLICATE);
-    const ContactEstimate& felt = estimator.Estimate(bumped);
-    EXPECT_EQ(felt.validity, Validity::kValid) << way.transpose() << ToString(felt.check);
-    EXPECT_LT((*felt.force - before).norm(), 0.07 / 3 * before.norm()) << way.transpose();
+    const ContactEstimate& estimated = estimator.Estimate(bumped);
+    EXPECT_EQ(estimated.validity, Validity::kValid) << way.transpose() << ToString(estimated.check);
+    EXPECT_LT((*estimated.force - before).norm(), 0.07 / 3 * before.norm()) << way.transpose();
     EXPECT_LT((estimator.sighting()->motion.shift - way).norm(), 0.1) << way.transpose();
   }
 }
@@ -310,13 +310,13 @@ TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
   const cv::Matx23d motion(1, 0, 0, 0, 1, 0.14);
   cv::warpAffine(moved.image.clone(), moved.image, motion, moved.image.size(), cv::INTER_CUBIC,
                  cv::BORDER_REPLICATE);
-  const ContactEstimate& felt = estimator.Estimate(moved);
+  const ContactEstimate& estimated = estimator.Estimate(moved);
   ASSERT_TRUE(estimator.sighting()->motion.shift.isZero(0));
-  const double error = std::abs(felt.force->norm() - before);
+  const double error = std::abs(estimated.force->norm() - before);
   EXPECT_GT(error, 0.01 * before);
-  EXPECT_LT(error, 1.5 * felt.sigma);
-  EXPECT_GT(error, felt.sigma / 1.5);
-  EXPECT_LT(sigma, 0.7 * felt.sigma) << "nothing moved then";
+  EXPECT_LT(error, 1.5 * estimated.sigma);
+  EXPECT_GT(error, estimated.sigma / 1.5);
+  EXPECT_LT(sigma, 0.7 * estimated.sigma) << "nothing moved then";
 }
 
 // In a picture that is 2 % larger the tip is farther from the marks that the template holds on to:
@@ -330,20 +330,20 @@ TEST_F(EstimatorTest, AZoomedPictureIsPutRight) {
   const cv::Matx23d growth(1.02, 0, -0.02 * x, 0, 1.02, -0.02 * y);
   cv::warpAffine(zoomed.image.clone(), zoomed.image, growth, zoomed.image.size(), cv::INTER_CUBIC,
                  cv::BORDER_REPLICATE);
-  const ContactEstimate& felt = estimator.Estimate(zoomed);
-  EXPECT_EQ(felt.validity, Validity::kValid) << ToString(felt.check);
-  EXPECT_LT((*felt.force - before).norm(), 0.04 * before.norm());
+  const ContactEstimate& estimated = estimator.Estimate(zoomed);
+  EXPECT_EQ(estimated.validity, Validity::kValid) << ToString(estimated.check);
+  EXPECT_LT((*estimated.force - before).norm(), 0.04 * before.norm());
 }
 
-// A pixel said to be 5 % too large or too small shows in the block's own size.
+// A pixel reported to be 5 % too large or too small shows in the block's own size.
 // The tool is past its home in the first picture: its shaft, cut out there, is no tip. `valid` and
 // 0 N it would be while up to 2.3 N press.
 TEST_F(EstimatorTest, AFilmThatBeginsLateIsDoubted) {
   for (const double past : {0.002, 0.004, 0.007}) {
     Estimator estimator(scene_, Draw(0.044, 0.094 - past), home());
-    const ContactEstimate& felt = estimator.Estimate(Draw(0.044, 0.094 - past - 0.0005));
-    EXPECT_NE(felt.validity, Validity::kValid) << past;
-    EXPECT_EQ(felt.check, FailedCheck::kArm) << past;
+    const ContactEstimate& estimated = estimator.Estimate(Draw(0.044, 0.094 - past - 0.0005));
+    EXPECT_NE(estimated.validity, Validity::kValid) << past;
+    EXPECT_EQ(estimated.check, FailedCheck::kArm) << past;
   }
 }
 

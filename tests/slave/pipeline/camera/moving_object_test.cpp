@@ -1,5 +1,5 @@
-// An object that moves while it is pressed, before a camera that stands: what is felt, and what
-// travels to be felt later, go with it.
+// An object that moves while it is pressed, before a camera that is: what is estimated, and what
+// travels to be perceived later, go with it.
 #include <cmath>
 #include <deque>
 #include <functional>
@@ -116,11 +116,11 @@ class MovingObjectTest : public testing::Test {
     site_.MoveTool(p_S_tip);
     site_.Carry(object, camera);
     EXPECT_TRUE(sense_.Acquire({}));
-    const ContactEstimate& felt = sense_.Estimate(p_S_tip);
-    if (keeper_.Get(At(site_.t)).patch || felt.force) {
-      keeper_.Update(felt, 1, &sense_, At(site_.t));
+    const ContactEstimate& estimate = sense_.Estimate(p_S_tip);
+    if (keeper_.Get(At(site_.t)).patch || estimate.force) {
+      keeper_.Update(estimate, 1, &sense_, At(site_.t));
     }
-    return felt;
+    return estimate;
   }
   // Presses, to here.
   Vector3d Lower() {
@@ -136,7 +136,7 @@ class MovingObjectTest : public testing::Test {
   // What a master that got the newest law shows of the instant `then` [s].
   Vector3d ByPatch(const Vector3d& p_S, double then, bool goes_on = true) {
     PatchSnapshot news = keeper_.Get(At(site_.t));
-    if (!goes_on) {  // told anew where it is, and no more
+    if (!goes_on) {  // stated anew where it is, and no more
       news.law.offset += (SecondsBetween(news.law.sensed_at, At(site_.t))) * news.law.velocity;
       news.law.velocity.setZero();
     }
@@ -156,21 +156,21 @@ class MovingObjectTest : public testing::Test {
 
 // Reference: the site, which knows of no picture. Taken for the camera's, the motion would leave
 // plane and patch where they were: half of the peak.
-TEST_F(MovingObjectTest, WhatIsFeltAndWhatTravelsGoWithIt) {
+TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
   const Vector3d p_S = Lower();
   const double begin = site_.t, peak = site_.truth().force.norm();
   int valid = 0, pictures = 0;
   double tip = 0, force = 0, plane = 0, patch = 0, square = 0;
   while (site_.t < begin + kLong) {
     const Vector3d moved = MotionAt(site_.t + 1 / kRate - begin);
-    const ContactEstimate& felt = Step(p_S, moved);
+    const ContactEstimate& estimate = Step(p_S, moved);
     if (site_.t < begin + 0.5) continue;  // nobody knows yet whose the motion is
     const Truth truth = site_.truth();
     ++pictures;
-    valid += felt.validity == Validity::kValid ? 1 : 0;
-    tip = std::max(tip, (felt.p_S_tip - truth.p_S_tip).norm());
-    ASSERT_TRUE(felt.force);
-    force = std::max(force, (*felt.force - truth.force).norm());
+    valid += estimate.validity == Validity::kValid ? 1 : 0;
+    tip = std::max(tip, (estimate.p_S_tip - truth.p_S_tip).norm());
+    ASSERT_TRUE(estimate.force);
+    force = std::max(force, (*estimate.force - truth.force).norm());
     const LocalModel local = sense_.LocalModelAt(p_S);
     const Vector3d by_plane = -local.stiffness * (truth.p_S_tip - local.reference);
     plane = std::max(plane, (by_plane - truth.force).norm());
@@ -183,7 +183,7 @@ TEST_F(MovingObjectTest, WhatIsFeltAndWhatTravelsGoWithIt) {
   EXPECT_LT(tip, kSeen);
   EXPECT_LT(force, 0.04 * peak);
   EXPECT_LT(plane, 0.05 * peak);
-  EXPECT_LT(patch, 0.07 * peak);  // told where it is astray by a hundredth of its depth
+  EXPECT_LT(patch, 0.07 * peak);  // stated where it is astray by a hundredth of its depth
   EXPECT_GT(std::sqrt(square / pictures), 0.5);
   EXPECT_LT(std::sqrt(square / pictures), 1.3);
 }
@@ -193,16 +193,16 @@ TEST_F(MovingObjectTest, AMotionOfTheCameraMovesNothing) {
   const double begin = site_.t, peak = site_.truth().force.norm();
   const Vector3d rest = Vector3d::Zero();
   while (site_.t < begin + kLong) {
-    const ContactEstimate& felt = Step(p_S, rest, MotionAt(site_.t + 1 / kRate - begin));
+    const ContactEstimate& estimate = Step(p_S, rest, MotionAt(site_.t + 1 / kRate - begin));
     EXPECT_EQ(sense_.motion().offset, rest);
-    EXPECT_LT((felt.p_S_tip - p_S).norm(), kSeen);
-    ASSERT_TRUE(felt.force);
-    EXPECT_LT((*felt.force - site_.truth().force).norm(), 0.04 * peak);
+    EXPECT_LT((estimate.p_S_tip - p_S).norm(), kSeen);
+    ASSERT_TRUE(estimate.force);
+    EXPECT_LT((*estimate.force - site_.truth().force).norm(), 0.04 * peak);
   }
 }
 
 // With the tool in motion, too, by as much as an arm is late.
-TEST_F(MovingObjectTest, APressIntoItIsFeltAsDeepAsItIs) {
+TEST_F(MovingObjectTest, APressIntoItIsEstimatedAsDeepAsItIs) {
   const Vector3d home = scene_.manipulator.home;
   const Vector3d p_S_deep = Lower();
   const double peak = site_.truth().force.norm();
@@ -211,11 +211,11 @@ TEST_F(MovingObjectTest, APressIntoItIsFeltAsDeepAsItIs) {
   while (site_.t < begin + 2 * kLong) {
     const double t = site_.t + 1 / kRate - begin;
     const double share = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * t / 2.1);
-    const ContactEstimate& felt = Step(home + share * (p_S_deep - home), MotionAt(t));
-    if (t < 0.5 || !felt.force) continue;
+    const ContactEstimate& estimate = Step(home + share * (p_S_deep - home), MotionAt(t));
+    if (t < 0.5 || !estimate.force) continue;
     const Truth truth = site_.truth();
-    EXPECT_LT((*felt.force - truth.force).norm(), 0.05 * peak) << t;
-    EXPECT_LT((felt.p_S_tip - truth.p_S_tip).norm(), kSeen) << t;
+    EXPECT_LT((*estimate.force - truth.force).norm(), 0.05 * peak) << t;
+    EXPECT_LT((estimate.p_S_tip - truth.p_S_tip).norm(), kSeen) << t;
   }
 }
 

@@ -40,9 +40,9 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   int compared = 0;
   const Lens lens = ReadRig(scene.sense.Find<Camera>()->lens).left;
   for (int i = 0; frame && i < 60; ++i, frame = camera->Next({})) {
-    const ContactEstimate& felt = estimator.Estimate(*frame);
+    const ContactEstimate& estimate = estimator.Estimate(*frame);
     ASSERT_TRUE(estimator.observation().tip.found) << i;
-    worst = std::max(worst, (felt.p_S_tip - site.truth().p_S_tip).norm() / pixel);
+    worst = std::max(worst, (estimate.p_S_tip - site.truth().p_S_tip).norm() / pixel);
     const Eigen::Vector2d seen = estimator.view().ToImage(site.truth().p_S_tip);
     const Eigen::Vector3d ray((seen.x() - lens.cx) / lens.fx, (seen.y() - lens.cy) / lens.fy, 1);
     unstraightened = std::max(unstraightened, (*Project(lens, ray) - seen).norm());
@@ -55,8 +55,8 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
 
 // The shipped embryo, whose outline and pipette's direction only the pictures tell. Reference: the
 // simulated site's force. Tolerance 15 %: the outline found is rounded by the snake's 60 points,
-// and the arc that holds it is told about its middle.
-TEST(FromImageTest, TheEmbryoOfThePictureIsFeltByAPipetteThatPointsAtIt) {
+// and the arc that holds it is stated about its middle.
+TEST(FromImageTest, TheEmbryoOfThePictureIsEstimatedByAPipetteThatPointsAtIt) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/zebrafish-embryo.yaml"));
   scene.site.embryo.reset();  // linear, and it does not break
   scene.operator_options.press_depth = 100e-6;
@@ -72,14 +72,15 @@ TEST(FromImageTest, TheEmbryoOfThePictureIsFeltByAPipetteThatPointsAtIt) {
   int valid = 0, pictures = 0;
   std::string checks;
   for (; frame; frame = camera->Next({})) {
-    const ContactEstimate& felt = estimator.Estimate(*frame);
+    const ContactEstimate& estimate = estimator.Estimate(*frame);
     const Eigen::Vector3d truth = site.truth().force;
     peak = std::max(peak, truth.norm());
     ++pictures;
-    if (felt.validity != Validity::kValid) checks += std::string(ToString(felt.check)) + " ";
-    if (felt.validity != Validity::kValid) continue;
+    if (estimate.validity != Validity::kValid)
+      checks += std::string(ToString(estimate.check)) + " ";
+    if (estimate.validity != Validity::kValid) continue;
     ++valid;
-    worst = std::max(worst, (felt.force.value() - truth).norm());
+    worst = std::max(worst, (estimate.force.value() - truth).norm());
   }
   EXPECT_GT(peak, 0.01);
   EXPECT_LT(worst, 0.15 * peak);

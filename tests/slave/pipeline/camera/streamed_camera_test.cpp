@@ -1,5 +1,5 @@
 // The shipped block with pictures that somebody pushes and an arm that somebody drives: what is
-// missing is said, what will not do is said, what comes is felt.
+// missing is reported, what will not do is reported, what comes is estimated.
 #include <memory>
 
 #include <gmock/gmock.h>
@@ -84,7 +84,7 @@ TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillD
   EXPECT_EQ(slave_->Describe().sense.model.kind, "bem2d");
 }
 
-TEST_F(StreamedCameraTest, AMeasuredForceIsToldAsTheTrueOneAndNeverEstimatedFrom) {
+TEST_F(StreamedCameraTest, AMeasuredForceIsReportedAsTheTrueOneAndNeverEstimatedFrom) {
   Feed(camera_->Next({})->image);
   ASSERT_TRUE(Eventually([&] {
     Report(0);

@@ -32,7 +32,7 @@ class FingerLocalModelTest : public ::testing::Test {
     touch.Update(*body_, Isometry3d::Identity(), Pressed(depth), true, std::nullopt, &model);
     return depth * model.stiffness(2, 2);
   }
-  // What `ratio` comes to after `samples` in which the force felt is `force` along the normal.
+  // What `ratio` comes to after `samples` in which the estimated force is `force` along the normal.
   double Learnt(double depth, double force, double sigma, int samples) {
     for (int i = 0; i < samples; ++i) {
       touch_.Update(*body_, Isometry3d::Identity(), Pressed(depth), true,
@@ -50,17 +50,17 @@ class FingerLocalModelTest : public ::testing::Test {
 constexpr double kDepth = 2e-3;      // [m]
 constexpr double kFullDepth = 5e-3;  // [m], of scenes that tell none
 
-// Reference: the force felt itself, which leans by a tenth. Five learning times leave e^-5 =
+// Reference: the estimated force itself, which leans by a tenth. Five learning times leave e^-5 =
 // 0.7 % of that. What pulls sideways is a spring's, too: symmetric.
-TEST_F(FingerLocalModelTest, TheRenderedForceLeansAsTheOneFelt) {
+TEST_F(FingerLocalModelTest, TheRenderedForceLeansAsTheOneEstimated) {
   const double along = Modelled(kDepth);
-  const Vector3d felt = along * Vector3d(0.1, -0.05, 1);
+  const Vector3d estimate = along * Vector3d(0.1, -0.05, 1);
   for (int i = 0; i < 100 * kFullDepth / kDepth; ++i) {
     touch_.Update(*body_, Isometry3d::Identity(), Pressed(kDepth), true,
-                  FingerLocalModel::MeasuredForce{felt, 0}, &model_);
+                  FingerLocalModel::MeasuredForce{estimate, 0}, &model_);
   }
   const Vector3d rendered = model_.force + model_.stiffness * Vector3d(0, 0, kDepth);
-  EXPECT_LT((rendered - felt).norm(), 0.01 * felt.norm());
+  EXPECT_LT((rendered - estimate).norm(), 0.01 * estimate.norm());
   EXPECT_EQ(model_.stiffness, model_.stiffness.transpose().eval());
   EXPECT_TRUE(touch_.HasOutgrownPatch());
   SurfacePatch patch;
@@ -71,7 +71,7 @@ TEST_F(FingerLocalModelTest, TheRenderedForceLeansAsTheOneFelt) {
   EXPECT_LT(std::abs(model_.stiffness(0, 2)), 0.01 * model_.stiffness(2, 2));
 }
 
-TEST_F(FingerLocalModelTest, WhatWasFeltStaysForTheNextContact) {
+TEST_F(FingerLocalModelTest, WhatWasEstimatedStaysForTheNextContact) {
   const double modelled = Modelled(kDepth);
   Learnt(kDepth, 2 * modelled, 0, 50);
   for (int i = 0; i < 20; ++i) {
@@ -84,8 +84,8 @@ TEST_F(FingerLocalModelTest, WhatWasFeltStaysForTheNextContact) {
 }
 
 // Foam gives way more the deeper it is pressed: one ratio for all depths would be a compromise.
-// Reference: the forces felt, at both depths in turn; 0.2 of the difference is what each takes off
-// the other's between its turns.
+// Reference: the estimated forces, at both depths in turn; 0.2 of the difference is what each takes
+// off the other's between its turns.
 TEST_F(FingerLocalModelTest, EachDepthHasItsOwnRatio) {
   const double deep = 4 * kDepth / 2, shallow = kDepth / 2;
   const double at_shallow = Modelled(shallow), at_deep = Modelled(deep);

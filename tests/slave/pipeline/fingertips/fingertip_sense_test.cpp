@@ -31,7 +31,7 @@ struct Touching {
 };
 
 // A sample every 2 ms. Electrodes have a count of noise: those that stand still are dead, which a
-// test that takes a second would be told.
+// test that takes a second would be stated.
 class FakeSource final : public TactileSource {
  public:
   explicit FakeSource(std::shared_ptr<Touching> environment)
@@ -94,14 +94,14 @@ class FingertipSenseTest : public ::testing::Test {
   LiveSlave slave_;
 };
 
-TEST_F(FingertipSenseTest, ATouchIsFeltAndSeen) {
+TEST_F(FingertipSenseTest, ATouchIsEstimatedAndSeen) {
   Until(IsValid);
   slave_.TakeEvents();
   Touch({0, 0, -0.2}, true);
   const SlaveState state =
       Until([](const SlaveState& s) { return s.force && s.force->z() > 0.19 && Touches(s); });
   EXPECT_EQ(state.validity, Validity::kValid);
-  EXPECT_EQ(state.finger_count, 0);  // one alone is told by the state itself
+  EXPECT_EQ(state.finger_count, 0);  // one alone is stated by the state itself
   EXPECT_FALSE(state.true_force.has_value());
   EXPECT_TRUE(slave_.TakeEvents().Has(Event::kContact));
   const BoundaryShape shape = slave_.Shape(true);

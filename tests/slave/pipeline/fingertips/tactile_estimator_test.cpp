@@ -26,13 +26,13 @@ using namespace testing_fakes;
 TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
   Touching t(CubeScene(kAbove));
   const Vector3d force(0.007, 0, -0.07), way(0, 0, -0.003);  // as the model's, about
-  const ContactEstimate& felt = t.Press(force, way);
-  EXPECT_EQ(felt.validity, Validity::kValid);
-  ASSERT_TRUE(felt.force.has_value());
-  EXPECT_NEAR((*felt.force + force).norm(), 0, 1e-6);  // of the object on the fingertip
-  EXPECT_TRUE(felt.local_model.in_contact);
-  EXPECT_NEAR((felt.p_S_contact - Vector3d(0.02, 0.02, 0.04)).norm(), 0, 1e-9);
-  EXPECT_NEAR(felt.depth, 0.003, 1e-9);
+  const ContactEstimate& estimated = t.Press(force, way);
+  EXPECT_EQ(estimated.validity, Validity::kValid);
+  ASSERT_TRUE(estimated.force.has_value());
+  EXPECT_NEAR((*estimated.force + force).norm(), 0, 1e-6);  // of the object on the fingertip
+  EXPECT_TRUE(estimated.local_model.in_contact);
+  EXPECT_NEAR((estimated.p_S_contact - Vector3d(0.02, 0.02, 0.04)).norm(), 0, 1e-9);
+  EXPECT_NEAR(estimated.depth, 0.003, 1e-9);
 
   const auto model = MakeModel(t.scene, MeshObject(t.scene, std::nullopt));
   const Contact contact{
@@ -112,12 +112,12 @@ TEST(TactileEstimatorTest, APoseInsideTheObjectIsFlagged) {
     Touching t(CubeScene(kAbove));
     t.hand.active[0] = active;
     t.hand.forces_F[0] = {0, 0, active ? -0.2 : 0.0};
-    const ContactEstimate& felt =
+    const ContactEstimate& estimated =
         t.Estimate(kWindow, {0, 0, -0.027});  // its middle in the cube's middle
-    EXPECT_EQ(felt.validity, Validity::kExtrapolated) << active;
+    EXPECT_EQ(estimated.validity, Validity::kExtrapolated) << active;
     EXPECT_NE(t.estimator.finger(0).reason.find("inside"), std::string_view::npos) << active;
     EXPECT_EQ(t.LargestMove(), 0) << active;
-    EXPECT_TRUE(felt.local_model.stiffness.allFinite());
+    EXPECT_TRUE(estimated.local_model.stiffness.allFinite());
   }
 }
 
@@ -127,9 +127,9 @@ TEST(TactileEstimatorTest, APressDeeperThanAFingertipKeepsItsShape) {
   t.Press({0, 0, -0.2}, {0, 0, -0.003});
   const double pressed = t.LargestMove();
   EXPECT_GT(pressed, 1e-3);
-  const ContactEstimate& felt = t.Press({0, 0, -0.2}, {0, 0, -0.027});
-  EXPECT_EQ(felt.validity, Validity::kExtrapolated);
-  EXPECT_EQ(felt.check, FailedCheck::kPose);
+  const ContactEstimate& estimated = t.Press({0, 0, -0.2}, {0, 0, -0.027});
+  EXPECT_EQ(estimated.validity, Validity::kExtrapolated);
+  EXPECT_EQ(estimated.check, FailedCheck::kPose);
   EXPECT_NEAR(t.LargestMove(), pressed, 1e-6);
   t.hand.active[0] = false;
   t.Estimate(kWindow, {0, 0, 0.02});
@@ -169,9 +169,9 @@ TEST(TactileEstimatorTest, PlacesThatAreNoNumbersHarmNothing) {
   t.Press({0, 0, -0.05}, {0, 0, -0.002});  // as the model's, about
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
-    const ContactEstimate& felt = t.Estimate(3, Vector3d(bad, 0, 0));
-    EXPECT_TRUE(felt.local_model.reference.allFinite()) << bad;
-    EXPECT_TRUE(felt.p_S_tip.allFinite()) << bad;
+    const ContactEstimate& estimated = t.Estimate(3, Vector3d(bad, 0, 0));
+    EXPECT_TRUE(estimated.local_model.reference.allFinite()) << bad;
+    EXPECT_TRUE(estimated.p_S_tip.allFinite()) << bad;
     EXPECT_TRUE(std::isfinite(t.LargestMove())) << bad;
     TactileFrame frame = t.hand.Next();
     frame.fingers[0].X_SF = Isometry3d::Identity();
@@ -180,8 +180,8 @@ TEST(TactileEstimatorTest, PlacesThatAreNoNumbersHarmNothing) {
     EXPECT_TRUE(t.estimator.estimate().local_model.reference.allFinite()) << bad;
     EXPECT_TRUE(std::isfinite(t.LargestMove())) << bad;
   }
-  const ContactEstimate& felt = t.Estimate(20, {0, 0, -0.002});
-  EXPECT_EQ(felt.validity, Validity::kValid);
+  const ContactEstimate& estimated = t.Estimate(20, {0, 0, -0.002});
+  EXPECT_EQ(estimated.validity, Validity::kValid);
   EXPECT_GT(t.LargestMove(), 1e-3);
 }
 
@@ -190,24 +190,25 @@ TEST(TactileEstimatorTest, PlacesThatAreNoNumbersHarmNothing) {
 TEST(TactileEstimatorTest, AnAbsurdForceIsFlaggedAndHoldsNobodyUp) {
   for (const double newtons : {1e5, 7.0, 5.0, 2.0}) {
     Touching t(CubeScene(kAbove));
-    const ContactEstimate& felt = t.Press({0, 0, -newtons}, {0, 0, -0.003}, 0, 2 * kWindow);
-    ASSERT_TRUE(felt.force.has_value());
+    const ContactEstimate& estimated = t.Press({0, 0, -newtons}, {0, 0, -0.003}, 0, 2 * kWindow);
+    ASSERT_TRUE(estimated.force.has_value());
     const BoundaryShape shape = t.estimator.Shape(true);
-    EXPECT_NE(Worse(felt.validity, shape.validity), Validity::kValid) << newtons;
+    EXPECT_NE(Worse(estimated.validity, shape.validity), Validity::kValid) << newtons;
     for (const float x : shape.positions) ASSERT_TRUE(std::isfinite(x));
   }
 }
 
-// Without a pose nobody knows where the object is touched: the force is told as it is, in frame F.
-TEST(TactileEstimatorTest, WithoutAPoseTheForceAloneIsTold) {
+// Without a pose nobody knows where the object is touched: the force is stated as it is, in frame
+// F.
+TEST(TactileEstimatorTest, WithoutAPoseTheForceAloneIsReported) {
   Touching t(CubeScene("finger: rf"));
   EXPECT_EQ(t.estimator.body(), nullptr);
   const Vector3d force(0.1, 0.02, -0.3);
-  const ContactEstimate& felt = t.Press(force, {0, 0, 0});
-  ASSERT_TRUE(felt.force.has_value());
-  EXPECT_NEAR((*felt.force + force).norm(), 0, 1e-6);
-  EXPECT_EQ(felt.validity, Validity::kValid);
-  EXPECT_FALSE(felt.local_model.known());
+  const ContactEstimate& estimated = t.Press(force, {0, 0, 0});
+  ASSERT_TRUE(estimated.force.has_value());
+  EXPECT_NEAR((*estimated.force + force).norm(), 0, 1e-6);
+  EXPECT_EQ(estimated.validity, Validity::kValid);
+  EXPECT_FALSE(estimated.local_model.known());
   EXPECT_FALSE(t.estimator.finger(0).p_S_contact.has_value());
   EXPECT_TRUE(t.estimator.Shape(true).positions.empty());
 }
@@ -218,9 +219,9 @@ TEST(TactileEstimatorTest, APoseThatIsNotQuiteKnownWidensSigma) {
   const Vector3d force(0, 0.02, -0.3);
   const auto sigma = [&](const std::string& tolerance) {
     Touching t(CubeScene("pose_tolerance: " + tolerance + ", " + kAbove));
-    const ContactEstimate& felt = t.Press(force, {0, 0, 0});
-    EXPECT_EQ(t.estimator.finger(0).sigma, felt.sigma);
-    return felt.sigma;
+    const ContactEstimate& estimated = t.Press(force, {0, 0, 0});
+    EXPECT_EQ(t.estimator.finger(0).sigma, estimated.sigma);
+    return estimated.sigma;
   };
   const double known = sigma("0 deg"), across = 0.05 * force.norm();
   EXPECT_GT(known, 0);
@@ -245,13 +246,13 @@ TEST(TactileEstimatorTest, FiveFingertipsAddUp) {
     together.hand.forces_F[i] = forces[i];
     together.hand.active[i] = true;
   }
-  const ContactEstimate& felt = together.Estimate(kWindow);
-  EXPECT_EQ(felt.finger_count, 5);
+  const ContactEstimate& estimated = together.Estimate(kWindow);
+  EXPECT_EQ(estimated.finger_count, 5);
   for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_TRUE(felt.fingers[i].in_contact) << i;
-    EXPECT_EQ(felt.fingers[i].validity, Validity::kValid) << i;
-    ASSERT_TRUE(felt.fingers[i].force.has_value()) << i;
-    EXPECT_NEAR(felt.fingers[i].force->norm(), forces[i].norm(), 1e-6) << i;
+    EXPECT_TRUE(estimated.fingers[i].in_contact) << i;
+    EXPECT_EQ(estimated.fingers[i].validity, Validity::kValid) << i;
+    ASSERT_TRUE(estimated.fingers[i].force.has_value()) << i;
+    EXPECT_NEAR(estimated.fingers[i].force->norm(), forces[i].norm(), 1e-6) << i;
   }
   const auto p = together.Nodes();
   for (std::size_t k = 0; k < p.size(); ++k) {
@@ -260,7 +261,7 @@ TEST(TactileEstimatorTest, FiveFingertipsAddUp) {
 }
 
 // Paper B, V and VI: soft contacts drop out of the samples and the mesh oscillates; holding the
-// contact nodes calms it. The fingertip stands 4 mm deep; its contact is missing for 8 of every 20
+// contact nodes calms it. The fingertip is 4 mm deep; its contact is missing for 8 of every 20
 // samples, longer than a touch is held. What is left of the mesh's motion is its range from the
 // second second on.
 TEST(TactileEstimatorTest, HoldingTheContactCalmsTheOscillationOfIntermittentContacts) {
@@ -297,10 +298,10 @@ TEST(TactileEstimatorTest, AnEvenlyGrowingForceIsBridgedOverASampleThatDoesNotCo
     const ContactEstimate& expected = whole.Estimate(1, way);
     const TactileFrame frame = holed.hand.Next();
     if (i % 10 == 7) continue;
-    const ContactEstimate& felt =
+    const ContactEstimate& estimated =
         holed.estimator.Estimate(frame, holed.scene.manipulator.home + way);
-    ASSERT_TRUE(felt.force && expected.force) << i;
-    EXPECT_NEAR(felt.force->z(), expected.force->z(), 1e-6) << i;
+    ASSERT_TRUE(estimated.force && expected.force) << i;
+    EXPECT_NEAR(estimated.force->z(), expected.force->z(), 1e-6) << i;
   }
 }
 

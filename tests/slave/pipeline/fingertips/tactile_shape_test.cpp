@@ -15,20 +15,20 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using namespace testing_fakes;
 
-// Where the model has no answer the shape is that of the last one, and says of when; what was felt
-// goes on. At rest again the shape is the model's.
-TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsTold) {
+// Where the model has no answer the shape is that of the last one, and says of when; what was
+// estimated goes on. At rest again the shape is the model's.
+TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsReported) {
   Touching t(CubeScene(kAbove));
   t.Press({0, 0, -0.2}, {0, 0, -0.003});
   const BoundaryShape known = t.estimator.Shape(true);
   ASSERT_NE(known.validity, Validity::kFailed);
   ASSERT_NE(known.positions, known.rest);
-  const ContactEstimate& felt = t.Press({0, 0, -7}, {0, 0, -0.003});
+  const ContactEstimate& estimate = t.Press({0, 0, -7}, {0, 0, -0.003});
   const BoundaryShape beyond = t.estimator.Shape(true);
   ASSERT_EQ(beyond.validity, Validity::kFailed);
   EXPECT_EQ(beyond.positions, known.positions);
   EXPECT_EQ(beyond.sensed_at, known.sensed_at);
-  EXPECT_LT(beyond.sensed_at, felt.sensed_at);
+  EXPECT_LT(beyond.sensed_at, estimate.sensed_at);
   EXPECT_EQ(beyond.nodal_forces.size(), beyond.rest.size());
   EXPECT_NE(beyond.nodal_forces, known.nodal_forces);
   t.hand.active[0] = false;
@@ -56,8 +56,8 @@ Streamed Forces(Touching& t) {
 }
 
 // The tolerance is single precision of 0.2 N. A place that is pulled, which the model leaves out,
-// is felt as well.
-TEST(TactileEstimatorTest, StreamedForcesAreThoseFeltHoweverTheContactActs) {
+// is estimated as well.
+TEST(TactileEstimatorTest, StreamedForcesAreThoseEstimatedHoweverTheContactActs) {
   const Isometry3d turned(Eigen::AngleAxisd(0.5, Vector3d::UnitZ()));
   for (const char* extra :
        {"", ", hold: displacement", ", patch: 22 mm", ", hold: displacement, patch: 22 mm"}) {
@@ -68,9 +68,9 @@ TEST(TactileEstimatorTest, StreamedForcesAreThoseFeltHoweverTheContactActs) {
     scene.manipulator.home = turned * Vector3d(0.02, 0.02, 0.04);
     Touching t(scene);
     for (const Vector3d& force : {Vector3d(0.03, 0.01, -0.2), Vector3d(0.03, 0.01, 0.05)}) {
-      const ContactEstimate& felt = t.Press(force, {0, 0, -0.004});
-      ASSERT_TRUE(felt.force && t.estimator.finger(0).p_S_contact);
-      EXPECT_NEAR((Forces(t).sum + *felt.force).norm(), 0, 1e-7) << extra;
+      const ContactEstimate& estimate = t.Press(force, {0, 0, -0.004});
+      ASSERT_TRUE(estimate.force && t.estimator.finger(0).p_S_contact);
+      EXPECT_NEAR((Forces(t).sum + *estimate.force).norm(), 0, 1e-7) << extra;
     }
   }
 }

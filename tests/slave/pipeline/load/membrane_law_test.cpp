@@ -28,7 +28,7 @@ using testing_fakes::kNu;
 using testing_fakes::kRadius;
 using testing_fakes::kToolWidth;
 
-constexpr double kNoise = 20e-6;  // of a dot, per axis [m]: as the two eyes make them
+constexpr double kNoise = 20e-6;  // of a dot, per axis [m]: as the two cameras make them
 constexpr double kStep = 0.5e-3;
 
 struct Place {
@@ -48,9 +48,9 @@ std::unique_ptr<LoadIdentifier> BodyOf(double thickness) {
   return MakeLoadIdentifier(scene);
 }
 
-// `scatter`: of a dot, per axis; `told`: what its sigma says of that [m].
+// `scatter`: of a dot, per axis; `stated`: what its sigma says of that [m].
 std::vector<SurfacePoint> Dots(const site::MembranePress& press, double depth, std::mt19937* random,
-                               double scatter = kNoise, double told = kNoise) {
+                               double scatter = kNoise, double stated = kNoise) {
   std::normal_distribution<double> noise(0, scatter);
   std::vector<SurfacePoint> points;
   for (const Vector2d& dot : DotPlaces(PointTracking{})) {
@@ -61,7 +61,7 @@ std::vector<SurfacePoint> Dots(const site::MembranePress& press, double depth, s
                       .seen = true,
                       .p_S_rest = rest,
                       .p_S = rest + DisplacementAt(press, dot, depth) + off,
-                      .covariance = told * told * Eigen::Matrix3d::Identity()});
+                      .covariance = stated * stated * Eigen::Matrix3d::Identity()});
   }
   return points;
 }
@@ -95,18 +95,18 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
   }
 }
 
-// Reference: the dots' own scatter, a quarter of what is told of it, and as large as that. The same
-// picture leaves less open where its dots lie closer to the load's shape, and not less than there
-// are dots to say so: at the quarter told itself.
+// Reference: the dots' own scatter, a quarter of what is stated of it, and as large as that. The
+// same picture leaves less open where its dots lie closer to the load's shape, and not less than
+// there are dots to say so: at the quarter stated itself.
 TEST(PlateLoadIdentifier, SigmaGoesByHowTheDotsScatterAsFarAsThereAreEnoughOfThem) {
   site::PressedMembrane truth = TruthAt({1e-3, 0.3});
   ASSERT_TRUE(truth.Deepen(1e-3));
-  const auto sigma = [&](double scatter, double told) {
+  const auto sigma = [&](double scatter, double stated) {
     std::mt19937 random(1);
-    return BodyOf(1e-3)->Fit(Dots(truth.press(), 1e-3, &random, scatter, told)).sigma_force;
+    return BodyOf(1e-3)->Fit(Dots(truth.press(), 1e-3, &random, scatter, stated)).sigma_force;
   };
-  const double closer = sigma(kNoise, 4 * kNoise), as_told = sigma(4 * kNoise, 4 * kNoise);
-  EXPECT_LT(closer, 0.85 * as_told);
+  const double closer = sigma(kNoise, 4 * kNoise), as_given = sigma(4 * kNoise, 4 * kNoise);
+  EXPECT_LT(closer, 0.85 * as_given);
   EXPECT_GT(closer, 1.5 * sigma(kNoise, kNoise));
 }
 

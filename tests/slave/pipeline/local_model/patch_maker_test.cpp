@@ -124,7 +124,7 @@ class WallSense final : public SensingPipeline {
   PictureInbox* pictures() override { return nullptr; }
   Time sensed_at() const override { return Clock::now(); }
   std::optional<CameraHealth> health() const override { return std::nullopt; }
-  const ContactEstimate& Estimate(const Vector3d&) noexcept override { return felt_; }
+  const ContactEstimate& Estimate(const Vector3d&) noexcept override { return estimate; }
   LocalModel LocalModelAt(const Vector3d&) noexcept override { return {}; }
   BoundaryShape Shape(bool) override { return {}; }
   std::unique_ptr<PreparedModel> Prepare(const Scene&, Progress*) const override { return nullptr; }
@@ -135,7 +135,7 @@ class WallSense final : public SensingPipeline {
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth*) override { return nullptr; }
 
  private:
-  ContactEstimate felt_;
+  ContactEstimate estimate;
 };
 
 class PatchPublisherTest : public testing::Test {
@@ -143,13 +143,13 @@ class PatchPublisherTest : public testing::Test {
   // A sample in which the tip is `depth` deep at `x` and feels `times` the wall's force.
   void Update(double x, double depth, double times, double sigma = 0) {
     now_ += Seconds(1.0 / 60);
-    ContactEstimate felt;
-    felt.sensed_at = now_;
-    felt.p_S_tip = {x, -depth, 0};
-    felt.force = Vector3d(0, depth > 0 ? times * 500 * depth : 0, 0);
-    felt.sigma = sigma;
-    felt.validity = Validity::kValid;
-    keeper_.Update(felt, 1, &sense_, now_);
+    ContactEstimate estimate;
+    estimate.sensed_at = now_;
+    estimate.p_S_tip = {x, -depth, 0};
+    estimate.force = Vector3d(0, depth > 0 ? times * 500 * depth : 0, 0);
+    estimate.sigma = sigma;
+    estimate.validity = Validity::kValid;
+    keeper_.Update(estimate, 1, &sense_, now_);
   }
   PatchSnapshot Get() { return keeper_.Get(now_); }
 
@@ -159,20 +159,20 @@ class PatchPublisherTest : public testing::Test {
 };
 
 // Reference: the Weber fraction, 10 %.
-TEST_F(PatchPublisherTest, TheLawIsToldAnewWhereAHandWouldFeelTheDifference) {
+TEST_F(PatchPublisherTest, TheLawIsReportedAnewWhereAHandWouldFeelTheDifference) {
   Get();
   Update(0, -1e-3, 1);
   sense_.ratio = 1.05;
   for (int i = 0; i < 30; ++i) Update(0, 2e-3, 1.05);
-  EXPECT_EQ(Get().law.revision, 1U) << "too little to be felt";
+  EXPECT_EQ(Get().law.revision, 1U) << "too little to be perceived";
   sense_.ratio = 1.3;
   for (int i = 0; i < 30; ++i) Update(0, 2e-3, 1.3);
-  EXPECT_EQ(Get().law.revision, 2U) << "told once, it is right";
+  EXPECT_EQ(Get().law.revision, 2U) << "reported once, it is right";
   EXPECT_NEAR(Get().law.ratios[0], 1.3, 1e-12);
 }
 
 // Each force alone is within two sigma of what is shown; many of them taught what it is.
-TEST_F(PatchPublisherTest, WhatManyUnsureForcesTaughtIsToldWithinThePress) {
+TEST_F(PatchPublisherTest, WhatManyUnsureForcesTaughtIsReportedWithinThePress) {
   Get();
   Update(0, -1e-3, 1);
   for (const auto& [ratio, revision] : {std::pair(1.05, 1U), {1.15, 2U}, {1.2, 2U}}) {
@@ -193,8 +193,8 @@ TEST_F(PatchPublisherTest, AToolThatLeavesThePatchGetsAnother) {
   EXPECT_NEAR(Get().patch->vertices[0].x(), 0.018, 1e-6);
 }
 
-// Reference: the wall, 500 N/m, which is learnt from what is felt alone.
-TEST_F(PatchPublisherTest, ASenseThatKnowsNoObjectSendsTheLawThatItFelt) {
+// Reference: the wall, 500 N/m, which is learnt from what is estimated alone.
+TEST_F(PatchPublisherTest, ASenseThatKnowsNoObjectSendsTheLawThatItEstimated) {
   sense_.has_patch = false;
   Get();
   for (int round = 0; round < 20; ++round) {

@@ -70,7 +70,7 @@ class PointsSenseTest : public ::testing::Test {
 
 // Reference: the plate's closed form, which bent the drawn dots. Tolerance: 1 mm of deflection is
 // seen to within 0.02 mm by 31 dots together.
-TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
+TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
   slave_->TakeEvents();
   constexpr double kForce = 4.0;
   environment_->Show({kForce, {0.012, 0.004}, false});

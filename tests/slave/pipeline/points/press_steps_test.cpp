@@ -9,8 +9,8 @@ namespace {
 // A ramp between halts of 0, 1 and 2 mm, and back to 1 mm.
 PressSteps Pressed() {
   PressSteps steps;
-  const auto halt = [&](double depth, double truth, std::initializer_list<double> told) {
-    for (const double force : told) {
+  const auto halt = [&](double depth, double truth, std::initializer_list<double> stated) {
+    for (const double force : stated) {
       steps.Add(Eigen::Vector3d(0, 0, 1e-5 * force));
       steps.Add(depth, truth, force);
     }

@@ -51,7 +51,7 @@ TEST(TrackedPlaceTest, PointsThatCameLaterDoNotCount) {
   EXPECT_TRUE(place.Estimate(seen).p_S_contact.isApprox(start + Vector3d(0.01, 0, 0), 1e-12));
 }
 
-TEST(TrackedPlaceTest, ALossIsToldAndSoIsItsEnd) {
+TEST(TrackedPlaceTest, ALossIsReportedAndSoIsItsEnd) {
   RigidTranslation place;
   EXPECT_EQ(place.estimate().validity, Validity::kFailed);
   const Vector3d start = place.Estimate(Seen({0, 0, 0})).p_S_contact;
@@ -70,7 +70,7 @@ TEST(TrackedPlaceTest, ALossIsToldAndSoIsItsEnd) {
       place.Estimate(Seen({0.02, 0, 0})).p_S_contact.isApprox(kMean + Vector3d(0.02, 0, 0)));
 }
 
-TEST(TrackedPlaceTest, PlacesThatAreNoNumbersAreNotTold) {
+TEST(TrackedPlaceTest, PlacesThatAreNoNumbersAreNotReported) {
   RigidTranslation place;
   place.Estimate(Seen({0, 0, 0}));
   SurfaceObservation broken = Seen({0, 0, 0});

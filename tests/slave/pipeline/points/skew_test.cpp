@@ -1,6 +1,6 @@
 // Two cameras that do not look at the same instant, or whose stamps tell another one, on a membrane
-// that moves: each force is right at the moment that is told, within its sigma, or is not `valid`.
-// `Long` ones run all rows.
+// that moves: each force is right at the moment that is stated, within its sigma, or is not
+// `valid`. `Long` ones run all rows.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +28,7 @@ constexpr double kSigmas = 3;
 
 // When the right picture is taken, and when its stamp says that it was, after the left one [s].
 struct Skew {
-  double is = 0, told = 0;
+  double is = 0, stated = 0;
   double jitter = 0;  // of the stamp: later in one pair, earlier in the next
 };
 
@@ -46,18 +46,18 @@ class SkewedCameras final : public StereoSource {
   std::optional<StereoPair> Next(const std::stop_token& /*stop*/) override {
     const double left = static_cast<double>(count_) * period_, right = left + skew_.is;
     StereoPair pair;
-    pair.skew = skew_.told + (count_ % 2 == 0 ? skew_.jitter : -skew_.jitter);
-    const double told = left + pair.skew / 2;
-    std::array<double, 3> times{left, right, told};  // in order: the membrane is not moved back
+    pair.skew = skew_.stated + (count_ % 2 == 0 ? skew_.jitter : -skew_.jitter);
+    const double stated = left + pair.skew / 2;
+    std::array<double, 3> times{left, right, stated};  // in order: the membrane is not moved back
     std::ranges::sort(times);
     for (const double t : times) {
       site_->MoveTool(TipAt(t));
       if (t == left) pair.left = site_->TakePictures().left;
       if (t == right) pair.right = site_->TakePictures().right;
-      if (t == told) truth_ = site_->truth();
+      if (t == stated) truth_ = site_->truth();
     }
     pair.sequence = ++count_;
-    pair.sensed_at = Time{} + Seconds(told);
+    pair.sensed_at = Time{} + Seconds(stated);
     return pair;
   }
   [[nodiscard]] std::string description() const override { return "skewed cameras"; }
@@ -114,19 +114,19 @@ void ExpectRightOrNotValid(const std::vector<double>& speeds, const std::vector<
   for (const double speed : speeds) {
     for (const Skew& skew : skews) {
       const Row row = RunRow(&site, scene, peak, speed, skew);
-      EXPECT_EQ(row.silent, 0) << speed << " " << skew.is << " " << skew.told;
-      if (skew.is == skew.told) EXPECT_LE(row.rms, kRight) << speed << " " << skew.is;
-      if (skew.is == 0 && skew.told == 0) EXPECT_GE(row.valid, 0.8 * kMoving) << speed;
+      EXPECT_EQ(row.silent, 0) << speed << " " << skew.is << " " << skew.stated;
+      if (skew.is == skew.stated) EXPECT_LE(row.rms, kRight) << speed << " " << skew.is;
+      if (skew.is == 0 && skew.stated == 0) EXPECT_GE(row.valid, 0.8 * kMoving) << speed;
     }
   }
 }
 
-TEST(SkewTest, EyesApartAreRightOrNotValid) {
+TEST(SkewTest, CamerasApartAreRightOrNotValid) {
   ExpectRightOrNotValid({30e-3}, {{0, 0}, {10e-3, 10e-3}});
 }
 
-// Of 60 forces 21 were `valid` and up to 10 % of the largest off: they are of a moment 5 ms beside
-// the one that is told.
+// 21 of 60 forces were `valid` and up to 10 % of the largest off: they are of a moment 5 ms beside
+// the one that is stated.
 TEST(SkewTest, StampsThatLieMakeTheForceLessSure) {
   ExpectRightOrNotValid({60e-3}, {{5e-3, -5e-3}});
 }
@@ -141,7 +141,7 @@ TEST(Long, EveryRow) {
   ExpectRightOrNotValid({kSpeeds.begin(), kSpeeds.end()}, skews);
 }
 
-// Told at once, or up to the shipped `sync` to the other side, or never twice alike.
+// Stated at once, or up to the shipped `sync` to the other side, or never twice alike.
 TEST(Long, EveryLie) {
   std::vector<Skew> skews;
   for (const double skew : {1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 40e-3, -5e-3, -10e-3, -40e-3}) {

@@ -6,7 +6,7 @@
 
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/pipeline/points/surface_estimator.h"
-#include "tests/slave/pipeline/points/felt_membrane.h"
+#include "tests/slave/pipeline/points/estimated_membrane.h"
 #include "tests/slave/pipeline/points/membrane_scene.h"
 
 namespace palpate {
@@ -96,7 +96,7 @@ class RenderedMembraneTest : public ::testing::Test {
 
 // Reference: the mean force estimated from the dots, itself within 1.5 % of the load by the order
 // of modes.
-TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneFelt) {
+TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneEstimated) {
   constexpr int kPictures = 60;
   double mean = 0;
   for (int i = 0; i < kPictures; ++i) {

@@ -8,7 +8,7 @@
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "slave/pipeline/points/surface_estimator.h"
-#include "tests/slave/pipeline/points/felt_membrane.h"
+#include "tests/slave/pipeline/points/estimated_membrane.h"
 #include "tests/slave/pipeline/points/membrane_scene.h"
 
 namespace palpate {
@@ -124,14 +124,14 @@ TEST(SurfaceDoubtsTest, ABumpedRigIsPutRightAndFlaggedBeyondThat) {
 // Reference: the load on the same sheet at another tension, through modes of order 18: the scene's
 // makes 10 to 70 % more or less of the force. A press that rises to 4 N and stays; silently wrong
 // is what is `valid` and off by more than three sigma and a twentieth of the peak. Of a shallow
-// dent, up to a quarter of the peak, the width does not tell it yet.
+// indentation, up to a quarter of the peak, the width does not tell it yet.
 TEST(SurfaceDoubtsTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
   constexpr double kPeak = 4;
   std::mt19937 random(11);
-  for (const auto& [told, is] : {std::pair(0.0, 0.0), std::pair(0.0, 50.0), std::pair(100.0, 100.0),
-                                 std::pair(100.0, 50.0)}) {
+  for (const auto& [stated, is] : {std::pair(0.0, 0.0), std::pair(0.0, 50.0),
+                                   std::pair(100.0, 100.0), std::pair(100.0, 50.0)}) {
     Scene scene = MembraneScene("plate-large");
-    scene.model.prestress = told;
+    scene.model.prestress = stated;
     SurfaceEstimator estimator(scene);
     PlateLargeModel sheet({kRadius, kThickness, kModulus, kNu, is, 18});
     for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0117, 0)}) {
@@ -146,13 +146,13 @@ TEST(SurfaceDoubtsTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
         flagged += estimate.validity == Validity::kValid ? 0 : 1;
         if (estimate.validity == Validity::kValid) {
           EXPECT_LE(force > -kPeak / 4 ? 0 : error, std::max(3 * estimate.sigma, 0.05 * kPeak))
-              << told << " is " << is << ": " << force << " at " << p.transpose();
+              << stated << " is " << is << ": " << force << " at " << p.transpose();
         } else {
           EXPECT_EQ(estimate.check, FailedCheck::kMisfit);
         }
       }
-      EXPECT_TRUE(told != is || flagged == 0) << told << " " << p.transpose();
-      EXPECT_TRUE(told > 0 || is == 0 || flagged >= 10) << p.transpose() << " " << flagged;
+      EXPECT_TRUE(stated != is || flagged == 0) << stated << " " << p.transpose();
+      EXPECT_TRUE(stated > 0 || is == 0 || flagged >= 10) << p.transpose() << " " << flagged;
     }
   }
 }
@@ -176,7 +176,7 @@ TEST(SurfaceDoubtsTest, PointsThatMoveApartAreFlaggedAsAnotherScale) {
   }
 }
 
-// The told membrane ends at 0.9 of the true one's radius: half of a small force too much.
+// The stated membrane ends at 0.9 of the true one's radius: half of a small force too much.
 TEST(SurfaceDoubtsTest, ADentOfAWiderMembraneIsFlaggedOnceTheRestIsKnown) {
   Scene scene = MembraneScene("plate-large");
   std::get<MembraneGeometry>(scene.object.geometry).radius *= 0.9;
@@ -191,7 +191,7 @@ TEST(SurfaceDoubtsTest, ADentOfAWiderMembraneIsFlaggedOnceTheRestIsKnown) {
   }
 }
 
-// Pictures that were bumped sideways show a flat membrane as before, and its dent elsewhere.
+// Pictures that were bumped sideways show a flat membrane as before, and its indentation elsewhere.
 TEST(SurfaceDoubtsTest, ADentThatIsNotUnderThePressingTipIsDoubted) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(15);

@@ -11,7 +11,7 @@
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/pipeline/load/plate_limits.h"
 #include "slave/pipeline/load/robust_plate_fit.h"
-#include "tests/slave/pipeline/points/felt_membrane.h"
+#include "tests/slave/pipeline/points/estimated_membrane.h"
 #include "tests/slave/pipeline/points/membrane_scene.h"
 #include "tests/support/allocation_count.h"
 
@@ -90,10 +90,10 @@ TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
   EXPECT_NEAR(sum / kPictures, 0.9, 0.48);
 }
 
-// Points that scatter by a fifth of what is told of them, where that is all that errs. Reference
-// and tolerance as above. Where it is not, at least two thirds of what is told stay: z^2 is a
+// Points that scatter by a fifth of what is stated of them, where that is all that errs. Reference
+// and tolerance as above. Where it is not, at least two thirds of what is stated stay: z^2 is a
 // tenth.
-TEST(SurfaceEstimatorTest, WhatPointsScatterAtRestReplacesWhatIsToldWhereNothingElseErrs) {
+TEST(SurfaceEstimatorTest, WhatPointsScatterAtRestReplacesWhatIsReportedWhereNothingElseErrs) {
   PlateLargeModel same({kRadius, kThickness, kModulus, kNu});
   constexpr double kScatter = 4e-5;
   constexpr int kPictures = 150;

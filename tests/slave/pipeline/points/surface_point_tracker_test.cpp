@@ -59,7 +59,7 @@ TEST(TipAndContourTrackerTest, DotsTellHowTheMembraneIsBent) {
   EXPECT_NEAR(tracker->radius_px(), 800 * 0.002 / 0.25, 0.2);
 }
 
-TEST(TipAndContourTrackerTest, CoveredEyesSeeNothingAndAResetTakesTheRestAnew) {
+TEST(TipAndContourTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAnew) {
   const Scene scene = MembraneScene();
   const auto tracker = MakeSurfacePointTracker(scene, RigOf(scene));
   const StereoPair rest = DotPairs().Draw({}, 1);

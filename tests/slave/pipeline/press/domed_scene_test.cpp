@@ -38,7 +38,7 @@ Scene DomedScene() {
   scene.model.kind = "membrane";
   scene.model.prestress = kTension;
   PointsOptions points;
-  points.eyes = TestDepthCamera();
+  points.cameras = TestDepthCamera();
   points.points.track = PointTracking::Track::kSurface;
   scene.sense.Set(points);
   return scene;
@@ -178,7 +178,7 @@ class DomedSceneTest : public ::testing::Test {
 
 // Reference: the force that pressed a membrane of finer triangles. Tolerance: 3 % that triangles of
 // a third of the tool cost, and three sigma; the place to a fifth of the tool.
-TEST_F(DomedSceneTest, APressIsFeltAnywhere) {
+TEST_F(DomedSceneTest, APressIsEstimatedAnywhere) {
   for (const Vector2d& at : {Vector2d(0, 0), Vector2d(-0.02, 0.01), Vector2d(0.025, -0.012)}) {
     const Vector3d p_O = truth_.Over(at.x(), at.y());
     for (const double force : {0.5, 2.0, 4.0}) {
@@ -200,8 +200,8 @@ TEST_F(DomedSceneTest, UntouchedItTellsNoForce) {
   EXPECT_EQ(estimate.force->norm(), 0);
 }
 
-// Of what presses while the rest frame is taken only the rest of a press is felt, which nothing
-// shows until it leaves; the surface that comes out then is no load.
+// From what presses while the rest frame is taken only the rest of a press is estimated, which
+// nothing shows until it leaves; the surface that comes out then is no load.
 TEST_F(DomedSceneTest, ASurfaceThatComesOutIsNoLoad) {
   for (const double force : {0.5, 1.5, 3.0}) {
     sense_.Reset();

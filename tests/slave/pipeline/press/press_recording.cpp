@@ -53,7 +53,7 @@ DepthPoints::Params RecordedPressCamera() {
 RecordedPress ReadRecordedPress(const std::filesystem::path& folder) {
   RecordedPress press;
   press.rows = ReadRows(folder / "robot_pressure_wrench.csv");
-  DepthPoints eyes(RecordedPressCamera());
+  DepthPoints cameras(RecordedPressCamera());
   double squares = 0;
   double scaled_squares = 0;
   int rest_points = 0;
@@ -61,12 +61,12 @@ RecordedPress ReadRecordedPress(const std::filesystem::path& folder) {
     const auto file = folder / fmt::format("depth_{:03d}.png", number);
     if (!std::filesystem::exists(file)) continue;
     const cv::Mat picture = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
-    const auto& seen = eyes.Observe(picture, static_cast<std::uint64_t>(number), {});
+    const auto& seen = cameras.Observe(picture, static_cast<std::uint64_t>(number), {});
     if (!seen.found) continue;
     press.frames.push_back({number, seen.points});
     for (std::size_t i = 0; i < seen.points.size() && number <= kRestLast; ++i) {
       const SurfacePoint& point = seen.points[i];
-      const Eigen::Vector3d n = eyes.normal_S(i);
+      const Eigen::Vector3d n = cameras.normal_S(i);
       const double way = n.dot(point.p_S - point.p_S_rest);
       if (!point.seen || std::abs(way) > 1e-3) continue;  // cells on the edge of a hole
       squares += way * way;

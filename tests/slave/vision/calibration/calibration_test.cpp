@@ -99,7 +99,7 @@ TEST(PairCalibrationTest, LeavesOutPairsWhoseBoardMovedBetweenTheShots) {
   EXPECT_EQ(found.views.size(), 9U);
 }
 
-// Of 12 pairs with the noise of honest corners none is left out, whatever its level.
+// None of 12 pairs with the noise of honest corners is left out, whatever its level.
 class HonestPairsTest : public testing::TestWithParam<double> {};
 
 TEST_P(HonestPairsTest, StayIn) {

@@ -128,7 +128,7 @@ TEST(RegistrationTest, AMirroredTableOfPlacesInSpaceIsRefused) {
 
 // Nothing in places on a plane tells a mirrored table; the side on which the camera is taken to
 // stand does. The true one looks towards -z of S from 250 mm above the plane.
-TEST(RegistrationTest, PlacesOnAPlaneSayOnWhichSideTheCameraStands) {
+TEST(RegistrationTest, PlacesOnAPlaneSayOnWhichSideTheCameraRests) {
   const StereoRig rig = VergedTestRig(kBarrel);
   for (const double thickness : {0.0, 0.001}) {
     const auto tips = Tips(rig, 14, 0.2, thickness);
@@ -236,7 +236,7 @@ TEST(RegistrationTest, PlacesThatShareNoPoseAreRefused) {
   EXPECT_FALSE(RegisterLens(rig.left, tips).reasons.empty());
 }
 
-TEST(RegistrationTest, APictureThatIsMirroredIsSaidToBe) {
+TEST(RegistrationTest, APictureThatIsMirroredIsReportedToBe) {
   std::vector<TipPlace> straight, mirrored;
   for (const auto& [u, v] : {std::pair{10.0, 20.0}, {600.0, 50.0}, {300.0, 400.0}, {70.0, 350.0}}) {
     straight.push_back({{1e-3 * u, -1e-3 * v, 0}, {u, v}, std::nullopt});

@@ -21,7 +21,7 @@ using Surface = std::function<double(double, double)>;
 constexpr DepthNoise kDither{0.05e-3, 1};
 constexpr double kHole = std::numeric_limits<double>::quiet_NaN();
 
-// Of a plane n . p = d.
+// Points of a plane n . p = d.
 Surface Plane(const Eigen::Vector3d& n, double d) {
   return [=](double x, double y) { return d / n.dot(Eigen::Vector3d(x, y, 1)); };
 }
@@ -37,11 +37,11 @@ class DepthPointsTest : public ::testing::Test {
   cv::Mat Picture(const Surface& surface, DepthNoise noise = {}) {
     return DepthPicture(TestDepthCamera(), surface, noise, &random_);
   }
-  void TakeRest(DepthPoints* eyes, const Surface& surface, DepthNoise noise = {}) {
+  void TakeRest(DepthPoints* cameras, const Surface& surface, DepthNoise noise = {}) {
     for (int k = 0; k < 4; ++k) {
-      EXPECT_FALSE(eyes->Observe(Picture(surface, noise), ++sequence_, {}).found);
+      EXPECT_FALSE(cameras->Observe(Picture(surface, noise), ++sequence_, {}).found);
     }
-    EXPECT_TRUE(eyes->at_rest_known());
+    EXPECT_TRUE(cameras->at_rest_known());
   }
   std::mt19937 random_{7};
   std::uint64_t sequence_ = 0;
@@ -54,20 +54,22 @@ TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
   auto params = TestParams();
   params.camera.X_SD = Eigen::Translation3d(0.1, -0.2, 0.3) *
                        Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, -0.5).normalized());
-  DepthPoints eyes(params);
+  DepthPoints cameras(params);
   const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.3, 1).normalized();
-  TakeRest(&eyes, Plane(n, 0.11), kDither);
-  const auto& seen = eyes.Observe(Picture(Plane(n, 0.11)), 9, {});
+  TakeRest(&cameras, Plane(n, 0.11), kDither);
+  const auto& seen = cameras.Observe(Picture(Plane(n, 0.11)), 9, {});
   ASSERT_TRUE(seen.found);
   ASSERT_EQ(seen.points.size(), 20U * 15U);
   const Eigen::Vector3d n_S = params.camera.X_SD.linear() * n;
   for (std::size_t i = 0; i < seen.points.size(); ++i) {
     const Eigen::Vector3d p_D = params.camera.X_SD.inverse() * seen.points[i].p_S_rest;
     EXPECT_NEAR(n.dot(p_D), 0.11, 10e-6) << i;
-    EXPECT_LT((eyes.normal_S(i) + n_S).norm(), 5e-3) << i;
+    EXPECT_LT((cameras.normal_S(i) + n_S).norm(), 5e-3) << i;
     // And in the middle of its cell.
-    EXPECT_NEAR(p_D.x() / p_D.z() * params.camera.fx + params.camera.cx, eyes.place(i).x(), 1e-9);
-    EXPECT_NEAR(p_D.y() / p_D.z() * params.camera.fy + params.camera.cy, eyes.place(i).y(), 1e-9);
+    EXPECT_NEAR(p_D.x() / p_D.z() * params.camera.fx + params.camera.cx, cameras.place(i).x(),
+                1e-9);
+    EXPECT_NEAR(p_D.y() / p_D.z() * params.camera.fy + params.camera.cy, cameras.place(i).y(),
+                1e-9);
     EXPECT_EQ(seen.points[i].id, static_cast<int>(i));
   }
 }
@@ -76,7 +78,7 @@ TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
 // the other side now: what is seen of the slant differs, where the surface is does not. Tolerance:
 // five sigma of a mean over the 128 pixels in common.
 TEST_F(DepthPointsTest, HolesOnASlantDoNotMoveThePoint) {
-  DepthPoints eyes(TestParams());
+  DepthPoints cameras(TestParams());
   const Eigen::Vector3d n = Eigen::Vector3d(-0.8, 0, 1).normalized();
   const auto with_hole = [&](bool left, double s) {
     cv::Mat picture = Picture(Plane(n, 0.11 + s), kDither);
@@ -85,8 +87,8 @@ TEST_F(DepthPointsTest, HolesOnASlantDoNotMoveThePoint) {
     }
     return picture;
   };
-  for (int k = 0; k < 4; ++k) eyes.Observe(with_hole(true, 0), 1, {});
-  const auto& seen = eyes.Observe(with_hole(false, 0.001), 2, {});
+  for (int k = 0; k < 4; ++k) cameras.Observe(with_hole(true, 0), 1, {});
+  const auto& seen = cameras.Observe(with_hole(false, 0.001), 2, {});
   ASSERT_TRUE(seen.found);
   for (const SurfacePoint& point : seen.points) {
     EXPECT_NEAR(n.dot(point.p_S - point.p_S_rest), 0.001, 30e-6) << point.id;
@@ -101,17 +103,17 @@ TEST_F(DepthPointsTest, TheStatedSigmaIsThatOfTheScatter) {
   const auto scatter = [this](int patch) {
     auto params = TestParams();
     params.correlation = patch;
-    DepthPoints eyes(params);
+    DepthPoints cameras(params);
     const DepthNoise noise{params.camera.sigma, patch};
     const Surface plane = Plane({0, 0, 1}, 0.1);
-    TakeRest(&eyes, plane, noise);
+    TakeRest(&cameras, plane, noise);
     double squares = 0;
     int count = 0;
     for (int k = 0; k < 20; ++k) {
-      const auto& seen = eyes.Observe(Picture(plane, noise), 9, {});
+      const auto& seen = cameras.Observe(Picture(plane, noise), 9, {});
       for (std::size_t i = 0; i < seen.points.size(); ++i) {
         const SurfacePoint& point = seen.points[i];
-        const Eigen::Vector3d& n = eyes.normal_S(i);
+        const Eigen::Vector3d& n = cameras.normal_S(i);
         const double off = n.dot(point.p_S - point.p_S_rest);
         squares += off * off / n.dot(point.covariance * n);
         ++count;
@@ -127,9 +129,9 @@ TEST_F(DepthPointsTest, TheStatedSigmaIsThatOfTheScatter) {
 // Reference: 30 % of the pixels lost and 10 % thrown by 20 mm, both at random: the mean over the
 // cell stays within five sigma of a mean over clean pixels, 0.08 mm / sqrt(150), and of the rest's.
 TEST_F(DepthPointsTest, OutliersAndHolesDoNotShiftTheMean) {
-  DepthPoints eyes(TestParams());
+  DepthPoints cameras(TestParams());
   const Surface plane = Plane(Eigen::Vector3d(0.3, 0, 1).normalized(), 0.1);
-  TakeRest(&eyes, plane, kDither);
+  TakeRest(&cameras, plane, kDither);
   cv::Mat picture = Picture(plane, {0.08e-3, 1});
   std::uniform_real_distribution<double> uniform;
   for (auto it = picture.begin<std::uint16_t>(); it != picture.end<std::uint16_t>(); ++it) {
@@ -137,7 +139,7 @@ TEST_F(DepthPointsTest, OutliersAndHolesDoNotShiftTheMean) {
     if (dice < 0.3) *it = 0;
     if (dice > 0.9) *it = static_cast<std::uint16_t>(*it + 200);
   }
-  const auto& seen = eyes.Observe(picture, 9, {});
+  const auto& seen = cameras.Observe(picture, 9, {});
   for (const SurfacePoint& point : seen.points) {
     ASSERT_TRUE(point.seen);
     EXPECT_LT((point.p_S - point.p_S_rest).norm(), 40e-6) << point.id;
@@ -145,34 +147,34 @@ TEST_F(DepthPointsTest, OutliersAndHolesDoNotShiftTheMean) {
 }
 
 TEST_F(DepthPointsTest, PicturesThatCannotBeUsedAreNoObservation) {
-  DepthPoints eyes(TestParams());
+  DepthPoints cameras(TestParams());
   const Surface plane = Plane({0, 0, 1}, 0.1);
   const cv::Mat empty, zeros(240, 320, CV_16UC1, cv::Scalar(0)), bytes(240, 320, CV_8UC1),
       wide(240, 400, CV_16UC1, cv::Scalar(1000)), saturated(240, 320, CV_16UC1, cv::Scalar(65535));
   for (const cv::Mat* bad : {&empty, &zeros, &bytes, &saturated}) {
-    EXPECT_FALSE(eyes.Observe(*bad, 1, {}).found);
-    EXPECT_FALSE(eyes.at_rest_known());
+    EXPECT_FALSE(cameras.Observe(*bad, 1, {}).found);
+    EXPECT_FALSE(cameras.at_rest_known());
   }
-  TakeRest(&eyes, plane);
+  TakeRest(&cameras, plane);
   for (const cv::Mat* bad : {&empty, &zeros, &bytes, &wide, &saturated}) {
-    const auto& seen = eyes.Observe(*bad, 2, {});
+    const auto& seen = cameras.Observe(*bad, 2, {});
     EXPECT_FALSE(seen.found);
     EXPECT_THAT(seen.points, ::testing::Each(::testing::Field(&SurfacePoint::seen, false)));
-    EXPECT_TRUE(eyes.Observe(Picture(plane), 3, {}).found);
+    EXPECT_TRUE(cameras.Observe(Picture(plane), 3, {}).found);
   }
-  eyes.Reset();
-  EXPECT_FALSE(eyes.Observe(wide, 4, {}).found);
-  EXPECT_FALSE(eyes.at_rest_known());
-  EXPECT_TRUE(eyes.Observe(wide, 4, {}).points.empty());
+  cameras.Reset();
+  EXPECT_FALSE(cameras.Observe(wide, 4, {}).found);
+  EXPECT_FALSE(cameras.at_rest_known());
+  EXPECT_TRUE(cameras.Observe(wide, 4, {}).points.empty());
 }
 
 TEST_F(DepthPointsTest, ObservingAllocatesNothingOnceTheRestIsKnown) {
-  DepthPoints eyes(TestParams());
+  DepthPoints cameras(TestParams());
   const Surface plane = Plane({0, 0, 1}, 0.1);
-  TakeRest(&eyes, plane);
+  TakeRest(&cameras, plane);
   const cv::Mat picture = Picture(Plane({0, 0, 1}, 0.101), {0.08e-3, 8});
   const long before = AllocationCount();
-  for (int k = 0; k < 20; ++k) eyes.Observe(picture, 9, {});
+  for (int k = 0; k < 20; ++k) cameras.Observe(picture, 9, {});
   EXPECT_EQ(AllocationCount(), before);
 }
 
@@ -180,7 +182,7 @@ TEST(DepthPointsParams, WhatIsImpossibleIsRefusedByName) {
   const auto refusal = [](auto change) {
     auto params = TestParams();
     change(&params);
-    return Thrown<std::invalid_argument>([&] { DepthPoints eyes(params); });
+    return Thrown<std::invalid_argument>([&] { DepthPoints cameras(params); });
   };
   using P = DepthPoints::Params;
   using ::testing::StartsWith;

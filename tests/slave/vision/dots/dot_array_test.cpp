@@ -77,7 +77,7 @@ Shuffled Shuffle(const std::vector<Dot>& dots, const std::set<int>& without, int
     }
     Dot dot;
     dot.area = 130;
-    do {  // off the array's dots: what lies on one of them cannot be told from it
+    do {  // off the array's dots: what lies on one of them cannot be distinguished from it
       dot.centre = {x(random), y(random)};
     } while (std::any_of(dots.begin(), dots.end(), [&](const Dot& other) {
       return (other.centre - dot.centre).norm() < 12;

@@ -91,7 +91,7 @@ DotTracker::Params OfFive() {
   return params;
 }
 
-// Of the five in the first image: the largest, and the nearest to it in each quadrant.
+// Among the five in the first image: the largest, and the nearest to it in each quadrant.
 std::vector<Eigen::Vector2d> PlacesIn(const cv::Mat& image) {
   DotFinder finder(OfFive().finder);
   std::vector<Dot> dots;
