@@ -190,11 +190,11 @@ Scene WithFewCells(Scene scene, double width) {
 double ExcessOfLaw(const MembraneGeometry& membrane, const Press& press,
                    const PressSpec& question) {
   const double slenderness = membrane.thickness / membrane.radius;
-  const plate::Dent dent{press.p_O.head<2>().norm() / membrane.radius,
-                         question.depth / membrane.radius, slenderness};
+  const plate::Indentation indentation{press.p_O.head<2>().norm() / membrane.radius,
+                                       question.depth / membrane.radius, slenderness};
   return plate::IsRigidTool(question.width / 2 / membrane.radius, slenderness)
-             ? plate::ExcessOfRigidTool(dent)
-             : plate::ExcessAtDepth(dent);
+             ? plate::ExcessOfRigidTool(indentation)
+             : plate::ExcessAtDepth(indentation);
 }
 
 // Force along the press of a hyperelastic membrane under the rigid tool, at both depths. A press on
@@ -268,8 +268,8 @@ bool IsWorse(double a, double b) {
   return std::isnan(a) ? !std::isnan(b) : a > b;
 }
 
-// Of up to nine contacts the worst, of more what nine of ten stay within: how a mesh happens to lie
-// under one of many is no property of the mesh.
+// The worst of up to nine contacts, or what nine of ten stay within if there are more: how a mesh
+// happens to lie under one of many is no property of the mesh.
 template <typename Value, typename Error>
 Value AtNineOfTen(std::vector<Value> all, Error error) {
   std::ranges::sort(all,

@@ -111,7 +111,7 @@ std::vector<char> MovedNodes(const RestStiffness& stiffness, const Press& press,
   return moved;
 }
 
-// Of every node's unknowns those along the press and across it, where the tool moves it.
+// Every node's unknowns along the press and across it, where the tool moves it.
 Eigen::SparseMatrix<double> AlongPress(const RestStiffness& stiffness,
                                        const std::vector<char>& moved, const Vector3d& inward) {
   const Vector3d across = inward.unitOrthogonal();

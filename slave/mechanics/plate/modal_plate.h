@@ -91,7 +91,7 @@ class ModalPlate {
   bool Solve(std::span<const double> values) noexcept;
   void Reset() noexcept;
 
-  // Of the contacts.
+  // Forces and deflections of the contacts.
   [[nodiscard]] const Eigen::VectorXd& forces() const { return totals_; }
   [[nodiscard]] const Eigen::VectorXd& deflections() const { return deflections_; }
   // d force / d deflection of one contact with the prescribed values of the others fixed; 0: it

@@ -193,10 +193,11 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch)
   const double inside_rim = std::max(0.0, 1 - p * p);
   const double range = params_.range * (centred ? kCentralRange : inside_rim * inside_rim);
   // The law's error in what is answered: the force, or the deflection under a given one.
-  const plate::Dent dent{
+  const plate::Indentation indentation{
       .place = p, .deflection = w * t / params_.radius, .slenderness = t / params_.radius};
   const bool rigid = known_[static_cast<std::size_t>(touch)].rigid;
-  const double excess = rigid ? plate::ExcessOfRigidTool(dent) : plate::ExcessAtDepth(dent);
+  const double excess =
+      rigid ? plate::ExcessOfRigidTool(indentation) : plate::ExcessAtDepth(indentation);
   const double largest = rigid ? plate::kRigidLargest : kLawsLargest;
   const double share = moved || !(force * k * w > 0) ? 1 : force / (k * w);
   const bool inside = std::abs(w) <= range && std::abs(w) * t <= kModerate * params_.radius &&

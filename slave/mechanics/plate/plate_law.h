@@ -10,7 +10,7 @@
 
 namespace palpate::plate {
 
-struct Dent {
+struct Indentation {
   double place = 0;        // of the load [radii], below 1
   double deflection = 0;   // under it, by the radius
   double slenderness = 0;  // t / a
@@ -19,13 +19,13 @@ struct Dent {
 // By how much of the solid's force the plate's is high at the same deflection:
 //   7.2 (t/a)^2 / (1 - p^2)^2 + (1.95 + 90 t/a) (w/a)^2 / (1 - p^2)^(3/4).
 // Where that is below 0.15, within 0.03 of what was measured.
-double ExcessAtDepth(const Dent& dent) noexcept;
+double ExcessAtDepth(const Indentation& indentation) noexcept;
 
 // The same of a rigid flat tool, whose plate is softer at its edge (RigidTool):
 //   7.2 (t/a)^2 (1 / (1 - p^2)^2 - 1) + (1.4 + 32 t/a) (w/a)^2 / (1 - p^2)^(3/4).
 // For t of a / 80 to a / 10, tools of 0.02 a to 0.4 a and w up to a / 4 at the centre, within 0.03
 // of axisymmetric neo-Hookean solids where it is below kRigidLargest, and not exceeded by them.
-double ExcessOfRigidTool(const Dent& dent) noexcept;
+double ExcessOfRigidTool(const Indentation& indentation) noexcept;
 // Beyond it the force of a rigid tool is more than about 5 % too high.
 constexpr double kRigidLargest = 0.045;
 
@@ -36,7 +36,7 @@ double DeflectionOfExcess(double excess, double slenderness) noexcept;
 // around the load:
 //   2.5 (t/a)^2 / (1 - p^2)^3 and 1.25 (w/a)^2 / (1 - p^2), of opposite signs or not.
 // What was measured is within twice of it wherever the plate's answer is valid.
-double LawsSigma(const Dent& dent) noexcept;
+double LawsSigma(const Indentation& indentation) noexcept;
 
 // Largest |w| / t at a radius [radii] up to which modes of order 12 find the force from the shape
 // as those of order 20 do, within 1 %: 6 (1 - p^2)^2.

@@ -56,7 +56,7 @@ class BandedSymmetric {
   BandedSymmetric(int size, int band);
 
   void SetZero() { std::ranges::fill(rows_, 0.0); }
-  // Of the lower half: i - band <= j <= i.
+  // An entry of the lower half: i - band <= j <= i.
   [[nodiscard]] double& at(int i, int j) { return rows_[Place(i, j)]; }
   // Row and column `i` become those of the identity.
   void Hold(int i);
@@ -105,7 +105,7 @@ class RoundPress {
   [[nodiscard]] double force() const { return force_; }
   [[nodiscard]] double deflection() const { return Deflection(slope_) + tool_.compliance * force_; }
   [[nodiscard]] double stiffness() const { return stiffness_; }  // d force / d deflection
-  // Of the plate at its centre.
+  // Deflection of the plate at its centre.
   [[nodiscard]] double CentreDeflection() const { return -centre_.dot(slope_); }
 
  private:
@@ -118,7 +118,7 @@ class RoundPress {
     double value = 0;
   };
 
-  // Of the plate, by its slope.
+  // Deflection of the plate, by its slope.
   template <typename Slope>
   [[nodiscard]] double Deflection(const Slope& slope) const {
     return -2 * std::numbers::pi * load_.dot(slope);

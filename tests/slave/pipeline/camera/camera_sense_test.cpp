@@ -272,14 +272,15 @@ TEST_F(CameraSenseTest, AChangeThatIsStoppedHasChangedNothing) {
   StopAfter never(1000);
   slave_->SetModel({.elements = 60}, &never);
   slave_->TakeEvents();
-  EXPECT_THAT(never.told(), testing::IsSupersetOf({"boundary integrals", "factorising", "ready"}));
+  EXPECT_THAT(never.stages(),
+              testing::IsSupersetOf({"boundary integrals", "factorising", "ready"}));
   const SlaveDescription before = slave_->Describe();
   ModelChange finer;
   finer.elements = 120;
   ParameterChange softer;
   softer.young_modulus = 1e4;
   softer.force_scale = 2;
-  for (int reports = 0; reports < static_cast<int>(never.told().size()); ++reports) {
+  for (int reports = 0; reports < static_cast<int>(never.stages().size()); ++reports) {
     StopAfter for_model(reports), for_modulus(reports);
     EXPECT_THROW(slave_->SetModel(finer, &for_model), Interrupted);
     EXPECT_THROW(slave_->SetParameters(softer, &for_modulus), Interrupted);

@@ -38,7 +38,7 @@ Scene DomedScene() {
   scene.model.kind = "membrane";
   scene.model.prestress = kTension;
   PointsOptions points;
-  points.eyes = TestDepthCamera();
+  points.cameras = TestDepthCamera();
   points.points.track = PointTracking::Track::kSurface;
   scene.sense.Set(points);
   return scene;
