@@ -117,7 +117,7 @@ def depths(states):
 def draw_deformation(states, plan, file):
     """Force over deformation on the way in: paper A, figure 10."""
     deep = depths(states)
-    puncture_depth = deep[plan["told_sample"] - 1]
+    puncture_depth = deep[plan["detected_sample"] - 1]
     shown = [(d, row) for d, row in zip(deep, states) if d is not None]
     shown = shown[:next((i for i, (d, _) in enumerate(shown) if d > 1.6 * puncture_depth), len(shown))]
     rows = [(1e6 * d, row) for d, row in shown]
@@ -170,19 +170,19 @@ def drop_at_the_hand(log):
 def figures(offline, log_file, out):
     plan = json.loads((offline / "summary.json").read_text())["insertion"]
     states, log = read(offline / "states.csv"), read(log_file)
-    if not plan["told_sample"]:
+    if not plan["detected_sample"]:
         sys.exit("insertion.py: the slave reported no puncture")
     deep = depths(states)
     nearest = min(range(len(states)), key=lambda i: math.dist(
         [number(states[i][f"tip_{axis}"]) or 0 for axis in "xyz"], plan["target"]))
-    draw_pictures(offline, [(plan["told_sample"] - 1, "before the puncture"), (plan["told_sample"], "the puncture is reported"),
+    draw_pictures(offline, [(plan["detected_sample"] - 1, "before the puncture"), (plan["detected_sample"], "the puncture is reported"),
                             (nearest + 1, "at the target")], out / "insertion.svg")
     draw_deformation(states, plan, out / "force-deformation.svg")
     draw_time(log, out / "force-time.svg")
-    sample = plan["told_sample"] - 1
+    sample = plan["detected_sample"] - 1
     force = 1e3 * size(states[sample - 1], "f")
     print(f"force rises to {force:.1f} mN at {1e6 * deep[sample - 1]:.0f} um, the puncture is reported in image "
-          f"{plan['told_sample']} (true: {plan['punctured_sample']}), force {1e3 * size(states[sample], 'f'):g} mN after it, "
+          f"{plan['detected_sample']} (true: {plan['punctured_sample']}), force {1e3 * size(states[sample], 'f'):g} mN after it, "
           f"target reached to {1e6 * plan['closest_m']:.1f} um")
     drop = drop_at_the_hand(log)
     print("on the device: " + ("no puncture" if drop is None else f"up to {drop[0]:.2f} N, then {drop[1]:.2f} N"))

@@ -47,7 +47,7 @@ for part in "$@"; do
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, mesher, training, view, page, studies, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: expected insertion, films, openni, calibration, clouds, mesher, training, view, page, studies, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

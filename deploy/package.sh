@@ -37,7 +37,7 @@ if [ -z "$version" ]; then
   fi
 fi
 [[ $version =~ ^[0-9][0-9A-Za-z.+~]*$ ]] ||
-  { echo "package.sh: --version $version: accepted is a digit, then digits, letters and . + ~" >&2; exit 2; }
+  { echo "package.sh: --version $version: expected a digit, then digits, letters and . + ~" >&2; exit 2; }
 
 if [ -z "$built" ]; then
   deploy/install.sh films openni calibration clouds view packages

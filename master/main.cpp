@@ -113,7 +113,7 @@ int Main(int argc, char** argv) {
     }
     CheckBeforehand(a);
     if (FindInvalidUtf8(a.link.operator_name) != std::string::npos) {
-      throw std::invalid_argument("the operator's name: accepted is UTF-8");
+      throw std::invalid_argument("the operator's name: expected UTF-8");
     }
     if (a.link.operator_name.empty()) a.link.operator_name = NameOfUser();
     NameCalls(a.link.operator_name);

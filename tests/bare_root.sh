@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a newcomer finds: a bare Debian 12, the project copied in, and a command run there, its seconds told at the end.
+# What a newcomer finds: a bare Debian 12, the project copied in, and a command run there, its seconds printed at the end.
 # usage: tests/bare_root.sh FOLDER COMMAND...     (as root, with debootstrap; FOLDER must not exist, and stays)
 #   tests/bare_root.sh /tmp/bare deploy/install.sh
 #   tests/bare_root.sh /tmp/bare deploy/demo.sh --duration 5

@@ -172,7 +172,7 @@ def rig_in_millimetres(case, out):
 
 
 def single_presses(result):
-    """One row per case has 0.146 N in the middle; rows that act together must be said to do so."""
+    """One row per case has 0.146 N in the middle; rows that act together must state it."""
     together = says("act together")(result)
     if together:
         return together
@@ -226,8 +226,8 @@ EXPECTED = {
     "M20": says("duplicate nodes"),
     "N04": either(says("ticks"), refuses("lz4")),
     "N06": either(refuses("UTF-8"), says("rc 0")),
-    "N08": refuses(r"\[::1\]", r"10\.0\.0\.300.*accepted|accepted.*10\.0\.0\.300", r"10\.0\.0\.5:50051", "rc 1", status=0),
-    "N09": refuses("name", "accepted", "rc [12]", "A-Z|letters", status=0),
+    "N08": refuses(r"\[::1\]", r"10\.0\.0\.300.*expected|expected.*10\.0\.0\.300", r"10\.0\.0\.5:50051", "rc 1", status=0),
+    "N09": refuses("name", "expected", "rc [12]", "A-Z|letters", status=0),
     **dict.fromkeys(("O01-", "O01c", "O04c", "O05", "O30", "O43", "O45", "O53", "O55"),
                     refuses("onnx", "palpate.convert_network")),
     "P03": None,

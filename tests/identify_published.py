@@ -165,9 +165,9 @@ def print_wrong_units():
         rejected = 0
         for name, arguments in tries:
             code, _, printed = identify(*arguments)
-            said = [line for line in printed.splitlines() if "accepted is" in line or "Check the units" in line]
-            rejected += code != 0 and bool(said)
-            print(f"{name:<50}{'rejected: ' + said[-1].removeprefix('palpate-slave: ') if code != 0 and said else 'NOT REJECTED'}")
+            reasons = [line for line in printed.splitlines() if "expected" in line or "Check the units" in line]
+            rejected += code != 0 and bool(reasons)
+            print(f"{name:<50}{'rejected: ' + reasons[-1].removeprefix('palpate-slave: ') if code != 0 and reasons else 'NOT REJECTED'}")
     print(f"wrong units that are rejected: {rejected} of {len(tries)}")
     return rejected == len(tries)
 

@@ -290,17 +290,17 @@ def violations(text, limits):
     found = measure(text)
     bad = []
     if found.words > limits.words:
-        bad.append((1, f"{found.words} words of prose: accepted is at most {limits.words}"))
+        bad.append((1, f"{found.words} words of prose: expected at most {limits.words}"))
     if len(text.split()) > limits.total:
-        bad.append((1, f"{len(text.split())} words with tables: accepted is at most {limits.total}"))
+        bad.append((1, f"{len(text.split())} words with tables: expected at most {limits.total}"))
     if found.average > limits.average:
-        bad.append((1, f"{found.average:.1f} words per sentence: accepted is at most {limits.average}"))
+        bad.append((1, f"{found.average:.1f} words per sentence: expected at most {limits.average}"))
     parts = parts_of(text)
     long = {sentence.line: sentence for sentence in sorted([*simple_sentences(text), *sentences_in(parts)], key=lambda one: one.words)
             if sentence.words > limits.longest}
-    bad += [(line, f'a sentence of {sentence.words} words: accepted is at most {limits.longest}: "{beginning(sentence)}"')
+    bad += [(line, f'a sentence of {sentence.words} words: expected at most {limits.longest}: "{beginning(sentence)}"')
             for line, sentence in long.items()]
-    bad += [(row.line, f'a table cell of {count_words(cell)} words: accepted is at most {limits.cell}: "{beginning(Block(row.line, cell))}"')
+    bad += [(row.line, f'a table cell of {count_words(cell)} words: expected at most {limits.cell}: "{beginning(Block(row.line, cell))}"')
             for row in parts.rows for cell in cells_of(row) if count_words(cell) > limits.cell]
     bad += [(block.line, f'"{block.text}" is home-made: use the standard term') for block in found.home_made]
     return sorted(bad)

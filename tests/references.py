@@ -56,7 +56,7 @@ class Help(NamedTuple):
     description: str
     options: list  # positionals and options
     commands: list
-    notes: str  # what stands below the options, without examples and exit codes
+    notes: str  # what follows the options, without examples and exit codes
 
 
 HELP_COLUMN = 30  # where CLI11 begins to describe an option
@@ -140,17 +140,17 @@ def argument_text(text):
 
 OPTIONS_INTRO = """# Options
 
-`palpate-slave` observes and computes; `palpate-master` renders; `palpate-simulator` stands for object and devices. The tables follow the `--help` texts of the built programs.
+`palpate-slave` observes and computes; `palpate-master` renders; `palpate-simulator` simulates object and devices. The tables follow the `--help` texts of the built programs.
 Every command also accepts `--help`, and all programs accept `--version`. Exit codes: 0 done, 1 failed, 2 unusable arguments or scene.
 
 """
 
 
-def options_section(title, told):
-    rows = [option for option in told.options if not re.search("`(-h|--help|--version)`", option.name)]
-    text = f"\n## {title}\n\n{told.description.rstrip('.')}.\n\n"
+def options_section(title, parsed):
+    rows = [option for option in parsed.options if not re.search("`(-h|--help|--version)`", option.name)]
+    text = f"\n## {title}\n\n{parsed.description.rstrip('.')}.\n\n"
     text += table(["option", "argument", "default", "meaning"], rows)
-    return text + (f"\n```text\n{told.notes}\n```\n" if told.notes else "")
+    return text + (f"\n```text\n{parsed.notes}\n```\n" if parsed.notes else "")
 
 
 def options_text():
@@ -172,7 +172,7 @@ def compare(path, text):
         print(f"{path.relative_to(ROOT)}: up to date")
         return True
     print(f"{path.relative_to(ROOT)}: out of date; python3 tests/references.py writes it")
-    print("".join(difflib.unified_diff(old.splitlines(True), text.splitlines(True), "stands", "should be", n=0)))
+    print("".join(difflib.unified_diff(old.splitlines(True), text.splitlines(True), "present", "should be", n=0)))
     return False
 
 

@@ -77,7 +77,7 @@ if [ $tier = full ]; then run_ctest release -j"$jobs"; else run_ctest release -j
 case $tier in
   push)
     step "clang-tidy on changed sources"
-    # Told, not yet demanded: sources changed before this was checked still have findings.
+    # Reported, not yet demanded: sources changed before this was checked still have findings.
     tests/tidy.sh || echo "clang-tidy has findings. To repeat: tests/tidy.sh"
 
     # After the tests in real time, not beside them.

@@ -55,7 +55,7 @@ def main():
     if options.counts:
         for folder, count in sorted(counts.items()):
             print(f"{count:5} {folder}")
-    print(f"{counts.total()} private words, accepted are {options.most}")
+    print(f"{counts.total()} private words, expected at most {options.most}")
     return 1 if counts.total() > options.most else 0
 
 

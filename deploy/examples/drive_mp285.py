@@ -60,7 +60,7 @@ class Mp285:
         if was_away and self.known and self.sent and not all(
                 min(a, b) <= s <= max(a, b) for s, a, b in zip(once, self.known, self.sent)):
             raise Fault(f"its position was {self.known} and is now {once} steps: it was switched off and on, or moved by "
-                        "hand; accepted is a restart at home")
+                        "hand; expected a restart at home")
         return self._know(once)
 
     def _know(self, steps: Steps) -> Steps:

@@ -32,7 +32,7 @@ def is_rejected_with_an_explanation(slave: palpate.Slave) -> bool:
         slave.feed_images([b"\x89PNG half an image"])
     except palpate.Error as error:
         print(f"half an image: {error.details}")
-        return error.code == "INVALID_ARGUMENT" and "accepted is" in error.details
+        return error.code == "INVALID_ARGUMENT" and "expected" in error.details
     return False
 
 
@@ -48,7 +48,7 @@ def main() -> int:
     parser.add_argument("--tls", metavar="DIR", help="folder with ca.pem, cert.pem and key.pem")
     arguments = parser.parse_args()
     if arguments.right and len(arguments.right) != len(arguments.left):
-        parser.error(f"{len(arguments.left)} left and {len(arguments.right)} right images: accepted is the same count of both")
+        parser.error(f"{len(arguments.left)} left and {len(arguments.right)} right images: expected the same count of both")
     sending = images(arguments.left, arguments.right, arguments.size)
     repeated = itertools.cycle(sending) if arguments.loop else sending
     with palpate.connect(arguments.target, arguments.tls) as slave:

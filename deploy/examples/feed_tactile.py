@@ -28,12 +28,12 @@ def read(path: str, fingers: list[str]) -> Iterator[palpate.TactileSample]:
         header = rows.fieldnames or []
         clock = next((name for name in CLOCKS if name in header), None)
         if clock is None:
-            sys.exit(f"the recording has no time: accepted is one of {', '.join(CLOCKS)}")
+            sys.exit(f"the recording has no time: expected one of {', '.join(CLOCKS)}")
         prefixes = {finger: f"{finger}_" if f"{finger}_E1" in header else "" for finger in fingers}
         for prefix in prefixes.values():
             for name in (f"{prefix}E{i}" for i in range(1, ELECTRODES + 1)):
                 if name not in header:
-                    sys.exit(f"the recording has no {name}: accepted is {prefix}E1 to {prefix}E{ELECTRODES}")
+                    sys.exit(f"the recording has no {name}: expected {prefix}E1 to {prefix}E{ELECTRODES}")
         for row in rows:
             for finger, prefix in prefixes.items():
                 pressures = [float(row[prefix + name]) for name in ("pdc", "pac0") if prefix + name in row]
@@ -53,7 +53,7 @@ def is_rejected_with_an_explanation(slave: palpate.Slave, finger: str) -> bool:
         slave.feed_fingertips([palpate.TactileSample(finger, [0.0] * (ELECTRODES - 1))])
     except palpate.Error as error:
         print(f"18 electrodes: {error.details}")
-        return error.code == "INVALID_ARGUMENT" and "accepted is" in error.details
+        return error.code == "INVALID_ARGUMENT" and "expected" in error.details
     return False
 
 

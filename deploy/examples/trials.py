@@ -27,14 +27,14 @@ def read_table(path: pathlib.Path) -> list[dict[str, str]]:
     for line, row in enumerate(rows, 2):
         for column, text in row.items():
             if column not in COLUMNS:
-                sys.exit(f"{path}:1: column {column}: accepted is {', '.join(COLUMNS)}")
+                sys.exit(f"{path}:1: column {column}: expected {', '.join(COLUMNS)}")
             if column in ("seconds", "repeats", *SETTINGS) and text:
                 try:
                     float(text)
                 except ValueError:
-                    sys.exit(f"{path}:{line}: {column} = {text}: accepted is a number")
+                    sys.exit(f"{path}:{line}: {column} = {text}: expected a number")
         if not row.get("label") or not row.get("seconds"):
-            sys.exit(f"{path}:{line}: accepted is a row with label and seconds")
+            sys.exit(f"{path}:{line}: expected a row with label and seconds")
     return [row for row in rows for _ in range(int(row.get("repeats") or 1))]
 
 

@@ -50,7 +50,7 @@ def option(given):
 
 
 def footer_of(text):
-    """What stands below the options: notes, examples, exit codes."""
+    """What follows the options: notes, examples, exit codes."""
     return text[min(text.find(word) for word in ("Example:", "Examples:", "Exit codes:", "\0") if word in text + "\0"):].rstrip("\0").strip()
 
 

@@ -3,7 +3,7 @@
 
 usage: make_architecture.py [--check] [OUT.svg]
 
-A room stands above all that it includes. Arrows that follow from others (a room that includes what
+A room is drawn above all that it includes. Arrows that follow from others (a room that includes what
 its neighbour includes too) are left out. --check: draws nothing, ends with 1 where the drawing in
 the tree is not that of the sources, or where rooms include each other in a circle.
 """
@@ -45,7 +45,7 @@ def arrows():
 
 
 def levels(graph):
-    """How high each room stands; raises where there is a circle."""
+    """The row of each room; raises where there is a circle."""
     height = {}
 
     def climb(room, way):
@@ -135,7 +135,7 @@ def main():
         return 0
     if arguments.out.exists() and arguments.out.read_text() == drawn:
         return 0
-    print(f"{arguments.out.relative_to(ROOT)} is not the house as it stands: run "
+    print(f"{arguments.out.relative_to(ROOT)} is out of date: run "
           "deploy/readme/make_architecture.py")
     return 1
 

@@ -15,7 +15,7 @@ async function record() {
   rmSync(RECORDING, { force: true });
   const slave = await serve('silicone-block');
   try {
-    execFileSync(path.join(BIN, 'palpate-master'), ['connect', slave.said, '--duration', `${SESSION_S}`, '--record', RECORDING],
+    execFileSync(path.join(BIN, 'palpate-master'), ['connect', slave.address, '--duration', `${SESSION_S}`, '--record', RECORDING],
       { stdio: ['ignore', 'ignore', 'inherit'] });
   } finally {
     for (const program of [slave.simulator, slave]) program.kill('SIGTERM');

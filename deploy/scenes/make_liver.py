@@ -65,7 +65,7 @@ if __name__ == "__main__":
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path(__file__).with_name("liver-press.msh"), metavar="FILE.msh")
     options = parser.parse_args()
     if not 48 <= options.tets <= 10_000_000:
-        parser.error(f"--tets {options.tets}: accepted is 48 to 10000000")
+        parser.error(f"--tets {options.tets}: expected 48 to 10000000")
     made = body(options.tets)
     write(options.out, *made)
     print(f"{options.out}: {len(made[0])} nodes, {len(made[1])} tetrahedra")

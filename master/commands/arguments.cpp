@@ -26,8 +26,7 @@ void RequireDistinct(std::string_view option, const std::filesystem::path& out,
   const auto place = std::filesystem::weakly_canonical(out, error);
   if (!is_file || std::filesystem::weakly_canonical(other, error) != place) return;
   throw std::invalid_argument(std::string(option) + " " + out.string() +
-                              ": accepted is another file than that of " +
-                              std::string(other_option));
+                              ": expected another file than that of " + std::string(other_option));
 }
 
 // Written so that NaN is rejected too.
@@ -36,7 +35,7 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
             double value = 0;
             const bool number = CLI::detail::lexical_cast(text, value);
             if (number && value >= low && value <= high) return {};
-            return text + ": accepted is " + CLI::detail::to_string(low) + " to " +
+            return text + ": expected " + CLI::detail::to_string(low) + " to " +
                    CLI::detail::to_string(high) + " " + unit;
           },
           ""};  // The help shows the type name alone.
@@ -279,7 +278,7 @@ void CheckBeforehand(const Arguments& a) {
   RequireDistinct("--record", a.record, "--log", a.log);
   if (a.views) ViewPlace(a.view, a.link.tls);
   if (IsPointer(a) && !a.views) {
-    throw std::invalid_argument("--device pointer: accepted is with --view, which serves its page");
+    throw std::invalid_argument("--device pointer: expected with --view, which serves its page");
   }
   RequireWritable(a.report);
   RequireWritable(a.log);

@@ -27,9 +27,8 @@ std::vector<std::string> Introduction(const ReplaySpan& span, const std::string&
 
 void RequireWithin(const Replay& replay, double from) {
   if (from <= replay.span().seconds()) return;
-  throw std::invalid_argument(
-      Formatted("--from = %g s: accepted is up to the recording's end, %.1f s", from,
-                replay.span().seconds()));
+  throw std::invalid_argument(Formatted("--from = %g s: expected up to the recording's end, %.1f s",
+                                        from, replay.span().seconds()));
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ struct Arm {
   double damping = 21.7;   // b [N s/m]: 2 * 0.7 * sqrt(k m)
 };
 
-// Of a device whose force moves such an arm.
+// The capabilities of a device whose force moves such an arm.
 DeviceCapabilities CapabilitiesOfArm();
 
 // Starts at rest at the origin of M. Not thread-safe.

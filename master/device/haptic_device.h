@@ -62,7 +62,7 @@ class HapticDevice : public Device {
   bool StartTicks(const Tick* /*tick*/) override { return false; }
   void StopTicks() override {}
   [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept { return capabilities_; }
-  // Of the last reading.
+  // The status of the last reading.
   [[nodiscard]] const DeviceStatus& status() const noexcept { return status_; }
 
  protected:

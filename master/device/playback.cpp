@@ -19,7 +19,7 @@ std::array<std::size_t, 4> FindColumns(const CsvLines& rows) {
     const auto found = std::ranges::find(rows.cells(), kColumns[i]);
     if (found == rows.cells().end()) {
       rows.Fail("column " + std::string(kColumns[i]) +
-                " is missing: accepted is a header row with time_s, x, y, z");
+                " is missing: expected a header row with time_s, x, y, z");
     }
     columns[i] = static_cast<std::size_t>(found - rows.cells().begin());
   }
@@ -30,7 +30,7 @@ double Number(const CsvLines& row, std::size_t column, std::string_view name) {
   const auto text = column < row.cells().size() ? row.cells()[column] : std::string_view{};
   const auto value = ParseFinite(text);
   if (!value) {
-    row.Fail(std::string(name) + " = '" + Shown(text) + "': accepted is a finite number");
+    row.Fail(std::string(name) + " = '" + Shown(text) + "': expected a finite number");
   }
   return *value;
 }
@@ -46,7 +46,7 @@ DeviceCapabilities WithoutForce() {
 
 Playback::Playback(const std::filesystem::path& file) : HapticDevice(WithoutForce()), file_(file) {
   CsvLines lines(file);
-  if (!lines.Next()) lines.Fail("empty: accepted is a header row with time_s, x, y, z");
+  if (!lines.Next()) lines.Fail("empty: expected a header row with time_s, x, y, z");
   const auto columns = FindColumns(lines);
   while (lines.Next()) {
     std::array<double, 4> values{};
@@ -55,14 +55,14 @@ Playback::Playback(const std::filesystem::path& file) : HapticDevice(WithoutForc
     }
     const Row row{values[0], {values[1], values[2], values[3]}};
     if (!rows_.empty() && !(row.t > rows_.back().t)) {
-      lines.Fail("time_s = " + std::to_string(row.t) + " s: accepted is more than the row before");
+      lines.Fail("time_s = " + std::to_string(row.t) + " s: expected more than the row before");
     }
-    if (!(row.p.norm() <= kFarthest)) lines.Fail("position beyond 100 m: accepted is less");
+    if (!(row.p.norm() <= kFarthest)) lines.Fail("position beyond 100 m: expected less");
     if (!rows_.empty()) longest_gap_ = std::max(longest_gap_, row.t - rows_.back().t);
     rows_.push_back(row);
   }
   if (rows_.size() < 2) {
-    lines.Fail(std::to_string(rows_.size()) + " rows: accepted is at least 2");
+    lines.Fail(std::to_string(rows_.size()) + " rows: expected at least 2");
   }
 }
 

@@ -56,9 +56,9 @@ PressScript::PressScript(double depth, double speed, double reach)
     if (usable && std::isfinite(value)) return;
     throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) + accepted);
   };
-  require(depth >= 0, "press depth", depth, " m: accepted is >= 0");
-  require(speed > 0, "press speed", speed, " m/s: accepted is > 0");
-  require(reach > 0, "reach", reach, " m: accepted is > 0");
+  require(depth >= 0, "press depth", depth, " m: expected >= 0");
+  require(speed > 0, "press speed", speed, " m/s: expected > 0");
+  require(reach > 0, "reach", reach, " m: expected > 0");
 }
 
 HandIntent PressScript::Step(double t, double dt, const DeviceGuide& guide) noexcept {

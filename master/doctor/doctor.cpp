@@ -39,9 +39,9 @@ void Print(const Finding& finding) {
   if (!finding.advice.empty()) std::printf("      %-18s -> %s\n", "", finding.advice.c_str());
 }
 
-// A force this late is felt as roughness; a delay of a tenth of a period is not.
-constexpr double kNoticedUs = 100, kFeltUs = 500;  // 99th percentile of wake-up delays [us]
-constexpr double kMissedShare = 1e-3;              // of all periods
+// A force this late is perceived as roughness; a delay of a tenth of a period is not.
+constexpr double kNoticedUs = 100, kPerceivedUs = 500;  // 99th percentile of wake-up delays [us]
+constexpr double kMissedShare = 1e-3;                   // of all periods
 
 constexpr const char* kLimits =
     "allow it to this user: in /etc/security/limits.d/palpate.conf `USER - rtprio 90` and "
@@ -127,7 +127,7 @@ Finding CheckTimer(const PeriodicStats& bare) {
       bare.duration, bare.wake_us.Quantile(0.5), p99, bare.wake_us.max(),
       static_cast<unsigned long long>(bare.missed));
   if (p99 > kNoticedUs || bare.missed > 0) finding.grade = Grade::kNote;
-  if (p99 > kFeltUs || misses) finding.grade = Grade::kBad;
+  if (p99 > kPerceivedUs || misses) finding.grade = Grade::kBad;
   if (finding.grade != Grade::kGood) {
     finding.advice =
         "stop other programs, allow real-time priority, and see `governor`: late ticks make the "

@@ -119,8 +119,8 @@ Finding RoundTrip(const LineSample& line) {
       Formatted("median %.2f ms, 99 %% below %.2f ms, maximum %.2f ms", p50,
                 line.round_trip_us.Quantile(0.99) / kMilli, line.round_trip_us.max() / kMilli),
       ""};
-  constexpr double kFelt = 20, kSlow = 200;  // [ms]
-  if (p50 <= kFelt) return finding;
+  constexpr double kImperceptible = 20, kSlow = 200;  // [ms]
+  if (p50 <= kImperceptible) return finding;
   finding.grade = Grade::kNote;
   finding.advice =
       "use --render local (the default): it evaluates the contact model on this side, so that "
@@ -238,14 +238,14 @@ Findings ExamineLine(const SlaveLink::Options& options, double seconds,
   try {
     SlaveLink link(options);
     const RemoteScene scene = link.Connect();
-    SlaveLink::Options told = options;
-    told.longest_round_trip = link.longest_round_trip();
+    SlaveLink::Options measured = options;
+    measured.longest_round_trip = link.longest_round_trip();
     Findings findings{{Grade::kGood, "scene", scene.name + ", " + scene.model, ""}};
-    for (Finding& finding : CheckLine(MeasureLine(told, scene, seconds, stop), scene)) {
+    for (Finding& finding : CheckLine(MeasureLine(measured, scene, seconds, stop), scene)) {
       findings.push_back(std::move(finding));
     }
-    if (told.datagrams.value_or(false))
-      findings.push_back(CheckDatagrams(TryDatagrams(told, seconds)));
+    if (measured.datagrams.value_or(false))
+      findings.push_back(CheckDatagrams(TryDatagrams(measured, seconds)));
     return findings;
   } catch (const std::exception& error) {
     return {{Grade::kBad, "link", error.what(),

@@ -82,7 +82,7 @@ DeviceGuide SurfaceAt(const Eigen::Vector3d& p_S, const Renderer& renderer,
 double PositiveOrThrow(double value, const char* name) {
   if (value > 0 && std::isfinite(value)) return value;
   throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
-                              ": accepted is > 0 and finite");
+                              ": expected > 0 and finite");
 }
 
 }  // namespace
@@ -331,8 +331,9 @@ void HapticLoop::OnStateChange(OperatorState to) noexcept {
 // A gap of the link may end at once. A stale sensor has been silent for 60 ms or more, and a faulty
 // manipulator for 40 ms. Including the network delay the force is zero within 100 ms.
 void HapticLoop::FadeOutOfHold(double now) noexcept {
-  const SlaveState& told = newest_->state;
-  const bool is_silent = told.validity == Validity::kStale || told.check == FailedCheck::kArmFault;
+  const SlaveState& state = newest_->state;
+  const bool is_silent =
+      state.validity == Validity::kStale || state.check == FailedCheck::kArmFault;
   const bool may_return = !newest_->ended && !is_silent;
   if (hold_is_fading_ || (may_return && now - machine_.since() < kHoldForce)) return;
   hold_is_fading_ = true;
@@ -342,7 +343,7 @@ void HapticLoop::FadeOutOfHold(double now) noexcept {
 void HapticLoop::RunChain(const DeviceReading& reading, const DeviceReading& command, double now,
                           double dt) noexcept {
   const OperatorState state = machine_.state();
-  const bool felt = state == OperatorState::kFollowing || state == OperatorState::kHold;
+  const bool renders = state == OperatorState::kFollowing || state == OperatorState::kHold;
   ForceChain& chain = record_.chain;
   record_.state = state;
   record_.epoch = machine_.epoch();
@@ -353,16 +354,16 @@ void HapticLoop::RunChain(const DeviceReading& reading, const DeviceReading& com
   record_.force_limit = options_.force_limit;
   if (newest_) record_.p_S_tip = newest_->state.p_S_tip;
   record_.model_stiffness = renderer_.reported_stiffness();
-  if (!felt) record_.p_S = newest_ ? newest_->state.p_S_tip : Eigen::Vector3d::Zero();
+  if (!renders) record_.p_S = newest_ ? newest_->state.p_S_tip : Eigen::Vector3d::Zero();
   record_.render = renderer_.mode();
   record_.tare_state = tare_.state();
   record_.tare = tare_.bias();
   if (!record_.tare.isZero(0)) chain.reasons.Add(Reason::kTared);
   chain.force_known = newest_ && IsForceKnown(newest_->state);
   if (chain.force_known) chain.estimated = *newest_->state.force;
-  if (felt) chain.local = renderer_.Render(record_.p_S, now, &chain.reasons);
+  if (renders) chain.local = renderer_.Render(record_.p_S, now, &chain.reasons);
   chain.scaled = transform_.ForceToMaster(chain.local);
-  if (felt && motion_.is_active()) {
+  if (renders && motion_.is_active()) {
     chain.scaled = motion_.ForceAtDevice(chain.scaled);
     chain.reasons.Add(Reason::kFixture);
   }
@@ -379,7 +380,7 @@ void HapticLoop::RunChain(const DeviceReading& reading, const DeviceReading& com
   if (output_.is_slewed()) chain.reasons.Add(Reason::kSlewed);
   if (output_.is_blending() && chain.sent != chain.limited) chain.reasons.Add(Reason::kFading);
   sent_ = chain.sent;
-  if (options_.renders_torque && felt) {
+  if (options_.renders_torque && renders) {
     record_.torque = TorqueAtDevice(newest_->state, chain, transform_);
   }
   record_.energy = passivity_.energy_in() - passivity_.energy_out();

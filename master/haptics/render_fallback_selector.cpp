@@ -33,12 +33,13 @@ const RenderFallbackSelector::Shown* RenderFallbackSelector::Find(double at) con
   return shown.at <= at && at - shown.at <= kTick ? &shown : nullptr;
 }
 
-Eigen::Vector3d RenderFallbackSelector::Compare(double commanded, const Eigen::Vector3d& felt,
+Eigen::Vector3d RenderFallbackSelector::Compare(double commanded, const Eigen::Vector3d& estimated,
                                                 double sigma) noexcept {
   const Shown* shown = Find(commanded);
-  if (shown == nullptr || !felt.allFinite()) return {0, 0, 0};
-  const auto error = [&](const Eigen::Vector3d& said) {
-    return std::max(0.0, (said - felt).norm() - kNoise * sigma - kTolerated * felt.norm());
+  if (shown == nullptr || !estimated.allFinite()) return {0, 0, 0};
+  const auto error = [&](const Eigen::Vector3d& rendered) {
+    return std::max(0.0,
+                    (rendered - estimated).norm() - kNoise * sigma - kTolerated * estimated.norm());
   };
   while (first_ < end_ &&
          (end_ - first_ == kWaiting || commanded - waiting_[first_ % kWaiting].at > kLag)) {
@@ -50,7 +51,7 @@ Eigen::Vector3d RenderFallbackSelector::Compare(double commanded, const Eigen::V
   }
   const Eigen::Vector3d model = shown->model.cast<double>();
   waiting_[end_++ % kWaiting] = {commanded, model, error(model), error(shown->held.cast<double>())};
-  return felt - model;
+  return estimated - model;
 }
 
 void RenderFallbackSelector::Count(const Sample& sample) noexcept {

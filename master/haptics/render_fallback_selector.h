@@ -25,10 +25,11 @@ class RenderFallbackSelector {
 
   // Stores the force of the model and the held force [N] at `now` [s].
   void Show(double now, const Eigen::Vector3d& model, const Eigen::Vector3d& held) noexcept;
-  // Compares with the estimate `felt`, of standard deviation `sigma` [N], for the command of
+  // Compares with the force `estimated`, of standard deviation `sigma` [N], for the command of
   // `commanded` [s]. Returns the estimate minus the model force [N]; zero if that tick is not
   // stored.
-  Eigen::Vector3d Compare(double commanded, const Eigen::Vector3d& felt, double sigma) noexcept;
+  Eigen::Vector3d Compare(double commanded, const Eigen::Vector3d& estimated,
+                          double sigma) noexcept;
   [[nodiscard]] bool prefers_hold() const noexcept { return prefers_hold_; }
 
  private:

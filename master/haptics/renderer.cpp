@@ -127,8 +127,8 @@ void Renderer::Take(const SlaveState& state, double sensed, double arrived, doub
                kNoticeable * state.local_model.stiffness.norm();
   contact_.Take(model, now);
   if (model.known()) {
-    const LocalModel& told = state.local_model;
-    reported_stiffness_ = told.normal.dot(told.stiffness * told.normal);
+    const LocalModel& reported = state.local_model;
+    reported_stiffness_ = reported.normal.dot(reported.stiffness * reported.normal);
   }
   if (IsForceKnown(state)) samples_.Add(sensed, std::max(sensed, arrived), *state.force);
 }

@@ -27,9 +27,10 @@ std::string StiffnessNotice::Check(const TickRecord& tick) {
   double stable = StableStiffness(tick.render, rate_, tick.round_trip / 2);
   const bool is_local = tick.render == RenderMode::kLocal;
   if (is_local) stable = std::min(stable, limit_);
-  if (!(stiffness > stable) || (told_ == scales && told_of_ == tick.render)) return {};
-  told_ = scales;
-  told_of_ = tick.render;
+  if (!(stiffness > stable) || (noticed_scales_ == scales && noticed_mode_ == tick.render))
+    return {};
+  noticed_scales_ = scales;
+  noticed_mode_ = tick.render;
   return Formatted(
              "operator.position_scale %.4g x operator.force_scale %.4g x %.4g N/m of the object = "
              "%.4g N/m at the device, which renders %.4g N/m stably with --render ",

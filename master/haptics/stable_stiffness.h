@@ -44,8 +44,8 @@ class StiffnessNotice {
  private:
   RenderedRate rate_;
   double limit_;
-  double told_ = 0;  // product of the scales [-]
-  std::optional<RenderMode> told_of_;
+  double noticed_scales_ = 0;  // product of the scales [-]
+  std::optional<RenderMode> noticed_mode_;
 };
 
 }  // namespace palpate

@@ -104,13 +104,13 @@ std::string PermittedTarget(const std::string& target, bool beyond) {
 }
 
 std::string WordsOf(const grpc::Status& status) {
-  const std::string& told = status.error_message();
+  const std::string& message = status.error_message();
   if (IsOfTheLine(status.error_code())) {
     const auto row = std::ranges::find_if(
-        kRows, [&](const Row& one) { return told.find(one.part) != std::string::npos; });
+        kRows, [&](const Row& one) { return message.find(one.part) != std::string::npos; });
     if (row != kRows.end()) return std::string(row->words);
   }
-  return Presentable(told, kLongestReason);
+  return Presentable(message, kLongestReason);
 }
 
 }  // namespace palpate

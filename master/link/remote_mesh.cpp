@@ -72,8 +72,8 @@ double RemoteMesh::LargestDeflection() const {
   for (std::size_t i = 0; i < positions.size(); ++i) {
     largest = std::max(largest, (positions[i] - topology->surface.nodes[i]).squaredNorm());
   }
-  const double told = kSinglePrecision * Diagonal(topology->surface.nodes);
-  return largest > told * told ? std::sqrt(largest) : 0;
+  const double resolution = kSinglePrecision * Diagonal(topology->surface.nodes);
+  return largest > resolution * resolution ? std::sqrt(largest) : 0;
 }
 
 std::optional<RemoteMesh> FromProto(const v1::MeshState& message,
@@ -125,8 +125,7 @@ std::optional<RemoteMesh> MeshReader::Read(v1::MeshState* message, std::string* 
   }
   if (message->has_moves() && !Expand(message)) {
     is_lost_ = true;
-    *reason =
-        "moves: accepted are displacements of all nodes since the message before, in one unit";
+    *reason = "moves: expected displacements of all nodes since the message before, in one unit";
     return std::nullopt;
   }
   auto mesh = FromProto(*message, topology_, reason);

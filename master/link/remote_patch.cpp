@@ -18,7 +18,7 @@ const ReceivedPatch* PatchReader::Read(const v1::PatchUpdate& message, std::stri
     newest_.patch.epoch = epoch;
   }
   if (law->epoch != epoch_of_slave_) {
-    *reason = "law.epoch: accepted is that of the patch before";
+    *reason = "law.epoch: expected that of the patch before";
     return nullptr;
   }
   law->epoch = newest_.patch.epoch;

@@ -17,8 +17,8 @@ constexpr const char* kUnitQuaternion = "four: a unit quaternion w, x, y, z";
 constexpr std::size_t kLongestWords = 200;  // [characters]
 
 [[noreturn]] void Refuse(const std::string& field, double value, const std::string& accepted) {
-  throw std::runtime_error(Formatted("the slave's scene: %s = %g: accepted is %s", field.c_str(),
-                                     value, accepted.c_str()));
+  throw std::runtime_error(
+      Formatted("the slave's scene: %s = %g: expected %s", field.c_str(), value, accepted.c_str()));
 }
 
 double Positive(const char* field, double value) {
@@ -39,24 +39,24 @@ Eigen::Matrix3d Rotation(const v1::SceneDescription::Operator& mapping) {
 }
 
 // The force continues for this time after a lost link, so the slave's value is bounded.
-double DeadAfter(double told) {
-  if (told == 0) return kUsualDeadAfter;
-  if (!(told >= kLeastDeadAfter && told <= kMostDeadAfter)) {
-    Refuse("operator.dead_after", told, "0.010 to 0.500 s");
+double DeadAfter(double stated) {
+  if (stated == 0) return kUsualDeadAfter;
+  if (!(stated >= kLeastDeadAfter && stated <= kMostDeadAfter)) {
+    Refuse("operator.dead_after", stated, "0.010 to 0.500 s");
   }
-  return told;
+  return stated;
 }
 
-RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& told) {
-  RemoteFingertip fingertip{Presentable(told.name(), kLongestWords),
-                            Presentable(told.network(), kLongestWords),
-                            Presentable(told.localiser(), kLongestWords),
+RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& message) {
+  RemoteFingertip fingertip{Presentable(message.name(), kLongestWords),
+                            Presentable(message.network(), kLongestWords),
+                            Presentable(message.localiser(), kLongestWords),
                             {}};
-  const auto& p = told.p_s_finger();
+  const auto& p = message.p_s_finger();
   fingertip.p_S_home = {p.x(), p.y(), p.z()};
   const double far = fingertip.p_S_home.norm();
   if (!(far <= kMaxLength)) {
-    Refuse("fingertips.p_S_finger of " + told.name(), far, "a position at most 1e6 m away");
+    Refuse("fingertips.p_S_finger of " + message.name(), far, "a position at most 1e6 m away");
   }
   return fingertip;
 }
@@ -89,7 +89,7 @@ RemoteScene ToRemoteScene(const v1::SceneDescription& scene) {
   remote.version = Presentable(capabilities.version(), kLongestWords);
   remote.simulated = capabilities.simulated();
   remote.sensor_rate = NonNegative("sensor_rate", capabilities.sensor_rate());
-  for (const auto& told : scene.fingertips()) remote.fingertips.push_back(Fingertip(told));
+  for (const auto& message : scene.fingertips()) remote.fingertips.push_back(Fingertip(message));
   return remote;
 }
 

@@ -38,8 +38,8 @@ constexpr int kTripsBorne =
     6;  // of what a call took, while a line that was idle gets going; longer is dead
 constexpr int kTimesTheFirst = 4;  // of what the first answer took
 constexpr milliseconds kModelDeadline(15000);
-constexpr milliseconds kToldAfterwards(3000);  // that a state was refused, while others are not
-constexpr milliseconds kGrace(300);            // for the slave to end the stream after our goodbye
+constexpr milliseconds kReportedAfterwards(3000);  // that a state was refused, while others are not
+constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
 
 constexpr const char* kNoDatagrams = "no datagrams come through: states and commands use TCP alone";
 
@@ -170,8 +170,8 @@ struct SlaveLink::Parts {
   OperateSession* session = nullptr;
   grpc::ClientContext* stop_call = nullptr;  // under way
   bool stopping = false, was_connected = false;
-  LinkStats told;       // but for what is counted elsewhere
-  std::string refusal;  // of the last state that was refused
+  LinkStats link_stats;  // but for what is counted elsewhere
+  std::string refusal;   // of the last state that was refused
   Clock::time_point refused_at{};
   std::string unread;  // why the settings cannot be read; empty: they can
 
@@ -274,33 +274,33 @@ grpc::Status SlaveLink::Parts::RunSession(OperateSession* next, const std::stop_
 
 grpc::Status SlaveLink::Parts::Failed(const grpc::Status& status) {
   const std::scoped_lock lock(mutex);
-  told.connected = false;
+  link_stats.connected = false;
   refused_at = {};
-  if (!stopping) told.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
-  told.answers = IsAnswer(status);
+  if (!stopping) link_stats.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
+  link_stats.answers = IsAnswer(status);
   denied = !was_connected && status.error_code() == grpc::StatusCode::PERMISSION_DENIED;
   return status;
 }
 
 void SlaveLink::Parts::Served() {
   const std::scoped_lock lock(mutex);
-  if (was_connected) ++told.reconnects;
-  told.connected = was_connected = true;
+  if (was_connected) ++link_stats.reconnects;
+  link_stats.connected = was_connected = true;
   denied = false;
-  told.trouble.clear();
+  link_stats.trouble.clear();
   unread.clear();  // they were read before this stream began
   datagram_at = Clock::now();
 }
 
 bool SlaveLink::Parts::LacksDatagrams() const {
   const milliseconds patience = std::max<milliseconds>(DatagramLine::kSilence, longest_round_trip);
-  const bool asked = options.datagrams.value_or(false);  // else it is nothing to be told of
-  return asked && told.connected && SinceThen(datagram_at) > patience;
+  const bool asked = options.datagrams.value_or(false);  // else there is nothing to report
+  return asked && link_stats.connected && SinceThen(datagram_at) > patience;
 }
 
 void SlaveLink::Parts::Refused(const std::string& reason) {
   const std::scoped_lock lock(mutex);
-  ++told.refused;
+  ++link_stats.refused;
   refusal = "a state was rejected: " + reason;
   refused_at = Clock::now();
 }
@@ -398,8 +398,8 @@ void SlaveLink::Stop() {
 LinkStats SlaveLink::stats() const {
   const RoundTrips::Times times = parts_->trips.times();
   std::unique_lock lock(parts_->mutex);
-  LinkStats stats = parts_->told;
-  if (SinceThen(parts_->refused_at) < kToldAfterwards) stats.trouble = parts_->refusal;
+  LinkStats stats = parts_->link_stats;
+  if (SinceThen(parts_->refused_at) < kReportedAfterwards) stats.trouble = parts_->refusal;
   if (stats.trouble.empty()) stats.trouble = parts_->unread;
   if (stats.trouble.empty() && parts_->LacksDatagrams()) stats.trouble = kNoDatagrams;
   lock.unlock();

@@ -14,8 +14,7 @@ AxisMap::AxisMap(const Eigen::Matrix3d& P) : P_(P) {
                               (size.rowwise().sum().array() == 1).all() &&
                               (size.colwise().sum().array() == 1).all();
   if (!is_permutation) {
-    throw std::invalid_argument(
-        "axes: accepted is each of x, y and z once, each with or without -");
+    throw std::invalid_argument("axes: expected each of x, y and z once, each with or without -");
   }
 }
 
@@ -38,7 +37,7 @@ AxisMap AxisMap::Parse(std::string_view text) {
   if (good) return AxisMap(P);
   throw std::invalid_argument(
       "--axes " + std::string(text) +
-      ": accepted are the device's axes for right, up and towards the operator, for example x,y,z "
+      ": expected the device's axes for right, up and towards the operator, for example x,y,z "
       "or -z,y,x");
 }
 

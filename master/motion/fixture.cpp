@@ -108,7 +108,7 @@ Fixture Fixture::Parse(std::string_view text) {
   }
   throw std::invalid_argument(
       "--fixture " + std::string(text) +
-      ": accepted is plane:X,Y,Z:NX,NY,NZ, line:X,Y,Z:DX,DY,DZ[:RADIUS], sphere:X,Y,Z:RADIUS or "
+      ": expected plane:X,Y,Z:NX,NY,NZ, line:X,Y,Z:DX,DY,DZ[:RADIUS], sphere:X,Y,Z:RADIUS or "
       "cone:X,Y,Z:DX,DY,DZ:DEGREES (1 to 89 degrees), lengths in mm, frame S");
 }
 
@@ -121,7 +121,7 @@ Fixture Fixture::ParseBox(std::string_view text) {
     }
   }
   throw std::invalid_argument("--box " + std::string(text) +
-                              ": accepted are two opposite corners in mm, frame S: X,Y,Z:X,Y,Z");
+                              ": expected two opposite corners in mm, frame S: X,Y,Z:X,Y,Z");
 }
 
 Vector3d Fixture::Nearest(const Vector3d& p_S) const noexcept {

@@ -15,7 +15,7 @@ void MotionOptions::ParseLocks(const std::string& text) {
     const bool is_last = at + 1 == text.size();
     if (axis == std::string_view::npos || (!is_last && text[at + 1] != ',')) {
       throw std::invalid_argument("--lock " + text +
-                                  ": accepted are axes of the master, for example z or x,z");
+                                  ": expected axes of the master, for example z or x,z");
     }
     locked[static_cast<int>(axis)] = true;
     if (is_last) return;

@@ -67,8 +67,8 @@ class MessageDispatcher {
   void DispatchTraces() {
     std::string reason;
     const auto update = Parsed<v1::TraceUpdate>(reader_);
-    for (const v1::SampleTrace& told : update.samples()) {
-      if (const auto trace = FromProto(told, &reason)) feed_.on_trace(*trace);
+    for (const v1::SampleTrace& sample : update.samples()) {
+      if (const auto trace = FromProto(sample, &reason)) feed_.on_trace(*trace);
     }
   }
   void DispatchLog() {
@@ -112,7 +112,7 @@ Replay::Replay(std::filesystem::path file) : file_(std::move(file)) {
   span_.damage = reader.damage();
   if (span_.ticks == 0) {
     throw InputError((span_.damage.empty() ? file_.string() : span_.damage) +
-                     ": contains no tick: accepted is a master's recording (connect --record)");
+                     ": contains no tick: expected a master's recording (connect --record)");
   }
   const auto session = reader.mcap().notes().find(kSessionNote);
   if (session != reader.mcap().notes().end()) span_.session = session->second;

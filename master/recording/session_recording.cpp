@@ -61,8 +61,8 @@ void SessionRecording::OnTick(const TickRecord& record) {
   v1::ForceTick message;
   ToProto(record, &message);
   recording_.Put(tick_, record.at, message);
-  if (SecondsBetween(hand_told_, record.at) < kHandEvery) return;
-  hand_told_ = record.at;
+  if (SecondsBetween(hand_written_, record.at) < kHandEvery) return;
+  hand_written_ = record.at;
   foxglove::PoseInFrame pose;
   ToProto(record.at, pose.mutable_timestamp());
   pose.set_frame_id("master");
@@ -91,8 +91,8 @@ void SessionRecording::OnState(const ReceivedState& received) {
   v1::SlaveState message;
   ToProto(received.state, &message);
   recording_.Put(state_, received.received_at, message);
-  for (const EventWords& told : InWords(received.state.events)) {
-    Log("slave: " + std::string(told.words), told.weight == EventWords::Weight::kTrouble);
+  for (const EventWords& event : InWords(received.state.events)) {
+    Log("slave: " + std::string(event.words), event.weight == EventWords::Weight::kTrouble);
   }
 }
 
@@ -143,11 +143,11 @@ void SessionRecording::PutMesh(Time now, const v1::MeshState& mesh) {
 }
 
 void SessionRecording::LogAlarms(const google::protobuf::Message& status) {
-  const auto& told = static_cast<const v1::Status&>(status).alarms();
-  for (const std::string& alarm : told) {
+  const auto& alarms = static_cast<const v1::Status&>(status).alarms();
+  for (const std::string& alarm : alarms) {
     if (!alarms_.contains(alarm)) Log("slave: " + alarm, true);
   }
-  alarms_ = {told.begin(), told.end()};
+  alarms_ = {alarms.begin(), alarms.end()};
 }
 
 void SessionRecording::Log(const std::string& line, bool is_alarm, Time at) {

@@ -85,7 +85,7 @@ class SessionRecording {
   std::atomic<bool> is_on_{true};
   // Used by the thread of the ticks.
   TickRecord last_;
-  Time hand_told_{};
+  Time hand_written_{};
   std::set<std::string> alarms_;  // of the last status; used by the status thread
   Time image_kept_{};             // used by the image thread
   // Used by the mesh thread.

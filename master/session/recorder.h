@@ -23,7 +23,7 @@ namespace palpate {
 //
 //   t,state,p_M_*,p_S_*,estimated_*,local_*,scaled_*,passive_*,limited_*,sent_*,true_*,age_s,reason
 //
-// `*` stands for x, y, z. SI units; unknown values are
+// `*` means x, y, z. SI units; unknown values are
 // empty. `reason` has reasons joined by `+`, and `mark` in the tick of a mark. About 0.2 MB per
 // second.
 class TickLog {

@@ -267,14 +267,14 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     const double t = SecondsBetween(begin, Clock::now());
     if (t - shown < kShowEvery || recorder.newest().at == Time{}) continue;
     shown = t;
-    LinkStats told = link();
-    if (loop.stops().is_wanted()) told.trouble = Join(kUnanswered, told.trouble);
+    LinkStats link_stats = link();
+    if (loop.stops().is_wanted()) link_stats.trouble = Join(kUnanswered, link_stats.trouble);
     SessionStatus status{t,
                          recorder.newest(),
                          meter.Update(t, recorder.taken()),
                          recorder.newest().force_limit,
                          Named(recorder.newest(), options.finger_names),
-                         told};
+                         link_stats};
     status.device = device.description();
     show(status);
   }

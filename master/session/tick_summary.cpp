@@ -114,12 +114,12 @@ void TickSummary::AddFingers(const TickRecord& record) noexcept {
   const auto count = static_cast<std::size_t>(record.finger_count);
   finger_count_ = std::max(finger_count_, count);
   for (std::size_t i = 0; i < count; ++i) {
-    const FingerState& felt = record.fingers[i];
+    const FingerState& state = record.fingers[i];
     FingerSummary& finger = fingers_[i];
     ++finger.ticks;
-    if (felt.in_contact) ++finger.contact_ticks;
-    if (!IsForceKnown(felt)) continue;
-    finger.force_peak = std::max(finger.force_peak, felt.force->cast<double>().norm());
+    if (state.in_contact) ++finger.contact_ticks;
+    if (!IsForceKnown(state)) continue;
+    finger.force_peak = std::max(finger.force_peak, state.force->cast<double>().norm());
   }
 }
 

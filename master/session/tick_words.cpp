@@ -48,10 +48,10 @@ std::vector<std::string> ActsInWords(const TickRecord& before, const TickRecord&
 }
 
 std::vector<EventWords> InWords(const Events& events) {
-  std::vector<EventWords> told;
-  std::ranges::copy_if(kEventWords, std::back_inserter(told),
+  std::vector<EventWords> found;
+  std::ranges::copy_if(kEventWords, std::back_inserter(found),
                        [&](const EventWords& known) { return events.Has(known.event); });
-  return told;
+  return found;
 }
 
 }  // namespace palpate

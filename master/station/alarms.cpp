@@ -187,8 +187,9 @@ void Alarms::AddReasons() {
   }};
   for (const auto& [reason, words, next] : kChanges) {
     if (!tick_.chain.reasons.Has(reason)) continue;
-    const bool is_told = reason == Reason::kBadDevice && tick_.device.fault != DeviceFault::kNone;
-    if (is_told) continue;
+    const bool is_reported =
+        reason == Reason::kBadDevice && tick_.device.fault != DeviceFault::kNone;
+    if (is_reported) continue;
     Note(std::string("The force was changed: ") + words + ".", next);
   }
 }

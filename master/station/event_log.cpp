@@ -39,9 +39,9 @@ void EventLog::AppendChanges(double t, const TickRecord& tick) {
 
 void EventLog::AppendEvents(double t, Events events) {
   using Weight = EventWords::Weight;
-  for (const EventWords& told : InWords(events)) {
-    if (told.weight == Weight::kUsual) continue;
-    Append(t, told.weight == Weight::kTrouble, std::string(told.words));
+  for (const EventWords& event : InWords(events)) {
+    if (event.weight == Weight::kUsual) continue;
+    Append(t, event.weight == Weight::kTrouble, std::string(event.words));
   }
 }
 

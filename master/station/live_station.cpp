@@ -80,7 +80,7 @@ struct LiveStation::Parts {
 
   void Run(const std::stop_token& stop);
   void PutMoment();
-  // Of the newest tick whose sample's trace has come.
+  // The trace of the newest tick whose sample's trace has come.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
   // Time since the image is frozen [s]; 0: not frozen, or no image.
   double PutImage(const TickDigest::Moment& ticks);
@@ -119,8 +119,8 @@ struct LiveStation::Parts {
   PageViews page_views;
   ShownHealth health;
   std::optional<HandTrace> trace;
-  std::vector<LogEntry> said;
-  bool told_to_wait = false;  // what waits now
+  std::vector<LogEntry> log;
+  bool is_waiting = false;  // what waits now
   Display display{&board};
 
   TaskQueue tasks;
@@ -169,8 +169,8 @@ void LiveStation::Parts::PutMoment() {
   moment.health_trouble = health.trouble;
   moment.other_release = OtherRelease(options.hello.scene.version, options.hello.version);
   if (const auto entries = event_log.TakeNew()) {
-    said = *entries;
-    board.Put(Topic::kSaid, SaidJson(said));
+    log = *entries;
+    board.Put(Topic::kLog, LogJson(log));
   }
   LeaveOutOld(&moment);
   board.Put(Topic::kStatus, StatusJson(moment));
@@ -292,11 +292,11 @@ void LiveStation::Parts::Set(const MappingCommand& command) {
 void LiveStation::Parts::SetWhenFree(const StationMoment& moment) {
   const SlaveLink::Mapping& seen = moment.waiting;
   const bool waits = seen.position_scale || seen.force_scale || seen.force_limit;
-  const bool was_told = std::exchange(told_to_wait, waits && !IsFree(moment));
-  if (told_to_wait && !was_told) {
+  const bool was_waiting = std::exchange(is_waiting, waits && !IsFree(moment));
+  if (is_waiting && !was_waiting) {
     Log(false, "scales and limit wait until the operator is disengaged and nothing is touched");
   }
-  if (!waits || told_to_wait) return;
+  if (!waits || is_waiting) return;
   SlaveLink::Mapping asked;
   {
     const std::scoped_lock lock(mutex);
@@ -331,8 +331,8 @@ LiveStation::LiveStation(Options options, Controls controls)
   Parts* parts = parts_.get();
   parts->server = std::make_unique<PageServer>(
       parts->options.at.endpoint, &parts->board,
-      PageServer::Listener{[parts](std::uint64_t page, std::string_view said) {
-                             return parts->Do(page, ReadPageCommand(said));
+      PageServer::Listener{[parts](std::uint64_t page, std::string_view message) {
+                             return parts->Do(page, ReadPageCommand(message));
                            },
                            [parts](std::uint64_t page) { parts->OnPageLeft(page); }},
       parts->options.at.access);

@@ -137,9 +137,9 @@ Json ReplayOf(const StationMoment& moment) {
 Json TraceOf(const StationMoment& moment) {
   if (!moment.trace) return nullptr;
   const HandTrace& trace = *moment.trace;
-  return {{"sample", trace.sample},   {"state", trace.state}, {"t", trace.t},
-          {"capture", trace.capture}, {"eyes", trace.eyes},   {"model", trace.model},
-          {"wait", trace.wait},       {"wire", trace.wire},   {"tick", trace.tick},
+  return {{"sample", trace.sample},   {"state", trace.state},     {"t", trace.t},
+          {"capture", trace.capture}, {"sensing", trace.sensing}, {"model", trace.model},
+          {"wait", trace.wait},       {"wire", trace.wire},       {"tick", trace.tick},
           {"total", trace.total}};
 }
 
@@ -295,15 +295,15 @@ std::vector<std::string> AlarmsIn(const SlaveTexts& texts) {
   return alarms;
 }
 
-std::string SaidJson(const std::vector<LogEntry>& entries) {
-  Json said = Json::array();
-  for (const LogEntry& saying : entries) {
-    said.push_back({{"number", saying.number},
-                    {"t", saying.t},
-                    {"trouble", saying.is_trouble},
-                    {"text", saying.text}});
+std::string LogJson(const std::vector<LogEntry>& entries) {
+  Json list = Json::array();
+  for (const LogEntry& entry : entries) {
+    list.push_back({{"number", entry.number},
+                    {"t", entry.t},
+                    {"trouble", entry.is_trouble},
+                    {"text", entry.text}});
   }
-  return Text({{"kind", "said"}, {"said", said}});
+  return Text({{"kind", "log"}, {"entries", list}});
 }
 
 std::string PongJson(double at) {

@@ -75,7 +75,7 @@ struct LogEntry {
   bool is_trouble = false;
   std::string text;
 };
-std::string SaidJson(const std::vector<LogEntry>& entries);
+std::string LogJson(const std::vector<LogEntry>& entries);
 
 // Answers to a page: to a ping with its `at`, past samples, and the reason of a rejection.
 std::string PongJson(double at);

@@ -32,9 +32,9 @@ namespace {
 
 constexpr std::ptrdiff_t kSayingsShown = 50;
 
-std::string NewestBy(double t, const std::map<double, std::string>& told) {
-  const auto after = told.upper_bound(t);
-  return after == told.begin() ? std::string() : std::prev(after)->second;
+std::string NewestBy(double t, const std::map<double, std::string>& texts) {
+  const auto after = texts.upper_bound(t);
+  return after == texts.begin() ? std::string() : std::prev(after)->second;
 }
 
 // Rarely changing data of a recording, read before the replay: scene and status of the slave,
@@ -46,11 +46,11 @@ class ReplayScene {
     v1::SceneDescription scene;
     const auto since = [&](Time at) { return SecondsBetween(replay.span().first, at); };
     ReplayFeed feed;
-    feed.on_scene = [&](const v1::SceneDescription& told, Time at) {
-      if (scenes_.empty()) scene = told;
-      scenes_[since(at)] = JsonOf(told);
+    feed.on_scene = [&](const v1::SceneDescription& sent, Time at) {
+      if (scenes_.empty()) scene = sent;
+      scenes_[since(at)] = JsonOf(sent);
     };
-    feed.on_health = [&](const v1::Status& told, Time at) { health_[since(at)] = JsonOf(told); };
+    feed.on_health = [&](const v1::Status& sent, Time at) { health_[since(at)] = JsonOf(sent); };
     feed.on_log = [&](const std::string& line, Time at, bool is_alarm) {
       entries_.push_back({entries_.size() + 1, since(at), is_alarm, line});
     };
@@ -72,7 +72,7 @@ class ReplayScene {
     return {0, NewestBy(t, scenes_), NewestBy(t, health_), {}};
   }
   // The newest log entries up to `t` [s], newest last.
-  [[nodiscard]] std::vector<LogEntry> SaidBy(double t) const {
+  [[nodiscard]] std::vector<LogEntry> EntriesBy(double t) const {
     const auto end = std::ranges::upper_bound(entries_, t, {}, &LogEntry::t);
     return {end - std::min(kSayingsShown, end - entries_.begin()), end};
   }
@@ -158,15 +158,15 @@ struct ReplayStation::Parts {
   TickDigest ticks;
   StationMoment moment;
   std::vector<std::string> finger_names;
-  // Of the newest states, by their numbers.
+  // Stamps of the newest states, by their numbers.
   struct StateStamp {
     Time sensed_at, sent_at;
     Eigen::Vector3d p_S_tip;
   };
-  std::map<std::uint64_t, StateStamp> told_of;
+  std::map<std::uint64_t, StateStamp> stamps;
   // First tick of each sample, until its trace arrives.
   std::map<Time, std::pair<TickRecord, double>> untraced;
-  double health_told = -1;            // [s]
+  double health_sent_at = -1;         // [s]
   double at = 0;                      // [s]
   std::atomic<std::uint64_t> run{0};  // rises with each cut
   std::chrono::steady_clock::time_point put{};
@@ -181,27 +181,27 @@ struct ReplayStation::Parts {
 };
 
 ReplayFeed ReplayStation::Parts::Feed() {
-  ReplayFeed told;
-  told.on_tick = [this](const TickRecord& tick) { Update(tick); };
-  told.on_state = [this](const SlaveState& state, Time) { Update(state); };
-  told.on_picture = [this](const std::string& jpeg, Time sensed_at) {
+  ReplayFeed consumer;
+  consumer.on_tick = [this](const TickRecord& tick) { Update(tick); };
+  consumer.on_state = [this](const SlaveState& state, Time) { Update(state); };
+  consumer.on_picture = [this](const std::string& jpeg, Time sensed_at) {
     display.PutImage(jpeg, Since(sensed_at));
   };
-  told.on_trace = [this](const SampleTrace& trace) { Update(trace); };
-  told.on_mesh = [this](const auto& mesh) { display.PutShape(*mesh, Since(mesh->sensed_at)); };
-  told.goes_on = [this](double t) { return GoesOn(t); };
-  return told;
+  consumer.on_trace = [this](const SampleTrace& trace) { Update(trace); };
+  consumer.on_mesh = [this](const auto& mesh) { display.PutShape(*mesh, Since(mesh->sensed_at)); };
+  consumer.goes_on = [this](double t) { return GoesOn(t); };
+  return consumer;
 }
 
 // The clocks' offset follows from how old the tick took its state to be.
-void ReplayStation::Parts::Update(const TickRecord& told) {
+void ReplayStation::Parts::Update(const TickRecord& recorded) {
   const SlaveState& state = moment.observed.state;
-  TickRecord tick = told;
-  const auto told_then = told_of.find(tick.state_sequence);
-  if (told_then != told_of.end()) {
-    tick.sensed_at = told_then->second.sensed_at;
-    tick.sent_at = told_then->second.sent_at;
-    tick.p_S_tip = told_then->second.p_S_tip;
+  TickRecord tick = recorded;
+  const auto stamp = stamps.find(tick.state_sequence);
+  if (stamp != stamps.end()) {
+    tick.sensed_at = stamp->second.sensed_at;
+    tick.sent_at = stamp->second.sent_at;
+    tick.p_S_tip = stamp->second.p_S_tip;
   }
   const double t = ticks.Add(tick);
   if (tick.sensed_at != Time{}) untraced.try_emplace(tick.sensed_at, tick, t);
@@ -214,8 +214,8 @@ void ReplayStation::Parts::Update(const TickRecord& told) {
 
 void ReplayStation::Parts::Update(const SlaveState& state) {
   moment.observed.state = state;
-  told_of[state.sequence] = {state.sensed_at, state.sent_at, state.p_S_tip};
-  if (told_of.size() > kUntraced) told_of.erase(told_of.begin());
+  stamps[state.sequence] = {state.sensed_at, state.sent_at, state.p_S_tip};
+  if (stamps.size() > kUntraced) stamps.erase(stamps.begin());
   ++moment.status.link.states;
   TickRecord seen;
   RecordFingers(state, &seen);
@@ -238,8 +238,8 @@ std::string ReplayStation::Parts::Hear(std::string_view message) {
   if (const auto* ping = std::get_if<PingCommand>(&command)) return PongJson(ping->at);
   if (std::holds_alternative<PastCommand>(command)) {
     // Read before the samples, so that samples of a later run are never sent as this one.
-    const std::uint64_t told = run;
-    return PastJson(ticks.Past(), told);
+    const std::uint64_t current = run;
+    return PastJson(ticks.Past(), current);
   }
   const auto* wanted = std::get_if<ReplayCommand>(&command);
   if (wanted == nullptr) return RefusedJson("this is a replay: nothing moves or stops a tool");
@@ -262,13 +262,13 @@ Course ReplayStation::Parts::Take() {
 
 void ReplayStation::Parts::Cut(double t) {
   ticks.Restart(replay.span().first);
-  told_of.clear();
+  stamps.clear();
   untraced.clear();
   moment.trace.reset();
   moment.observed = {};
   moment.status.fingers.clear();
   moment.replay->run = ++run;
-  health_told = -1;
+  health_sent_at = -1;
   at = std::max(0.0, t - kBefore);
   ReplayFeed quick = feed;
   quick.goes_on = [&](double now) {
@@ -298,12 +298,12 @@ void ReplayStation::Parts::Put() {
   put = std::chrono::steady_clock::now();
   moment.ticks = ticks.Newest();
   if (!moment.ticks.any) return;
-  if (health_told < 0 || std::abs(at - health_told) >= kHealthEvery) {
-    health_told = at;
+  if (health_sent_at < 0 || std::abs(at - health_sent_at) >= kHealthEvery) {
+    health_sent_at = at;
     const SlaveTexts texts = scene.TextsAt(at);
     moment.slave_alarms = AlarmsIn(texts);
     board.Put(Topic::kHealth, HealthJson(texts));
-    board.Put(Topic::kSaid, SaidJson(scene.SaidBy(at)));
+    board.Put(Topic::kLog, LogJson(scene.EntriesBy(at)));
   }
   {
     const std::scoped_lock lock(mutex);
@@ -328,7 +328,7 @@ ReplayStation::ReplayStation(const Replay* replay, const Options& options)
   parts->server = std::make_unique<PageServer>(
       options.at.endpoint, &parts->board,
       PageServer::Listener{
-          [parts](std::uint64_t, std::string_view said) { return parts->Hear(said); },
+          [parts](std::uint64_t, std::string_view message) { return parts->Hear(message); },
           [](std::uint64_t) {}},
       options.at.access);
 }

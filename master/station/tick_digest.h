@@ -77,7 +77,7 @@ struct HandTrace {
   std::uint64_t sample = 0, state = 0;  // numbers of the sample and of the state
   double t = 0;                         // of the tick, as in the log [s]
   double capture = 0;                   // from exposure or touch until the slave has the sample
-  double eyes = 0;                      // vision or tactile processing
+  double sensing = 0;                   // vision or tactile processing
   double model = 0;
   double wait = 0;  // until the state is sent
   double wire = 0;  // by the clock offset, which may be wrong by half a round trip

@@ -156,9 +156,9 @@ void Console::Show(const SessionStatus& status, const RemoteMesh* mesh) {
     lines.insert(lines.end(), table.begin(), table.end());
     return ShowLive(Cut(std::move(lines), out_));
   }
-  if (state_ == status.tick.state && status.t - said_ < kSayEvery) return;
+  if (state_ == status.tick.state && status.t - printed_at_ < kSayEvery) return;
   state_ = status.tick.state;
-  said_ = status.t;
+  printed_at_ = status.t;
   Print(FormatStatus(status) + FingerBrief(status.fingers, mesh));
 }
 

@@ -37,7 +37,7 @@ class Console {
   bool live_;
   std::size_t open_ = 0;  // number of live lines, the last without a line end
   std::optional<OperatorState> state_;
-  double said_ = 0;  // when the last plain line was printed [s]
+  double printed_at_ = 0;  // when the last plain line was printed [s]
 };
 
 // `force` as a share of `limit`, a bar of `width` characters in brackets.

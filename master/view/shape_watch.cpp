@@ -72,7 +72,7 @@ VtuGrid GridOf(const ShapeMoment& moment) {
 void CheckShapeFile(const std::filesystem::path& file) {
   if (file.extension() == ".vtu") return;
   throw std::invalid_argument("--shape = " + file.string() +
-                              ": accepted is a name that ends in .vtu (a mesh for ParaView)");
+                              ": expected a name that ends in .vtu (a mesh for ParaView)");
 }
 
 bool WriteShape(const ShapeMoment& moment, const std::filesystem::path& file) {

@@ -96,7 +96,7 @@ void DatagramLine::StreamMoves() noexcept {
 }
 
 std::uint16_t DatagramLine::port() const {
-  sockaddr_in6 own{};  // the port stands at the same place as in sockaddr_in
+  sockaddr_in6 own{};  // the port is at the same offset as in sockaddr_in
   socklen_t size = sizeof own;
   getsockname(socket_.fd, reinterpret_cast<sockaddr*>(&own), &size);
   return ntohs(own.sin6_port);
@@ -128,9 +128,9 @@ void DatagramLine::TakeNext() {
     heard_at_ = Clock::now();
     if (role_ == Role::kAnswers) peer_ = from;
   }
-  const LinkFeedback told = take_({reinterpret_cast<const char*>(plain.data()), plain.size()});
+  const LinkFeedback feedback = take_({reinterpret_cast<const char*>(plain.data()), plain.size()});
   const std::scoped_lock lock(mutex_);
-  pace_.Hear(told.seen, told.round_trip, Clock::now());
+  pace_.Hear(feedback.seen, feedback.round_trip, Clock::now());
 }
 
 void DatagramLine::Pace() {

@@ -35,8 +35,8 @@ class DatagramPace {
   static constexpr double kLost = 0.12;       // share [-]
   static constexpr double kStanding = 20e-3;  // queueing delay of the shortest round trip [s]
   static constexpr double kShaken = 0.5;      // accepted variation, relative to the base round trip
-  static constexpr double kStreamStands = 1;  // plus three round trips: the stream is stalled [s]
-  static constexpr double kUnheard = 2;       // plus a round trip: the peer is absent [s]
+  static constexpr double kStreamStalled = 1;  // plus three round trips: the stream is stalled [s]
+  static constexpr double kUnheard = 2;        // plus a round trip: the peer is absent [s]
 
   // Whether one more datagram may be sent.
   bool Allows(Time now) noexcept {
@@ -58,10 +58,10 @@ class DatagramPace {
     const double went = static_cast<double>(seen.newest) - static_cast<double>(before_.newest);
     const double arrived =
         static_cast<double>(seen.received) - static_cast<double>(before_.received);
-    const bool stands = stream_moved_at_ != Time{} &&
-                        SecondsBetween(stream_moved_at_, now) > kStreamStands + 3 * own_.OrZero();
+    const bool is_stalled = stream_moved_at_ != Time{} && SecondsBetween(stream_moved_at_, now) >
+                                                              kStreamStalled + 3 * own_.OrZero();
     const bool waits = own_.Waits(shortest_, kStanding, kShaken);
-    const bool crowds = waits || stands || arrived < (1 - kLost) * went - kFew;
+    const bool crowds = waits || is_stalled || arrived < (1 - kLost) * went - kFew;
     crowded_ = crowded_ || crowds;
     const double more = crowded_ ? share_ + kMore : 2 * share_;
     share_ = crowds ? std::max(kLeast, share_ / 2) : std::min(1.0, more);

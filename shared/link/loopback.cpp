@@ -13,7 +13,7 @@ namespace {
 
 [[noreturn]] void Refuse(const std::string& address) {
   throw std::invalid_argument(address +
-                              ": accepted is HOST:PORT or [IPV6]:PORT with a port from 0 to 65535");
+                              ": expected HOST:PORT or [IPV6]:PORT with a port from 0 to 65535");
 }
 
 // With the link that it is an address of, or without: fe80::1%eth0.
@@ -66,7 +66,7 @@ void RequireLoopbackUnless(bool insecure, const Endpoint& endpoint) {
   if (insecure || IsLoopback(endpoint.host)) return;
   throw std::invalid_argument(
       ToString(endpoint) +
-      ": accepted without --insecure is a loopback address (127.0.0.1, "
+      ": without --insecure, expected a loopback address (127.0.0.1, "
       "[::1] or localhost), because plain text is sent; --tls DIR encrypts it");
 }
 

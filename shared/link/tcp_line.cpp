@@ -72,7 +72,7 @@ std::vector<int> LinesTo(std::uint16_t port) {
 
 std::string NameOf(const sockaddr_storage& peer) {
   std::array<char, INET6_ADDRSTRLEN> text{};
-  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);  // the port stands at one place
+  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);  // the port has one offset in both
   const bool is_v6 = peer.ss_family == AF_INET6;
   const void* const address =
       is_v6 ? static_cast<const void*>(&v6.sin6_addr)

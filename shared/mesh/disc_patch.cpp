@@ -79,7 +79,7 @@ struct Sector {
   Vector2d first{0, 0};
 };
 
-// Of the triangle 0 a b what lies in the circle of radius r around 0, negative where it is
+// Adds the part of the triangle 0 a b in the circle of radius r around 0, negative where it is
 // clockwise: triangles over the part of a b inside, sectors beside it.
 void AddSector(const Vector2d& a, const Vector2d& b, double r, Sector* share) {
   const auto arc = [&](const Vector2d& from, const Vector2d& to) {

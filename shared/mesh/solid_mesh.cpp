@@ -64,11 +64,11 @@ SurfaceMesh SurfaceOf(const SolidMesh& mesh) {
 SolidMesh MeshBox(const Vector3d& size, const std::array<int, 3>& cells) {
   const auto [n_x, n_y, n_z] = cells;
   if (!(size.minCoeff() > 0) || !size.allFinite()) {
-    throw std::invalid_argument("box size: accepted are three finite lengths > 0");
+    throw std::invalid_argument("box size: expected three finite lengths > 0");
   }
   if (n_x < 1 || n_y < 1 || n_z < 1 || n_x > kMostTets || n_y > kMostTets || n_z > kMostTets ||
       6.0 * n_x * n_y * n_z > static_cast<double>(kMostTets)) {
-    throw std::invalid_argument("box cells: accepted are three counts >= 1, " +
+    throw std::invalid_argument("box cells: expected three counts >= 1, " +
                                 std::to_string(kMostTets) + " tetrahedra at most");
   }
   SolidMesh mesh;

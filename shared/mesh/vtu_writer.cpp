@@ -120,7 +120,7 @@ std::string ToVtu(const VtuGrid& grid, VtuForm form) {
     if (array.components < 1 ||
         array.values.size() != grid.points.size() * static_cast<std::size_t>(array.components)) {
       throw std::invalid_argument("array " + array.name + " of " +
-                                  std::to_string(array.values.size()) + " numbers: accepted are " +
+                                  std::to_string(array.values.size()) + " numbers: expected " +
                                   std::to_string(array.components) + " at each of " +
                                   std::to_string(grid.points.size()) + " points");
     }

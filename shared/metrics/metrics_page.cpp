@@ -87,7 +87,7 @@ Endpoint MetricsEndpoint(const std::string& address, bool insecure) {
   if (insecure || IsLoopback(endpoint.host)) return endpoint;
   throw std::invalid_argument(
       "--metrics: " + address +
-      ": accepted without --insecure is a loopback address (127.0.0.1, [::1] or localhost): the "
+      ": without --insecure, expected a loopback address (127.0.0.1, [::1] or localhost): the "
       "numbers are sent in plain text to anyone");
 }
 

@@ -86,14 +86,14 @@ NatsServer ParseNatsServer(const std::string& url, bool insecure,
   const std::size_t scheme = url.find("://");
   if (!server.encrypted && !url.starts_with("nats://")) {
     throw std::invalid_argument(Shown(url.substr(url.rfind('@') + 1)) +
-                                ": accepted is nats://HOST:PORT or tls://HOST:PORT");
+                                ": expected nats://HOST:PORT or tls://HOST:PORT");
   }
   const std::size_t at = url.rfind('@');
   const std::size_t host = at == std::string::npos ? scheme + 3 : at + 1;
   server.endpoint = ParseEndpoint(url.substr(host));
   if (!insecure && !server.encrypted && !IsLoopback(server.endpoint.host)) {
     throw std::invalid_argument("nats://" + ToString(server.endpoint) +
-                                ": accepted without --insecure is a loopback address, because "
+                                ": without --insecure, expected a loopback address, because "
                                 "plain text is sent; tls:// encrypts it");
   }
   return server;
@@ -120,11 +120,11 @@ struct NatsConnection::Parts {
     Owned<natsSubscription> subscription;  // of the present connection
   };
 
-  // One failing attempt after the other says the same: told once.
+  // Failing attempts with the same text are reported once.
   void Tell(const std::string& text) {
     {
       const std::scoped_lock lock(mutex);
-      if (std::exchange(told, text) == text) return;
+      if (std::exchange(last_news, text) == text) return;
     }
     on_news(text);
   }
@@ -162,7 +162,7 @@ struct NatsConnection::Parts {
   std::mutex mutex;                             // guards the next three members
   std::condition_variable finished;
   std::size_t running = 0;     // connections and subscriptions whose last callback is to come
-  std::string told;            // the last news
+  std::string last_news;       // the last reported text
   std::deque<Reader> readers;  // stay where they are
   Owned<natsConnection> connection;
 };

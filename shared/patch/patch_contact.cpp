@@ -120,7 +120,7 @@ double PatchContact::RatioAt(double depth, double now) const noexcept {
   return old + ShareOfNew(now) * (ratio(to_.law) - old);
 }
 
-// Of the law's force over the linear one's slope, d (r d) / dd, the largest of both laws.
+// The slope d (r d) / dd of a law's force over the linear one's, the largest of both laws.
 double PatchContact::SteepestRatio() const noexcept {
   double steepest = 1e-6;
   for (const PatchLaw* law : {&from_.law, &to_.law}) {

@@ -66,7 +66,7 @@ PatchPlace OnPlane(const SurfacePatch& patch, const Vector3d& p) {
   return place;
 }
 
-// Of a line's rim its end `k`, of a triangle's the edge opposite to corner `k`.
+// The rim is end `k` of a line, or the edge opposite to corner `k` of a triangle.
 bool IsAtRim(const SurfacePatch& patch, const PatchPlace& place) {
   const unsigned rim = patch.rim[static_cast<std::size_t>(place.cell)];
   for (int k = 0; k < patch.vertices_per_cell; ++k) {

@@ -16,14 +16,14 @@ constexpr std::uint64_t kChunkHead = 32;  // what a chunk tells before its packi
 McapReader::McapReader(const std::filesystem::path& file)
     : file_(file), stream_(file, std::ios::binary | std::ios::ate) {
   if (!stream_ || !std::filesystem::is_regular_file(file)) {
-    throw InputError(file.string() + ": cannot be read: accepted is a recording (.mcap)");
+    throw InputError(file.string() + ": cannot be read: expected a recording (.mcap)");
   }
   size_ = static_cast<std::uint64_t>(stream_.tellg());
   stream_.seekg(0);
   std::string magic;
   if (!ReadBytes(std::min<std::uint64_t>(size_, kMcapMagic.size()), &magic) ||
       magic != kMcapMagic) {
-    throw InputError(file.string() + ": is no MCAP file: accepted is a recording (.mcap)");
+    throw InputError(file.string() + ": is no MCAP file: expected a recording (.mcap)");
   }
   if (!ReadRecord()) return;
   if (kind_ == McapRecord::kHeader) {
@@ -65,7 +65,7 @@ std::optional<McapReader::Head> McapReader::ReadHead() {
   return std::nullopt;
 }
 
-// Of chunks that are passed over, and of what is larger than anything we take, only the beginning.
+// Reads only the beginning of skipped chunks and of records that are larger than any we take.
 bool McapReader::ReadRecord() {
   while (!is_over_) {
     const auto head = ReadHead();
@@ -180,7 +180,7 @@ void McapReader::TakeChunk(std::string_view content) {
     const bool is_known = how.empty() || how == "zstd";
     return Damage(is_known ? "a chunk is damaged"
                            : "a chunk is compressed with " + Shown(how) +
-                                 ": accepted is zstd or no compression");
+                                 ": expected zstd or no compression");
   }
   if (crc != 0 && Crc32(*unpacked) != crc) return Damage("a chunk's checksum is wrong");
   chunk_ = *std::move(unpacked);
@@ -211,7 +211,7 @@ const McapSchema* McapReader::schema(std::uint16_t id) const {
   return found == schemas_.end() ? nullptr : &found->second;
 }
 
-// The first is told: what follows may come of it.
+// The first is reported: later ones may follow from it.
 void McapReader::Damage(const std::string& what) {
   if (damage_.empty()) {
     damage_ = file_.string() + ": at byte " + std::to_string(record_at_) + ": " + what;

@@ -136,9 +136,9 @@ bool McapWriter::IsWithinLimit(std::uint64_t more) const {
 
 bool McapWriter::LeavesRoom() {
   Flush();
-  // What messages are is said where they begin and again at the end.
-  const std::uint64_t said = 2 * (summary_.schemas.size() + summary_.channels.size());
-  return IsWithinLimit(kHeaderRoom + said + kFooterRoom);
+  // Schemas and channels are written where their messages begin and again at the end.
+  const std::uint64_t entries = 2 * (summary_.schemas.size() + summary_.channels.size());
+  return IsWithinLimit(kHeaderRoom + entries + kFooterRoom);
 }
 
 bool McapWriter::MakeRoom(std::uint64_t bytes) {

@@ -160,7 +160,7 @@ void Recording::Drain(std::deque<Waiting>* batch) {
   for (; !batch->empty(); batch->pop_front()) {
     Waiting& next = batch->front();
     if (next.part != written_part_) GoOnIn(next.part, next.at);
-    if (next.stands) standing_[next.channel] = next.bytes;
+    if (next.is_standing) standing_[next.channel] = next.bytes;
     if (next.make && !writer_->ended()) next.bytes = next.make();
     writer_->Write(next.channel, Nanoseconds(next.at), next.bytes);
     const std::lock_guard lock(mutex_);
@@ -171,8 +171,8 @@ void Recording::Drain(std::deque<Waiting>* batch) {
 void Recording::CheckLoss() {
   {
     const std::lock_guard lock(mutex_);
-    if (is_loss_told_ || stats_.dropped == 0) return;
-    is_loss_told_ = true;
+    if (is_loss_reported_ || stats_.dropped == 0) return;
+    is_loss_reported_ = true;
   }
   if (!options_.tell) return;
   options_.tell(options_.file.string() +
@@ -180,19 +180,19 @@ void Recording::CheckLoss() {
 }
 
 void Recording::CheckEnd() {
-  std::string told;
+  std::string news;
   {
     const std::lock_guard lock(mutex_);
     stats_.bytes = bytes_before_ + writer_->bytes();
     stats_.messages = messages_before_ + writer_->messages();
     stats_.failed = writer_->failed() || !broken_.empty();
     const std::string& trouble = broken_.empty() ? writer_->trouble() : broken_;
-    if (is_told_ || trouble.empty()) return;
-    is_told_ = is_closed_ = true;
-    told = stats_.trouble = trouble;
+    if (is_reported_ || trouble.empty()) return;
+    is_reported_ = is_closed_ = true;
+    news = stats_.trouble = trouble;
     queue_.clear();
   }
-  if (options_.tell) options_.tell(told);
+  if (options_.tell) options_.tell(news);
 }
 
 void Recording::Finish() {
@@ -238,9 +238,8 @@ std::uint64_t ParseRecordLimit(std::string_view text) {
     if (bytes >= kLeast && bytes <= kMost) return static_cast<std::uint64_t>(bytes);
     break;
   }
-  throw std::invalid_argument(
-      "--record-limit = " + Shown(text) +
-      ": accepted is a size from 100 kB to 1000 TB, such as 500 MB or 8 GB");
+  throw std::invalid_argument("--record-limit = " + Shown(text) +
+                              ": expected a size from 100 kB to 1000 TB, such as 500 MB or 8 GB");
 }
 
 std::filesystem::path PartFile(const std::filesystem::path& file, int number) {

@@ -102,7 +102,7 @@ class Recording {
     std::size_t size;
     std::string bytes;
     std::function<std::string()> make;  // empty: `bytes`
-    bool stands = false;
+    bool is_standing = false;
     int part = 1;
   };
   using Beginning = std::function<void(McapWriter*)>;
@@ -132,14 +132,14 @@ class Recording {
   std::size_t waiting_ = 0;  // [bytes]
   Stats stats_;
   Time part_began_ = Clock::now();
-  bool is_closed_ = false, is_told_ = false;  // closed; the reason was reported
-  bool is_loss_told_ = false;
+  bool is_closed_ = false, is_reported_ = false;  // closed; the reason was reported
+  bool is_loss_reported_ = false;
 
   std::jthread thread_;  // last: it uses all of the above
 };
 
 // Parses a size: `500 MB`, `2GB`, `1e9` [bytes]. Throws std::invalid_argument: `--record-limit = x:
-// accepted is ...`.
+// expected ...`.
 std::uint64_t ParseRecordLimit(std::string_view text);
 
 }  // namespace palpate

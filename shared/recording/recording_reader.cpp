@@ -84,8 +84,7 @@ void RecordingReader::Read(google::protobuf::Message* message) const {
   const std::string name = message->GetTypeName();
   if (schema == nullptr || schema->name != name) {
     throw InputError(parts_[part_].string() + ": " + Shown(channel_->topic) + " is of " +
-                     (schema == nullptr ? "no type" : Shown(schema->name)) + ": accepted is " +
-                     name);
+                     (schema == nullptr ? "no type" : Shown(schema->name)) + ": expected " + name);
   }
   if (!message->ParseFromArray(message_.data.data(), static_cast<int>(message_.data.size()))) {
     throw InputError(parts_[part_].string() + ": a message of " + Shown(channel_->topic) +

@@ -74,9 +74,9 @@ struct FingerState {
 };
 
 // Whether a force is present and valid as a number.
-template <class Felt>
-bool IsForceKnown(const Felt& felt) {
-  return felt.force.has_value() && IsForceKnown(felt.validity);
+template <class Estimate>
+bool IsForceKnown(const Estimate& estimate) {
+  return estimate.force.has_value() && IsForceKnown(estimate.validity);
 }
 
 // The estimate of one image or tactile sample, with the result of its checks. Frame S.

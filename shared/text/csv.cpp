@@ -67,7 +67,7 @@ CsvLines::CsvLines(const std::filesystem::path& file, char comment)
     : file_(file), stream_(file, std::ios::binary), comment_(comment) {
   std::error_code error;
   if (!stream_ || std::filesystem::is_directory(file, error)) {
-    throw InputError(file.string() + ": cannot be read: accepted is a CSV file");
+    throw InputError(file.string() + ": cannot be read: expected a CSV file");
   }
   Fill();
   ChooseDialect();
@@ -179,7 +179,7 @@ void CsvLines::Split(std::string_view line, char separator) {
     const std::size_t end = std::min(line.find_first_not_of(' ', at), line.size());
     const bool is_closed = at <= line.size() && line[at - 1] == '"' && at > first + 1;
     if (!is_closed || (end < line.size() && line[end] != separator)) {
-      Fail("a quote that is not closed, or text behind it: accepted is \"...\" around a cell");
+      Fail("a quote that is not closed, or text behind it: expected \"...\" around a cell");
     }
     cells_.push_back(Trimmed(std::string_view(unquoted_).substr(from)));
     begin = end + 1;
@@ -190,8 +190,7 @@ void CsvLines::Split(std::string_view line, char separator) {
 void CsvLines::TakeCommas() {
   const auto refuse_mixed = [&](std::string_view cell) {
     if (has_comma_ && has_point_) {
-      Fail(Shown(cell) +
-           ": decimal commas and decimal points in one table: accepted is one of them");
+      Fail(Shown(cell) + ": decimal commas and decimal points in one table: expected one of them");
     }
   };
   for (std::string_view& cell : cells_) {
@@ -202,8 +201,7 @@ void CsvLines::TakeCommas() {
     const auto point = WithPoint(cell);
     if (!point) continue;
     if (separator_ == ',') {
-      Fail(Shown(cell) +
-           ": a comma in a number: accepted is a decimal point where commas separate");
+      Fail(Shown(cell) + ": a comma in a number: expected a decimal point where commas separate");
     }
     has_comma_ = true;
     refuse_mixed(cell);
@@ -221,8 +219,8 @@ bool CsvLines::Next() {
     if (at_ >= buffer_.size()) return false;
     ++number_;
     const std::size_t length = std::min(end, buffer_.size()) - at_;
-    if (length + 1 >= kLongestLine) Fail("a line of 64 KiB or more: accepted is a CSV file");
-    if (number_ > kMostLines) Fail("more than ten million lines: accepted is a shorter file");
+    if (length + 1 >= kLongestLine) Fail("a line of 64 KiB or more: expected a CSV file");
+    if (number_ > kMostLines) Fail("more than ten million lines: expected a shorter file");
     const std::string_view raw = std::string_view(buffer_).substr(at_, length);
     line_.clear();
     if (FindInvalidUtf8(raw) == std::string_view::npos) {
@@ -265,7 +263,7 @@ CsvTable::CsvTable(const std::filesystem::path& file, std::vector<Column> column
   if (CsvLines::Next()) {
     TakeHeader(header);
   } else if (columns_.empty()) {
-    Fail("empty: accepted is a CSV file with a header row");
+    Fail("empty: expected a CSV file with a header row");
   }  // else Next complains
 }
 
@@ -286,19 +284,19 @@ void CsvTable::TakeHeader(Header header) {
                                         : SplitTitle(title);
     if (!parts.unknown_unit.empty() && !columns_.empty() && !is_free) {
       Fail("column " + Shown(title) + ": unit " + Shown(parts.unknown_unit) +
-           " is not understood: accepted is " + InWords(Quantity::kLength) + ", " +
+           " is not understood: expected " + InWords(Quantity::kLength) + ", " +
            InWords(Quantity::kForce) + " or " + InWords(Quantity::kTime));
     }
     const std::string name = parts.to_si || is_free ? parts.name : std::string(title);
     const bool is_repeated = !name.empty() && Find(name);
     if (is_repeated && columns_.empty()) {
-      Fail("column " + Shown(name) + " appears twice: accepted is once");
+      Fail("column " + Shown(name) + " appears twice: expected once");
     }
     const bool is_wanted = columns_.empty() || is_free || name.empty() ||
                            std::ranges::find(columns_, name, &Column::name) != columns_.end();
     if (is_repeated || !is_wanted) {
       Fail("column = " + Shown(title) + CodesIn(title) + (is_repeated ? " again" : "") +
-           ": accepted is " + Names(columns_));
+           ": expected " + Names(columns_));
     }
     RequireQuantity(name, parts.quantity);
     header_.push_back(name);
@@ -306,7 +304,7 @@ void CsvTable::TakeHeader(Header header) {
   }
   for (const Column& column : columns_) {
     if (!column.required || Has(column.name)) continue;
-    Fail("no column " + std::string(column.name) + ": accepted is " + Names(columns_));
+    Fail("no column " + std::string(column.name) + ": expected " + Names(columns_));
   }
 }
 
@@ -336,11 +334,11 @@ bool CsvTable::IsRowOfUnits() {
 bool CsvTable::Next() {
   if (!std::exchange(is_row_, false) && !CsvLines::Next()) {
     if (!is_empty_ || columns_.empty()) return false;
-    Fail("no rows: accepted is a header " + Names(columns_) + " and one row or more", number() + 1);
+    Fail("no rows: expected a header " + Names(columns_) + " and one row or more", number() + 1);
   }
   DropEmptyEnd(header_.size());
   if (cells().size() != header_.size()) {
-    Fail(std::to_string(cells().size()) + " cells: accepted is " + std::to_string(header_.size()) +
+    Fail(std::to_string(cells().size()) + " cells: expected " + std::to_string(header_.size()) +
          ", as in the header");
   }
   if (is_empty_ && IsRowOfUnits()) return Next();
@@ -379,8 +377,7 @@ double CsvTable::Number(std::string_view column) const {
 }
 
 std::string CsvTable::Complaint(std::size_t column, const std::string& accepted) const {
-  return Located(Shown(header_[column]) + " = " + Shown(Text(column)) + ": accepted is " +
-                 accepted);
+  return Located(Shown(header_[column]) + " = " + Shown(Text(column)) + ": expected " + accepted);
 }
 
 void CsvTable::Refuse(std::size_t column, const std::string& accepted) const {
@@ -389,7 +386,7 @@ void CsvTable::Refuse(std::size_t column, const std::string& accepted) const {
 
 void CsvTable::Refuse(std::string_view column, std::string_view accepted) const {
   if (const auto place = Find(column)) Refuse(*place, std::string(accepted));
-  Fail(std::string(column) + " = : accepted is " + std::string(accepted));
+  Fail(std::string(column) + " = : expected " + std::string(accepted));
 }
 
 }  // namespace palpate

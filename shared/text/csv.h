@@ -101,7 +101,7 @@ class CsvTable : public CsvLines {
   [[nodiscard]] double Number(std::size_t column, double limit = 1e300) const;
   // 0 if an optional column or its cell is absent.
   [[nodiscard]] double Number(std::string_view column) const;
-  // `file:line: column = cell: accepted is ...`; Refuse throws it.
+  // `file:line: column = cell: expected ...`; Refuse throws it.
   [[nodiscard]] std::string Complaint(std::size_t column, const std::string& accepted) const;
   [[noreturn]] void Refuse(std::size_t column, const std::string& accepted) const;
   [[noreturn]] void Refuse(std::string_view column, std::string_view accepted) const;

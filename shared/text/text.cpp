@@ -22,7 +22,7 @@ void RefuseValue(std::string_view name, double value, std::string_view accepted)
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
                                  std::chars_format::general, 6);
   throw std::invalid_argument(std::string(name) + " = " + std::string(digits.data(), end.ptr) +
-                              ": accepted is " + std::string(accepted));
+                              ": expected " + std::string(accepted));
 }
 
 void RequirePositive(std::string_view name, double value) {
@@ -150,7 +150,7 @@ std::string Presentable(std::string_view text, std::size_t most) {
 std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most,
                           std::string_view accepted) {
   const auto refuse = [&](const char* what) {
-    throw InputError(file.string() + ": " + what + ": accepted is " + std::string(accepted) +
+    throw InputError(file.string() + ": " + what + ": expected " + std::string(accepted) +
                      " of at most " + std::to_string(most >> 20U) + " MiB");
   };
   std::error_code error;
@@ -244,7 +244,7 @@ void RequireWritable(const std::filesystem::path& file) {
   std::error_code ignored;
   const bool is_pipe = std::filesystem::is_fifo(file, ignored);
   if (opened < 0) {
-    throw std::invalid_argument(file.string() + ": cannot be written: accepted is " +
+    throw std::invalid_argument(file.string() + ": cannot be written: expected " +
                                 (is_pipe ? "a pipe with a reader"
                                          : "a file in a folder that exists and may be written to"));
   }
@@ -259,7 +259,7 @@ void RequireOtherThan(std::string_view option, const std::filesystem::path& out,
     std::error_code error;  // what is not there is no input
     if (out.empty() || !std::filesystem::equivalent(out, input, error) || error) continue;
     throw std::invalid_argument(std::string(option) + " " + out.string() +
-                                ": accepted is another file than " + input.string() +
+                                ": expected another file than " + input.string() +
                                 ", which is read");
   }
 }

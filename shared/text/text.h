@@ -17,18 +17,18 @@
 
 namespace palpate {
 
-// Error of user input: `file:line: key = value: accepted is ...`.
+// Error of user input: `file:line: key = value: expected ...`.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// Unless `met`, throws std::invalid_argument `name = value unit: accepted is ...`.
+// Unless `met`, throws std::invalid_argument `name = value unit: expected ...`.
 template <class T>
 void Require(bool met, const std::string& name, T value, const std::string& accepted,
              const std::string& unit = "") {
   if (met) return;
-  throw std::invalid_argument(name + " = " + std::to_string(value) + unit + ": accepted is " +
+  throw std::invalid_argument(name + " = " + std::to_string(value) + unit + ": expected " +
                               accepted);
 }
 
@@ -42,7 +42,7 @@ auto NamingFile(const std::filesystem::path& file, const Read& read) {
   }
 }
 
-// Throws std::invalid_argument `name = value: accepted is ...`, with six digits of the value.
+// Throws std::invalid_argument `name = value: expected ...`, with six digits of the value.
 [[noreturn]] void RefuseValue(std::string_view name, double value, std::string_view accepted);
 // Throw the same unless the value is finite and > 0, or >= 0.
 void RequirePositive(std::string_view name, double value);

@@ -34,7 +34,7 @@ void RequireFile(const fs::path& file) {
 void RequirePrivate(const fs::path& key) {
   const auto others = fs::perms::group_all | fs::perms::others_all;
   if ((fs::status(key).permissions() & others) == fs::perms::none) return;
-  throw std::invalid_argument(key.string() + " is readable by other users: accepted is mode 0600");
+  throw std::invalid_argument(key.string() + " is readable by other users: expected mode 0600");
 }
 
 // This gRPC has no setting for it: of the suites before 1.3 only one is left that needs a secret
@@ -111,9 +111,9 @@ std::string Contents(const fs::path& file) {
   return text;
 }
 
-std::optional<WallTime> TimeIn(const ASN1_TIME* told) {
+std::optional<WallTime> TimeIn(const ASN1_TIME* stated) {
   std::tm time{};
-  if (ASN1_TIME_to_tm(told, &time) != 1) return std::nullopt;
+  if (ASN1_TIME_to_tm(stated, &time) != 1) return std::nullopt;
   return std::chrono::system_clock::from_time_t(timegm(&time));
 }
 
@@ -193,8 +193,7 @@ void RequireUsable(const fs::path& folder) {
   const std::string text = Contents(key);
   const Key secret(PEM_read_bio_PrivateKey(Reading(text).get(), nullptr, no_password, nullptr));
   if (!secret) {
-    throw std::invalid_argument(key.string() +
-                                " contains no key: accepted is one without a password");
+    throw std::invalid_argument(key.string() + " contains no key: expected one without a password");
   }
   if (X509_check_private_key(ours.get(), secret.get()) == 1) return;
   throw std::invalid_argument(key.string() + " is not the key of " + cert.string());
@@ -207,7 +206,7 @@ struct RevocationList::List {
     const Certificate issuer = Read(Contents(ca));
     if (!crl || !issuer || X509_CRL_verify(crl.get(), X509_get0_pubkey(issuer.get())) != 1) {
       throw std::invalid_argument(file.string() +
-                                  ": accepted is a list of revoked certificates in PEM, signed by "
+                                  ": expected a list of revoked certificates in PEM, signed by "
                                   "the ca.pem beside it (deploy/certs revoke)");
     }
     const STACK_OF(X509_REVOKED)* const revoked = X509_CRL_get_REVOKED(crl.get());

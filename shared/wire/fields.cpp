@@ -76,13 +76,13 @@ DatagramCount FromProto(const v1::DatagramCount& count) {
 double FieldReader::Number(std::string_view name, double value, double limit) {
   if (std::abs(value) <= limit) return value;  // so written, NaN is refused too
   Refuse(std::string(name) +
-         Formatted(" = %g: accepted is a finite number, at most %g in size", value, limit));
+         Formatted(" = %g: expected a finite number, at most %g in size", value, limit));
   return 0;
 }
 
 double FieldReader::NonNegative(std::string_view name, double value, double limit) {
   if (value >= 0 && value <= limit) return value;
-  Refuse(std::string(name) + Formatted(" = %g: accepted is 0 to %g", value, limit));
+  Refuse(std::string(name) + Formatted(" = %g: expected 0 to %g", value, limit));
   return 0;
 }
 
@@ -111,13 +111,13 @@ Time FieldReader::Stamp(std::string_view name, const google::protobuf::Timestamp
     return Time(Clock::duration(value.seconds() * kNanosPerSecond + value.nanos()));
   }
   Refuse(std::string(name) + " = " + std::to_string(value.seconds()) + " s " +
-         std::to_string(value.nanos()) + " ns: accepted is a time from 1970 to 2242");
+         std::to_string(value.nanos()) + " ns: expected a time from 1970 to 2242");
   return Time{};
 }
 
 void FieldReader::Require(bool condition, std::string_view name, std::string_view accepted) {
   if (condition) return;
-  Refuse(std::string(name) + ": accepted is " + std::string(accepted));
+  Refuse(std::string(name) + ": expected " + std::string(accepted));
 }
 
 void FieldReader::Refuse(const std::string& reason) {

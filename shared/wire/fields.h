@@ -49,7 +49,7 @@ void ToProto(const DatagramCount& count, v1::DatagramCount* message);
 DatagramCount FromProto(const v1::DatagramCount& count);
 
 // Reads fields and stores the reason of the first rejection:
-// `p_M.x = nan: accepted is a finite number, at most 1e+06 in size`. Results are finite and in
+// `p_M.x = nan: expected a finite number, at most 1e+06 in size`. Results are finite and in
 // range; rejected fields become zero.
 class FieldReader {
  public:
@@ -69,7 +69,7 @@ class FieldReader {
                                              const google::protobuf::RepeatedField<double>& value);
   // 1970 to 2242, 0 <= nanos < 1e9.
   Time Stamp(std::string_view name, const google::protobuf::Timestamp& value);
-  // Rejects unless `condition`: `name`: accepted is `accepted`.
+  // Rejects unless `condition`: `name`: expected `accepted`.
   void Require(bool condition, std::string_view name, std::string_view accepted);
 
  private:

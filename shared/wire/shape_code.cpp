@@ -64,7 +64,7 @@ class Moves {
   std::string symbols_, numbers_;
 };
 
-// Of a code of `nodes` nodes; empty: it is none.
+// The bytes of a code of `nodes` nodes; empty: invalid.
 std::string Unpacked(const std::string& packed, std::size_t nodes) {
   std::string plain(kLongestNode * nodes, '\0');
   const std::size_t size =
@@ -100,14 +100,14 @@ NodeTraction InSteps(const std::vector<double>& pascals, double largest, int ste
 }  // namespace
 
 void ShapeEncoder::Restart(std::size_t nodes, double unit) {
-  told_.assign(3 * nodes, 0);
+  sent_.assign(3 * nodes, 0);
   unit_ = unit;
   exponent_ = 0;
   fine_ = 0;
 }
 
 std::int64_t ShapeEncoder::Steps(double units, std::size_t i, const Plan& plan) const {
-  const double off = units - told_[i];
+  const double off = units - sent_[i];
   const bool may_stay =
       i / 3 >= plan.rough_from && std::abs(off) <= std::ldexp(0.5, plan.tolerance);
   return may_stay ? 0 : std::llround(std::ldexp(off, -plan.exponent));
@@ -124,21 +124,21 @@ ShapeCode ShapeEncoder::CodeOf(const std::vector<double>& units, const Plan& pla
 
 ShapeEncoder::Plan ShapeEncoder::FinerInPart() const {
   constexpr std::size_t kParts = 4;
-  const std::size_t nodes = told_.size() / 3;
+  const std::size_t nodes = sent_.size() / 3;
   return {exponent_ - 1, std::min(nodes, fine_ + nodes / kParts + 1), exponent_};
 }
 
 std::optional<ShapeCode> ShapeEncoder::Encode(const std::vector<float>& rest,
                                               const std::vector<float>& positions,
                                               std::size_t budget) {
-  if (rest.size() != told_.size() || positions.size() != told_.size()) return std::nullopt;
-  std::vector<double> units(told_.size());
+  if (rest.size() != sent_.size() || positions.size() != sent_.size()) return std::nullopt;
+  std::vector<double> units(sent_.size());
   for (std::size_t i = 0; i < units.size(); ++i) {
     units[i] = (static_cast<double>(positions[i]) - rest[i]) / unit_;
     if (!(std::abs(units[i]) < static_cast<double>(kMost))) return std::nullopt;  // nor NaN
   }
   // All of it finer than before, then a part of it, then as before, then coarser.
-  const std::size_t all = told_.size() / 3;
+  const std::size_t all = sent_.size() / 3;
   Plan plan{std::max(0, exponent_ - 1), all, 0};
   ShapeCode code = CodeOf(units, plan);
   if (code.moves.size() > budget && exponent_ > 0) {
@@ -150,21 +150,21 @@ std::optional<ShapeCode> ShapeEncoder::Encode(const std::vector<float>& rest,
     code = CodeOf(units, plan);
   }
   for (std::size_t i = 0; i < units.size(); ++i) {
-    told_[i] += static_cast<std::int32_t>(Steps(units[i], i, plan) << plan.exponent);
+    sent_[i] += static_cast<std::int32_t>(Steps(units[i], i, plan) << plan.exponent);
   }
   fine_ = plan.rough_from < all ? plan.rough_from : 0;
   if (fine_ == 0) exponent_ = plan.exponent;
   return code;
 }
 
-bool Decode(const ShapeCode& code, ShapeUnits* told) {
+bool Decode(const ShapeCode& code, ShapeUnits* units) {
   if (code.exponent < 0 || code.exponent > kMostExponent) return false;
-  const std::size_t nodes = told->size() / 3;
+  const std::size_t nodes = units->size() / 3;
   const std::string plain = Unpacked(code.moves, nodes);
   if (plain.size() < nodes || nodes == 0) return false;
   const auto* symbols = reinterpret_cast<const unsigned char*>(plain.data());
   const unsigned char *at = symbols + nodes, *end = symbols + plain.size();
-  ShapeUnits moved = *told;
+  ShapeUnits moved = *units;
   for (std::size_t node = 0; node < nodes; ++node) {
     Move move{};
     if (!TakeMove(symbols[node], &at, end, &move)) return false;
@@ -175,7 +175,7 @@ bool Decode(const ShapeCode& code, ShapeUnits* told) {
     }
   }
   if (at != end) return false;
-  *told = std::move(moved);
+  *units = std::move(moved);
   return true;
 }
 

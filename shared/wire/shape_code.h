@@ -50,14 +50,14 @@ class ShapeEncoder {
   [[nodiscard]] ShapeCode CodeOf(const std::vector<double>& units, const Plan& plan) const;
   [[nodiscard]] Plan FinerInPart() const;
 
-  ShapeUnits told_;
+  ShapeUnits sent_;
   double unit_ = 1;
   int exponent_ = 0;      // all nodes are sent in steps of 2^exponent_ or finer,
   std::size_t fine_ = 0;  // the first fine_ nodes in half of that
 };
 
-// Adds the displacements of a message to `told`. False: invalid code; `told` is unchanged.
-[[nodiscard]] bool Decode(const ShapeCode& code, ShapeUnits* told);
+// Adds the displacements of a message to `units`. False: invalid code; `units` is unchanged.
+[[nodiscard]] bool Decode(const ShapeCode& code, ShapeUnits* units);
 
 // Code of the traction at each node: one byte per node, compressed by zstd.
 struct NodeTraction {

@@ -21,7 +21,7 @@ constexpr double kSmoothing = 0.05;  // share of the newest interval in the send
 std::optional<std::string> RefuseCounts(const FingerReading& reading) {
   const auto is_count = [](float x) { return std::abs(static_cast<double>(x)) <= kMostCounts; };
   const auto refuse = [](const std::string& which, float value) {
-    return which + " = " + std::to_string(value) + ": accepted is a finite number of counts";
+    return which + " = " + std::to_string(value) + ": expected a finite number of counts";
   };
   for (std::size_t i = 0; i < reading.electrodes.size(); ++i) {
     if (is_count(reading.electrodes[i])) continue;
@@ -51,12 +51,12 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
                                               const FingerReading& reading, Time arrived_at,
                                               SenderId sender) {
   if (sensed_at_ && sender != sender_ && arrived_at - arrived_at_ < SilenceAllowed()) {
-    return "is already fed by a stream: accepted is one stream, or a new one a second after the "
+    return "is already fed by a stream: expected one stream, or a new one a second after the "
            "last sample";
   }
   if (auto why = RefuseCounts(reading)) return why;
   if (reading.X_SF && !IsPose(*reading.X_SF)) {
-    return "pose: accepted is a finite position and a rotation";
+    return "pose: expected a finite position and a rotation";
   }
   if (sender != sender_) Restart();
   if (auto why = RefuseOrder(sequence, sensed_at)) return why;
@@ -85,11 +85,11 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
 std::optional<std::string> FingerStream::RefuseOrder(std::uint64_t sequence, Time sensed_at) const {
   if (!sensed_at_ || sensed_at == *sensed_at_) return std::nullopt;
   if (sensed_at < *sensed_at_) {
-    return "sensed_at: accepted is a time that does not decrease; this one decreased by " +
+    return "sensed_at: expected a time that does not decrease; this one decreased by " +
            std::to_string(SecondsBetween(sensed_at, *sensed_at_)) + " s";
   }
   if (sequence == 0 || sequence > sequence_) return std::nullopt;
-  return "sequence = " + std::to_string(sequence) + ": accepted is one above the last, " +
+  return "sequence = " + std::to_string(sequence) + ": expected one above the last, " +
          std::to_string(sequence_);
 }
 

@@ -28,7 +28,7 @@ void RequireSize(const Camera& camera, const cv::Size& first) {
   const auto [width, height] = camera.size;
   if (width == 0 || (width == first.width && height == first.height)) return;
   throw std::runtime_error("sense.camera.size = [" + std::to_string(width) + ", " +
-                           std::to_string(height) + "]: accepted is the size of the images of " +
+                           std::to_string(height) + "]: expected the size of the images of " +
                            camera.pattern + ", [" + std::to_string(first.width) + ", " +
                            std::to_string(first.height) + "], or no size");
 }
@@ -144,7 +144,7 @@ std::unique_ptr<FrameSource> OpenLive(const Camera& camera, const PictureFilter&
 
 void RequireRate(double rate) {
   if (rate > 0 && rate < 1e6) return;
-  throw std::runtime_error(fmt::format("sense.camera.rate = {:g} Hz: accepted is > 0", rate));
+  throw std::runtime_error(fmt::format("sense.camera.rate = {:g} Hz: expected > 0", rate));
 }
 
 // The image files of one camera, in order, all of one size.
@@ -164,7 +164,7 @@ class ImageFiles {
       if (size_.empty()) size_ = size;
       if (size == size_) return;
       throw std::runtime_error(
-          fmt::format("{}: image {}: {} x {} px: accepted is the first one's size, {} x {} px",
+          fmt::format("{}: image {}: {} x {} px: expected the first one's size, {} x {} px",
                       file.string(), index_, size.width, size.height, size_.width, size_.height));
     });
   }
@@ -199,7 +199,7 @@ void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
     const fs::path &a = left.files()[k], &b = right.files()[k];
     if (LastNumber(a) == LastNumber(b)) continue;
     throw std::runtime_error(
-        fmt::format("sense.camera.stereo: pair {} would be {} and {}: accepted are images whose "
+        fmt::format("sense.camera.stereo: pair {} would be {} and {}: expected images whose "
                     "numbers differ as in the first pair",
                     k + 1, a.string(), b.string()));
   }
@@ -243,7 +243,7 @@ std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced
   ImageFiles left(cameras.left), right(cameras.right);
   if (left.count() != right.count()) {
     throw std::runtime_error(
-        fmt::format("sense.camera.stereo: left = {} has {} images, right = {} has {}: accepted is "
+        fmt::format("sense.camera.stereo: left = {} has {} images, right = {} has {}: expected "
                     "the same count of both",
                     cameras.left, left.count(), cameras.right, right.count()));
   }
@@ -283,7 +283,7 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
   const Camera& camera = *scene.sense.Find<Camera>();
   if (!(camera.rate > 0)) {
     throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
-                             " Hz: accepted is > 0");
+                             " Hz: expected > 0");
   }
   switch (camera.source) {
     case Camera::Source::kFiles:
@@ -319,10 +319,10 @@ std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
   if (stereo->source == StereoCameras::Source::kSimulated) {
     throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulator");
   }
-  if (stereo->source != StereoCameras::Source::kEyes) return OpenPairs(*stereo, paced);
-  const bool is_one = stereo->eyes.size() == 1;
+  if (stereo->source != StereoCameras::Source::kCameras) return OpenPairs(*stereo, paced);
+  const bool is_one = stereo->cameras.size() == 1;
   const auto [width, height] = stereo->size;  // the rig's
-  return OpenCameras(stereo->eyes, is_one ? PairLayout::kSideBySide : PairLayout::kTwoCameras,
+  return OpenCameras(stereo->cameras, is_one ? PairLayout::kSideBySide : PairLayout::kTwoCameras,
                      {is_one ? 2 * width : width, height}, stereo->rate, stereo->sync, paced);
 }
 

@@ -183,13 +183,13 @@ bool LiveCameras::State::IsLikeFirst(std::size_t i, const cv::Mat& image) {
   camera.unlike.clear();
   if (camera.first.empty() && !input.size.empty() && image.size() != input.size) {
     camera.unlike =
-        fmt::format("{}: {} x {} px: accepted is {} x {} px, the size in the scene or its rig",
+        fmt::format("{}: {} x {} px: expected {} x {} px, the size in the scene or its rig",
                     input.name, image.cols, image.rows, input.size.width, input.size.height);
     return false;
   }
   if (camera.first.empty()) camera.first = image;
   if (image.size() == camera.first.size() && image.type() == camera.first.type()) return true;
-  camera.unlike = fmt::format("{}: {}: accepted is the format of the first image, {}", input.name,
+  camera.unlike = fmt::format("{}: {}: expected the format of the first image, {}", input.name,
                               InWords(image), InWords(camera.first));
   return false;
 }
@@ -307,7 +307,7 @@ namespace {
 void RequireUnit(const std::string& name, double is, double accepted) {
   if (is == 0 || std::abs(is / accepted - 1) < 1e-6) return;
   throw std::runtime_error(
-      fmt::format("{}: one count is {:g} mm: accepted is the value of sense.camera.unit, {:g} mm",
+      fmt::format("{}: one count is {:g} mm: expected the value of sense.camera.unit, {:g} mm",
                   name, 1e3 * is, 1e3 * accepted));
 }
 

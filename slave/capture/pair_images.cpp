@@ -12,7 +12,7 @@ namespace {
 
 cv::Mat Grey(const cv::Mat& image, const std::string& name) {
   if (image.depth() != CV_8U) {
-    throw std::runtime_error(name + ": 16 bit: accepted for a pair of cameras is 8 bit");
+    throw std::runtime_error(name + ": 16 bit: for a pair of cameras, expected 8 bit");
   }
   if (image.channels() == 1) return image;
   cv::Mat grey;
@@ -45,13 +45,13 @@ StereoPair Arranged(StereoPair images, PairLayout layout, const std::string& nam
   if (layout == PairLayout::kOneCamera) return images;
   if (layout == PairLayout::kDepth) {
     if (images.left.type() == CV_16UC1) return images;
-    refuse(TypeInWords(images.left.type()) + ": accepted for depth is one channel of 16 bit");
+    refuse(TypeInWords(images.left.type()) + ": for depth, expected one channel of 16 bit");
   }
   images.left = Grey(images.left, name);
   if (layout == PairLayout::kSideBySide) {
     const cv::Mat both = images.left;
     if (both.cols % 2 != 0) {
-      refuse(fmt::format("{} px wide: accepted side by side is an even number", both.cols));
+      refuse(fmt::format("{} px wide: side by side, expected an even number", both.cols));
     }
     images.left = both.colRange(0, both.cols / 2).clone();
     images.right = both.colRange(both.cols / 2, both.cols).clone();
@@ -59,7 +59,7 @@ StereoPair Arranged(StereoPair images, PairLayout layout, const std::string& nam
   }
   images.right = Grey(images.right, name);
   if (images.left.size() != images.right.size()) {
-    refuse(fmt::format("{} x {} and {} x {} px: accepted are images of one size", images.left.cols,
+    refuse(fmt::format("{} x {} and {} x {} px: expected images of one size", images.left.cols,
                        images.left.rows, images.right.cols, images.right.rows));
   }
   return images;

@@ -83,8 +83,7 @@ NumberedName ParseNumbered(const fs::path& pattern) {
   const bool whole = digits < name.size() && name[digits] == 'd' && width.size() <= 3 &&
                      name.find('%', digits) == std::string::npos;
   if (!whole) {
-    Refuse(pattern,
-           "malformed pattern: accepted is one %d, for example %04d.png, in the file name");
+    Refuse(pattern, "malformed pattern: expected one %d, for example %04d.png, in the file name");
   }
   return {name.substr(0, percent), name.substr(digits + 1), width.empty() ? 0U : std::stoul(width),
           !width.empty() && width[0] == '0'};
@@ -153,7 +152,7 @@ std::unique_ptr<CodedPicture> OpenPicture(Bytes bytes) {
   if (!image) image = std::make_unique<OtherPicture>(bytes);
   if (const cv::Size size = image->size(); long{size.width} * size.height > kMostPixels) {
     throw std::runtime_error("is " + std::to_string(size.width) + " x " +
-                             std::to_string(size.height) + " px: accepted are at most " +
+                             std::to_string(size.height) + " px: expected at most " +
                              std::to_string(kMostPixels / 1'000'000) + " megapixels");
   }
   return image;

@@ -44,12 +44,12 @@ cv::Mat Pixels(const PushedPicture& pushed) {
   const PixelFormat format = FormatOf(pushed.encoding);
   const std::uint64_t pixels = std::uint64_t{pushed.width} * pushed.height;
   if (pixels == 0 || pixels > kMostPixels) {
-    Refuse(fmt::format("width = {}, height = {}: accepted is at least one and at most {} pixels",
+    Refuse(fmt::format("width = {}, height = {}: expected at least one and at most {} pixels",
                        pushed.width, pushed.height, kMostPixels));
   }
   const std::uint64_t bytes = pixels * static_cast<unsigned>(format.bytes);
   if (pushed.data->size() != bytes) {
-    Refuse(fmt::format("data of {} bytes: accepted is {} for {} x {} px of {}", pushed.data->size(),
+    Refuse(fmt::format("data of {} bytes: expected {} for {} x {} px of {}", pushed.data->size(),
                        bytes, pushed.width, pushed.height, format.name));
   }
   return cv::Mat(static_cast<int>(pushed.height), static_cast<int>(pushed.width), format.type,
@@ -76,8 +76,8 @@ cv::Mat Decoded(const PushedPicture& pushed, const Accepts& accepts) {
     return coded->Decode();
   } catch (const std::runtime_error& error) {
     const std::string why = error.what();
-    if (why.find("accepted is") != std::string::npos) throw;
-    Refuse(fmt::format("the image {}: accepted is a complete {}", why, is_jpeg ? "JPEG" : "PNG"));
+    if (why.find(": expected ") != std::string::npos) throw;
+    Refuse(fmt::format("the image {}: expected a complete {}", why, is_jpeg ? "JPEG" : "PNG"));
   }
 }
 
@@ -135,7 +135,7 @@ struct PictureInbox::State {
 cv::Mat PictureInbox::State::SizedAsWanted(const PushedPicture& pushed) const {
   return Decoded(pushed, [this](const cv::Size& is) {
     if (wanted.size.empty() || is == wanted.size) return;
-    Refuse(fmt::format("{} x {} px: accepted is the scene's {} x {} px", is.width, is.height,
+    Refuse(fmt::format("{} x {} px: expected the scene's {} x {} px", is.width, is.height,
                        wanted.size.width, wanted.size.height));
   });
 }
@@ -143,9 +143,9 @@ cv::Mat PictureInbox::State::SizedAsWanted(const PushedPicture& pushed) const {
 StereoPair PictureInbox::State::Accepted(const PushedSample& pushed) const {
   const bool is_pair = wanted.layout == PairLayout::kTwoCameras;
   if (is_pair && !pushed.right)
-    Refuse("right is absent: accepted is a pair, because the scene has a stereo pair");
+    Refuse("right is absent: expected a pair, because the scene has a stereo pair");
   if (!is_pair && pushed.right) {
-    Refuse("right: accepted is one image, because the scene has one camera");
+    Refuse("right: expected one image, because the scene has one camera");
   }
   StereoPair sample;
   sample.left = SizedAsWanted(pushed.picture);
@@ -158,20 +158,18 @@ StereoPair PictureInbox::State::Accepted(const PushedSample& pushed) const {
 
 std::optional<std::string> PictureInbox::State::TooMany(Time arrived_at) {
   if (pace.Allows(arrived_at)) return std::nullopt;
-  return fmt::format(
-      "more than {:g} samples within a second: accepted is the scene's rate, {:g} Hz", pace.most(),
-      wanted.rate);
+  return fmt::format("more than {:g} samples within a second: expected the scene's rate, {:g} Hz",
+                     pace.most(), wanted.rate);
 }
 
 std::optional<std::string> PictureInbox::State::OutOfOrder(const PushedSample& pushed) const {
   if (!sensed_at) return std::nullopt;
   if (pushed.sensed_at <= *sensed_at) {
-    return fmt::format("sensed_at: accepted is a time that increases; this one changed by {} s",
+    return fmt::format("sensed_at: expected a time that increases; this one changed by {} s",
                        SecondsBetween(*sensed_at, pushed.sensed_at));
   }
   if (pushed.sequence == 0 || pushed.sequence > sequence) return std::nullopt;
-  return fmt::format("sequence = {}: accepted is one above the last, {}", pushed.sequence,
-                     sequence);
+  return fmt::format("sequence = {}: expected one above the last, {}", pushed.sequence, sequence);
 }
 
 std::optional<std::string> PictureInbox::State::Unlike(const StereoPair& sample) {
@@ -180,7 +178,7 @@ std::optional<std::string> PictureInbox::State::Unlike(const StereoPair& sample)
     size = sample.left.size();
   }
   if (sample.left.type() == type && sample.left.size() == size) return std::nullopt;
-  return fmt::format("{} x {} px, {}: accepted is the format of the first image, {} x {} px, {}",
+  return fmt::format("{} x {} px, {}: expected the format of the first image, {} x {} px, {}",
                      sample.left.cols, sample.left.rows, TypeInWords(sample.left.type()),
                      size.width, size.height, TypeInWords(type));
 }
@@ -224,7 +222,7 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
     const bool is_other = s.sender != 0 && sender != s.sender;
     if (is_other && s.heard_at && SecondsBetween(*s.heard_at, arrived_at) < kSilence) {
       return Refusal{
-          "is already fed by a stream: accepted is one stream, or a new one a second after the "
+          "is already fed by a stream: expected one stream, or a new one a second after the "
           "last sample",
           true};
     }
@@ -243,7 +241,7 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
     return Refusal{error.what()};
   }
   const std::scoped_lock lock(s.mutex);
-  if (s.sender != sender) return Refusal{"is fed by another stream: accepted is one stream", true};
+  if (s.sender != sender) return Refusal{"is fed by another stream: expected one stream", true};
   if (auto why = s.Unlike(sample)) return Refusal{*std::move(why)};
   s.Stamp(pushed, arrived_at, &sample);
   s.Keep(std::move(sample));

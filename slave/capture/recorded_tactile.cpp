@@ -28,7 +28,7 @@ NumberColumns FindNumbers(const CsvTable& rows) {
     const auto found = rows.Find(kNumbers[i]);
     if (!found) {
       rows.Fail(std::string("column ") + kNumbers[i] +
-                " is missing: accepted is t,finger,x,y,z,qw,qx,qy,qz");
+                " is missing: expected t,finger,x,y,z,qw,qx,qy,qz");
     }
     columns[i] = *found;
   }
@@ -40,12 +40,12 @@ Eigen::Isometry3d ReadPose(const CsvTable& rows, const NumberColumns& columns) {
   for (std::size_t i = 0; i < v.size(); ++i) v[i] = rows.Number(columns[i]);
   if (const double far = Eigen::Vector3d(v[0], v[1], v[2]).cwiseAbs().maxCoeff(); far > kFarthest) {
     rows.Fail(
-        fmt::format("x,y,z is {:.6g} m from the origin: accepted is up to {:g} m", far, kFarthest));
+        fmt::format("x,y,z is {:.6g} m from the origin: expected up to {:g} m", far, kFarthest));
   }
   const Eigen::Quaterniond q_SF(v[3], v[4], v[5], v[6]);
   if (!(std::abs(q_SF.norm() - 1) <= kUnitTolerance)) {
     rows.Fail("qw,qx,qy,qz of length " + std::to_string(q_SF.norm()) +
-              ": accepted is a unit quaternion");
+              ": expected a unit quaternion");
   }
   Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
   X_SF.translate(Eigen::Vector3d(v[0], v[1], v[2])).rotate(q_SF.normalized());
@@ -109,7 +109,7 @@ class RecordedTactile final : public TactileSource {
     }
     const double recorded = MedianPeriod(recording_.t);
     if (recorded > kSlowest * (1 + kJitter) * period) {
-      throw std::runtime_error(fmt::format("{}: {:.3g} Hz: accepted is {:g} Hz or more for {:g} Hz",
+      throw std::runtime_error(fmt::format("{}: {:.3g} Hz: expected {:g} Hz or more for {:g} Hz",
                                            tactile.file.string(), 1 / recorded,
                                            tactile.rate / kSlowest, tactile.rate));
     }
@@ -212,7 +212,7 @@ FingerPoses::FingerPoses(const std::filesystem::path& file, const std::vector<Fi
       poses.push_back({t, X_SF});
     }
   }
-  if (poses_.empty()) rows.Fail("no pose: accepted is one row or more with a finger of the scene");
+  if (poses_.empty()) rows.Fail("no pose: expected one row or more with a finger of the scene");
 }
 
 std::optional<Eigen::Isometry3d> FingerPoses::At(std::string_view finger, double t) const {
@@ -234,7 +234,7 @@ void FingerPoses::RequireWithin(double begin, double end) const {
     last = std::max(last, poses.back().t);
   }
   throw std::runtime_error(
-      fmt::format("{}: poses from {:.6g} to {:.6g} s: accepted are poses in the time base of the "
+      fmt::format("{}: poses from {:.6g} to {:.6g} s: expected poses in the time base of the "
                   "recording, {:.6g} to {:.6g} s",
                   file_.string(), first, last, begin, end));
 }

@@ -142,7 +142,7 @@ std::optional<TactileInbox::Refusal> TactileInbox::Feed(std::string_view finger,
       for (const FingerStream& one : state_->fingers) {
         known.append(known.empty() ? "" : ", ").append(one.name());
       }
-      return Refusal{"is not a finger of this scene: accepted is " + known};
+      return Refusal{"is not a finger of this scene: expected " + known};
     }
     if (auto why = stream->Take(sequence, sensed_at, reading, arrived_at, sender)) {
       return Refusal{std::move(*why)};

@@ -58,7 +58,7 @@ std::string NameOf(std::string_view prefix) {
 std::vector<std::string> ChoosePrefixes(const CsvTable& rows, std::span<const std::string> wanted) {
   auto prefixes = PrefixesIn(rows);
   if (prefixes.empty())
-    rows.Fail("no electrodes: accepted are columns E1 to E19 or NAME_E1 to NAME_E19");
+    rows.Fail("no electrodes: expected columns E1 to E19 or NAME_E1 to NAME_E19");
   if (wanted.empty()) return prefixes;
   if (wanted.size() == 1 && prefixes.size() == 1 && prefixes[0].empty()) return prefixes;
   std::vector<std::string> chosen;
@@ -70,7 +70,7 @@ std::vector<std::string> ChoosePrefixes(const CsvTable& rows, std::span<const st
       there +=
           (there.empty() ? "" : ", ") + (prefix.empty() ? "one without a name" : NameOf(prefix));
     }
-    rows.Fail("finger = " + name + ": accepted is a finger of this recording: " + there);
+    rows.Fail("finger = " + name + ": expected a finger of this recording: " + there);
   }
   return chosen;
 }
@@ -87,13 +87,13 @@ FingerColumns FindFinger(const CsvTable& rows, const std::string& prefix) {
   for (int i = 0; i < kElectrodeCount; ++i) {
     const auto column = find(i + 1);
     if (!column) {
-      rows.Fail("electrode " + prefix + "E" + std::to_string(i + 1) + " is missing: accepted is " +
+      rows.Fail("electrode " + prefix + "E" + std::to_string(i + 1) + " is missing: expected " +
                 all);
     }
     columns.electrodes[static_cast<std::size_t>(i)] = *column;
   }
   if (find(kElectrodeCount + 1)) {
-    rows.Fail("electrode " + prefix + "E" + std::to_string(kElectrodeCount + 1) + ": accepted is " +
+    rows.Fail("electrode " + prefix + "E" + std::to_string(kElectrodeCount + 1) + ": expected " +
               all);
   }
   columns.pac = rows.Find(prefix + "pac0");
@@ -163,7 +163,7 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
       recording.fingers[i].samples.push_back(ReadSample(rows, fingers[i]));
     }
   }
-  if (recording.t.empty()) rows.Fail("no samples: accepted is a header and one row or more");
+  if (recording.t.empty()) rows.Fail("no samples: expected a header and one row or more");
   return recording;
 }
 
@@ -171,7 +171,7 @@ std::size_t FindTimeColumn(const CsvTable& rows) {
   for (const char* name : kNames) {
     if (const auto column = rows.Find(name)) return *column;
   }
-  rows.Fail("no time: accepted is a column rel_time_s, time_s, t, time or timestamp [s]");
+  rows.Fail("no time: expected a column rel_time_s, time_s, t, time or timestamp [s]");
 }
 
 double ReadTime(const CsvTable& rows, std::size_t column, const double* before) {

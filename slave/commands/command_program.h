@@ -37,7 +37,7 @@ const CommandProgram* FindCommandProgram(std::string_view command);
 // Returns only if it fails: prints why, and returns the exit code.
 int Become(const CommandProgram& program, char** arguments);
 
-// The main function of palpate-COMMAND. `footer` stands below the options of --help, `add_options`
+// The main function of palpate-COMMAND. `footer` follows the options of --help, `add_options`
 // declares them, `run` returns the exit code and may throw (see ExitCode).
 int RunCommandProgram(int argc, char** argv, std::string_view command, const char* footer,
                       const std::function<void(CLI::App*)>& add_options,

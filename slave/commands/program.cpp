@@ -144,21 +144,21 @@ UnblockedSink::UnblockedSink(int fd) : fd_(fd), colours_(isatty(fd) == 1) {}
 
 void UnblockedSink::sink_it_(const spdlog::details::log_msg& message) {
   if (lost_ > 0) {
-    const auto said =
+    const auto warning =
         fmt::format("warning {} lines of this log are lost: the reader did not keep up\n", lost_);
-    if (WriteUnblocked(fd_, said)) lost_ = 0;
+    if (WriteUnblocked(fd_, warning)) lost_ = 0;
   }
   spdlog::memory_buf_t line;
   formatter_->format(message, line);
-  std::string said(line.data(), line.size());
+  std::string text(line.data(), line.size());
   if (colours_ && message.color_range_start < message.color_range_end) {
-    said.insert(message.color_range_end, kPlain);
-    said.insert(message.color_range_start, ColourOf(message.level));
+    text.insert(message.color_range_end, kPlain);
+    text.insert(message.color_range_start, ColourOf(message.level));
   }
-  if (said.size() > kMostUnblocked) {
-    said.replace(kMostUnblocked - kShortened.size(), std::string::npos, kShortened);
+  if (text.size() > kMostUnblocked) {
+    text.replace(kMostUnblocked - kShortened.size(), std::string::npos, kShortened);
   }
-  if (lost_ > 0 || !WriteUnblocked(fd_, said)) ++lost_;
+  if (lost_ > 0 || !WriteUnblocked(fd_, text)) ++lost_;
 }
 
 }  // namespace palpate

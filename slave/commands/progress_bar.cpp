@@ -99,7 +99,7 @@ bool ProgressBar::Report(std::string_view stage, double done) {
   if (stage != stage_) {
     stage_ = stage;
     stage_started_ = now;
-    tenths_said_ = -1;
+    tenths_printed_ = -1;
     drawn_at_ = -std::numeric_limits<double>::infinity();
   }
   long_ = long_ || now - started_ >= kWorthSaying;
@@ -129,8 +129,8 @@ void ProgressBar::Draw(double now, double done) {
 
 void ProgressBar::WriteLine(double now, double done) {
   const int tenths = static_cast<int>(10 * done);
-  if (tenths <= tenths_said_) return;
-  tenths_said_ = tenths;
+  if (tenths <= tenths_printed_) return;
+  tenths_printed_ = tenths;
   output_.write(name_ + ": " + stage_ + Percent(done) + TimeLeft(now - stage_started_, done) +
                 "\n");
 }

@@ -51,7 +51,7 @@ class ProgressBar final : public Progress {
   std::string stage_;
   double stage_started_ = 0;  // [s]
   double drawn_at_ = 0;       // [s]
-  int tenths_said_ = -1;      // of this stage, plain lines
+  int tenths_printed_ = -1;   // of this stage, plain lines
   bool on_screen_ = false;
 };
 

@@ -22,7 +22,7 @@
 namespace palpate {
 namespace {
 
-// Of everything that the decision follows from; empty: nothing is kept.
+// The file of the decision, by everything that it follows from; empty: nothing is kept.
 std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>& overrides,
                              SceneUse use) {
   const auto folder = CacheFolder();
@@ -51,7 +51,7 @@ void Keep(const Scene& decided, const std::filesystem::path& file) {
   }
 }
 
-// Where no force is told there is no model.
+// Without an estimated force there is no model.
 bool EstimatesForce(const Scene& scene) {
   return !scene.sense.Find<Tactile>() || MeetsObject(scene);
 }

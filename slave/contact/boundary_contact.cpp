@@ -32,13 +32,13 @@ Eigen::Vector2d Turned(const Eigen::Vector2d& axis) {
 ObbTree::ObbTree(const BoundaryMesh& mesh) {
   if (mesh.size() < 3) {
     throw std::invalid_argument("a boundary of " + std::to_string(mesh.size()) +
-                                " elements: accepted is three or more");
+                                " elements: expected three or more");
   }
   for (int i = 0; i < mesh.size(); ++i) {
     const auto& [a, b] = mesh.elements[Index(i)];
     if (!a.allFinite() || !b.allFinite() || a == b) {
       throw std::invalid_argument("element " + std::to_string(i) +
-                                  ": accepted is a finite length > 0");
+                                  ": expected a finite length > 0");
     }
     const Eigen::Vector2d tangent = (b - a).stableNormalized();
     elements_.push_back({a, b, -Turned(tangent), mesh.Next(i), mesh.Previous(i)});

@@ -89,7 +89,7 @@ SurfaceContact::SurfaceContact(SurfaceMesh surface) : surface_(std::move(surface
   CheckNodes();
   AddFaces();
   if (faces_.empty()) {
-    throw std::invalid_argument("a surface without triangles: accepted is one that has an area");
+    throw std::invalid_argument("a surface without triangles: expected one that has an area");
   }
   AddNormals();
   boxes_.reserve(2 * faces_.size());

@@ -47,7 +47,8 @@ VectorXd Places(double length) {
   return places;
 }
 
-// Of radius and half height, E = 1: radius along the first index, height along the second.
+// A cylinder of radius and half height, E = 1: radius along the first index, height along the
+// second.
 class HalfCylinder {
  public:
   HalfCylinder(double radius, double half_height, double nu)

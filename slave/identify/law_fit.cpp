@@ -34,7 +34,7 @@ constexpr double kFloor = 1e-4;    // of the peak: no data are better known
 // Difference of BIC that is no evidence [paper: Kass and Raftery 1995].
 constexpr double kSameBic = 2;
 
-// Of each row: one over the test's peak.
+// The weight of each row: one over the test's peak.
 VectorXd Weights(const std::vector<MaterialTest>& tests) {
   const double peak = PeakOf(tests);
   std::vector<double> weights;
@@ -254,7 +254,7 @@ MatrixXd Scores(const MatrixXd& J, const VectorXd& left, const std::vector<Mater
   return 0.5 * (meat + meat.transpose());
 }
 
-// Of the modulus at rest, to first order.
+// The sigma of the modulus at rest, to first order.
 double YoungSigma(const LawFit& fit) {
   const LawFamily& family = fit.family;
   VectorXd slope(fit.values.size());

@@ -26,7 +26,7 @@ struct AtRest {
   // What the scatter of the rows does not explain.
   [[nodiscard]] double excess() const { return std::max(0.0, std::abs(off) - 2 * sigma); }
 };
-// Beyond it a law is said to be off at rest, and is not proposed [-].
+// Beyond it a law is reported as off at rest, and is not proposed [-].
 inline constexpr double kOffAtRest = 0.1, kMostOffAtRest = 0.5;
 
 struct LawFit {
@@ -37,7 +37,8 @@ struct LawFit {
   // Sandwich estimate: correlated residuals, as of a wrong model, count as such (Newey and West
   // 1987), so that the intervals are valid for the model and not only for the noise.
   Eigen::MatrixXd covariance;
-  // Of the modulus at rest [Pa]: from the covariance, and by what the law is off at rest.
+  // Sigma of the modulus at rest [Pa]: from the covariance, and from how far the law is off at
+  // rest.
   double young_sigma = 0;
   AtRest at_rest;  // where FitLawsFromRest fitted it
   double rms = 0;  // of the residuals over the peak of all tests [-]

@@ -20,7 +20,7 @@ void Require(bool possible, const std::string& name, const char* what, double va
              const char* accepted) {
   if (possible) return;
   throw InputError(
-      Formatted("%s: %s %.3g: accepted is %s. Check the units: those of the header, "
+      Formatted("%s: %s %.3g: expected %s. Check the units: those of the header, "
                 "--stress-unit, --height, --diameter and --area",
                 name.c_str(), what, value, accepted));
 }

@@ -45,7 +45,7 @@ Eigen::Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row);
 
 // The model's stress in row `row`, with as many entries as `components` [Pa], bonded ends included.
 Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test, std::size_t row);
-// Of all rows, one after the other.
+// The stresses of all rows, one after the other.
 Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test);
 Eigen::VectorXd Predict(const HyperLaw& law, const std::vector<MaterialTest>& tests);
 // The measured values in the same order.

@@ -138,7 +138,7 @@ void RequireFading(const std::vector<RelaxationTable>& tables) {
   bool is_determined = false;
   for (const RelaxationTable& table : tables) {
     if (table.shear != tables.front().shear) {
-      throw InputError(table.name + ": shear and other strains together: accepted is one of them");
+      throw InputError(table.name + ": shear and other strains together: expected one of them");
     }
     const double rate = RateOf(table);
     slowest = std::min(slowest, rate), fastest = std::max(fastest, rate);
@@ -148,7 +148,7 @@ void RequireFading(const std::vector<RelaxationTable>& tables) {
   throw InputError(
       tables.front().name +
       ": the strain only rises, at one rate, so that fading cannot be separated from a curved "
-      "stress-strain law: accepted for relaxation is a strain that is held or returns, or records "
+      "stress-strain law: for relaxation, expected a strain that is held or returns, or records "
       "of several rates; for one ramp use tension, compression or shear");
 }
 
@@ -181,7 +181,7 @@ PronyFit Fit(const std::vector<RelaxationTable>& tables) {
   const Regression data = Stack(tables, times);
   if (!(data.A.rightCols(1).norm() > 0) || !(data.b.norm() > 0)) {
     throw InputError(tables.front().name +
-                     ": the strain is zero: accepted is a strain and its stress");
+                     ": the strain is zero: expected a strain and its stress");
   }
   PronyFit fit;
   Solution solved{SolveNonNegative(data.A.transpose() * data.A, data.A.transpose() * data.b), {}};

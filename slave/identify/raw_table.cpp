@@ -56,7 +56,7 @@ void TakeUnits(const std::vector<std::string_view>& cells, RawTable* table) {
 void AddRow(const CsvLines& lines, RawTable* table) {
   const auto& cells = lines.cells();
   if (cells.size() != table->columns.size()) {
-    lines.Fail(Formatted("%zu cells: accepted is %zu, the count of the header", cells.size(),
+    lines.Fail(Formatted("%zu cells: expected %zu, the count of the header", cells.size(),
                          table->columns.size()));
   }
   std::vector<double> row;
@@ -81,7 +81,7 @@ std::size_t RawTable::Named(const std::string& title) const {
   auto found = std::ranges::find(columns, title, &RawColumn::title);
   if (found == columns.end()) found = std::ranges::find(columns, title, &RawColumn::name);
   if (found == columns.end()) {
-    throw InputError(file.string() + ": no column " + Shown(title) + ": accepted is one of " +
+    throw InputError(file.string() + ": no column " + Shown(title) + ": expected one of " +
                      Titles());
   }
   return static_cast<std::size_t>(found - columns.begin());
@@ -100,7 +100,7 @@ double RawTable::At(std::size_t row, std::size_t column) const {
   const double value = rows[row][column];
   if (std::isfinite(value)) return value;
   throw InputError(file.string() + ":" + std::to_string(lines[row]) + ": " + columns[column].title +
-                   ": accepted is a finite number");
+                   ": expected a finite number");
 }
 
 std::string RawTable::Titles() const {
@@ -124,14 +124,14 @@ RawTable ReadRawTable(const std::filesystem::path& file) {
       for (const std::string_view cell : cells) table.columns.push_back(ColumnOf(cell));
     } else if (!table.rows.empty() || IsRow(cells, table.columns.size())) {
       if (table.columns.empty()) {
-        lines.Fail("numbers without a header: accepted is a line of column names above them");
+        lines.Fail("numbers without a header: expected a line of column names above them");
       }
       AddRow(lines, &table);
     }
   }
   if (table.columns.empty())
     throw InputError(file.string() +
-                     ": no header: accepted is a table between commas, semicolons or tabs");
+                     ": no header: expected a table between commas, semicolons or tabs");
   if (table.rows.empty()) throw InputError(file.string() + ": no row of numbers");
   return table;
 }

@@ -40,14 +40,14 @@ double AreaOf(const Specimen& specimen) {
   if (specimen.area) return *specimen.area;
   if (specimen.diameter) return std::numbers::pi / 4 * *specimen.diameter * *specimen.diameter;
   throw std::invalid_argument(
-      "forces need the specimen's section: accepted is --area or --diameter, or a column of "
+      "forces need the specimen's section: expected --area or --diameter, or a column of "
       "stress");
 }
 
 double HeightOf(const Specimen& specimen) {
   if (specimen.height) return *specimen.height;
   throw std::invalid_argument(
-      "displacements need the specimen's length at rest: accepted is --height, or a column of "
+      "displacements need the specimen's length at rest: expected --height, or a column of "
       "strain or stretch");
 }
 
@@ -115,7 +115,7 @@ Abscissa FindAbscissa(const RawTable& table, const Specimen& specimen, bool shea
   for (std::size_t c = 0; c < table.columns.size(); ++c) {
     static_cast<void>(MeasureOf(table, c, shear));  // refuses true strain
   }
-  throw InputError(table.file.string() + ": no deformation: accepted is a column " +
+  throw InputError(table.file.string() + ": no deformation: expected a column " +
                    (shear ? "shear, gamma or strain" : "stretch, strain or displacement") +
                    ", or --x NAME; there are " + table.Titles());
 }
@@ -152,7 +152,7 @@ Ordinate FindOrdinate(const RawTable& table, const Specimen& specimen, bool shea
   }
   if (const auto found = FindForce(table)) return *found;
   throw InputError(table.file.string() +
-                   ": no load: accepted is a column stress, P, sigma or force, or --y NAME; there "
+                   ": no load: expected a column stress, P, sigma or force, or --y NAME; there "
                    "are " +
                    table.Titles());
 }
@@ -191,7 +191,7 @@ TestKind KindOf(const TableRequest& request) {
   }
   throw std::invalid_argument(
       Shown(request.kind) + "=" + request.file.string() +
-      ": accepted is uniaxial, tension, compression, equibiaxial, planar, biaxial, shear, tensor, "
+      ": expected uniaxial, tension, compression, equibiaxial, planar, biaxial, shear, tensor, "
       "relaxation or press");
 }
 
@@ -207,7 +207,7 @@ void MakeCompressive(MaterialTest* test) {
     if (strain > 0) row.abscissa = 2 - row.abscissa;
     if (stress > 0) row.measured.front() *= -1;
     if (row.abscissa > kLeastStretch) continue;
-    throw InputError(test->name + Formatted(": a compression to a stretch of %g: accepted is 0.02 "
+    throw InputError(test->name + Formatted(": a compression to a stretch of %g: expected 0.02 "
                                             "or more. Check the units: those of the header and "
                                             "--height",
                                             row.abscissa));
@@ -221,7 +221,7 @@ void CheckRow(const RawTable& table, std::size_t i, const MaterialTest& test, co
                                     row.across > kLeastStretch && row.across < kMostStretch;
   if (!possible) {
     FailAt(table, i,
-           Formatted("%s = %g: accepted is %s", shear ? "amount of shear" : "stretch", row.abscissa,
+           Formatted("%s = %g: expected %s", shear ? "amount of shear" : "stretch", row.abscissa,
                      shear ? "-50 to 50"
                            : "0.02 to 50; is the strain in percent? Then write its "
                              "unit %"));
@@ -255,7 +255,7 @@ void Thin(std::vector<TestRow>* rows) {
 
 void Finish(const RawTable& table, const Specimen& specimen, MaterialTest* test) {
   if (test->rows.size() < kLeastRows) {
-    throw TooFewRows(Formatted("%s: %zu rows between --from and --to: accepted is %zu or more",
+    throw TooFewRows(Formatted("%s: %zu rows between --from and --to: expected %zu or more",
                                table.file.c_str(), test->rows.size(), kLeastRows));
   }
   if (!(test->Peak() > 0)) throw InputError(table.file.string() + ": every stress is zero");
@@ -378,7 +378,7 @@ void CheckUnitOfStrain(const RawTable& table, const Abscissa& x, MaterialTest* t
   if (largest > kMost || BowOf(*test) < kStraight) {
     throw InputError(
         Formatted("%s: column %s: strains up to %.4g %% on a curve that is straight, "
-                  "or beyond any rubber: accepted is a column that names its unit, "
+                  "or beyond any rubber: expected a column that names its unit, "
                   "%% (percent), mm/mm or a length",
                   table.file.c_str(), Shown(table.columns[x.column].title).c_str(), 100 * largest));
   }
@@ -444,9 +444,8 @@ MaterialTest ReadTensor(const RawTable& table, const Specimen& specimen) {
     F[i] = table.Find({std::string_view("f" + at)});
     S[i] = table.Find({std::string_view((test.cauchy ? "sigma" : "p") + at)});
     if (!F[i]) {
-      throw InputError(
-          table.file.string() + ": no column F" + at +
-          ": accepted is KIND=FILE, or columns F11 to F33 with P11 ... or sigma11 ...");
+      throw InputError(table.file.string() + ": no column F" + at +
+                       ": expected KIND=FILE, or columns F11 to F33 with P11 ... or sigma11 ...");
     }
   }
   const auto measured = [&](std::size_t c) {
@@ -466,7 +465,7 @@ MaterialTest ReadTensor(const RawTable& table, const Specimen& specimen) {
       row.measured.push_back(table.At(i, *S[c]) *
                              StressFactor(table, *S[c], Load::kNominal, specimen));
     }
-    if (!(row.F.determinant() > 1e-6)) FailAt(table, i, "det F: accepted is above 0");
+    if (!(row.F.determinant() > 1e-6)) FailAt(table, i, "det F: expected above 0");
     CheckRow(table, i, test, row);
     test.rows.push_back(row);
   }
@@ -504,7 +503,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   const auto across = table.Find({"stretch 2", "lambda 2", "lambda2", "f22"});
   if (test.kind == TestKind::kBiaxial && request.across == 0 && !across) {
     throw InputError(table.file.string() +
-                     ": biaxial needs the second stretch: accepted is a column stretch_2, or "
+                     ": biaxial needs the second stretch: expected a column stretch_2, or "
                      "biaxial:RATIO=FILE, with the ratio of the second strain to the first");
   }
   const double by = StrainFactor(table, x.column, x.measure, specimen);
@@ -559,7 +558,7 @@ RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& spec
     relaxation.stress.push_back(stress * table.At(i, y.column));
   }
   if (relaxation.time.size() < kLeastRows) {
-    throw TooFewRows(Formatted("%s: %zu rows: accepted is %zu or more", table.file.c_str(),
+    throw TooFewRows(Formatted("%s: %zu rows: expected %zu or more", table.file.c_str(),
                                relaxation.time.size(), kLeastRows));
   }
   return relaxation;

@@ -17,9 +17,10 @@ void RefuseLongMaking(int elements) {
   const double thousands = elements / 1000.0;
   const double takes = kOfThousand * thousands * thousands * thousands;
   if (takes <= kLongest) return;
-  throw std::invalid_argument(fmt::format(
-      "elements = {}: takes about {:.0f} s to build: accepted is what takes at most {} s, {:.0f}",
-      elements, takes, kLongest, 1000 * std::cbrt(kLongest / kOfThousand)));
+  throw std::invalid_argument(
+      fmt::format("elements = {}: takes about {:.0f} s to build: expected a number that takes at "
+                  "most {} s, {:.0f}",
+                  elements, takes, kLongest, 1000 * std::cbrt(kLongest / kOfThousand)));
 }
 
 // Of what auto decides about.

@@ -33,7 +33,7 @@ constexpr double kMaxYoungModulus = 1e13;  // [Pa]
 void Check(const char* name, std::optional<double> value, double high) {
   if (!value || (*value >= kLeastSetting && *value <= high)) return;
   throw std::invalid_argument(
-      fmt::format("{} = {:g}: accepted is {:g} to {:g}", name, *value, kLeastSetting, high));
+      fmt::format("{} = {:g}: expected {:g} to {:g}", name, *value, kLeastSetting, high));
 }
 
 }  // namespace

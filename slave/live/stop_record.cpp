@@ -67,7 +67,7 @@ bool StopRecord::KeepIn(const std::filesystem::path& folder) {
   const auto kept = std::filesystem::symlink_status(file_);
   if (std::filesystem::exists(kept) && !std::filesystem::is_regular_file(kept)) {
     throw std::runtime_error(file_.string() +
-                             ": accepted is a regular file that keeps an emergency stop");
+                             ": expected a regular file that keeps an emergency stop");
   }
   RequireWritable(file_);
   if (!std::filesystem::exists(kept)) {

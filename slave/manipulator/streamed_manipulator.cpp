@@ -142,17 +142,17 @@ std::optional<DrivenArm::Refusal> StreamedManipulator::Rejects(DriverId driver,
   if (driver_.id == 0) return std::nullopt;
   if (driver != driver_.id) {
     if (IsSilent(arrived_at)) return std::nullopt;
-    return {{fmt::format("the manipulator is driven by {}: accepted is one driver at a time",
+    return {{fmt::format("the manipulator is driven by {}: expected one driver at a time",
                          driver_.name.empty() ? "another stream" : driver_.name),
              true}};
   }
   if (reading.sequence <= driver_.sequence) {
-    return Refusal{fmt::format("sequence = {}: accepted is one above the last, {}",
-                               reading.sequence, driver_.sequence)};
+    return Refusal{fmt::format("sequence = {}: expected one above the last, {}", reading.sequence,
+                               driver_.sequence)};
   }
   if (reading.measured_at <= driver_.measured_at) {
     return Refusal{
-        fmt::format("measured_at: accepted is a time that increases; this one changed by {} s",
+        fmt::format("measured_at: expected a time that increases; this one changed by {} s",
                     SecondsBetween(driver_.measured_at, reading.measured_at))};
   }
   return std::nullopt;

@@ -10,13 +10,13 @@ TipFollower::TipFollower(const ManipulatorOptions& options)
     : low_(options.workspace_min), high_(options.workspace_max), max_speed_(options.max_speed) {
   if (!(max_speed_ > 0) || !std::isfinite(max_speed_)) {
     throw std::invalid_argument("manipulator.max_speed = " + std::to_string(max_speed_) +
-                                " m/s: accepted is > 0");
+                                " m/s: expected > 0");
   }
   if (!low_.allFinite() || !high_.allFinite() || (low_.array() > high_.array()).any()) {
-    throw std::invalid_argument("manipulator.workspace: accepted is finite with min <= max");
+    throw std::invalid_argument("manipulator.workspace: expected finite with min <= max");
   }
   if (!options.home.allFinite()) {
-    throw std::invalid_argument("manipulator.home: accepted is finite numbers");
+    throw std::invalid_argument("manipulator.home: expected finite numbers");
   }
   target_ = reference_ = tip_ = options.home.cwiseMax(low_).cwiseMin(high_);
 }

@@ -71,8 +71,8 @@ SolidMesh MeshOfFile(const MeshFileGeometry& geometry) {
     RequireSound(CheckMesh(surface, file.numbers, unit_given));
     if (geometry.resolution > Diagonal(surface.nodes)) {
       throw std::invalid_argument(
-          "object.geometry.resolution is larger than the object: accepted "
-          "is the edge of a tetrahedron, with its unit");
+          "object.geometry.resolution is larger than the object: expected "
+          "the edge of a tetrahedron, with its unit");
     }
     FillOptions options;
     options.resolution = geometry.resolution;
@@ -108,7 +108,7 @@ std::vector<double> ModuliOf(const Scene& scene, const SolidMesh& mesh) {
   throw std::invalid_argument(
       (line > 0 ? scene.file.string() + ":" + std::to_string(line) + ": " : std::string()) +
       "object.regions." + std::to_string(i) +
-      ": accepted is a part of the object that contains the centroid of a tetrahedron");
+      ": expected a part of the object that contains the centroid of a tetrahedron");
 }
 
 constexpr double kOnSide = 1e-6;        // of the bounding box's diagonal: drawn outlines
@@ -179,7 +179,7 @@ void RequireExisting(const Fixed& fixed, int count) {
   for (const int node : listed->nodes) {
     if (node >= 0 && node < count) continue;
     throw std::invalid_argument("object.fixed.nodes = " + std::to_string(node) +
-                                ": accepted is 0 to " + std::to_string(count - 1));
+                                ": expected 0 to " + std::to_string(count - 1));
   }
 }
 
@@ -272,7 +272,7 @@ BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen)
   }
   if (!std::holds_alternative<ImageContourGeometry>(geometry)) {
     throw std::invalid_argument(
-        "object.geometry: accepted for an outline is rectangle, disc, polygon or contour");
+        "object.geometry: for an outline, expected rectangle, disc, polygon or contour");
   }
   if (seen) return MeshPolygon(*seen, count);
   throw std::invalid_argument(
@@ -287,7 +287,7 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
   if (std::holds_alternative<DomeGeometry>(geometry)) {
     throw std::invalid_argument(
         "object.geometry.membrane.semi_axes: a domed membrane needs images (serve, process and "
-        "their check): accepted here is `radius`, a flat membrane");
+        "their check): expected `radius`, a flat membrane");
   }
   const auto refined = [&](ObjectMesh mesh) {
     for (int r = 0; r < scene.model.refinements; ++r) mesh = Refined(mesh);
@@ -307,7 +307,7 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
 std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const BoundaryMesh& mesh) {
   const Selection selection(scene, mesh);
   return HeldBy<2>(scene, mesh.size(),
-                   "element: accepted is a part of the outline that contains an element's midpoint",
+                   "element: expected a part of the outline that contains an element's midpoint",
                    [&](const Fixed& fixed, int i) {
                      return std::visit([&](const auto& where) { return selection.Has(where, i); },
                                        fixed.where);
@@ -317,7 +317,7 @@ std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const Boun
 HeldNodes FixedNodeDofs(const Scene& scene, const std::vector<Vector3d>& nodes) {
   const double near = kOnSide * Diagonal(nodes);
   return HeldBy<3>(scene, static_cast<int>(nodes.size()),
-                   "node: accepted is a plane that contains nodes, or their numbers",
+                   "node: expected a plane that contains nodes, or their numbers",
                    [&](const Fixed& fixed, int i) { return Holds(fixed, nodes, near, i); });
 }
 

@@ -45,7 +45,7 @@ class TouchableSurface {
  public:
   // Keeps a reference to the mesh. O(N log N) for a volume.
   explicit TouchableSurface(const ObjectMesh& mesh);
-  // Why nothing can touch the object at `p_O` [m], as text that follows `accepted is`; nullopt: it
+  // Why nothing can touch the object at `p_O` [m], as text that follows `expected`; nullopt: it
   // can. O(N).
   [[nodiscard]] std::optional<std::string> Refuse(const Eigen::Vector3d& p_O) const;
 

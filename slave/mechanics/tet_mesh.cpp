@@ -26,7 +26,7 @@ void RequireVolumes(const SolidMesh& mesh) {
     }
     if (SignedVolume(mesh, static_cast<int>(t)) > kFlat * longest * longest * longest) continue;
     throw std::invalid_argument("tetrahedron " + std::to_string(t) +
-                                ": accepted is a volume > 0, it is flat or inverted");
+                                ": expected a volume > 0, it is flat or inverted");
   }
 }
 
@@ -55,7 +55,7 @@ void RequireTets(const SolidMesh& mesh, const HeldNodes& held) {
   RequireSound(report);
   if (held.size() != mesh.nodes.size()) {
     throw std::invalid_argument("fixed nodes = " + std::to_string(held.size()) +
-                                ": accepted is one per node, " + std::to_string(mesh.nodes.size()));
+                                ": expected one per node, " + std::to_string(mesh.nodes.size()));
   }
   RequireVolumes(mesh);
 }

@@ -19,13 +19,13 @@ using Loop = std::vector<Eigen::Vector2d>;
 void RequireSize(const char* name, double value) {
   if (!(value > 0 && std::isfinite(value))) {
     throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
-                                ": accepted is a finite length > 0");
+                                ": expected a finite length > 0");
   }
 }
 
 void RequireCount(int count, int least) {
   if (count < least) {
-    throw std::invalid_argument("elements = " + std::to_string(count) + ": accepted is " +
+    throw std::invalid_argument("elements = " + std::to_string(count) + ": expected " +
                                 std::to_string(least) + " or more");
   }
 }

@@ -150,18 +150,18 @@ std::vector<int> PartsOf(const std::vector<std::array<int, N>>& elements, std::s
 template <std::size_t N>
 bool IsReadable(const std::vector<Vector3d>& nodes, const std::vector<std::array<int, N>>& elements,
                 const MeshNumbers& numbers, MeshReport* report) {
-  if (elements.empty()) report->refusals.emplace_back("no element: accepted is one or more");
+  if (elements.empty()) report->refusals.emplace_back("no element: expected one or more");
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (nodes[i].allFinite()) continue;
     report->refusals.push_back(numbers.Node(static_cast<int>(i)) +
-                               " is not finite: accepted are finite coordinates");
+                               " is not finite: expected finite coordinates");
     break;
   }
   for (std::size_t i = 0; i < elements.size(); ++i) {
     const auto [low, high] = std::ranges::minmax(elements[i]);
     if (low >= 0 && high < static_cast<int>(nodes.size())) continue;
     report->refusals.push_back(numbers.Element(static_cast<int>(i)) +
-                               " has a node that does not exist: accepted are the " +
+                               " has a node that does not exist: expected the " +
                                std::to_string(nodes.size()) + " nodes of the mesh");
     break;
   }
@@ -195,7 +195,7 @@ void RefuseDuplicates(const std::vector<std::array<int, N>>& elements, const Mes
   }
   if (count == 0) return;
   report->refusals.push_back(example + " (" + std::to_string(count) +
-                             " such): accepted is every element once");
+                             " such): expected every element once");
 }
 
 template <std::size_t N>

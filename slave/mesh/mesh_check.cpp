@@ -87,7 +87,7 @@ void CheckShapes(SolidMesh* mesh, const MeshNumbers& numbers, MeshReport* report
   report->volume = volume * std::pow(scale, 3);
   if (!flat.empty()) {
     report->refusals.push_back(ListElements(numbers, flat) +
-                               " without volume: accepted are tetrahedra with four corners that "
+                               " without volume: expected tetrahedra with four corners that "
                                "are not in a plane");
   }
   CountQuality(std::move(quality), numbers, report);
@@ -138,12 +138,12 @@ void CheckFaces(const SolidMesh& mesh, const MeshNumbers& numbers, MeshReport* r
   }
   if (crowded_count > 0) {
     report->refusals.push_back(crowded + " share a face (" + std::to_string(crowded_count) +
-                               " such): accepted are two at most");
+                               " such): expected two at most");
   }
   if (folded_count > 0) {
     report->refusals.push_back(folded + " lie on the same side of their common face (" +
                                std::to_string(folded_count) +
-                               " such): accepted are elements that do not overlap");
+                               " such): expected elements that do not overlap");
   }
 }
 

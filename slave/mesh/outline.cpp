@@ -48,7 +48,7 @@ bool SegmentsIntersect(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const
 
 void CheckPoints(const Loop& loop, std::size_t index) {
   if (loop.size() < 3) {
-    Refuse(index, std::to_string(loop.size()) + " points: accepted is three or more");
+    Refuse(index, std::to_string(loop.size()) + " points: expected three or more");
   }
   for (std::size_t i = 0; i < loop.size(); ++i) {
     if (!loop[i].allFinite()) {
@@ -78,7 +78,7 @@ void CheckLoop(const Loop& loop, std::size_t index) {
     const std::size_t next = (i + 1) % n;
     if ((loop[next] - loop[i]).norm() <= kSamePoint) {
       Refuse(index, "points " + std::to_string(i) + " and " + std::to_string(next) +
-                        " are the same: accepted are distinct points, the first not repeated");
+                        " are the same: expected distinct points, the first not repeated");
     }
   }
   if (std::abs(SignedArea(loop)) <= kNoArea) Refuse(index, "encloses no area");
@@ -94,7 +94,7 @@ void CheckLoop(const Loop& loop, std::size_t index) {
     for (std::size_t j = i + 2; j < last; ++j) {
       if (SegmentsIntersect(a, b, loop[j], loop[(j + 1) % n])) {
         Refuse(index, "edges " + std::to_string(i) + " and " + std::to_string(j) +
-                          " cross or touch: accepted is a simple polygon");
+                          " cross or touch: expected a simple polygon");
       }
     }
   }

@@ -60,7 +60,7 @@ void CheckShapes(const SurfaceMesh& mesh, const MeshNumbers& numbers, MeshReport
   }
   if (!flat.empty()) {
     report->refusals.push_back(ListElements(numbers, flat) +
-                               " without area: accepted are triangles with three corners that are "
+                               " without area: expected triangles with three corners that are "
                                "not in a line");
   }
   CountQuality(std::move(quality), numbers, report);
@@ -78,12 +78,12 @@ void CheckEdges(const EdgeMap& edges, const MeshNumbers& numbers, MeshReport* re
   }
   if (report->open_edges > 0) {
     report->refusals.push_back("the surface is open at " + std::to_string(report->open_edges) +
-                               " edges, the first: " + open + ": accepted is a closed surface");
+                               " edges, the first: " + open + ": expected a closed surface");
   }
   if (report->forked_edges > 0) {
     report->refusals.push_back(std::to_string(report->forked_edges) +
                                " edges belong to three triangles or more, the first: " + forked +
-                               ": accepted are two");
+                               ": expected two");
   }
 }
 
@@ -135,7 +135,7 @@ void Orient(const EdgeMap& edges, SurfaceMesh* mesh, const MeshNumbers& numbers,
             MeshReport* report) {
   std::vector<bool> turned;
   if (!FindTurned(edges, mesh->triangles.size(), &turned)) {
-    report->refusals.emplace_back("the surface is one-sided: accepted is one that has an inside");
+    report->refusals.emplace_back("the surface is one-sided: expected one that has an inside");
     return;
   }
   for (std::size_t t = 0; t < turned.size(); ++t) {
@@ -143,8 +143,7 @@ void Orient(const EdgeMap& edges, SurfaceMesh* mesh, const MeshNumbers& numbers,
   }
   const std::vector<SurfacePart> parts = ClosedParts(*mesh);
   if (parts.empty()) {
-    report->refusals.push_back("too many parts: accepted are at most " +
-                               std::to_string(kMostParts));
+    report->refusals.push_back("too many parts: expected at most " + std::to_string(kMostParts));
     return;
   }
   for (const SurfacePart& part : parts) {

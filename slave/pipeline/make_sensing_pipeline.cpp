@@ -76,7 +76,7 @@ class AwaitedSense final : public SensingPipeline {
                                                        Progress* progress) const override {
     if (!Made())
       throw std::logic_error(std::string(kNothingYet) +
-                             ": accepted is a change after the first image");
+                             ": expected a change after the first image");
     return Made()->Prepare(changed, progress);
   }
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override {
@@ -135,7 +135,7 @@ class AwaitedSense final : public SensingPipeline {
 constexpr int kFewestElements = 3;  // [-] [derived: a closed outline needs three]
 
 [[noreturn]] void Refuse(const std::string& what, const std::string& accepted) {
-  throw std::invalid_argument(what + ": accepted is " + accepted);
+  throw std::invalid_argument(what + ": expected " + accepted);
 }
 
 void SetKind(const std::string& kind, const Changeable& accepted, ModelOptions* model) {
@@ -202,7 +202,7 @@ struct SenseMaker {
     if (is_played || !TakesPictures(scene.sense)) return std::make_unique<Made>(scene, pace);
     if (!pace.is_live) {
       throw std::invalid_argument(
-          "sense.camera.source = stream: accepted here are recorded or simulated images");
+          "sense.camera.source = stream: expected recorded or simulated images");
     }
     const auto make = [scene = scene,
                        tap = pace.tap](Pace streamed) -> std::unique_ptr<SensingPipeline> {

@@ -26,7 +26,7 @@ namespace {
 constexpr std::size_t kMostOutput = 4000;
 constexpr std::chrono::milliseconds kLook{5};
 
-// What posix_spawn is told: folder, input, output, signals as a program expects them.
+// Settings of posix_spawn: folder, input, output, signals as a program expects them.
 class SpawnSettings {
  public:
   SpawnSettings(const std::filesystem::path& folder, int output) {

@@ -96,7 +96,7 @@ class Again {
     run_.scene = scene_.name;
     if (run_.differences.states == 0) {
       throw InputError((run_.damage.empty() ? "this recording" : run_.damage) +
-                       ": contains no estimate: accepted is a recording with a sample");
+                       ": contains no estimate: expected a recording with a sample");
     }
     WriteSummary();
     return std::move(run_);
@@ -156,7 +156,7 @@ class Again {
       changed.model = Changed(changed.model, change, sense_->info().changeable);
     }
     if (!settings.decided().empty() && !ApplyDecided(settings.decided(), &changed)) {
-      throw InputError("a recorded decision: accepted is a kind of model for this object");
+      throw InputError("a recorded decision: expected a kind of model for this object");
     }
     CheckRanges({.young_modulus = settings.young_modulus()});
     changed.object.material.young_modulus = settings.young_modulus();

@@ -27,7 +27,7 @@ int CountOpened(const std::filesystem::path& file) {
 cv::Mat Decoded(const std::string& png) {
   const auto picture = OpenPng({reinterpret_cast<const unsigned char*>(png.data()), png.size()});
   if (!picture || long{picture->size().width} * picture->size().height > kMostPixels) {
-    throw InputError("a recorded image: accepted is a PNG of at most " +
+    throw InputError("a recorded image: expected a PNG of at most " +
                      std::to_string(kMostPixels / 1'000'000) + " megapixels");
   }
   return picture->Decode();

@@ -70,14 +70,14 @@ SceneFiles GatherSceneFiles(const Scene& scene) {
 fs::path UnpackSceneFiles(const SceneFiles& files, const fs::path& folder) {
   for (const auto& [name, bytes] : files.bytes) {
     if (!StaysInside(name)) {
-      throw InputError("attached file " + Shown(name) + ": accepted is a path inside its folder");
+      throw InputError("attached file " + Shown(name) + ": expected a path inside its folder");
     }
     const fs::path file = folder / name;
     fs::create_directories(file.parent_path());
     WriteWholeFile(file, bytes);
   }
   if (!files.bytes.contains(files.scene)) {
-    throw InputError("no scene is attached: accepted is a recording by a slave (serve --record)");
+    throw InputError("no scene is attached: expected a recording by a slave (serve --record)");
   }
   return folder / files.scene;
 }
@@ -89,7 +89,7 @@ RecordedBeginning::RecordedBeginning(const std::filesystem::path& file) {
   const auto found = notes.find(kSenseNote);
   if (found == notes.end()) {
     throw InputError((reader.damage().empty() ? file.string() : reader.damage()) +
-                     ": contains no sensing: accepted is a recording by a slave (serve --record)");
+                     ": contains no sensing: expected a recording by a slave (serve --record)");
   }
   note = found->second;
   files.scene = Value("scene");

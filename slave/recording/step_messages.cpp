@@ -33,7 +33,7 @@ FingerReading FromProto(const v1::FingerSample& message) {
   const bool is_posed = message.pose_size() == kPoseNumbers;
   if (message.electrodes_size() != kElectrodeCount || !is_finite ||
       !(is_posed || message.pose_size() == 0)) {
-    throw InputError("a fingertip's sample: accepted are " + std::to_string(kElectrodeCount) +
+    throw InputError("a fingertip's sample: expected " + std::to_string(kElectrodeCount) +
                      " finite electrodes and a pose of 12 numbers or none");
   }
   reading.present = message.present();
@@ -69,7 +69,7 @@ TactileFrame FromProto(const v1::TactileInstant& message) {
   frame.after_gap = message.after_gap();
   if (message.fingers_size() > kMaxFingers) {
     throw InputError("a sample of " + std::to_string(message.fingers_size()) +
-                     " fingertips: accepted are at most " + std::to_string(kMaxFingers));
+                     " fingertips: expected at most " + std::to_string(kMaxFingers));
   }
   for (int i = 0; i < message.fingers_size(); ++i) {
     frame.fingers[static_cast<std::size_t>(i)] = FromProto(message.fingers(i));

@@ -29,10 +29,10 @@ std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) 
   };
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
-    refuse("cannot be read: accepted is a CSV file of x,y");
+    refuse("cannot be read: expected a CSV file of x,y");
   }
   if (std::filesystem::file_size(file, error) > kLargestFile) {
-    refuse("too large: accepted is at most 1 MiB");
+    refuse("too large: expected at most 1 MiB");
   }
   std::vector<Eigen::Vector2d> points;
   try {
@@ -41,7 +41,7 @@ std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file) 
     throw std::invalid_argument(wrong.what());
   }
   if (points.size() < 3 || points.size() > kMostPoints) {
-    refuse(std::to_string(points.size()) + " points: accepted is 3 to 4000");
+    refuse(std::to_string(points.size()) + " points: expected 3 to 4000");
   }
   return points;
 }

@@ -10,7 +10,7 @@ namespace palpate {
 
 // Reads the columns x and y [m, or the unit in their titles] of a table by name, or the two of one
 // without a header; empty rows and # comments are ignored.
-// Throws std::invalid_argument as `file:line: row: accepted is ...`: unreadable, larger than 1 MiB,
+// Throws std::invalid_argument as `file:line: row: expected ...`: unreadable, larger than 1 MiB,
 // a row that is not numbers, fewer than 3 or more than 4000 points.
 std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file);
 

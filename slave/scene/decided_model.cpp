@@ -144,8 +144,8 @@ std::vector<std::string> LinesOf(const ModelDecision& decision, std::size_t most
     if (lines.size() > most) break;
     lines.push_back("not " + r.model + ": " + r.why + Figures(r));
   }
-  const std::size_t told = lines.size() - 1, all = decision.rejected.size();
-  if (told < all) lines.push_back(fmt::format("and {} more were not chosen", all - told));
+  const std::size_t listed = lines.size() - 1, all = decision.rejected.size();
+  if (listed < all) lines.push_back(fmt::format("and {} more were not chosen", all - listed));
   return lines;
 }
 

@@ -97,8 +97,8 @@ class Copier {
 
  private:
   [[noreturn]] static void RefuseSize() {
-    throw std::length_error("too deep or too large: accepted is at most " +
-                            std::to_string(kDeepest) + " levels, " + std::to_string(kMostValues) +
+    throw std::length_error("too deep or too large: expected at most " + std::to_string(kDeepest) +
+                            " levels, " + std::to_string(kMostValues) +
                             " values and 4 MiB of text, aliases spelled out");
   }
 
@@ -141,13 +141,12 @@ class Copier {
       const YAML::Node& key = entry.first;
       const int line = key.Mark().line + 1;
       if (!key.IsScalar()) {
-        mistakes_->AddGeneral(line, "a key is not a plain word: accepted is `key: value`");
+        mistakes_->AddGeneral(line, "a key is not a plain word: expected `key: value`");
         continue;
       }
       if (entry.second.IsNull() && !key.Scalar().empty() && IsDigit(key.Scalar()[0])) {
         mistakes_->AddGeneral(
-            line,
-            "`," + key.Scalar() + "`: a decimal comma: accepted is a decimal point, 127.5 kPa");
+            line, "`," + key.Scalar() + "`: a decimal comma: expected a decimal point, 127.5 kPa");
         continue;
       }
       DocumentNode child = CopyChild(entry.second, Counted(key.Scalar()), depth);
@@ -186,7 +185,7 @@ bool HasDecimalComma(const DocumentNode& node) {
   }
   return false;
 }
-constexpr std::string_view kPoint = " (decimal comma: accepted is a decimal point)";
+constexpr std::string_view kPoint = " (decimal comma: expected a decimal point)";
 
 // What in the text is no YAML, where that is a tab or a character that looks like another one.
 std::string HintAt(const std::string& text, int line) {
@@ -195,7 +194,7 @@ std::string HintAt(const std::string& text, int line) {
   for (int number = 1; std::getline(lines, one); ++number) {
     const std::size_t content = one.find_first_not_of(" \t");
     if (one.substr(0, content).find('\t') != std::string::npos) {
-      return "; line " + std::to_string(number) + " begins with a tab: accepted are blanks";
+      return "; line " + std::to_string(number) + " begins with a tab: expected blanks";
     }
     if (number >= line) return CodesIn(one);
   }
@@ -213,13 +212,13 @@ bool IsText(const std::string& bytes) {
 std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes* mistakes) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
-    mistakes->AddGeneral(0, std::filesystem::exists(file, error) ? "not a file: accepted is a YAML "
+    mistakes->AddGeneral(0, std::filesystem::exists(file, error) ? "not a file: expected a YAML "
                                                                    "file"
                                                                  : "no such file");
     return std::nullopt;
   }
   if (std::filesystem::file_size(file, error) > kLargestFile || error) {
-    mistakes->AddGeneral(0, "too large: accepted is at most 1 MiB");
+    mistakes->AddGeneral(0, "too large: expected at most 1 MiB");
     return std::nullopt;
   }
   std::ifstream stream(file, std::ios::binary);
@@ -231,19 +230,19 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
   const bool is_utf16 =
       bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.find('\0') < 2;
   if (is_utf16) {
-    mistakes->AddGeneral(0, "text in UTF-16: accepted is UTF-8");
+    mistakes->AddGeneral(0, "text in UTF-16: expected UTF-8");
     return std::nullopt;
   }
   if (const std::size_t at = FindInvalidUtf8(bytes); at != std::string::npos && IsText(bytes)) {
     const auto line =
         std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(at), '\n');
     mistakes->AddGeneral(static_cast<int>(line) + 1,
-                         Formatted("byte 0x%02X is not UTF-8: accepted is a scene in UTF-8",
+                         Formatted("byte 0x%02X is not UTF-8: expected a scene in UTF-8",
                                    static_cast<unsigned char>(bytes[at])));
     return std::nullopt;
   }
   if (!IsText(bytes)) {
-    mistakes->AddGeneral(0, "not text: accepted is a YAML file");
+    mistakes->AddGeneral(0, "not text: expected a YAML file");
     return std::nullopt;
   }
   return bytes;
@@ -286,11 +285,11 @@ DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
     const int second = SecondDocument(text);
     if (second == 0) root = Copier(mistakes, false).Copy(YAML::Load(text));
     if (second > 0) {
-      mistakes->AddGeneral(second, "a second document: accepted is one");
+      mistakes->AddGeneral(second, "a second document: expected one");
     } else if (root.kind != Kind::kMap) {
       mistakes->AddGeneral(0, root.kind == Kind::kNothing
-                                  ? "empty: accepted is a map of name, object, model, ..."
-                                  : "not a scene: accepted is a map of name, object, model, ...");
+                                  ? "empty: expected a map of name, object, model, ..."
+                                  : "not a scene: expected a map of name, object, model, ...");
     }
   } catch (const YAML::Exception& error) {
     mistakes->AddGeneral(error.mark.line + 1,
@@ -378,14 +377,14 @@ void Mistakes::Add(const DocumentNode& node, std::string_view path, std::string_
   const std::string quoted = Quote(node);
   what.append(CodesIn(path)).append(" = ").append(Shortened(quoted)).append(CodesIn(quoted));
   if (HasDecimalComma(node)) what.append(kPoint);
-  what.append(": accepted is ").append(accepted);
+  what.append(": expected ").append(accepted);
   AddAt(node, std::move(what));
 }
 
 void Mistakes::AddMissing(const DocumentNode& parent, std::string_view path,
                           std::string_view accepted) {
   std::string what = Shortened(path, kLongestPath);
-  what.append(" = (missing): accepted is ").append(accepted);
+  what.append(" = (missing): expected ").append(accepted);
   AddAt(parent, std::move(what));
 }
 
@@ -409,7 +408,7 @@ void Mistakes::AddGeneral(int line, std::string_view what) {
 
 void Mistakes::AddOverride(std::string_view pair, std::string_view accepted) {
   std::string what = "--override ";
-  what.append(pair).append(": accepted is ").append(accepted);
+  what.append(pair).append(": expected ").append(accepted);
   Push(kAfterTheFile, std::move(what));
 }
 

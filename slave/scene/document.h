@@ -22,8 +22,8 @@ struct DocumentNode {
   [[nodiscard]] const DocumentNode* Find(std::string_view child_key) const;
 };
 
-// Mistakes of one file, each a line `file:line: key = value: accepted is ...`, or `--override key =
-// value: accepted is ...`.
+// Mistakes of one file, each a line `file:line: key = value: expected ...`, or `--override key =
+// value: expected ...`.
 class Mistakes {
  public:
   explicit Mistakes(const std::filesystem::path& file) : file_(file.string()) {}

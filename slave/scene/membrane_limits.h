@@ -22,7 +22,7 @@ class MembraneLimits {
   [[nodiscard]] bool apply() const { return radius_ > 0 && thickness_ > 0; }
   [[nodiscard]] bool is_simulated() const { return is_simulated_; }
 
-  // Of the tool; any positive width where no limits apply. Lives as long as this.
+  // The rule of the tool's width; any positive width where no limits apply. Lives as long as this.
   [[nodiscard]] Rule width_rule() const;
 
   [[nodiscard]] bool allows_thickness() const;

@@ -95,7 +95,7 @@ void ReadFem(Section& model, Fem* fem) {
   fem->threads = model.Integer("threads");
 }
 
-// Of `fem-zone`: one element and one law.
+// The options of `fem-zone`: one element and one law.
 void ReadZone(Section& model, Fem* fem) {
   const std::string_view note = " with this kind";
   fem->element = model.OneOf<Fem::Element>("element", {{"tet4", Fem::Element::kTet4}}, note);

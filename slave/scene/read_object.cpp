@@ -104,7 +104,7 @@ BoxGeometry ReadBox(Section& geometry) {
 // One unit of the file: `mm` or `1 mm`.
 double ReadUnit(Section& geometry) {
   const std::string accepted =
-      "a unit such as mm, or " + AcceptedUnits(Dimension::kLength) + ", > 0";
+      "a unit such as mm, or " + ExpectedQuantity(Dimension::kLength, "> 0");
   const std::string text = geometry.Text("unit", accepted, "1 m");
   const auto bare = ParseQuantity("1 " + text, Dimension::kLength);
   const auto unit = bare ? bare : ParseQuantity(text, Dimension::kLength);

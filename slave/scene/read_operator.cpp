@@ -81,7 +81,7 @@ OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& b
   options.force_limit = section.Number("force_limit");
   transform.R_SM = FixedAxesRotation(section.Vector3("rotation"));
   Section press = section.Open("press");
-  options.press_told = press.Has("depth");
+  options.press_given = press.Has("depth");
   options.press_depth = press.Number("depth", options.press_depth);
   options.press_speed = press.Number("speed", options.press_speed);
   return options;

@@ -108,23 +108,23 @@ bool IsSame(const Eye& a, const Eye& b) {
 
 // Two cameras, or one with both pictures side by side.
 void ReadCamerasOfPair(Section& section, const SceneContext& context, StereoCameras* pair) {
-  pair->source = StereoCameras::Source::kEyes;
+  pair->source = StereoCameras::Source::kCameras;
   if (!section.Has("layout")) {
     for (const char* key : {"left", "right"}) {
       Section one = section.Open(key, "a map of `device: NUMBER`, `file` (a video) or `url`");
-      if (one.present()) pair->eyes.push_back(ReadCameraSource(one, context, false));
+      if (one.present()) pair->cameras.push_back(ReadCameraSource(one, context, false));
     }
     const auto is_video = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
-    const auto videos = std::ranges::count_if(pair->eyes, is_video);
+    const auto videos = std::ranges::count_if(pair->cameras, is_video);
     if (videos == 1) section.Refuse("left", "two videos, or two cameras or streams");
-    if (pair->eyes.size() == 2 && IsSame(pair->eyes[0], pair->eyes[1])) {
+    if (pair->cameras.size() == 2 && IsSame(pair->cameras[0], pair->cameras[1])) {
       section.Refuse(
           "right", "another camera than `left`; for both in one image use `layout: side-by-side`");
     }
     return;
   }
   section.OneOf<int>("layout", {{"side-by-side", 0}});
-  pair->eyes.push_back(ReadCameraSource(section, context, false));
+  pair->cameras.push_back(ReadCameraSource(section, context, false));
 }
 
 void ReadPairSource(Section& section, const SceneContext& context, StereoCameras* pair) {
@@ -229,13 +229,14 @@ std::optional<SenseChoice> ReadStereoOrDepth(Section& sense, const SenseSetting&
   }
   PointsOptions options;
   if (camera.Has("depth")) {
-    options.eyes = ReadDepthPictures(camera, setting.context);
+    options.cameras = ReadDepthPictures(camera, setting.context);
   } else {
-    options.eyes = camera.Has("stereo") ? ReadStereoFiles(camera, setting.context, setting.object)
-                                        : ReadSimulated(camera, setting.object);
+    options.cameras = camera.Has("stereo")
+                          ? ReadStereoFiles(camera, setting.context, setting.object)
+                          : ReadSimulated(camera, setting.object);
   }
-  std::visit([&](auto& eyes) { eyes.rate = rate; }, options.eyes);
-  options.points = ReadPoints(sense, setting, options.eyes);
+  std::visit([&](auto& cameras) { cameras.rate = rate; }, options.cameras);
+  options.points = ReadPoints(sense, setting, options.cameras);
   return options;
 }
 

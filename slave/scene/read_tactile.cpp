@@ -83,7 +83,7 @@ Finger ReadFinger(Section& fingers, const DocumentNode& node, bool is_first) {
   finger.X_SF = ReadFingerPose(section, &finger);
   finger.motion = section.OneOf<Finger::Motion>("motion", {{"hand", Finger::Motion::kHand},
                                                            {"opposite", Finger::Motion::kOpposite},
-                                                           {"stands", Finger::Motion::kStands}});
+                                                           {"stands", Finger::Motion::kAtRest}});
   if (is_first && finger.motion != Finger::Motion::kHand) {
     section.Refuse("motion", "hand for the first finger, which the operator moves");
   }

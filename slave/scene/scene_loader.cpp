@@ -84,14 +84,14 @@ class CrossCheck {
   // Two cameras may also follow what moves as a whole; a simulated target does so on its path.
   void CheckHeld() {
     const auto* stereo = scene_.sense.Find<StereoCameras>();
-    const bool is_told = IsPresent("object", "fixed");
-    const bool may_move = named_eyes_ && !scene_.sense.Find<DepthPictures>();
-    if (use_ == SceneUse::kFull && !may_move && !is_told && !IsHeld(scene_.object)) {
+    const bool is_given = IsPresent("object", "fixed");
+    const bool may_move = names_cameras_ && !scene_.sense.Find<DepthPictures>();
+    if (use_ == SceneUse::kFull && !may_move && !is_given && !IsHeld(scene_.object)) {
       Refuse("object.fixed", "the fixed part of the object: side, arc, plane or nodes");
     }
     const bool is_target = stereo && stereo->source == StereoCameras::Source::kSimulated &&
                            IsVolume(scene_.object.geometry);
-    if (use_ == SceneUse::kFull && is_target && is_told) {
+    if (use_ == SceneUse::kFull && is_target && is_given) {
       Refuse("object.fixed",
              "nothing with a simulated textured target, because it moves as a rigid body");
     }
@@ -175,8 +175,8 @@ class CrossCheck {
       Refuse("manipulator.home", "a position outside the object");
     }
     const bool is_membrane = IsSkin(scene_.object.geometry);
-    const bool is_told = IsPresent("manipulator", "home");
-    if (is_membrane && HasStereoOrDepth(scene_.sense) && is_told && !(p_O.z() > 0)) {
+    const bool is_given = IsPresent("manipulator", "home");
+    if (is_membrane && HasStereoOrDepth(scene_.sense) && is_given && !(p_O.z() > 0)) {
       Refuse("manipulator.home",
              "a position in front of the membrane, on the side of positive z of O");
     }
@@ -280,7 +280,7 @@ class CrossCheck {
   const DocumentNode& document_;
   SceneUse use_;
   Mistakes* mistakes_;
-  bool named_eyes_ = NamesStereoOrDepth(document_.Find("sense"));
+  bool names_cameras_ = NamesStereoOrDepth(document_.Find("sense"));
 };
 
 Scene ReadScene(Section& root, const SceneContext& context) {
@@ -301,12 +301,12 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   scene.manipulator =
       ReadManipulator(root, scene.object, box, scene.operator_options.press_speed, pad);
   scene.link = ReadLink(root);
-  const bool has_eyes = HasStereoOrDepth(scene.sense);
+  const bool has_cameras = HasStereoOrDepth(scene.sense);
   const bool has_no_other = scene.sense.all().empty() || scene.sense.Find<CameraOptions>();
   const bool needs_tool = context.use == SceneUse::kFull && has_no_other;
   scene.tool =
       ReadTool(root, needs_tool, MembraneLimits(scene).width_rule(), box, scene.manipulator.home);
-  if (has_eyes && !scene.tool && box) scene.tool = UsualTool(*box);
+  if (has_cameras && !scene.tool && box) scene.tool = UsualTool(*box);
   scene.site = ReadSite(root);
   scene.study_contacts = ReadStudyContacts(root);
   return scene;

@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// One or more mistakes in a scene, one per line: `file:line: key = value: accepted is ...`.
+// One or more mistakes in a scene, one per line: `file:line: key = value: expected ...`.
 class SceneError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -23,7 +23,7 @@ enum class SceneUse { kSolve, kFull };
 
 // Reads `file`; `overrides` are `key.path=value` pairs as on the command line, applied to the YAML
 // before validation, e.g. `model.elements=60`; a mistake in one is reported as `--override
-// model.elements=x: accepted is`. Throws SceneError naming every mistake: unreadable, not YAML,
+// model.elements=x: expected`. Throws SceneError naming every mistake: unreadable, not YAML,
 // unknown key (with the nearest known one), missing key, unit of the wrong dimension, impossible
 // value.
 Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},

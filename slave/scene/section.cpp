@@ -44,7 +44,7 @@ std::string NearestOf(const std::vector<std::string>& known, std::string_view ke
 }  // namespace
 
 std::string AcceptedBy(const Rule& rule) {
-  return AcceptedUnits(rule.dimension) + ", " + std::string(rule.range);
+  return ExpectedQuantity(rule.dimension, rule.range);
 }
 
 Section::Section(const DocumentNode* node, std::string path, Mistakes* mistakes,

@@ -19,7 +19,7 @@
 
 namespace palpate {
 
-// "a length > 0 ..., in m mm um nm km".
+// "a length > 0 (m, mm, um, nm, km)".
 std::string AcceptedBy(const Rule& rule);
 
 class Section {

@@ -59,7 +59,7 @@ bool NamesStereoOrDepth(const DocumentNode* sense);
 std::optional<SenseChoice> ReadStereoOrDepth(Section& sense, const SenseSetting& setting);
 // `points` below `sense`. By default a membrane has the dots of paper C, scaled to its size,
 // another object is tracked by its texture, and a depth image by its surface.
-PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const StereoOrDepth& eyes);
+PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const StereoOrDepth& cameras);
 // `tactile` below `sense`; nullopt: absent. Fingers without a pose are not placed yet.
 std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context);
 // The file at `key`, in the scene's folder; empty if the key is absent. Full use rejects a file
@@ -82,8 +82,8 @@ struct BoundingBox {
 // Box of an outline in the plane z = 0. nullopt: no outline, or it is found later in an image, or
 // the geometry has mistakes.
 std::optional<BoundingBox> OutlineBox(const Object& object);
-// Of a volume or a membrane; a mesh file is read for it, and refused if it cannot be. nullopt: none
-// of them, or there are mistakes already.
+// Box of a volume or a membrane; a mesh file is read for it, and refused if it cannot be. nullopt:
+// none of them, or there are mistakes already.
 std::optional<BoundingBox> SolidBox(const Object& object, const Section& scene);
 
 // Hangs fingers without a pose over the box by 7 % of its larger side: axis along x, the pad's apex

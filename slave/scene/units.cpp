@@ -61,10 +61,10 @@ constexpr std::array kUnits{
 };
 
 // In the order of Dimension.
-constexpr std::array kNames{
-    "a number, plain or", "a length",  "a pressure", "a force",         "a time",
-    "a frequency",        "an angle",  "a density",  "a rate",          "a speed",
-    "a number of pixels", "a tension", "a volume",   "an angular speed"};
+constexpr std::array kNames{"a number", "a length",        "a pressure",         "a force",
+                            "a time",   "a frequency",     "an angle",           "a density",
+                            "a rate",   "a speed",         "a number of pixels", "a tension",
+                            "a volume", "an angular speed"};
 
 // Takes a number off the front of `text`. from_chars knows no leading plus.
 template <typename Number>
@@ -104,13 +104,15 @@ std::optional<double> ParseQuantity(std::string_view text, Dimension dimension) 
   return std::nullopt;
 }
 
-std::string AcceptedUnits(Dimension dimension) {
+std::string ExpectedQuantity(Dimension dimension, std::string_view range) {
   std::string text(kNames[static_cast<std::size_t>(dimension)]);
-  text += dimension == kNumber ? "" : " in";
+  const bool is_comparison = range.starts_with('>') || range.starts_with('<');
+  if (!range.empty()) text.append(is_comparison ? " " : ", ").append(range);
+  std::string units(dimension == kNumber ? "plain or " : "");
   for (const Unit& unit : kUnits) {
-    if (unit.dimension == dimension) text.append(" ").append(unit.name);
+    if (unit.dimension == dimension) units.append(unit.name).append(", ");
   }
-  return text;
+  return text.append(" (").append(units, 0, units.size() - 2).append(")");
 }
 
 }  // namespace palpate

@@ -42,7 +42,7 @@ grpc::Status DriveStream::Take() {
   if (!pace_.Allows(now)) {
     return Error(v1::ERROR_REASON_TOO_MANY,
                  "more than " + std::to_string(kMostReports) +
-                     " reports within a second: accepted is one per target");
+                     " reports within a second: expected one per target");
   }
   std::string reason;
   const auto reading = FromProto(report_, &reason);
@@ -50,7 +50,7 @@ grpc::Status DriveStream::Take() {
   if (rate_ == 0) {
     const double rate = report_.rate() == 0 ? kUsualRate : report_.rate();
     if (!(rate >= kSlowest && rate <= kFastest)) {
-      return Refused("rate = " + std::to_string(rate) + ": accepted is 0, or 100 to 1000");
+      return Refused("rate = " + std::to_string(rate) + ": expected 0, or 100 to 1000");
     }
     name_ = Presentable(report_.driver_name(), kLongestName);
     rate_ = rate;

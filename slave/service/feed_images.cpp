@@ -28,9 +28,9 @@ grpc::Status TeleoperationService::FeedImages(grpc::ServerContext* context,
   }
   const Seats::Seat seat(&picture_feeds_);
   if (!seat) {
-    return Error(v1::ERROR_REASON_SOURCE_TAKEN, "images are fed by " +
-                                                    std::to_string(picture_feeds_.count()) +
-                                                    " streams: accepted is one");
+    return Error(
+        v1::ERROR_REASON_SOURCE_TAKEN,
+        "images are fed by " + std::to_string(picture_feeds_.count()) + " streams: expected one");
   }
   on_stream_(*context, kPictureRate);
   const auto id = NewStreamId();

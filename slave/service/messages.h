@@ -19,7 +19,7 @@
 namespace palpate {
 
 // Requests are checked as documented in teleoperation.proto. All throw std::invalid_argument:
-// `field = value: accepted is ...`.
+// `field = value: expected ...`.
 
 // The shortest time between two messages of a stream: zero for 0, each new state.
 Clock::duration GapOf(const v1::WatchStateRequest& request);

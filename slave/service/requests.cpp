@@ -18,7 +18,7 @@ constexpr std::size_t kLongestWord = 40;  // [characters]; no accepted one is lo
 constexpr unsigned kQuality = 80, kMinQuality = 10, kMaxQuality = 100;
 
 [[noreturn]] void Refuse(const char* field, const std::string& value, const std::string& accepted) {
-  throw std::invalid_argument(std::string(field) + " = " + value + ": accepted is " + accepted);
+  throw std::invalid_argument(std::string(field) + " = " + value + ": expected " + accepted);
 }
 
 Clock::duration Gap(double rate, double rate_for_zero, double max_rate) {

@@ -81,7 +81,7 @@ class Processor final : public grpc::AuthMetadataProcessor {
       spdlog::warn("audit: {} {} was rejected: {}", who.role, who.name, method);
       return Error(v1::ERROR_REASON_ROLE_NOT_ALLOWED,
                    "role '" + who.role + "' may not call " + method +
-                       ": accepted are the calls of its role, see proto/README.md");
+                       ": expected the calls of its role, see proto/README.md");
     }
     if (RuleOf(path).is_logged) spdlog::info("audit: {} {} called {}", who.role, who.name, method);
     return grpc::Status::OK;

@@ -70,7 +70,7 @@ Scene WithModel(const Scene& scene, const StudyRow& row) {
   return decided;
 }
 
-// Of rows that the scene can run on; the others go to `rejected`.
+// The rows that the scene can run on; the others go to `rejected`.
 std::vector<StudyRow> FitRows(const Scene& scene, std::vector<StudyRow> rows,
                               std::vector<RejectedModel>* rejected) {
   std::erase_if(rows, [&](const StudyRow& row) {

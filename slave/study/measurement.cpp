@@ -149,8 +149,8 @@ class Trial {
     return seconds;
   }
 
-  // Of a long update by processor time, which other programs do not change; that clock is too slow
-  // for short ones, of which they interrupt few.
+  // The time of a long update is processor time, which other programs do not change; that clock is
+  // too slow for short ones, of which they interrupt few.
   double SecondsOf(const Contact& contact) {
     constexpr double kShort = 1e-4;  // [s]
     const double worked = workshop_.work ? workshop_.work() : 0;
@@ -199,7 +199,7 @@ class Trial {
             response.takes_width, BoundOf(response.force_error, response.force_O.norm())};
   }
 
-  // Of a model that bounds its error, by the size of what it bounds.
+  // The bound of a model that bounds its error, by the size of what it bounds.
   [[nodiscard]] double BoundOf(double bound, double size) const {
     return kind_ != nullptr && kind_->estimates_error ? bound / size : kUnknown;
   }

@@ -108,7 +108,7 @@ Press OppositeToHeld(const Scene& scene, const SurfaceMesh& surface) {
   const auto press = LastExit(surface, centre, way.normalized());
   if (!press) {
     throw std::invalid_argument(
-        "study: no surface lies opposite to the fixed part: accepted is study.contacts with a "
+        "study: no surface lies opposite to the fixed part: expected study.contacts with a "
         "point");
   }
   return *press;
@@ -122,7 +122,7 @@ std::vector<Press> OnVolume(const Scene& scene, const SurfaceMesh& surface,
     const auto found = FindPlace(surface, p_O);
     if (!found || found->triangle < 0) {
       throw std::invalid_argument(
-          "study.contacts: a point off the surface: accepted is a point on it");
+          "study.contacts: a point off the surface: expected a point on it");
     }
     presses.push_back(OnTriangle(surface, found->triangle, p_O));
   }
@@ -207,7 +207,7 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
     const Outline outline = OutlineOf(scene.object.geometry);
     if (outline.outer.empty()) {
       throw std::invalid_argument(
-          "object.geometry.contour = from-image: accepted in a study is an outline that needs no "
+          "object.geometry.contour = from-image: in a study, expected an outline that needs no "
           "image");
     }
     std::vector<Vector3d> corners;

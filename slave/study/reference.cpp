@@ -237,8 +237,8 @@ bool IsWorse(double a, double b) {
   return std::isnan(a) ? !std::isnan(b) : a > b;
 }
 
-// Of up to nine contacts the worst, of more what nine of ten stay within: how a mesh happens to lie
-// under one of many is no property of the mesh.
+// The worst of up to nine contacts, or what nine of ten stay within if there are more: how a mesh
+// happens to lie under one of many is no property of the mesh.
 template <typename Value, typename Error>
 Value AtNineOfTen(std::vector<Value> all, Error error) {
   std::ranges::sort(all,

@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 constexpr int kImages = 5;       // from rest to full depth: each fit begins at the one before
 constexpr double kStep = 0.2;    // of the full depth, between two solutions of the solid [-]
 constexpr double kInView = 0.9;  // of the radius: texture and depths reach so far [-]
-// Of the membrane's radius: radii that differ by less share a solid [-]. [derived: rounding]
+// Share of the membrane's radius: radii that differ by less have one solid [-]. [derived: rounding]
 constexpr double kSameRadius = 1e-6;
 
 // Printed dots, or what is spread over a membrane whose points are not printed.
@@ -37,7 +37,7 @@ std::vector<Vector2d> PlacesOfPoints(const Scene& scene, double radius) {
   return places;
 }
 
-// Of points at rest, frame O [m^2]; nullopt: not in view.
+// Covariances of points at rest, frame O [m^2]; nullopt: not in view.
 class Cameras {
  public:
   explicit Cameras(const Scene& scene)
@@ -95,7 +95,8 @@ std::shared_ptr<const site::MembranePress> PressedAt(double radius, const Scene&
 }
 
 // `indentation`: at rest.
-SeenPress Seen(const std::vector<SurfacePoint>& rest, site::Dent indentation, double full_depth) {
+SeenPress Seen(const std::vector<SurfacePoint>& rest, site::Indentation indentation,
+               double full_depth) {
   SeenPress seen;
   for (int image = 0; image <= kImages; ++image) {
     indentation.depth = full_depth * image / kImages;
@@ -120,7 +121,7 @@ std::vector<SeenPress> Solve(const Scene& scene, const PressSpec& question,
     auto& solid = solids[std::lround(radius / (kSameRadius * membrane.radius))];
     if (!solid) solid = PressedAt(radius, scene, question, membrane);
     if (!solid) return {};
-    const site::Dent indentation{
+    const site::Indentation indentation{
         .rim = membrane.radius, .place_O = place_O, .parts = {{{solid, radius, 1}, {}}}};
     seen.push_back(Seen(rest, indentation, question.depth));
   }

@@ -86,7 +86,7 @@ ShardFile ReadShard(const std::filesystem::path& file) try {
   return shard;
 } catch (const std::exception& error) {
   throw std::invalid_argument(file.string() +
-                              ": accepted is a file of study --shard: " + error.what());
+                              ": expected a file of study --shard: " + error.what());
 }
 
 }  // namespace palpate::study

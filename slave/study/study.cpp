@@ -160,7 +160,7 @@ class Study {
     waiting_ = CandidatesFor(scene_, result_.question, settings_.limits);
     TakeKnown();
     if (!settings_.shard) finder_.emplace(scene_, result_.question);
-    // Of the candidates, not of the reference.
+    // The time for the candidates, not for the reference.
     deadline_ = settings_.counted ? kNever : workshop_.now() + settings_.budget_s;
     while (!waiting_.empty()) {
       const auto next = std::ranges::min_element(
@@ -217,7 +217,7 @@ class Study {
     result_.rows.push_back(std::move(row));
   }
 
-  // Of the models or of the time, whichever is further.
+  // The share of the models or of the time, whichever is larger.
   void ReportShare() {
     if (!watcher_.progress) return;
     const auto tried = static_cast<double>(result_.rows.size());

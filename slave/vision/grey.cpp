@@ -31,7 +31,7 @@ GreyFormat::GreyFormat(const cv::Mat& first) : type_(first.type()), size_(first.
   const bool depth_known = first.depth() == CV_8U || first.depth() == CV_16U;
   if (!depth_known || (first.channels() != 1 && first.channels() != 3)) {
     throw std::runtime_error("the first image is " + cv::typeToString(type_) +
-                             ": accepted are 8 and 16 bit unsigned, 1 or 3 channels");
+                             ": expected 8 and 16 bit unsigned, 1 or 3 channels");
   }
   if (first.depth() == CV_16U) {
     double brightest = 0;

@@ -60,7 +60,7 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
                                const GreyFormat& format, double tool_width, bool clockwise_I) {
   if (std::min(first.cols, first.rows) < kLeastPicture) {
     throw std::runtime_error("no contour found: the image is " + std::to_string(first.cols) +
-                             " x " + std::to_string(first.rows) + " px: accepted are edges of " +
+                             " x " + std::to_string(first.rows) + " px: expected edges of " +
                              std::to_string(kLeastPicture) + " px or more");
   }
   Curve start;

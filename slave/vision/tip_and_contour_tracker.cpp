@@ -35,7 +35,7 @@ const Camera& CameraOf(const Scene& scene) {
   if (!(scene.sense.Find<Camera>()->pixel > 0)) {
     throw std::runtime_error(
         "sense.camera.pixel = " + std::to_string(scene.sense.Find<Camera>()->pixel) +
-        " m: accepted is > 0");
+        " m: expected > 0");
   }
   return *scene.sense.Find<Camera>();
 }
@@ -74,7 +74,7 @@ void RequireConvincing(const cv::Mat& first, CurveView outline) {
   const bool written = TryReplace(file, EncodePng(drawn), Links::kReplace);
   throw std::runtime_error(fmt::format(
       "no contour found: the best closed region has an edge on {:.0f} % of its outline and a "
-      "roundness of {:.2f}: accepted are {:.0f} % and {:g}{}; give sense.contour.start",
+      "roundness of {:.2f}: expected {:.0f} % and {:g}{}; give sense.contour.start",
       100 * edge.closedness, roundness, 100 * kLeastClosed, kLeastRound,
       written ? " (drawn in " + file.string() + ")" : ""));
 }
@@ -90,7 +90,7 @@ TipTemplate MakeTemplate(const Scene& scene, const cv::Mat& first, const GreyFor
   }
   if (d_I.isZero(0)) {
     throw std::runtime_error(
-        "tool.direction is missing: accepted is [x, y], because no contour locates the object");
+        "tool.direction is missing: expected [x, y], because no contour locates the object");
   }
   return CutTipTemplate(first, format, *tip_hint_I, d_I, scene.tool->width / view.pixel(),
                         options.roi);

@@ -175,7 +175,7 @@ TipTemplate LoadTipTemplate(const TipTracking& options) {
     const int smaller = std::min(image.cols, image.rows), larger = std::max(image.cols, image.rows);
     if (smaller < kSmallest || larger > kLargest) {
       throw std::runtime_error(std::to_string(image.cols) + " x " + std::to_string(image.rows) +
-                               " px: accepted are edges of " + std::to_string(kSmallest) + " to " +
+                               " px: expected edges of " + std::to_string(kSmallest) + " to " +
                                std::to_string(kLargest) + " px");
     }
     GreyFormat(image).Read(image, cv::Rect(cv::Point(), image.size()), tip.pixels);

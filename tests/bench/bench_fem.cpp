@@ -130,7 +130,7 @@ double SweepSeconds(const SolidMesh& mesh) {
   return best;
 }
 
-// A scalar matrix with the mesh's graph stands for the elastic one: three solves in one.
+// A scalar matrix with the mesh's graph takes the place of the elastic one: three solves in one.
 double SolveSeconds(const SolidMesh& mesh) {
   std::vector<Eigen::Triplet<double>> entries;
   for (const auto& tet : mesh.tets) {

@@ -1,6 +1,6 @@
 // Cost of the mechanics against size. One thread. Counters: `ratio` is the CPU time over that of a
 // reference measured in the same run; `dof` the boundary unknowns; `allocations` per update;
-// `error` what stands beside the time.
+// `error` the error beside the time.
 #include <algorithm>
 #include <ctime>
 #include <map>

@@ -45,8 +45,8 @@ void PictureToForce(benchmark::State& state) {
   std::size_t next = 0;
   std::uint64_t lost = 0;
   for (auto _ : state) {
-    const ContactEstimate& felt = estimator.Estimate(frames[next]);
-    lost += felt.validity == Validity::kTrackingLost ? 1 : 0;
+    const ContactEstimate& estimate = estimator.Estimate(frames[next]);
+    lost += estimate.validity == Validity::kTrackingLost ? 1 : 0;
     next = (next + 1) % frames.size();
   }
   state.SetItemsProcessed(state.iterations());

@@ -57,11 +57,11 @@ void NccOf64Window(benchmark::State& state) {
 BENCHMARK(NccOf64Window);
 
 void Process(benchmark::State& state) {
-  TipAndContourTracker eyes(SceneForTestPictures(), Pictures()[0], PictureAt(0).tool->tip);
+  TipAndContourTracker tracker(SceneForTestPictures(), Pictures()[0], PictureAt(0).tool->tip);
   std::size_t k = 0;
   std::int64_t lost = 0;
   for (auto _ : state) {
-    const Observation& seen = eyes.Process(Pictures()[k % kPictures], k, {});
+    const Observation& seen = tracker.Process(Pictures()[k % kPictures], k, {});
     ++k;
     lost += seen.tip.found ? 0 : 1;
   }
@@ -114,12 +114,12 @@ BENCHMARK(BareDecode)->Unit(benchmark::kMillisecond)->UseRealTime();
 void DecodeAndLook(benchmark::State& state) {
   const Recording recording;
   const Scene scene = recording.MakeScene();
-  TipAndContourTracker eyes(scene, Pictures()[0], PictureAt(0).tool->tip);
+  TipAndContourTracker tracker(scene, Pictures()[0], PictureAt(0).tool->tip);
   for (auto _ : state) {
     const auto source = OpenFrameSource(scene, false);
     while (const auto frame = source->Next({})) {
       benchmark::DoNotOptimize(
-          eyes.Process(frame->image, frame->sequence, frame->sensed_at).tip.score);
+          tracker.Process(frame->image, frame->sequence, frame->sensed_at).tip.score);
     }
   }
   state.counters["pictures/s"] = benchmark::Counter(

@@ -3,7 +3,7 @@
   compare.py BEFORE_BIN AFTER_BIN [--rounds 3] [--seconds 0.05] [--only REGEX] [--most 1.05] [--same 1e-8]
 
 Of each benchmark that both have the least processor time of all rounds. Exit code 1: one takes more than `--most` times as
-long as before, or a counter `same_*` differs by more than `--same`. Two runs of one build differ by a few percent; what stands out is worth a longer look with `--only`.
+long as before, or a counter `same_*` differs by more than `--same`. Two runs of one build differ by a few percent; what differs more is worth a longer look with `--only`.
 """
 import argparse
 import json

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Slave and master in two network namespaces, joined by a veth pair, reach each other by address.
 #   namespaces.sh SCRATCH_DIR 'SLAVE COMMAND' 'MASTER COMMAND'
-# In the commands ADDRESS stands for where to listen and whom to connect to, for example
+# In the commands ADDRESS is where to listen and whom to connect to, for example
 #   namespaces.sh /tmp/x 'palpate-slave serve s.yaml --listen ADDRESS --insecure' \
 #                        'palpate-master connect ADDRESS --insecure --duration 4'
 # The exit code is the master's; 77: namespaces are not permitted here.

@@ -124,7 +124,7 @@ class Mp285Test(unittest.TestCase):
             with self.assertRaises(driver.Fault):
                 call()
 
-    def test_a_power_cycle_is_a_fault_until_it_stands_where_it_stood(self):
+    def test_a_power_cycle_is_a_fault_until_it_is_where_it_was(self):
         fake = self.fake()
         drive = driver.Mp285(fake.port)
         drive.find()

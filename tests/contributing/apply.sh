@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The examples of CONTRIBUTING: each patch applies to the tree as it stands, touches no more than its row says, and the
+# The examples of CONTRIBUTING: each patch applies to the present tree, touches no more than its row says, and the
 # sources of its own room compile with the flags of the build next door.
 # usage: apply.sh BUILD_DIR SCRATCH_DIR [--build]   (--build: builds slave and master with all of them)
 set -euo pipefail

@@ -3,7 +3,7 @@
 usage: bad_driver.py HOST:PORT [options of drive_arm.py] flood|nan|jump|fault|scale|stuck
 
 flood: reports as fast as it can; nan: a place that is no number; jump: the tool is a metre away; fault: it says what is wrong with it.
-In silence: scale, the tool goes 0.64 of the way that is told; stuck, the encoders tell the same place, whatever the tool does.
+In silence: scale, the tool goes 0.64 of the commanded way; stuck, the encoders tell the same place, whatever the tool does.
 """
 import math
 import signal

@@ -77,7 +77,7 @@ def repeat(name, times, folder):
             event(bench)
             if not wait_until(lambda: log.fell_silent(at) is not None):
                 raise AssertionError(f"{name}: the hand is not let go")
-            delays.append(log.oldest_felt(at))
+            delays.append(log.oldest_rendered(at))
             undo(bench)
             costs.append(cost(master.pid))
         wait_until(lambda: log.newest_force() > PRESSED)

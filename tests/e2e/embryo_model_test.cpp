@@ -71,10 +71,10 @@ class EmbryoModelTest : public testing::Test {
 TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
-  const ContactEstimate& felt = estimator.Estimate({image_, 2, {}});
-  ASSERT_EQ(felt.validity, Validity::kValid) << ToString(felt.check);
-  ASSERT_TRUE(felt.local_model.known());
-  const LocalModel& local = felt.local_model;
+  const ContactEstimate& estimate = estimator.Estimate({image_, 2, {}});
+  ASSERT_EQ(estimate.validity, Validity::kValid) << ToString(estimate.check);
+  ASSERT_TRUE(estimate.local_model.known());
+  const LocalModel& local = estimate.local_model;
   const double k = local.normal.dot(local.stiffness * local.normal);
 
   Scene disc = scene;
@@ -82,7 +82,7 @@ TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
   const BoundaryMesh mesh = MeshOutline(disc, std::nullopt);
   const std::unique_ptr<DeformationModel> model = MakeModel(disc, mesh);
   const Eigen::Vector3d centre = estimator.registration().X_SO.translation();
-  const Eigen::Vector3d out = (felt.p_S_contact - centre).normalized();
+  const Eigen::Vector3d out = (estimate.p_S_contact - centre).normalized();
   const Contact contact{Contact::Kind::kDisplacement,
                         kRadius * std::cos(std::numbers::pi / 120) * out, -1, scene.tool->width,
                         Eigen::Vector3d::Zero()};
@@ -94,24 +94,24 @@ TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
 
 // The pipette of the picture carried 30 px deep into the chorion in steps: stiffness times depth,
 // out of the embryo.
-TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionIsFelt) {
+TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionHasAForce) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   std::uint64_t sequence = 1;
-  ContactEstimate felt;
+  ContactEstimate estimate;
   // First to the right, above the embryo's left shoulder, then down; in steps the search window
   // follows.
   for (int x = 0; x <= 208; x += 16)
-    felt = estimator.Estimate({PipetteAt({x, -120}), ++sequence, {}});
+    estimate = estimator.Estimate({PipetteAt({x, -120}), ++sequence, {}});
   for (int y = -112; y <= -72; y += 8)
-    felt = estimator.Estimate({PipetteAt({208, y}), ++sequence, {}});
-  ASSERT_NE(felt.validity, Validity::kTrackingLost);
-  ASSERT_GT(felt.depth, 0);
-  ASSERT_TRUE(felt.force);
-  EXPECT_GT(felt.force->y(), 0);
-  const LocalModel& local = felt.local_model;
+    estimate = estimator.Estimate({PipetteAt({208, y}), ++sequence, {}});
+  ASSERT_NE(estimate.validity, Validity::kTrackingLost);
+  ASSERT_GT(estimate.depth, 0);
+  ASSERT_TRUE(estimate.force);
+  EXPECT_GT(estimate.force->y(), 0);
+  const LocalModel& local = estimate.local_model;
   const double k = local.normal.dot(local.stiffness * local.normal);
-  EXPECT_NEAR(felt.force->dot(local.normal) / (k * felt.depth), 1, 0.3)
+  EXPECT_NEAR(estimate.force->dot(local.normal) / (k * estimate.depth), 1, 0.3)
       << "the pipette does not come along the normal, so the shear takes part";
 }
 

@@ -1,4 +1,4 @@
-// Stands where palpate-films.so and palpate-openni.so stand beside the slave, under either name:
+// Takes the place of palpate-films.so and palpate-openni.so beside the slave, under either name:
 // cameras whose pictures come by TCP. PALPATE_FAKE_CAMERA says from where and how large:
 // `PORT WIDTH HEIGHT`, rows of 8 bit grey; of a depth camera `PORT WIDTH HEIGHT`, of 16 bit.
 #include <cstdio>
@@ -19,8 +19,9 @@ class FakeCamera final : public Film {
  public:
   explicit FakeCamera(int type) : type_(type) {
     int port = 0;
-    const char* const said = std::getenv("PALPATE_FAKE_CAMERA");
-    if (said == nullptr || std::sscanf(said, "%d %d %d", &port, &width_, &height_) != 3) return;
+    const char* const setting = std::getenv("PALPATE_FAKE_CAMERA");
+    if (setting == nullptr || std::sscanf(setting, "%d %d %d", &port, &width_, &height_) != 3)
+      return;
     sockaddr_in there{};
     there.sin_family = AF_INET;
     there.sin_port = htons(static_cast<std::uint16_t>(port));

@@ -75,7 +75,7 @@ class Slave:
         match = re.fullmatch(r"listening on (\S+)\n", line)
         if not match:
             self.process.kill()
-            raise AssertionError(f"slave said {line!r}; {self.process.stderr.read()}")
+            raise AssertionError(f"slave printed {line!r}; {self.process.stderr.read()}")
         self.address = match.group(1)
         if self.simulates:
             try:

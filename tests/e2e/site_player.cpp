@@ -39,7 +39,7 @@
 namespace palpate {
 namespace {
 
-// A socket on a free port of this machine, which is told as `what on HOST:PORT`.
+// A socket on a free port of this machine, which is printed as `what on HOST:PORT`.
 int SocketHere(int type, const char* what) {
   const int made = socket(AF_INET, type, 0);
   sockaddr_in here{};
@@ -59,25 +59,25 @@ class Pictures {
  public:
   Pictures(SimulatedEnvironment& environment, const Scene& scene)
       : camera_(HasStereoOrDepth(scene.sense) ? nullptr : environment.OpenCamera(scene, {})),
-        eyes_(HasStereoOrDepth(scene.sense) ? environment.OpenPair(scene, {}) : nullptr) {}
+        pair_(HasStereoOrDepth(scene.sense) ? environment.OpenPair(scene, {}) : nullptr) {}
 
   struct Shot {
     std::vector<cv::Mat> pictures;
     Time sensed_at{};
   };
   Shot Next() {
-    if (eyes_ == nullptr) {
+    if (pair_ == nullptr) {
       const auto frame = camera_->Next({});
       return {{frame->image}, frame->sensed_at};
     }
-    const auto pair = eyes_->Next({});
+    const auto pair = pair_->Next({});
     if (pair->right.empty()) return {{pair->left}, pair->sensed_at};
     return {{pair->left, pair->right}, pair->sensed_at};
   }
 
  private:
   std::unique_ptr<FrameSource> camera_;
-  std::unique_ptr<StereoSource> eyes_;
+  std::unique_ptr<StereoSource> pair_;
 };
 
 // To one reader after the other. What a reader does not take at once is left out, so that none

@@ -80,27 +80,27 @@ fs::path WritePlayback(const Recording& recording, const std::string& name) {
   return file;
 }
 
-// What the slave sends of the object: the law of force over place that it learns from what it felt,
-// as a patch, each image anew.
+// What the slave sends of the object: the law of force over place that it learns from its
+// estimates, as a patch, each image anew.
 class LearntContact {
  public:
   void AddSample(double x, double force, Time now) {
     law_.AddSample({x, 0, 0}, {-force, 0, 0}, kTouch / 5);
     if (!law_.known()) return;
     PatchLaw law;
-    law_.Export(&told_.patch, &law);
-    told_.patch.epoch = law.epoch = ++epoch_;
+    law_.Export(&patch_.patch, &law);
+    patch_.patch.epoch = law.epoch = ++epoch_;
     law.revision = 1;
     law.sensed_at = now;
-    told_.law = law;
+    patch_.law = law;
   }
   // Null: nothing is known yet.
-  [[nodiscard]] const ReceivedPatch* told() const { return epoch_ > 0 ? &told_ : nullptr; }
+  [[nodiscard]] const ReceivedPatch* patch() const { return epoch_ > 0 ? &patch_ : nullptr; }
 
  private:
   ForceLaw law_{kLawDepth, kImagePeriod};
   std::uint32_t epoch_ = 0;
-  ReceivedPatch told_;
+  ReceivedPatch patch_;
 };
 
 // What one image made the slave send, and when it comes.
@@ -150,12 +150,12 @@ Rendering Render(const Recording& recording, const fs::path& playback, RenderMod
       state.sensed_at = now;
       state.force = Eigen::Vector3d(-force, 0, 0);
       learnt.AddSample(reading.p_M.x(), force, now);
-      // The hand was here at this tick: what the slave does about it is felt half a round trip
-      // later, and told after another.
+      // The hand was here at this tick: what the slave does about it has its effect half a round
+      // trip later, and is reported after another.
       state.echo = now;
       state.sent_at = now;
       Sent sent{t + round_trip, state, std::nullopt};
-      if (const ReceivedPatch* told = learnt.told()) sent.patch = *told;
+      if (const ReceivedPatch* patch = learnt.patch()) sent.patch = *patch;
       on_its_way.push_back(sent);
     }
     while (!on_its_way.empty() && on_its_way.front().arrives <= t + 1e-9) {

@@ -1,8 +1,8 @@
-"""Cameras and arms whose drivers go wrong in silence, while a hand presses: each force and place that is told is right, or is not valid.
+"""Cameras and arms whose drivers go wrong in silence, while a hand presses: each force and place that is reported is right, or is not valid.
 
 usage: test_bad_timestamps.py [CASE...]
 
-A force is right where, in some moment near the one that it is told for, the true one is as near as 5 % of the largest or three
+A force is right where, in some moment near the one that it is reported for, the true one is as near as 5 % of the largest or three
 of its sigmas. What the slave's own measures of time allow is near: the arm's driver is a Python program on a busy machine.
 """
 import bisect
@@ -22,7 +22,7 @@ from programs import BLOCK, ROOT, SLAVE, Slave, run, wait_until
 
 MEMBRANE = str(ROOT / "deploy/scenes/rubber-membrane.yaml")
 HONEST, LYING = 6, 10  # [s]
-NEAR = 0.060  # [s] between the moment told and that of the true force it is held against
+NEAR = 0.060  # [s] between the moment reported and that of the true force it is held against
 RIGHT, SIGMAS = 0.05, 3
 TOUCHED = 0.1  # of the peak
 FEW = 0.002  # of the valid states: what a stalled machine makes
@@ -45,11 +45,11 @@ class Lies(Plugged):
         threading.Thread(target=read, daemon=True).start()
 
     def wrong(self, since):
-        """(valid states in contact, those whose force is wrong, the largest error over the peak, what was said beside the others)."""
+        """(valid states in contact, those whose force is wrong, the largest error over the peak, checks of the other states)."""
         truth = [(s.sent_at.ToNanoseconds() / 1e9, vector(s.true_force)) for s in self.seen if s.HasField("true_force")]
         times = [t for t, _ in truth]
         peak = max(math.hypot(*force) for _, force in truth)
-        valid, wrong, worst, said, reported = 0, 0, 0.0, {}, set()
+        valid, wrong, worst, others, reported = 0, 0, 0.0, {}, set()
         for state in self.seen:
             at = state.sensed_at.ToNanoseconds() / 1e9
             if at < since or at in reported or not state.HasField("force"):
@@ -57,7 +57,7 @@ class Lies(Plugged):
             reported.add(at)
             if state.validity != states.VALIDITY_VALID:
                 name = states.FailedCheck.Name(state.check)
-                said[name] = said.get(name, 0) + 1
+                others[name] = others.get(name, 0) + 1
                 continue
             near = truth[bisect.bisect_left(times, at - NEAR):bisect.bisect_right(times, at + NEAR)]
             force = vector(state.force)
@@ -67,13 +67,13 @@ class Lies(Plugged):
             valid += 1
             worst = max(worst, error / peak)
             wrong += error > max(RIGHT * peak, SIGMAS * state.sigma)
-        return valid, wrong, worst, said
+        return valid, wrong, worst, others
 
     def lie(self, case, camera=None, arm=None):
         self.site = None
         player = self.start(BIN / "site_player", self.scene, self.slave.address, *([camera] if camera else []), stdout=subprocess.PIPE)
-        said = iter(player.stdout.readline, "")
-        self.site = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in said))).group(1)
+        lines = iter(player.stdout.readline, "")
+        self.site = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in lines))).group(1)
         command = [EXAMPLES / "drive_arm.py"] if arm is None else [ROOT / "tests/e2e/bad_driver.py"]
         driver = self.start("/usr/bin/python3", *command, self.slave.address, "--home", self.home, "--site", self.site,
                             "--rate", "500", *([arm] if arm else []), stdout=subprocess.DEVNULL)
@@ -85,17 +85,17 @@ class Lies(Plugged):
         began = time.time()
         (player if camera else driver).send_signal(signal.SIGUSR1)
         time.sleep(LYING - 2)
-        valid, wrong, worst, said = self.wrong(began)
+        valid, wrong, worst, others = self.wrong(began)
         honest = self.wrong(0)
         print(f"{case}: {valid} valid states in contact, {wrong} of them wrong, worst {100 * worst:.1f} % of the peak; "
-              f"others {said}; alarms {list(self.status().alarms)}; before and after {honest[:3]}", flush=True)
+              f"others {others}; alarms {list(self.status().alarms)}; before and after {honest[:3]}", flush=True)
         self.assertLessEqual(wrong, FEW * max(valid, 1) + 2)
-        return valid, said
+        return valid, others
 
     def honest(self, case):
         """What a busy machine makes of a laboratory in which nothing is wrong: little is doubted."""
-        valid, said = self.lie(case, camera="as ever")
-        doubted = sum(said.get(f"FAILED_CHECK_{name}", 0) for name in ("INSTANTS", "ARM"))
+        valid, others = self.lie(case, camera="as ever")
+        doubted = sum(others.get(f"FAILED_CHECK_{name}", 0) for name in ("INSTANTS", "ARM"))
         self.assertLessEqual(doubted, 0.05 * valid + 2)
 
 

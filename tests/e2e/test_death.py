@@ -21,7 +21,7 @@ class Death(unittest.TestCase):
         self.out = pathlib.Path(self.folder.name)
 
     def operate(self, address, seconds):
-        with open(self.out / "said", "w") as printed:
+        with open(self.out / "output", "w") as printed:
             master = subprocess.Popen(
                 [MASTER, "connect", address, "--duration", str(seconds), "--report", str(self.out / "report.json"),
                  "--log", str(self.out / "log.csv")],
@@ -82,7 +82,7 @@ class Death(unittest.TestCase):
             slave.process.communicate()
         with Slave(command=[SLAVE, "serve", BLOCK, "--listen", slave.address, "--override", "model.elements=60",
                             "--override", "name=another"]):
-            self.assertTrue(wait_until(lambda: "another scene is served" in (self.out / "said").read_text()))
+            self.assertTrue(wait_until(lambda: "another scene is served" in (self.out / "output").read_text()))
             master.terminate()
             report = self.finish(master)
         self.assertEqual(report["reconnects"], 0)

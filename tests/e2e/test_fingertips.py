@@ -60,7 +60,7 @@ class Fingertips(unittest.TestCase):
         self.addCleanup(connection.close)
         return connection.stub
 
-    def test_a_pinch_is_felt_and_seen(self):
+    def test_a_pinch_is_estimated_and_seen(self):
         done = run(MASTER, "connect", self.slave.address, "--duration", "10", "--report", self.out / "report.json",
                    "--log", self.out / "log.csv", "--shape", self.out / "pinch.vtu")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -77,7 +77,7 @@ class Fingertips(unittest.TestCase):
         for finger in report["fingers"]:
             self.assertGreater(finger["contact_share"], 0.05, finger)
             self.assertGreater(finger["force_peak_N"], 0.05, finger)
-        # A deformation is felt, and stays within what the hand was asked for, twice over.
+        # A deformation is estimated, and stays within what the hand was asked for, twice over.
         self.assertGreater(report["shape"]["deflection_peak_m"], 0.5e-3)
         self.assertLess(report["shape"]["deflection_peak_m"], 20e-3)
         self.assert_finite_rows(self.out / "log.csv")
@@ -137,8 +137,8 @@ class Fingertips(unittest.TestCase):
             self.assertTrue(wait_until(both_are_known), "no force was ever known")
             force = [seen[-1].fingers[0].force.x, seen[-1].fingers[0].force.y, seen[-1].fingers[0].force.z]
             self.assertTrue(all(map(math.isfinite, force)))
-            said, _ = driver.communicate(timeout=PATIENCE)
-            self.assertEqual(driver.returncode, 0, said)
+            output, _ = driver.communicate(timeout=PATIENCE)
+            self.assertEqual(driver.returncode, 0, output)
             silent = wait_until(lambda: all(finger.validity not in known for finger in next(stream).fingers))
             self.assertTrue(silent, "a driver that is gone is noticed")
             stream.cancel()
@@ -164,7 +164,7 @@ operator: {{force_limit: 3.3 N}}
 
 
 class Nodule(unittest.TestCase):
-    # Of 10 mm, five times as stiff, 5 mm deep. The truth is the simulator's: neo-Hookean hexahedra and a rigid finger.
+    # A nodule of 10 mm, five times as stiff, 5 mm deep. The truth is the simulator's: neo-Hookean hexahedra and a rigid finger.
     # The force of the states, over the nodule by the one beside it, is within 5 % of the truth.
     def held_force(self, folder, x):
         scene = folder / f"nodule-{x}.yaml"
@@ -190,7 +190,7 @@ class Nodule(unittest.TestCase):
         self.assertGreater(len(held), 200)
         return [sum(float(row[column]) for row in held) / len(held) for column in ("estimated_z", "true_z")]
 
-    def test_a_stiff_nodule_is_felt_as_it_is(self):
+    def test_a_stiff_nodule_is_estimated_as_it_is(self):
         with tempfile.TemporaryDirectory() as name:
             over, beside = (self.held_force(pathlib.Path(name), x) for x in (19.5, 40.5))
         estimated, true = over[0] / beside[0], over[1] / beside[1]

@@ -1,4 +1,4 @@
-"""What starting costs: what nobody asked for is not loaded, and what is asked for and absent is said."""
+"""What starting costs: what nobody asked for is not loaded, and what is asked for and absent is reported."""
 import pathlib
 import re
 import resource
@@ -107,7 +107,7 @@ class Parts(unittest.TestCase):
             self.assertEqual(unusable.returncode, 2)
             self.assertIn(command, run(SLAVE, "--help").stdout)
 
-    def test_what_is_not_installed_is_said(self):
+    def test_what_is_not_installed_is_reported(self):
         with tempfile.TemporaryDirectory() as folder:
             alone = pathlib.Path(folder, "palpate-slave")
             shutil.copy(SLAVE, alone)

@@ -85,7 +85,7 @@ class PlantedLinks(unittest.TestCase):
             stop.symlink_to(target)
             done = run(SLAVE, "serve", BLOCK, "--listen", "127.0.0.1:0", "--state-dir", state)
             self.assertEqual(done.returncode, 1, "whether a stop is kept is not known")
-            self.assertIn("accepted is a regular file that keeps an emergency stop", done.stderr)
+            self.assertIn("expected a regular file that keeps an emergency stop", done.stderr)
         self.check()
         self.assertFalse((self.folder / "nowhere").exists())
 

@@ -1,4 +1,4 @@
-"""A hand that feels a membrane through two eyes, and a target that is only followed: slave and master together."""
+"""A hand that feels a membrane through two cameras, and a target that is only followed: slave and master together."""
 import csv
 import json
 import math
@@ -33,7 +33,7 @@ def read_json(path):
     return json.loads(path.read_text(), parse_constant=refuse_constant)
 
 
-class TwoEyes(unittest.TestCase):
+class TwoCameras(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
@@ -52,7 +52,7 @@ class TwoEyes(unittest.TestCase):
         with open(self.out / name, newline="") as file:  # a name in the folder, or a path
             return list(csv.DictReader(file))
 
-    def test_a_press_is_felt_and_seen_live(self):
+    def test_a_press_is_estimated_and_seen_live(self):
         with Slave(MEMBRANE) as slave:
             done = run(MASTER, "connect", slave.address, "--duration", "10", "--report", self.out / "report.json",
                        "--log", self.out / "log.csv", "--shape", self.out / "press.vtu")
@@ -119,8 +119,8 @@ class TwoEyes(unittest.TestCase):
         for row in pressed:
             self.assertGreater(float(row["fz"]), 0, "the membrane pushes the tool out")
 
-    def test_every_step_of_a_press_is_told_well_wherever_it_is(self):
-        """The bounds are the product's, as its readers were told; figures 5 and 6 of paper C."""
+    def test_every_step_of_a_press_is_estimated_well_wherever_it_is(self):
+        """The bounds are the product's, as its documents state; figures 5 and 6 of paper C."""
         for place in ("0 mm, 0 mm", "11.7 mm, 0 mm", "0 mm, 19.5 mm") if IS_DEEP else ("11.7 mm, 0 mm",):
             summary, _ = self.press("--override", f"manipulator.home=[{place}, 5 mm]")
             steps = summary["steps"]
@@ -132,7 +132,7 @@ class TwoEyes(unittest.TestCase):
                     self.assertLess(step["force_error_N"], max(0.05 * step["true_force_N"], 0.01 * peak))
 
     @deep
-    def test_a_target_is_followed_and_no_force_is_told(self):
+    def test_a_target_is_followed_and_no_force_is_reported(self):
         done = run(SLAVE, "process", TARGET, "--out", self.out, timeout=LONG)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         print(done.stdout)
@@ -155,7 +155,7 @@ class TwoEyes(unittest.TestCase):
                 seen.append(next(stream))
                 places.add((seen[-1].p_S_tip.x, seen[-1].p_S_tip.y, seen[-1].p_S_tip.z))
                 return len(places) > 10
-            self.assertTrue(wait_until(is_followed), "the place that is followed is told")
+            self.assertTrue(wait_until(is_followed), "the place that is followed is reported")
             stream.cancel()
             mesh = stub.WatchMesh(self.messages.WatchMeshRequest(), timeout=PATIENCE)
             bodies = [next(mesh) for _ in range(10)]

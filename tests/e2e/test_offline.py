@@ -21,7 +21,7 @@ class Offline(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads((self.out / "summary.json").read_text())
 
-    def test_the_simulated_press_is_felt_within_five_per_cent(self):
+    def test_the_simulated_press_is_estimated_within_five_per_cent(self):
         for elements, model_error in ((180, 0.03), (60, 0.075)):
             summary = self.process("--override", f"model.elements={elements}")
             error = summary["force_error"]
@@ -39,7 +39,7 @@ class Offline(unittest.TestCase):
 
     # What the master renders of the local model at the true depth is the model's part of the error: a round tool's tangent
     # stiffness times its depth was 11 % too much here.
-    def test_the_local_model_of_a_round_tool_is_as_hard_as_what_was_felt(self):
+    def test_the_local_model_of_a_round_tool_is_as_stiff_as_the_estimate(self):
         error = self.process("--override", "tool={shape: round, radius: 6 mm}")["force_error"]
         self.assertGreater(error["contact_frames"], 50)
         for part in ("rms_N", "model_rms_N", "tracking_rms_N"):
@@ -62,7 +62,7 @@ class Offline(unittest.TestCase):
         self.assertLess(abs(float(pressed["moment_z"])), 0.05 * 5.9e-3 * float(pressed["fy"]), "in the middle it turns nothing")
         self.assertGreater(float(pressed["moment_sigma"]), 0)
 
-    def test_what_was_recorded_is_felt_again(self):
+    def test_what_was_recorded_is_estimated_again(self):
         self.process("--frames")
         with open(self.out / "states.csv", newline="") as states:
             live = list(csv.DictReader(states))
@@ -76,12 +76,12 @@ class Offline(unittest.TestCase):
         self.assertIn("000100.png", done.stderr)
         with open(self.out / "again/states.csv", newline="") as states:
             recorded = list(csv.DictReader(states))
-        self.assertEqual(len(recorded), 99, "what was felt before stays readable")
+        self.assertEqual(len(recorded), 99, "earlier estimates stay readable")
         for one, other in zip(live, recorded):
             # The same pictures and tip template, so the same forces up to the nine digits written.
             self.assertAlmostEqual(float(one["fy"]), float(other["fy"]), delta=1e-6, msg=one["sequence"])
 
-    def test_the_embryo_is_felt_and_punctured_whatever_its_texture(self):
+    def test_the_embryo_is_pressed_and_punctured_whatever_its_texture(self):
         scene = ROOT / "deploy/scenes/zebrafish-embryo.yaml"
         for seed in (1, 4, 6) if IS_DEEP else (4,):
             done = run(SLAVE, "process", scene, "--out", self.out, "--override", f"site.seed={seed}")
@@ -91,7 +91,7 @@ class Offline(unittest.TestCase):
             with open(self.out / "states.csv", newline="") as states:
                 rows = list(csv.DictReader(states))
             went = summary["insertion"]
-            self.assertIn(went["told_sample"] - went["punctured_sample"], (0, 1), f"seed {seed}")
+            self.assertIn(went["detected_sample"] - went["punctured_sample"], (0, 1), f"seed {seed}")
             self.assertLess(went["closest_m"], 3e-6, f"seed {seed}: a pixel from the target")
             force = lambda row, of: math.hypot(*(float(row[of + axis]) for axis in "xyz"))
             peak = max(force(row, "true_f") for row in rows)
@@ -99,7 +99,7 @@ class Offline(unittest.TestCase):
                 if row["validity"] == "valid":
                     error = math.hypot(*(float(row["f" + axis]) - float(row["true_f" + axis]) for axis in "xyz"))
                     self.assertLess(error, 0.05 * peak, f"seed {seed}, {row['t']} s")
-            through = rows[went["told_sample"] - 1:went["told_sample"] + 20]
+            through = rows[went["detected_sample"] - 1:went["detected_sample"] + 20]
             self.assertEqual({row["validity"] for row in through}, {"punctured"}, f"seed {seed}")
             self.assertEqual({force(row, "f") for row in through}, {0.0}, f"seed {seed}")
 
@@ -201,13 +201,13 @@ class BadInput(unittest.TestCase):
         self.refuse(2, "process", BLOCK)
         self.refuse(2)
 
-    def test_a_mistake_is_told_with_line_key_value_and_what_is_accepted(self):
+    def test_a_mistake_is_reported_with_line_key_value_and_what_is_expected(self):
         scene = self.out / "scene.yaml"
         scene.write_text(pathlib.Path(BLOCK).read_text().replace("127 kPa", "127 kg"))
         line = 1 + next(i for i, text in enumerate(scene.read_text().splitlines()) if "127 kg" in text)
         printed = self.refuse(2, "check", scene)
         self.assertIn(f"scene.yaml:{line}: ", printed)
-        for word in ("young_modulus", "127 kg", "accepted is"):
+        for word in ("young_modulus", "127 kg", "expected"):
             self.assertIn(word, printed)
 
     def pictures(self, pattern):

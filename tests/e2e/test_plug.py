@@ -1,4 +1,4 @@
-"""A laboratory's own camera and arm, from the first words to what is felt."""
+"""A laboratory's own camera and arm, from the first words to the force."""
 import json
 import unittest
 
@@ -20,7 +20,7 @@ class Plug(Plugged):
                 return report
         self.skipTest(f"{ATTEMPTS} sessions reported missed deadlines: {report['reasons']}")
 
-    def test_what_is_missing_is_said_and_what_comes_is_felt(self):
+    def test_what_is_missing_is_reported_and_what_comes_is_estimated(self):
         self.assertTrue(any("no image received yet" in alarm for alarm in self.status().alarms))
         self.assertTrue(any("no driver of the manipulator is connected" in alarm for alarm in self.status().alarms))
         self.play()

@@ -1,6 +1,6 @@
-"""Camera and arm killed, frozen, flooded, garbled: the hand is let go, it is said why, and each return needs an engagement.
+"""Camera and arm killed, frozen, flooded, garbled: the hand is let go, the reason is reported, and each return needs an engagement.
 
-usage: test_plug_faults.py [--times N]   N times each, 5 unless told
+usage: test_plug_faults.py [--times N]   N times each, 5 by default
 """
 import pathlib
 import signal
@@ -124,7 +124,7 @@ class Faults(Plugs):
         self.repeat(self.signalled(lambda: self.driver, signal.SIGUSR1), ARM, (HERE / "bad_driver.py", how))
 
     def test_arm_floods(self):
-        """Reports that come too often are no fault: what is felt goes on, and nothing grows."""
+        """Reports that come too often are no fault: the force goes on, and nothing grows."""
         self.plug((HERE / "bad_driver.py", "flood"))
         self.wait_for_ready()
         log = Log(self.out / "log.csv")

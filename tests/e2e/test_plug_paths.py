@@ -3,7 +3,7 @@ FeedTactile, the tool by DriveTool. The force is as right as where the site is s
 
 usage: test_plug_paths.py [NAME...]   of silicone-block, rubber-membrane, foam-cube
 
-Prints a table: by each path the error of the force that is felt in the same slow press, rms in parts of its peak, against
+Prints a table: by each path the error of the force in the same slow press, rms in parts of its peak, against
 the true force as long before as it agrees best with; and how long that is, which is what the path takes in time.
 """
 import array

@@ -132,11 +132,11 @@ class Precompute(unittest.TestCase):
         self.scene.write_text(box("fem-green", (3, 3, 3)))
         cache = self.out / "cache"
         self.refuse(2, "nowhere.yaml", SLAVE, "precompute", self.out / "nowhere.yaml")
-        self.refuse(2, "model.kind = fem: accepted is fem-green or fem-zone",
+        self.refuse(2, "model.kind = fem: expected fem-green or fem-zone",
                     SLAVE, "precompute", self.scene, "--override", "model.kind=fem")
-        self.refuse(2, "model.cache: accepted is a folder", SLAVE, "precompute", self.scene)
+        self.refuse(2, "model.cache: expected a folder", SLAVE, "precompute", self.scene)
         for wrong in ("0/8", "9/8", "1", "a/b"):
-            self.refuse(2, "accepted is i/n with 1 <= i <= n", *self.command(cache, "--shard", wrong))
+            self.refuse(2, "expected i/n with 1 <= i <= n", *self.command(cache, "--shard", wrong))
         self.refuse(2, "fem-green needs a fixed body",
                     *self.command(cache, "--override", "object.fixed={plane: {axis: z, at: 0 mm}, components: z}"))
         self.assertFalse(cache.exists())

@@ -186,7 +186,7 @@ class Recordings(unittest.TestCase):
                 for number in range(first, min(first + AT_ONCE, KILLS)):
                     file = self.out / f"{number}.mcap"
                     parts = ["--record-part", "1"] if number % 2 else []
-                    with open(file.with_suffix(".said"), "w") as printed:
+                    with open(file.with_suffix(".output"), "w") as printed:
                         process = subprocess.Popen([MASTER, "connect", slave.address, "--record", file, *parts], env=BARE,
                                                    stdin=subprocess.DEVNULL, stdout=printed, stderr=subprocess.DEVNULL)
                     victims.append((chance.uniform(0.3, 1.5), process, file))
@@ -203,7 +203,7 @@ class Recordings(unittest.TestCase):
                     seen = as_one([found[str(part)] for part in files_of(file)])
                     self.assertFalse(seen["whole"])
                     if "/master/tick" not in seen["topics"]:
-                        reported = re.findall(r"^ *([\d.]+) s ", file.with_suffix(".said").read_text(), re.MULTILINE)
+                        reported = re.findall(r"^ *([\d.]+) s ", file.with_suffix(".output").read_text(), re.MULTILINE)
                         self.assertFalse([t for t in reported if float(t) > 1], f"seed {seed}: nothing was kept of a second and more")
                         continue
                     self.assertGreater(seen["last"]["/master/tick"], moment - 1, f"seed {seed}")
@@ -217,14 +217,14 @@ class Recordings(unittest.TestCase):
                         (SLAVE, "process", file, "--out", self.out / "x")):
             done = run(*command)
             self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn("accepted is a recording", done.stderr)
+            self.assertIn("expected a recording", done.stderr)
         for limit in ("0", "much"):
             done = run(SLAVE, "serve", BLOCK, "--record", self.out / "a.mcap", "--record-limit", limit)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn("--record-limit", done.stderr)
 
     def test_a_limit_or_a_full_disk_ends_the_recording_and_nothing_else(self):
-        """/dev/full is refused at once; a limit of the file's size stands for a disk that fills up."""
+        """/dev/full is refused at once; a limit of the file's size acts as a disk that fills up."""
         done = run(MASTER, "connect", "127.0.0.1:1", "--record", "/dev/full")
         self.assertEqual(done.returncode, 2, done.stderr)
         file = self.out / "small.mcap"

@@ -116,7 +116,7 @@ class Session(unittest.TestCase):
             report, _ = self.connect(slave.address, "--device", f"playback:{motion}")
         self.assertGreater(report["force_peak_N"], 0.2)
 
-    def test_a_second_operator_is_refused_and_told_who_holds_the_lease(self):
+    def test_a_second_operator_is_refused_with_the_holder_of_the_lease(self):
         with Slave() as slave:
             first = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "20", "--name", "first-hand"],
                                      stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
@@ -142,7 +142,7 @@ class Session(unittest.TestCase):
             self.addCleanup(evicted.kill)
             self.assertTrue(wait_until(lambda: run(*evict).returncode == 0))
             while "evicted" not in (line := evicted.stdout.readline()):
-                self.assertTrue(line, "the operator was never told")
+                self.assertTrue(line, "the operator got no report")
             report_of_next, _ = self.connect(slave.address, "--name", "Bob", seconds="2")
             self.assertGreater(report_of_next["states"], 0)
             evicted.send_signal(signal.SIGINT)
@@ -172,7 +172,7 @@ class Session(unittest.TestCase):
                 printed, _ = first.communicate(timeout=2 * PATIENCE)
         self.assertEqual(first.returncode, 0, printed)
 
-    def test_nobody_there_is_said(self):
+    def test_nobody_there_is_reported(self):
         done = run(MASTER, "connect", "127.0.0.1:9", "--wait", "1", "--duration", "1")
         self.assertEqual(done.returncode, 1)
         self.assertIn("127.0.0.1:9", done.stderr)

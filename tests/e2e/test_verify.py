@@ -20,7 +20,7 @@ class Verify(unittest.TestCase):
         self.out = pathlib.Path(self.scratch.name, "card")
 
     def test_a_correct_slave_that_is_operated_passes_against_its_sensor(self):
-        """The simulator's true force stands for that of a sensor: both are sent as the true force."""
+        """The simulator's true force takes the place of a sensor's: both are sent as the true force."""
         with Slave(BLOCK) as slave:
             master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "9"], stdin=subprocess.DEVNULL,
                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
@@ -30,13 +30,13 @@ class Verify(unittest.TestCase):
         self.assertEqual(report(self.out)["cards"][0]["lines"]["magnitude"]["verdict"], "right")
 
     def test_answers_become_tables_that_give_the_same_card(self):
-        """Nothing touches the tool, so that a force that is said to be known is missing."""
+        """Nothing touches the tool, so that a force that is reported as known is missing."""
         answers = "none\nweight 100\nforce 0 1 0\nweight 100 g +y\nspring 200 N/m 5 mm +y\ndone\n"
         with Slave(BLOCK) as slave:
             asked = subprocess.run([SLAVE, "verify", BLOCK, "--connect", slave.address, "--hold", "0.5", "--out", self.out],
                                    input=answers, capture_output=True, text=True, env=BARE, timeout=PATIENCE)
         self.assertEqual(asked.returncode, 1, asked.stdout + asked.stderr)
-        self.assertIn("accepted is a mass in g or kg", asked.stdout)
+        self.assertIn("expected a mass in g or kg", asked.stdout)
         first = report(self.out)
         self.assertIn("zero under every load", first["cards"][0]["lines"]["magnitude"]["remark"])
         self.assertEqual(len((self.out / "loads.csv").read_text().splitlines()), 5)
@@ -63,7 +63,7 @@ class Verify(unittest.TestCase):
         self.assertEqual(magnitude["verdict"], "wrong")
         self.assertAlmostEqual(magnitude["low_value_high"][1], 0.8, delta=1e-3)
 
-    def test_no_slave_is_said(self):
+    def test_no_slave_is_reported(self):
         done = run(SLAVE, "verify", BLOCK, "--connect", "127.0.0.1:9", "--sensor", "--duration", "1", "--out", self.out)
         self.assertEqual(done.returncode, 1)
         self.assertIn("127.0.0.1:9: no state from a slave", done.stderr)

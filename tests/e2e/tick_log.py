@@ -50,7 +50,7 @@ class Log:
         lost = sum(max(0.0, b - a - TICK) for a, b in zip(times, times[1:]))
         return max(0.0, times[-1] + self.behind - since - lost) if estimated else 0.0
 
-    def oldest_felt(self, since):
+    def oldest_rendered(self, since):
         """Age of the newest state [s] at the last tick with a force after a monotonic time, less what ticks were lost: no less
         than the time since the event that ended the states."""
         after = [row for row in self.rows if float(row["t"]) + self.behind > since]

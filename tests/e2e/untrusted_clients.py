@@ -45,21 +45,21 @@ def connect(address, greets=True):
 
 
 def answers(address, patience):
-    """Seconds until a status was told on a new connection; None: not within `patience`."""
+    """Seconds until a status was received on a new connection; None: not within `patience`."""
     start = time.monotonic()
     while time.monotonic() - start < patience:
         try:
             with connect(address) as line:
                 line.settimeout(patience)
                 line.sendall(call(1, OURS + "GetStatus"))
-                if told(line):
+                if has_trailers(line):
                     return time.monotonic() - start
         except OSError:
             time.sleep(0.01)
     return None
 
 
-def told(line):
+def has_trailers(line):
     """Reads until the only call of `line` has its trailers; acknowledges what wants to be."""
     seen = b""
     while True:
@@ -95,7 +95,7 @@ class Stopper:
         start = time.monotonic()
         self.line.sendall(call(self.stream, OURS + "Stop"))
         self.stream += 2
-        if not told(self.line):
+        if not has_trailers(self.line):
             raise AssertionError("Stop was refused")
         return time.monotonic() - start
 
@@ -144,7 +144,7 @@ def pings():
 
 
 def hold(address, end, count, words, receive_buffer=None):
-    """Keeps `count` connections that said `words`; those that were cut come again."""
+    """Keeps `count` connections that sent `words`; those that were cut come again."""
     lines = []
     while time.monotonic() < end:
         while len(lines) < count:

@@ -1,5 +1,5 @@
 // Real microscope pictures of embryos and injection pipettes (../shared, not ours to pass on): the
-// tracking find contour and tip without being told where they are.
+// tracking find contour and tip without knowing where they are.
 #include <cmath>
 #include <filesystem>
 #include <numbers>

@@ -13,7 +13,7 @@ PATIENCE = 600
 
 
 def must(*command, **options):
-    """Runs to the end; its output. Raises AssertionError with all that it said if it fails."""
+    """Runs to the end; its output. Raises AssertionError with all of its output if it fails."""
     done = subprocess.run([str(word) for word in command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           text=True, timeout=PATIENCE, **options)
     if done.returncode != options.get("code", 0):

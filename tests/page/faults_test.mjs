@@ -1,4 +1,4 @@
-// What goes wrong ends in a sentence that says what to do, and lets the hand go: told on the page, by real programs.
+// What goes wrong ends in a sentence that says what to do, and lets the hand go: shown on the page, by real programs.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { chmodSync, readFileSync, writeFileSync } from 'node:fs';
@@ -15,7 +15,7 @@ function otherRelease() {
   const release = version.split('+')[0];
   assert.equal(release.length, OTHER_RELEASE.length);
   const bytes = readFileSync(program), from = bytes.indexOf(version);
-  assert.ok(from > 0, `${version} stands in the program`);
+  assert.ok(from > 0, `${version} is in the program`);
   for (let at = from; at >= 0; at = bytes.indexOf(version, at + 1)) bytes.write(OTHER_RELEASE, at, 'latin1');
   const file = path.join(SCRATCH, 'palpate-slave-of-another-release');
   writeFileSync(file, bytes);
@@ -26,7 +26,7 @@ function otherRelease() {
 describe('what goes wrong', () => {
   const other = otherRelease();
   let stage, another;
-  // A file of 100 kB is as large as any may become: that stands for a disk that is full.
+  // A file of 100 kB is as large as any may become: that acts as a full disk.
   const full = ['sh', '-c', 'trap "" XFSZ; ulimit -f 200; exec "$@"', 'sh'];
   before(async () => {
     const slave = await serve('silicone-block', FEW, other.file);
@@ -39,18 +39,18 @@ describe('what goes wrong', () => {
 
   const pressed = () => stage.when((status) => status.state === 'FOLLOWING' && size(status.chain.sent) > 0.5, 'a press of half a newton');
   const letGo = (state) => stage.when((status) => (!state || status.state === state) && status.state !== 'FOLLOWING' && size(status.chain.sent) === 0, 'a hand that is let go');
-  const told = (...sentences) => until(async () => {
+  const shows = (...sentences) => until(async () => {
     const text = await stage.text('alarm-list');
     return sentences.every((sentence) => text.includes(sentence));
   }, sentences.join(' '));
 
   test('a slave of another release is served, and both are named', async () => {
-    await told(`The slave is of release ${OTHER_RELEASE}, this master of ${other.release}.`, 'Install the same release at both ends.');
+    await shows(`The slave is of release ${OTHER_RELEASE}, this master of ${other.release}.`, 'Install the same release at both ends.');
     await pressed();
   });
 
   test('a disk that is full ends the recording, not the hand', async () => {
-    await told('The recording:', 'cannot be written', 'Free disk space');
+    await shows('The recording:', 'cannot be written', 'Free disk space');
     await until(async () => (await stage.text('record')) === '■ REC ended', 'the end of it');
     await pressed();
   });
@@ -69,22 +69,22 @@ describe('what goes wrong', () => {
     await pressed();
     stage.slave.kill('SIGKILL');
     await letGo('DISCONNECTED');
-    await told('No link to the slave', 'Is palpate-slave running? The master retries by itself; engage again when the slave is back.');
+    await shows('No link to the slave', 'Is palpate-slave running? The master retries by itself; engage again when the slave is back.');
   });
 
   test('another slave at its address is not taken up', async () => {
-    const address = stage.slave.said;
+    const address = stage.slave.address;
     await stage.endSlave();
     another = await serve('silicone-block', [...FEW, '--override', 'name=another'], undefined, address);
-    await told('another scene is served there now, another instead of silicone-block: restart palpate-master', 'The slave answers and states the reason');
+    await shows('another scene is served there now, another instead of silicone-block: restart palpate-master', 'The slave answers and states the reason');
     await pause(500);
     await letGo('DISCONNECTED');
   });
 
   test('a master that was started anew for it is shown by the page that is open', async () => {
-    const address = stage.master.said.match(/[\d.]+:\d+/)[0];
+    const address = stage.master.address.match(/[\d.]+:\d+/)[0];
     await stage.endMaster();
-    await told('The page has no connection to the master', 'Check that palpate-master is running. The page reconnects by itself.');
+    await shows('The page has no connection to the master', 'Check that palpate-master is running. The page reconnects by itself.');
     stage.slave = another;
     await stage.startMaster({ view: address });
     await until(async () => (await stage.text('scene')) === 'another', 'its name');

@@ -1,4 +1,4 @@
-// What a person at the page relies on: that it shows what is, stops what it must, and moves what it is told to.
+// What a person at the page relies on: that it shows what is, stops what it must, and moves what it is asked to.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -33,7 +33,7 @@ function uniqueByTime(rows, value) {
 
 const HOW = /^(Drag down: |The tool is in contact: engage again)/;
 const RECORDING = path.join(SCRATCH, 'page.mcap');
-const said = (stage, text) => until(() => stage.sayings.some((saying) => saying.text.startsWith(text)), text);
+const logged = (stage, text) => until(() => stage.logEntries.some((entry) => entry.text.startsWith(text)), text);
 let log = [];  // of the scripted hand's session
 
 describe('a scripted hand presses the block', () => {
@@ -60,15 +60,15 @@ describe('a scripted hand presses the block', () => {
   test('each force tells its way from the light to the hand', async () => {
     const first = (await stage.when((status) => status.trace, 'a trace')).trace;
     const { trace } = await stage.when((status) => status.trace?.sample > first.sample + 5, 'those of later pictures');
-    const stages = ['capture', 'eyes', 'model', 'wait', 'wire', 'tick'].map((name) => trace[name]);
+    const stages = ['capture', 'sensing', 'model', 'wait', 'wire', 'tick'].map((name) => trace[name]);
     assert.ok(Math.abs(stages.reduce((sum, part) => sum + part, 0) - trace.total) < 1e-6, JSON.stringify(trace));
     // The clocks' offset is known to half a round trip; every other stage ends after it began.
-    for (const name of ['capture', 'eyes', 'model', 'wait', 'tick']) assert.ok(trace[name] >= -1e-6, `${name}: ${trace[name]}`);
+    for (const name of ['capture', 'sensing', 'model', 'wait', 'tick']) assert.ok(trace[name] >= -1e-6, `${name}: ${trace[name]}`);
     await until(async () => /^end-to-end latency \d+ ms: capture [\d.]+, vision [\d.]+, model/.test(await stage.text('trace')), 'the way in words');
     console.log(await stage.text('trace'));
   });
 
-  test('the figure of the force is one that was told at that moment', async () => {
+  test('the figure of the force is one that was reported at that moment', async () => {
     await pressed();
     // The page draws a status within a second and a half, and this process may receive it after the page did.
     const from = Math.max(0, stage.statuses.length - 46);
@@ -135,15 +135,15 @@ describe('a scripted hand presses the block', () => {
   test('marks, rendering and zero, by key and by button', async () => {
     await stage.page.keyboard.press('m');
     await stage.page.locator('#mark').click();
-    await said(stage, 'mark 2');
+    await logged(stage, 'mark 2');
     await stage.page.keyboard.press('v');
     await drawnClutch('false');
     await stage.page.keyboard.press('c');
-    await said(stage, 'rendering interpolate');
+    await logged(stage, 'rendering interpolate');
     await stage.page.locator('#render').selectOption('local');
     await stage.when((status) => status.render === 'local', 'the rendering that was chosen');
     await stage.page.locator('#tare').click();
-    await until(() => stage.sayings.some(({ text }) => /^(not )?tared: /.test(text)), 'what came of the zero');
+    await until(() => stage.logEntries.some(({ text }) => /^(not )?tared: /.test(text)), 'what came of the zero');
     await drawnClutch('true');
     await stage.page.keyboard.press('c');
     await stage.when((status) => status.state === 'FOLLOWING', 'FOLLOWING');
@@ -175,9 +175,9 @@ describe('a scripted hand presses the block', () => {
       assert.equal(then.state, 'FOLLOWING', 'the hand is not let go for it');
       return true;
     }, 'a limit that is lowered while the hand follows');
-    await said(stage, 'scales and limit are set');  // between two presses the slave is told, too
+    await logged(stage, 'scales and limit are set');  // between two presses the slave is set, too
     await lower(3.2);
-    await said(stage, `the limit stays at ${Number(limit.toFixed(1))} N: a session can only lower it`);
+    await logged(stage, `the limit stays at ${Number(limit.toFixed(1))} N: a session can only lower it`);
     assert.ok(Math.abs(stage.status.force_limit - limit) < 1e-6);
     await until(async () => Math.abs(await stage.page.locator('#force-limit').inputValue() - limit) < 1e-6, 'what is in force, in its field');
   });
@@ -185,7 +185,7 @@ describe('a scripted hand presses the block', () => {
   deepTest('tip and rest are found anew where nobody feels it, and a stop stays', async () => {
     await pressed();
     await stage.page.keyboard.press('u');
-    await said(stage, 'tracking is not reinitialized: ');
+    await logged(stage, 'tracking is not reinitialized: ');
     await until(async () => {  // between two presses
       await stage.when((status) => !status.clutched && status.state === 'FOLLOWING', 'FOLLOWING');
       await stage.when((status) => !status.slave_state.local_model?.in_contact && size(status.chain.sent) === 0, 'a tool that is free');
@@ -195,15 +195,15 @@ describe('a scripted hand presses the block', () => {
       if (!stage.status.slave_state.local_model?.in_contact) return true;
       await stage.page.keyboard.press('c');
       return false;
-    }, 'a free tool that stands');
+    }, 'a free tool at rest');
     await stage.page.locator('#reinitialize-tracking').click();
-    await said(stage, 'tracking is reinitialized');
+    await logged(stage, 'tracking is reinitialized');
     await stage.page.keyboard.press('Space');
     await stage.when((status) => status.state === 'ESTOP', 'the stop');
     await pause(600);  // the same words again within half a second are no news
-    const before = stage.sayings.at(-1).number;
+    const before = stage.logEntries.at(-1).number;
     await stage.page.keyboard.press('u');
-    await until(() => stage.sayings.some(({ number, text }) => number > before && text === 'tracking is reinitialized'), 'once more');
+    await until(() => stage.logEntries.some(({ number, text }) => number > before && text === 'tracking is reinitialized'), 'once more');
     await pause(300);
     assert.equal(stage.status.state, 'ESTOP');
     await stage.page.keyboard.press('r');
@@ -241,7 +241,7 @@ describe('a scripted hand presses the block', () => {
         // What axe measures depends on the theme and not on the size, which each theme meets once.
         if ((theme === 'dark') === (width === 1280)) assert.deepEqual(await seriousFindings(stage.page), [], `${width} x ${height}, ${theme}`);
         await until(() => stage.page.evaluate(() => document.documentElement.scrollWidth <= innerWidth && document.documentElement.scrollHeight <= innerHeight), `${width} x ${height}: nothing lies outside`);
-        await until(() => stage.page.evaluate(() => document.getElementById('source').getBoundingClientRect().bottom <= document.querySelector('.facts').getBoundingClientRect().bottom), `${width} x ${height}: the scene's name stands in the bar`);
+        await until(() => stage.page.evaluate(() => document.getElementById('source').getBoundingClientRect().bottom <= document.querySelector('.facts').getBoundingClientRect().bottom), `${width} x ${height}: the scene's name is in the bar`);
         await stage.shoot(`block-${theme}-${width}`);
       }
     }
@@ -249,7 +249,7 @@ describe('a scripted hand presses the block', () => {
 
   test('the browser has nothing to complain of', () => assert.deepEqual(stage.errors, []));
 
-  test('what was told is what the log says, and the stops let the hand go', async () => {
+  test('what was shown is what the log says, and the stops let the hand go', async () => {
     const { statuses } = stage;
     await stage.endMaster();
     await until(async () => (await stage.page.locator('#state b').innerText()) === 'NO MASTER', 'the end of the line');
@@ -306,7 +306,7 @@ describe('its recording is played', () => {
   test('its curves are those of the chain that was logged', async () => {
     await stage.when((status) => status.t > 6, 'six seconds of it');
     await stage.page.keyboard.press('k');
-    await stage.when((status) => !status.replay.playing, 'that it stands');
+    await stage.when((status) => !status.replay.playing, 'that it is paused');
     const drawn = await until(async () => {
       const samples = await downloaded(stage);
       return samples.length > 300 && samples;
@@ -320,7 +320,7 @@ describe('its recording is played', () => {
       compared += 1;
       assert.ok(Math.abs(scaled - force(log[i], 'scaled')) < 1e-5, `${t} s: ${scaled} N`);
       const last = log.slice(i - 15, i + 1).map((row) => force(row, 'sent'));
-      assert.ok(last.some((felt) => Math.abs(felt - sent) < 1e-5), `${t} s: ${sent} N`);
+      assert.ok(last.some((newest) => Math.abs(newest - sent) < 1e-5), `${t} s: ${sent} N`);
     }
     assert.ok(compared > 0.9 * drawn.length, `${compared} of ${drawn.length} are in the log`);
   });
@@ -369,7 +369,7 @@ describe('its recording is played', () => {
     assert.ok(last <= back.t + 1e-6 && last - first < 10.1, `${first} to ${last} s`);
     const row = log.reduce((best, one) => (Math.abs(one.t - back.t) < Math.abs(best.t - back.t) ? one : best));
     assert.ok(Math.abs(size(back.chain.sent) - size([row.sent_x, row.sent_y, row.sent_z])) < 1e-5);
-    // Before anything was felt: no peak, no picture and no shape of what came later.
+    // Before any contact: no peak, no picture and no shape of what came later.
     await stage.page.keyboard.press('Home');
     await stage.when((status) => status.t < 0.1, 'its beginning');
     await until(async () => Number(await stage.text('peak')) < 0.05, 'no peak of later');
@@ -383,7 +383,7 @@ describe('its recording is played', () => {
     await stage.when((status) => status.t < 0.1, 'its beginning');
     await stage.page.keyboard.press('Space');
     await stage.when((status) => status.replay.playing && status.t > 0.5, 'that it plays');
-    await said(stage, 'FOLLOWING');
+    await logged(stage, 'FOLLOWING');
     assert.deepEqual(await seriousFindings(stage.page), []);
     await stage.shoot('replay-light-1280');
     assert.deepEqual(stage.errors, []);
@@ -419,7 +419,7 @@ describe('a mouse feels the block', () => {
     return soon(() => stage.status.state === 'FOLLOWING' && stage.status);
   }, 'FOLLOWING by mouse');
 
-  // Presses and drags down until half a newton is felt.
+  // Presses and drags down until the force is half a newton.
   const pressDown = async () => {
     let depth = 0;
     await press();
@@ -453,13 +453,13 @@ describe('a mouse feels the block', () => {
     console.log(await stage.text('page-delay'));
   });
 
-  // In one go of the page's thread, in which its own clock of 20 ms does not run: what is told is told by the moves.
-  testInTime('each move of the cursor is told, at most every 8 ms, and none is lost', async () => {
+  // In one go of the page's thread, in which its own clock of 20 ms does not run: what is sent is sent by the moves.
+  testInTime('each move of the cursor is sent, at most every 8 ms, and none is lost', async () => {
     const drag = (x, y) => {
-      const view = document.getElementById('view'), { send } = WebSocket.prototype, told = [];
+      const view = document.getElementById('view'), { send } = WebSocket.prototype, messages = [];
       if (!view.classList.contains('held')) return null;
       WebSocket.prototype.send = function (data) {
-        if (typeof data === 'string' && JSON.parse(data).do === 'pointer') told.push(JSON.parse(data));
+        if (typeof data === 'string' && JSON.parse(data).do === 'pointer') messages.push(JSON.parse(data));
         return send.call(this, data);
       };
       const move = (after) => {
@@ -467,18 +467,18 @@ describe('a mouse feels the block', () => {
         view.dispatchEvent(new PointerEvent('pointermove', { clientX: (x += 1), clientY: y }));
       };
       for (let i = 0; i < 10; ++i) move(9);
-      const each = told.length;
+      const each = messages.length;
       for (let i = 0; i < 20; ++i) move(1);
-      const byMoves = told.length;
+      const byMoves = messages.length;
       return new Promise((done) => setTimeout(() => {
         WebSocket.prototype.send = send;
-        done({ each, byMoves, told });
+        done({ each, byMoves, messages });
       }, 50));
     };
-    const { each, byMoves, told } = await byHand(async () => (await press()) && stage.page.evaluate(`(${drag})(${middle})`), 'moves');
+    const { each, byMoves, messages } = await byHand(async () => (await press()) && stage.page.evaluate(`(${drag})(${middle})`), 'moves');
     assert.equal(each, 10, 'those that are 9 ms apart');
-    const gaps = told.slice(1, byMoves).map(({ at }, i) => at - told[i].at), [first, last] = [told[0], told.at(-1)].map(({ p_M }) => p_M[0]);
-    assert.ok(Math.min(...gaps) >= 8, `told after ${gaps} ms`);
+    const gaps = messages.slice(1, byMoves).map(({ at }, i) => at - messages[i].at), [first, last] = [messages[0], messages.at(-1)].map(({ p_M }) => p_M[0]);
+    assert.ok(Math.min(...gaps) >= 8, `sent after ${gaps} ms`);
     const scale = Number(await stage.page.locator('#view').getAttribute('data-metres-per-pixel')) / stage.status.position_scale;
     assert.ok(Math.abs(last - first - 29 * scale) < scale / 10, `${last - first} m, of ${29 * scale} m`);
     await stage.page.mouse.up();
@@ -505,14 +505,14 @@ describe('a mouse feels the block', () => {
   testInTime('only one page leads: another lets go at once, says why, and leads when the first has let go or fell silent', async () => {
     const another = await stage.context.newPage();
     await another.goto(new URL('style.css', stage.address).href);
-    const other = (said) => another.evaluate((engaged) => {
+    const other = (wanted) => another.evaluate((engaged) => {
       window.other ??= new WebSocket(`ws://${location.host}/ws`);
       clearInterval(window.beat);
       if (engaged === null) return;
       const beat = () => window.other.send(JSON.stringify({ do: 'pointer', at: performance.now(), p_M: [0, 0, 0], engaged }));
       beat();
       if (engaged) window.beat = setInterval(beat, 20);
-    }, said);
+    }, wanted);
     const isHeld = () => stage.page.evaluate(() => document.getElementById('view').classList.contains('held'));
     await other(null);
     await until(() => another.evaluate(() => window.other.readyState === WebSocket.OPEN), 'another page');
@@ -594,7 +594,7 @@ describe('a mouse feels the block', () => {
     await pressDown();
     await right('#force-scale', 2);
     await stage.when((status) => status.waiting.force_scale !== null, 'that it waits');
-    await until(async () => /^… [\d.]+ N\/N$/.test(await stage.text('force-scale-told')), 'that it is said');
+    await until(async () => /^… [\d.]+ N\/N$/.test(await stage.text('force-scale-value')), 'that it waits');
     await page.mouse.up();
     await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
     await pause(300);
@@ -613,7 +613,7 @@ describe('a mouse feels the block', () => {
     await right('#position-scale', 2);
     const tip = Object.values(stage.status.slave_state.p_S_tip);
     await stage.when((status) => Math.abs(status.position_scale / position_scale - 10 ** 0.1) < 0.01, 'the other, at once');
-    await until(async () => (await stage.text('position-scale-told')) === '1.26 mm/mm', 'in figures');
+    await until(async () => (await stage.text('position-scale-value')) === '1.26 mm/mm', 'in figures');
     await until(async () => (await page.locator('#position-scale').getAttribute('aria-valuetext')) === '1 mm of the device is 1.26 mm of the tool', 'in words');
     assert.ok(near((await press()).p_S, tip, 2e-4), `engaged at ${stage.status.p_S}, the tool was at ${tip}`);
     await page.mouse.up();

@@ -1,4 +1,4 @@
-// The page comes up with every scene that is shipped, and shows what there is to see; with the mouse it is felt as the page says.
+// The page comes up with every scene that is shipped, and shows what there is to see; with the mouse it is pressed as the page says.
 import assert from 'node:assert/strict';
 import { readdirSync } from 'node:fs';
 import path from 'node:path';
@@ -15,8 +15,8 @@ for (const scene of scenes) {
       await stage.when((status) => status.link.connected && status.slave_state, 'states');
       await until(async () => (await stage.text('scene')) === scene, 'its name');
       await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
-      const isSeen = await until(async () => (/ms old|s old/.test(await stage.text('picture-age')) ? 'seen' : /No image: /.test(await stage.text('picture-empty')) && 'felt'), 'a picture, or why there is none');
-      assert.equal(isSeen, scene.startsWith('foam') ? 'felt' : 'seen');
+      const isSeen = await until(async () => (/ms old|s old/.test(await stage.text('picture-age')) ? 'seen' : /No image: /.test(await stage.text('picture-empty')) && 'pressed'), 'a picture, or why there is none');
+      assert.equal(isSeen, scene.startsWith('foam') ? 'pressed' : 'seen');
       if (scene !== 'heart-target') {  // nothing holds it: its force is unknown
         await stage.when((status) => status.fingers.some((finger) => finger.in_contact), 'a touch');
       }
@@ -32,12 +32,12 @@ for (const scene of scenes) {
 // Nothing but what the page says leads the mouse here, as it would a person.
 const WAYS = { down: [0, 1], up: [0, -1], 'to the left': [-1, 0], 'to the right': [1, 0] };
 for (const scene of ['silicone-block', 'rubber-membrane', 'foam-cube']) {
-  test(`${scene}, felt with the mouse`, async () => {
+  test(`${scene}, pressed with the mouse`, async () => {
     const stage = await Stage.open({ scene, device: 'pointer', scheme: 'light' });
     try {
-      const told = await until(async () => /^Drag (down|up|to the left|to the right): /.exec(await stage.text('hint')), 'where to drag');
+      const match = await until(async () => /^Drag (down|up|to the left|to the right): /.exec(await stage.text('hint')), 'where to drag');
       await stage.shoot(`mouse-${scene}-before`);
-      const [dx, dy] = WAYS[told[1]], box = await stage.page.locator('#view').boundingBox();
+      const [dx, dy] = WAYS[match[1]], box = await stage.page.locator('#view').boundingBox();
       const from = [box.x + (0.5 - 0.3 * dx) * box.width, box.y + (0.5 - 0.3 * dy) * box.height];
       const isHeld = () => stage.status.state === 'FOLLOWING', force = () => size(stage.status.chain.sent);
       let way = 0;
@@ -58,7 +58,7 @@ for (const scene of ['silicone-block', 'rubber-membrane', 'foam-cube']) {
       };
       await until(async () => (await go(4), isHeld() && force() > 0.15 * stage.status.force_limit), 'a force');
       await stage.sees('.force-label');
-      const felt = force(), { validity } = stage.status.slave_state;
+      const pressed = force(), { validity } = stage.status.slave_state;
       await stage.shoot(`mouse-${scene}-pressed`);
       await stage.page.mouse.up();
       await stage.when((status) => size(status.chain.sent) === 0, 'a hand that is let go');
@@ -66,7 +66,7 @@ for (const scene of ['silicone-block', 'rubber-membrane', 'foam-cube']) {
       await until(async () => (await go(-4), !stage.status.slave_state.local_model?.in_contact), 'the tool drawn out');
       await stage.page.mouse.up();
       await stage.shows('hint', /^(Drag |The page was silent)/);
-      console.log(`${scene}: drag ${told[1]}, ${felt.toFixed(2)} N, ${validity}`);
+      console.log(`${scene}: drag ${match[1]}, ${pressed.toFixed(2)} N, ${validity}`);
       assert.deepEqual(stage.errors, []);
     } finally {
       await stage.close();

@@ -32,15 +32,15 @@ export async function until(condition, what, patience = PATIENCE_MS) {
 // What `condition` tells within two seconds; else null: for what a busy machine may undo, and a person would do again.
 export const soon = (condition) => until(condition, '', 2000).catch(() => null);
 
-// A program that says `pattern` when it is ready; what it caught is `said`.
+// A program that says `pattern` when it is ready; what it caught is `address`.
 async function start(program, args, pattern) {
   const child = spawn(program, args, { stdio: ['ignore', 'pipe', 'pipe'] });
   child.output = '';
   for (const stream of [child.stdout, child.stderr]) stream.on('data', (text) => (child.output += text));
   child.ended = once(child, 'exit');
-  const said = await until(() => child.output.match(pattern) || (child.exitCode !== null && ['', null]), `${program}: ${pattern}`, START_MS);
-  if (said[1] === null) throw new Error(`${program} ended: ${child.output}`);
-  child.said = said[1];
+  const match = await until(() => child.output.match(pattern) || (child.exitCode !== null && ['', null]), `${program}: ${pattern}`, START_MS);
+  if (match[1] === null) throw new Error(`${program} ended: ${child.output}`);
+  child.address = match[1];
   return child;
 }
 
@@ -58,7 +58,7 @@ const slaves = new Map();
 export async function serve(scene, overrides = [], program = path.join(BIN, 'palpate-slave'), at = '127.0.0.1:0') {
   const file = path.join(ROOT, `deploy/scenes/${scene}.yaml`);
   const slave = await start(program, ['serve', file, '--listen', at, ...overrides], /^listening on (\S+)/m);
-  slave.simulator = await start(path.join(BIN, 'palpate-simulator'), [file, '--slave', slave.said, ...overrides], /^streaming to (\S+)/m);
+  slave.simulator = await start(path.join(BIN, 'palpate-simulator'), [file, '--slave', slave.address, ...overrides], /^streaming to (\S+)/m);
   return slave;
 }
 async function endBoth(slave) {
@@ -90,7 +90,7 @@ export class Stage {
     return stage;
   }
   async startMaster({ device = 'sim-hand', args = [], within = [], view = '127.0.0.1:0' }) {
-    const [program, ...words] = [...within, MASTER, 'connect', this.slave.said, '--device', device, ...args, '--view', view];
+    const [program, ...words] = [...within, MASTER, 'connect', this.slave.address, '--device', device, ...args, '--view', view];
     this.master = await start(program, words, /view at (\S+)/);
   }
   endSlave() {
@@ -112,7 +112,7 @@ export class Stage {
     this.page = await this.context.newPage();
     this.errors = [];
     this.statuses = [];
-    this.sayings = [];
+    this.logEntries = [];
     this.page.on('console', (message) => message.type() === 'error' && this.errors.push(message.text()));
     this.page.on('pageerror', (error) => this.errors.push(String(error)));
     this.page.on('websocket', (socket) => socket.on('framereceived', ({ payload }) => this.hear(payload)));
@@ -120,13 +120,13 @@ export class Stage {
   }
   // As the master printed it; a page that is served everywhere is on this machine, too.
   get address() {
-    return this.master.said.replace('0.0.0.0', '127.0.0.1');
+    return this.master.address.replace('0.0.0.0', '127.0.0.1');
   }
   hear(payload) {
     if (typeof payload !== 'string') return;
     const message = JSON.parse(payload);
     if (message.kind === 'status') this.statuses.push({ ...message, at: Date.now() });
-    if (message.kind === 'said') this.sayings = message.said;
+    if (message.kind === 'log') this.logEntries = message.entries;
   }
   get status() {
     return this.statuses.at(-1);

@@ -19,7 +19,7 @@ std::string MembraneText(double E, double nu, double a, double t, const std::str
          ", poisson_ratio: " + Text(nu) + "}\n  fixed: {side: rim}\nmodel: {kind: " + kind + "}\n";
 }
 
-// Reference: c plate_green_function, 1e-12; a load of zero reads the deflection where it stands.
+// Reference: c plate_green_function, 1e-12; a load of zero reads the deflection at its place.
 TEST_F(SolvePlates, AnEccentricLoadDeflectsThePlateAsTheRecoveredEquationSays) {
   PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
   const json c = CaseOf(file, "plate_green_function");

@@ -28,8 +28,8 @@ class NineObjects : public testing::TestWithParam<std::tuple<std::string, Foam>>
 
 // The truth is a neo-Hookean body on a finer mesh of its own; the estimate has tactile samples and
 // the fingertips' poses. Tolerances: two points of the octree score are what is asked for. Of the
-// surface, 95 % lie within a third of the press and the mean within a tenth of it: more is not told
-// by elements of 10 mm under fingertips of 7 mm.
+// surface, 95 % lie within a third of the press and the mean within a tenth of it: more is not
+// stated by elements of 10 mm under fingertips of 7 mm.
 TEST_P(NineObjects, DeformedShapeScoresWithinTwoPointsOfTheUnoccludedOne) {
   const auto& [name, foam] = GetParam();
   const fs::path file = fs::path(SourcePath()) / "deploy/scenes" / ("foam-" + name + ".yaml");

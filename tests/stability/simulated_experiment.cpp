@@ -51,12 +51,12 @@ class Experiment {
     const auto fingertips = simulation_->OpenFingertips();
     while (const auto frame = fingertips->Next({})) {
       ReportProgress();
-      const ContactEstimate& felt = estimator_.Estimate(*frame, scene_.manipulator.home);
+      const ContactEstimate& estimate = estimator_.Estimate(*frame, scene_.manipulator.home);
       const auto truth = simulation_->truth().fingers;
       const FingerTruth& first = truth[0];
       if (!AnyTouches(truth)) {
         touched = false;
-        if (!felt.force) continue;  // rest values are taken
+        if (!estimate.force) continue;  // rest values are taken
         before = Now(truth);
         if (++apart == std::lround(kApart * rate)) open = before;
         continue;
@@ -73,7 +73,7 @@ class Experiment {
         Take(2, Now(truth));
         object_.true_force = first.force.norm();
         object_.estimated_force =
-            felt.force ? felt.force->norm() : std::numeric_limits<double>::quiet_NaN();
+            estimate.force ? estimate.force->norm() : std::numeric_limits<double>::quiet_NaN();
         open.reset();
       }
     }
@@ -143,7 +143,7 @@ class Experiment {
       throw std::invalid_argument(scene_.name + ": the " + state.name + " state occurred " +
                                   std::to_string(state.scores.size()) + " times in " +
                                   std::to_string(options_.repetitions) +
-                                  " contacts: accepted is a scene whose fingertips measure forces "
+                                  " contacts: expected a scene whose fingertips measure forces "
                                   "and both leave and touch the object");
     }
   }

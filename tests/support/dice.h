@@ -17,7 +17,7 @@ class Dice {
   double Decades(double low, double high) { return low * std::pow(high / low, Share()); }
   bool Chance(double p) { return Share() < p; }
   int Whole(int low, int high) { return low + static_cast<int>(Share() * (high - low + 1)); }
-  // Of mean 0 and variance 1 (Box and Muller 1958).
+  // A normal number of mean 0 and variance 1 (Box and Muller 1958).
   double Normal() {
     const double radius = std::sqrt(-2 * std::log(std::max(1 - Share(), 1e-12)));
     return radius * std::cos(2 * std::numbers::pi * Share());

@@ -13,14 +13,14 @@ class StopAfter final : public Progress {
  public:
   explicit StopAfter(int reports) : left_(reports) {}
   bool Report(std::string_view stage, double /*done*/) override {
-    told_.emplace_back(stage);
+    stages_.emplace_back(stage);
     return left_-- > 0;
   }
-  [[nodiscard]] const std::vector<std::string>& told() const { return told_; }
+  [[nodiscard]] const std::vector<std::string>& stages() const { return stages_; }
 
  private:
   int left_;
-  std::vector<std::string> told_;
+  std::vector<std::string> stages_;
 };
 
 }  // namespace palpate

@@ -84,7 +84,7 @@ class Operator {
   // received meanwhile. Engages if needed.
   std::vector<State> MoveTo(const Vector& tip, double speed) {
     if (!std::isfinite(Norm(tip)) || !(speed > 0) || std::isinf(speed)) {
-      throw std::invalid_argument("tip and speed: accepted are finite numbers, and a speed > 0");
+      throw std::invalid_argument("tip and speed: expected finite numbers, and a speed > 0");
     }
     if (!engaged_ || !offset_) Engage();
     std::unique_lock lock(mutex_);

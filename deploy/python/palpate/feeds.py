@@ -77,7 +77,7 @@ def encoded(image: Pixels) -> devices_pb2.Image:
     encodings = {("uint8", 2): kinds.ENCODING_GREY8, ("uint8", 3): kinds.ENCODING_BGR8, ("uint16", 2): kinds.ENCODING_GREY16}
     encoding = encodings.get((image.dtype.name, image.ndim))
     if encoding is None or (image.ndim == 3 and image.shape[2] != 3):
-        raise ValueError(f"an array of {image.dtype} with shape {image.shape}: accepted is uint8 or uint16 with rows and "
+        raise ValueError(f"an array of {image.dtype} with shape {image.shape}: expected uint8 or uint16 with rows and "
                          "columns, or uint8 with rows, columns and 3 channels")
     pixels = image.astype("<u2") if image.dtype.name == "uint16" else image
     return kinds(encoding=encoding, width=image.shape[1], height=image.shape[0], data=pixels.tobytes())

@@ -89,7 +89,7 @@ class Operator:
     def move_to(self, tip: Sequence[float] | Array, speed: float = 0.005) -> States:
         """Moves the commanded tip in a straight line to `tip` [m] at `speed` [m/s]. Returns the states received meanwhile."""
         if not np.isfinite(tip).all() or not 0 < speed < np.inf:
-            raise ValueError(f"tip {tip} m, speed {speed} m/s: accepted are finite numbers, and a speed > 0")
+            raise ValueError(f"tip {tip} m, speed {speed} m/s: expected finite numbers, and a speed > 0")
         offset, held = self._engaged_at(), time.monotonic()
         with self._changed:
             self._goal, self._speed = np.asarray(tip, dtype=np.float64) - offset, speed

@@ -55,7 +55,7 @@ def messages(file: str | os.PathLike[str]) -> Iterator[tuple[str, float, bytes]]
     for part in [path] if path.exists() or not parts else parts:
         data = part.read_bytes()
         if not data.startswith(MAGIC):
-            raise ValueError(f"{part}: accepted is an MCAP file")
+            raise ValueError(f"{part}: expected an MCAP file")
         topics: dict[int, str] = {}
         yield from _messages(memoryview(data)[len(MAGIC):], topics)
 
@@ -89,7 +89,7 @@ def _unpacked(packed: bytes, size: int, how: str) -> bytes:
     if how == "":
         return packed
     if how != "zstd":
-        raise ValueError(f"a chunk is compressed by {how}: accepted is zstd")
+        raise ValueError(f"a chunk is compressed by {how}: expected zstd")
     name = ctypes.util.find_library("zstd") or "libzstd.so.1"
     library = ctypes.CDLL(name)
     library.ZSTD_decompress.restype = ctypes.c_size_t

@@ -62,8 +62,8 @@ DeviceCapabilities CapabilitiesOf(const DhdApi& api, char id, const std::string&
   const bool active_wrist = api.has_active_wrist(id);
   own.sensed_dof = api.has_wrist(id) ? 6 : 3;
   own.actuated_dof = active_wrist ? 6 : 3;
-  const double told = api.max_force == nullptr ? 0 : api.max_force(id);
-  own.force = told > 0 ? std::min(told, limits.force) : limits.force;
+  const double stated = api.max_force == nullptr ? 0 : api.max_force(id);
+  own.force = stated > 0 ? std::min(stated, limits.force) : limits.force;
   own.continuous_force = own.force;
   own.torque = own.continuous_torque = active_wrist ? limits.torque : 0;
   own.stiffness = limits.stiffness;
@@ -138,7 +138,7 @@ DhdDevice::~DhdDevice() {
 
 bool DhdDevice::Succeeded(int code) noexcept {
   if (code >= 0) return true;
-  if (status_.fault != DeviceFault::kNone) return false;  // the first error is told
+  if (status_.fault != DeviceFault::kNone) return false;  // the first error is reported
   status_.code = own_.api.last_error();
   status_.fault = FaultOf(status_.code);
   const char* words = own_.api.last_error_text();
@@ -290,7 +290,7 @@ Driver DhdDriver() {
               const auto serial = ParseFinite(option);
               if (!serial || *serial < 0 || *serial > 1e9 || *serial != std::floor(*serial)) {
                 throw std::invalid_argument("--device dhd:" + option +
-                                            ": accepted is the serial number of the device");
+                                            ": expected the serial number of the device");
               }
               options.serial = static_cast<int>(*serial);
             }

@@ -84,7 +84,7 @@ class DhdDevice final : public HapticDevice {
   DeviceReading newest_;                                  // of `frames_`
   Time read_at_{};
 
-  // Of the own thread while it runs.
+  // The state of the own thread while it runs.
   DeviceStatus status_;  // of this reading
   DeviceReading last_;
   bool enabled_ = false;           // the force was enabled

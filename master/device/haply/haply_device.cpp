@@ -16,7 +16,7 @@ constexpr milliseconds kPeriod(1), kWait(20), kOpenWithin(300), kRetryEvery(200)
 constexpr int kMostWaits = 25;          // of kWait without an answer: the line is lost
 constexpr double kLeastCompared = 0.1;  // smaller forces tell nothing about a scale [N]
 constexpr double kSmooth = 0.010;       // smoothing time of computed velocities [s]
-// Of the Inverse3, as its maker states them. The service reports no limits.
+// Limits of the Inverse3, as its maker states them. The service reports no limits.
 constexpr double kForce = 10, kRate = 1000;  // [N], [Hz]
 
 // Frame H of the service: x to the right, y away from the operator, z up.
@@ -222,7 +222,7 @@ Driver HaplyDriver() {
               const auto port = ParseFinite(option);
               if (!port || *port < 1 || *port > 65535 || *port != std::floor(*port)) {
                 throw std::invalid_argument("--device haply:" + option +
-                                            ": accepted is a port, 1 to 65535");
+                                            ": expected a port, 1 to 65535");
               }
               options.port = static_cast<std::uint16_t>(*port);
             }

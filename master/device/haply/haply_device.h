@@ -72,7 +72,7 @@ class HaplyDevice final : public HapticDevice {
   DeviceReading newest_;                 // of `readings_`
   Time read_at_{};
 
-  // Of the thread.
+  // The state of the thread.
   std::string id_;
   Command command_;
   Eigen::Vector3d sent_{0, 0, 0};  // M, with the last message [N]

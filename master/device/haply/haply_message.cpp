@@ -54,14 +54,14 @@ void AddGrip(const Json& grip, HaplyState* state) {
   if (!grip.is_object()) return;
   const Json& status = At(grip, "status");
   state->has_grip = Flag(status, "awake", true) && Flag(status, "connected", true);
-  const Json& told = At(grip, "state");
-  const auto w = Number(At(told, "orientation"), "w");
-  const auto axis = Triple(At(told, "orientation"));
+  const Json& values = At(grip, "state");
+  const auto w = Number(At(values, "orientation"), "w");
+  const auto axis = Triple(At(values, "orientation"));
   if (w && axis) state->orientation = Eigen::Quaterniond(*w, axis->x(), axis->y(), axis->z());
-  if (state->has_grip && Flag(told, "button", false)) state->buttons |= 1U;  // with a cable
+  if (state->has_grip && Flag(values, "button", false)) state->buttons |= 1U;  // with a cable
   constexpr std::array<const char*, 4> kButtons{"a", "b", "c", "home"};
   for (std::size_t i = 0; state->has_grip && i < kButtons.size(); ++i) {
-    if (Flag(At(told, "buttons"), kButtons[i], false)) state->buttons |= 1U << i;
+    if (Flag(At(values, "buttons"), kButtons[i], false)) state->buttons |= 1U << i;
   }
 }
 

@@ -37,8 +37,8 @@ void RateDevice::Poll(Time now) {
   RateInput input = source_->Poll(now);
   input.heard_at = now;
   inputs_.Put(input);
-  const bool is_felt = SecondsBetween(felt_at_, now) < kLetGoAfter;
-  source_->Cue(is_felt ? felt_.load() : 0, now);
+  const bool is_recent = SecondsBetween(written_at_, now) < kLetGoAfter;
+  source_->Cue(is_recent ? force_share_.load() : 0, now);
 }
 
 DeviceReading RateDevice::DoRead(Time now) noexcept {
@@ -63,8 +63,8 @@ DeviceReading RateDevice::DoRead(Time now) noexcept {
 
 DeviceOutput RateDevice::DoWrite(const Wrench& wrench) noexcept {
   hand_.ApplyForce(wrench.force);
-  felt_ = std::min(1.0, wrench.force.norm() / limits().force);
-  if (last_) felt_at_ = *last_;
+  force_share_ = std::min(1.0, wrench.force.norm() / limits().force);
+  if (last_) written_at_ = *last_;
   return DeviceOutput::kOk;
 }
 
@@ -73,7 +73,7 @@ double SpeedOf(const std::string& device, const std::string& option) {
   const auto speed = ParseFinite(option);
   if (speed && *speed >= kSlowest && *speed <= kFastest) return 1e-3 * *speed;
   throw std::invalid_argument("--device " + device + ":" + option +
-                              ": accepted is the speed at full deflection, 0.1 to 200 mm/s");
+                              ": expected the speed at full deflection, 0.1 to 200 mm/s");
 }
 
 }  // namespace palpate

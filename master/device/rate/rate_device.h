@@ -58,9 +58,9 @@ class RateDevice final : public HapticDevice {
   const double speed_;  // [m/s]
   const std::string description_;
   LatestValue<RateInput> inputs_;
-  std::atomic<double> felt_{0};        // force as a share of the largest [-]
-  std::atomic<Time> felt_at_{Time{}};  // when it was written
-  RateInput input_;                    // the newest
+  std::atomic<double> force_share_{0};    // force as a share of the largest [-]
+  std::atomic<Time> written_at_{Time{}};  // when it was written
+  RateInput input_;                       // the newest
   HandIntent intent_;
   MovingArm hand_;
   std::optional<Time> last_;

@@ -28,7 +28,7 @@ std::unique_ptr<Device> OpenDevice(const std::string& spec, double press_depth,
     if (driver.name == name) return driver.open(option);
     accepted += ", " + std::string(driver.name);
   }
-  throw std::invalid_argument("--device = " + spec + ": accepted is " + accepted);
+  throw std::invalid_argument("--device = " + spec + ": expected " + accepted);
 }
 
 }  // namespace palpate

@@ -48,8 +48,8 @@ bool SharedLibrary::Load(const std::string& file) {
     return false;
   }
   const link_map* map = nullptr;
-  const bool told = dlinfo(handle_, RTLD_DI_LINKMAP, &map) == 0 && map->l_name != nullptr;
-  file_ = told ? map->l_name : file;
+  const bool is_known = dlinfo(handle_, RTLD_DI_LINKMAP, &map) == 0 && map->l_name != nullptr;
+  file_ = is_known ? map->l_name : file;
   return true;
 }
 

@@ -77,7 +77,7 @@ class TouchDevice final : public HapticDevice {
   std::atomic<bool> saturated_{false};
   DeviceReading newest_;  // of `frames_`
 
-  // Of the servo thread.
+  // The state of the servo thread.
   Command command_;
   DeviceStatus status_;
   std::uint64_t frame_ = 0;

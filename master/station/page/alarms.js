@@ -30,7 +30,7 @@ export function noteItem(level, text, next, isKnown = false) {
 export class AlarmPanel {
   constructor() {
     this.list = document.getElementById('alarm-list');
-    this.said = document.getElementById('said');
+    this.log = document.getElementById('log');
     this.count = document.getElementById('alarm-count');
     this.shown = '';
     this.known = new Set();  // acknowledged alarms, until they end
@@ -60,8 +60,8 @@ export class AlarmPanel {
   acknowledge() {
     this.known = new Set(this.now);
   }
-  showSaid(said) {
-    this.said.replaceChildren(...said.slice(-30).reverse().map(({ t, text, trouble }) => {
+  showLog(entries) {
+    this.log.replaceChildren(...entries.slice(-30).reverse().map(({ t, text, trouble }) => {
       const item = document.createElement('li');
       item.dataset.trouble = trouble;
       item.textContent = `${t.toFixed(1)} s  ${text}`;

@@ -91,9 +91,9 @@ export class Controls {
       a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
   }
   pause() {
-    const stands = this.charts.togglePause();
-    byId('pause').setAttribute('aria-pressed', String(stands));
-    byId('charts-aside').textContent = stands ? 'paused' : '';
+    const isPaused = this.charts.togglePause();
+    byId('pause').setAttribute('aria-pressed', String(isPaused));
+    byId('charts-aside').textContent = isPaused ? 'paused' : '';
   }
   show(panel) {
     for (const tab of document.querySelectorAll('[role=tab]')) {

@@ -17,7 +17,7 @@ import { STATES, fixed, ms, norm, write } from './words.js';
 const byId = (id) => document.getElementById(id);
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓', off: '○' };
 const DRAG = 'the tool, the ball, follows the cursor. Press it against the object.', PINCH = 'the finger, the ball, follows the cursor, and the others pinch with it.';
-const told = { hello: null, health: null, status: null, lost: 'connecting', why: '' };
+const latest = { hello: null, health: null, status: null, lost: 'connecting', why: '' };
 
 const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
 const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
@@ -33,7 +33,7 @@ function onTheme() {
 
 // The active mapping: of the master's status, else of the slave's scene, else of the start.
 function mapping() {
-  const hand = told.status, now = told.health?.scene?.operator, first = told.hello;
+  const hand = latest.status, now = latest.health?.scene?.operator, first = latest.hello;
   const rotation = now?.rotation?.length === 9 ? now.rotation : first?.rotation || [1, 0, 0, 0, 1, 0, 0, 0, 1];
   const inForce = (key) => hand?.[key] || now?.[key] || first?.[key] || 1;
   return { position_scale: inForce('position_scale'), force_scale: inForce('force_scale'), limit: inForce('force_limit'), rotation };
@@ -42,27 +42,27 @@ function mapping() {
 const takers = {
   hello(message) {
     charts.begin();  // a restarted master, or a lost connection
-    if (!told.hello) {
+    if (!latest.hello) {
       view.load(message.libraries);
       charts.load(message.libraries);
     }
-    told.hello = message;
+    latest.hello = message;
     picture.forget();
     view.forgetShape();
     pointer.enable(message.pointer);
     replay.enable(message.badge === 'REPLAY');
-    told.why = '';
+    latest.why = '';
     showHint();
   },
   health(message) {
-    told.health = message;
+    latest.health = message;
     view.forceScale = mapping().force_scale;
     view.takeWorkspace(message.scene?.capabilities);
   },
   past(message) { charts.takePast(message); },
-  said(message) { alarms.showSaid(message.said); },
+  log(message) { alarms.showLog(message.entries); },
   refused(message) {
-    told.why = message.text;
+    latest.why = message.text;
     showHint();
   },
   led_elsewhere() {
@@ -70,10 +70,10 @@ const takers = {
     showHint();
   },
   status(message) {
-    told.status = message;
+    latest.status = message;
     pointer.take(message);
     const why = pointer.heed(message);
-    if (why || pointer.engaged) told.why = why || '';  // engaged again
+    if (why || pointer.engaged) latest.why = why || '';  // engaged again
     showHint();
     view.take(message);
     const { score = null, misfit = null } = message.slave_state?.details || {};
@@ -88,15 +88,15 @@ const takers = {
 };
 
 function take(kind, message) {
-  const before = told.status?.state;
+  const before = latest.status?.state;
   takers[kind]?.(message);
   changed = true;
-  if (told.status?.state !== before) showState();  // at once, however busy the page is
+  if (latest.status?.state !== before) showState();  // at once, however busy the page is
 }
 
 // What to do in the object's view, or why it does not respond.
 function showHint() {
-  write(byId('hint'), told.hello?.pointer ? hint(told.status) : told.why);
+  write(byId('hint'), latest.hello?.pointer ? hint(latest.status) : latest.why);
 }
 
 function hint(status) {
@@ -105,11 +105,11 @@ function hint(status) {
   if (pointer.isIdle && status?.state === 'READY') return 'Engaged, but the tool does not follow: disengage, then engage again.';
   const inside = status?.slave_state?.local_model?.in_contact ? 'The tool is in contact: engage again to press further or to retract it.' : '';
   const way = view.wayToPress(), fingers = status?.fingers.length > 1;
-  return [told.why, inside].filter(Boolean).join(' ') || `Drag ${way || 'here'}: ${fingers ? PINCH : DRAG}`;
+  return [latest.why, inside].filter(Boolean).join(' ') || `Drag ${way || 'here'}: ${fingers ? PINCH : DRAG}`;
 }
 
 function tellLine(lost) {
-  told.lost = lost;
+  latest.lost = lost;
   changed = true;
   if (lost) forget();
   showState();
@@ -117,7 +117,7 @@ function tellLine(lost) {
 
 // Without messages of the master nothing is known: no value is shown, no tone is played.
 function forget() {
-  told.status = null;
+  latest.status = null;
   force.forget();
   view.forget();
   sound.show(0);
@@ -125,7 +125,7 @@ function forget() {
 }
 
 function showState() {
-  const { status, lost } = told;
+  const { status, lost } = latest;
   let [level, words] = status ? STATES[status.state] : ['off', 'waiting for the first tick'];
   let name = status?.state || 'STARTING';
   if (lost) [level, name, words] = ['bad', 'NO MASTER', lost];
@@ -144,7 +144,7 @@ function showState() {
 }
 
 function showFacts() {
-  const { hello, status, lost } = told;
+  const { hello, status, lost } = latest;
   const line = lost ? null : status?.link;
   const set = (id, text, level = '') => {
     write(byId(id), text);
@@ -157,10 +157,10 @@ function showFacts() {
   set('rate', status?.rate && !lost ? `${Math.round(status.rate)} Hz` : '-', status?.rate < 900 ? 'warn' : '');
   set('missed', status && !lost ? `${status.missed} ticks late` : '');
   set('scene', hello?.scene || '-');
-  set('source', hello ? `${told.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated' : 'real'}` : '');
+  set('source', hello ? `${latest.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated' : 'real'}` : '');
   const isReplay = hello?.badge === 'REPLAY';
   set('role', isReplay ? 'replay' : line?.role || '-', line?.role === 'observer' ? 'warn' : '');
-  set('device', line?.role === 'observer' && told.health?.status?.operator_name ? `operated by ${told.health.status.operator_name}` : hello ? `${hello.device.split(':')[0]}${status?.device?.fault ? `: ${status.device.fault}` : ''}` : '', status?.device?.fault ? 'bad' : '');
+  set('device', line?.role === 'observer' && latest.health?.status?.operator_name ? `operated by ${latest.health.status.operator_name}` : hello ? `${hello.device.split(':')[0]}${status?.device?.fault ? `: ${status.device.fault}` : ''}` : '', status?.device?.fault ? 'bad' : '');
   const own = pointer.delay !== null ? `, pointer delay ${Math.round(pointer.delay)} ms` : link.delay !== null ? `, page ${fixed(link.delay, 1)} ms` : '';
   set('page-delay', own);
   byId('badge').hidden = !hello || hello.badge === 'LIVE';
@@ -181,19 +181,19 @@ function frame(now) {
 }
 
 function showFigures(now) {
-  picture.show(told.status);
+  picture.show(latest.status);
   view.showWords();
   if (!changed) return;
   changed = false;
   showState();
   showFacts();
-  alarms.show(alarmsOf(told), told.status?.t);
-  if (told.status) force.show(told.status, mapping());
-  if (told.hello) scales.show(mapping(), told.hello, told.status?.waiting, told.health?.scene?.capabilities);
-  controls.showKinds(told.health?.scene?.model?.kind || told.hello?.model, told.health?.scene?.capabilities?.degrees_of_freedom === 2);
-  if (told.status) controls.showActs(told.status);
+  alarms.show(alarmsOf(latest), latest.status?.t);
+  if (latest.status) force.show(latest.status, mapping());
+  if (latest.hello) scales.show(mapping(), latest.hello, latest.status?.waiting, latest.health?.scene?.capabilities);
+  controls.showKinds(latest.health?.scene?.model?.kind || latest.hello?.model, latest.health?.scene?.capabilities?.degrees_of_freedom === 2);
+  if (latest.status) controls.showActs(latest.status);
   if (now - healthAt < 500 || byId('health').hidden) return;
   healthAt = now;
-  showHealth(byId('set-up'), told.hello, told.health, told.status);
+  showHealth(byId('set-up'), latest.hello, latest.health, latest.status);
 }
 requestAnimationFrame(frame);

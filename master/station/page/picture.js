@@ -12,7 +12,7 @@ export class PicturePanel {
     this.busy = false;
     this.next = null;
   }
-  // Of another session.
+  // The image is of another session.
   forget() {
     this.shownT = null;
   }
@@ -60,7 +60,7 @@ export class PicturePanel {
     const details = status?.slave_state?.details || {};
     const names = { score: ['score', ''], contour_px: ['contour', ' px'], registration_px: ['registration', ' px'], epipolar_px: ['epipolar', ' px'],
       camera_motion_px: ['camera moved', ' px'], misfit: ['misfit', ' sigma'], rest_drift: ['baseline drift', ' counts'] };
-    const told = Object.entries(names).filter(([key]) => Number.isFinite(details[key])).map(([key, [name, unit]]) => `${name} ${figure(details[key])}${unit}`);
-    write(document.getElementById('seen'), told.length ? `checks: ${told.join(', ')}` : '');
+    const checks = Object.entries(names).filter(([key]) => Number.isFinite(details[key])).map(([key, [name, unit]]) => `${name} ${figure(details[key])}${unit}`);
+    write(document.getElementById('seen'), checks.length ? `checks: ${checks.join(', ')}` : '');
   }
 }

@@ -6,7 +6,7 @@ const MOVES = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0
 
 export class Pointer {
   constructor(link, view, mapping) {
-    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null, toldAt: 0, heldElsewhereSince: null, isLedElsewhere: false, idleSince: null, isIdle: false });
+    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null, sentAt: 0, heldElsewhereSince: null, isLedElsewhere: false, idleSince: null, isIdle: false });
     this.host = view.host;
     this.clutch = document.getElementById('clutch');
     this.clutch.addEventListener('click', () => this.toggle());
@@ -64,7 +64,7 @@ export class Pointer {
   // Like `go`, and sent at once, because a busy page gets cursor events earlier than timer events. The next beat sends the rest.
   lead(move) {
     this.go(move);
-    if (performance.now() - this.toldAt >= LEAST_MS) this.tell();
+    if (performance.now() - this.sentAt >= LEAST_MS) this.tell();
   }
   // Moves the device by what moves the tool by `move_S` [m]: p_M = R^T p_S / scale.
   go(move) {
@@ -114,7 +114,7 @@ export class Pointer {
     return pad && [pad.axes[0], pad.axes[1], -(pad.axes[3] || 0)].map((part) => (Math.abs(part) > PAD_SLACK ? part : 0));
   }
   tell() {
-    const at = (this.toldAt = performance.now());
+    const at = (this.sentAt = performance.now());
     this.link.send({ do: 'pointer', at, p_M: this.p, engaged: this.engaged });
     if (this.engaged) this.sent = at;
     this.wasEngaged = this.engaged;

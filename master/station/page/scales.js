@@ -15,7 +15,7 @@ export class Scales {
     Object.assign(this, { link, home, own: {} });
     this.limit = byId('force-limit');
     byId('mapping').addEventListener('submit', (event) => this.lower(event));
-    this.sliders = SLIDERS.map((one) => ({ ...one, input: byId(one.id), told: byId(`${one.id}-told`), chosenAt: -1e9 }));
+    this.sliders = SLIDERS.map((one) => ({ ...one, input: byId(one.id), output: byId(`${one.id}-value`), chosenAt: -1e9 }));
     for (const slider of this.sliders) {
       slider.input.addEventListener('input', () => this.choose(slider));
       slider.input.addEventListener('change', () => slider.input.matches(':focus-visible') || this.home.focus());
@@ -33,13 +33,13 @@ export class Scales {
     event.preventDefault();
     const limit = this.limit.valueAsNumber;
     if (limit > 0) this.link.send({ do: 'set', force_limit: limit });
-    this.limit.dataset.told = '';  // shows the active value again
+    this.limit.dataset.active = '';  // shows the active value again
     this.home.focus();
   }
-  write({ input, told, unit, words }, scale, waits) {
-    write(told, `${waits ? '… ' : ''}${figure(scale)} ${unit}`);
+  write({ input, output, unit, words }, scale, waits) {
+    write(output, `${waits ? '… ' : ''}${figure(scale)} ${unit}`);
     const text = words(scale) + (waits ? '; waits until disengaged and without contact' : '');
-    if (told.title !== text) told.title = text;
+    if (output.title !== text) output.title = text;
     if (input.getAttribute('aria-valuetext') !== text) input.setAttribute('aria-valuetext', text);
   }
   // `mapping`: in force, as `own` by the scene; `waiting`: asked for; `can`: the slave's limits, where they are known.
@@ -54,6 +54,6 @@ export class Scales {
       this.write(slider, scale, Boolean(waiting?.[slider.key]));
     }
     const limit = String(Number(mapping.limit.toPrecision(3)));
-    if (document.activeElement !== this.limit && this.limit.dataset.told !== limit) this.limit.value = this.limit.dataset.told = limit;
+    if (document.activeElement !== this.limit && this.limit.dataset.active !== limit) this.limit.value = this.limit.dataset.active = limit;
   }
 }

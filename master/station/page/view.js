@@ -12,8 +12,8 @@ const colour = (name) => getComputedStyle(document.documentElement).getPropertyV
 
 // Without a graphics card smooth edges cost more than everything else.
 function drawsInSoftware() {
-  const probe = document.createElement('canvas').getContext('webgl2'), told = probe?.getExtension('WEBGL_debug_renderer_info');
-  const name = told ? probe.getParameter(told.UNMASKED_RENDERER_WEBGL) : '';
+  const probe = document.createElement('canvas').getContext('webgl2'), debugInfo = probe?.getExtension('WEBGL_debug_renderer_info');
+  const name = debugInfo ? probe.getParameter(debugInfo.UNMASKED_RENDERER_WEBGL) : '';
   probe?.getExtension('WEBGL_lose_context')?.loseContext();
   return /swiftshader|llvmpipe|software/i.test(name);
 }
@@ -83,7 +83,7 @@ export class View {
     scene.add(...parts);
     for (const part of parts) part.visible = false;
   }
-  // Of length one, along y.
+  // An arrow of length one, along y.
   makeArrow() {
     const { three } = this, arrow = new three.Group(), material = new three.MeshBasicMaterial({ depthTest: false });
     const shaft = new three.Mesh(new three.CylinderGeometry(0.035, 0.035, 0.72, 12).translate(0, 0.36, 0), material);
@@ -129,8 +129,8 @@ export class View {
     this.fit();
   }
   // The workspace of the tool from the slave's capabilities; zeros may be absent.
-  takeWorkspace(told) {
-    if (told) this.limits = [told.workspace_min, told.workspace_max].map((corner) => ['x', 'y', 'z'].map((axis) => corner?.[axis] ?? 0));
+  takeWorkspace(capabilities) {
+    if (capabilities) this.limits = [capabilities.workspace_min, capabilities.workspace_max].map((corner) => ['x', 'y', 'z'].map((axis) => corner?.[axis] ?? 0));
     if (!this.three || !this.limits) return;
     const [low, high] = this.limits;
     this.workspace.box.min.set(...low);
@@ -166,9 +166,9 @@ export class View {
     const { status, shape } = this;
     this.shape = null;
     if (shape) {
-      const end = PLACES_AT + 12 * this.body.nodes, isTold = shape.buffer.byteLength > end;
-      const unit = isTold && shape.view.getFloat32(end, true);
-      this.body.deform(new Float32Array(shape.buffer.slice(PLACES_AT, end)), isTold ? Float32Array.from(new Uint8Array(shape.buffer, end + 4), (steps) => steps * unit) : null);
+      const end = PLACES_AT + 12 * this.body.nodes, hasTraction = shape.buffer.byteLength > end;
+      const unit = hasTraction && shape.view.getFloat32(end, true);
+      this.body.deform(new Float32Array(shape.buffer.slice(PLACES_AT, end)), hasTraction ? Float32Array.from(new Uint8Array(shape.buffer, end + 4), (steps) => steps * unit) : null);
       this.shapeT = shape.t;
       this.isAnswered = shape.view.getUint32(16, true) !== FAILED;
     }

@@ -49,7 +49,7 @@ export const REASONS = {
 };
 
 // The stages of the end-to-end latency: key, name, short name.
-export const TRACE = [['capture', 'capture, until the slave has the sample', 'capture'], ['eyes', 'vision or tactile processing', 'vision'], ['model', 'model', 'model'],
+export const TRACE = [['capture', 'capture, until the slave has the sample', 'capture'], ['sensing', 'vision or tactile processing', 'vision'], ['model', 'model', 'model'],
   ['wait', 'until the state is sent', 'wait'], ['wire', 'network, by both clocks', 'network'], ['tick', 'until the haptic tick', 'tick']];
 
 export const VALIDITY = {

@@ -18,7 +18,7 @@ enum class Topic : std::uint8_t {
   kHello,     // text: constants: scene, device, limits
   kTopology,  // binary: the object at rest
   kHealth,    // text: the slave's scene, capabilities and status, once a second
-  kSaid,      // text: events
+  kLog,       // text: events
   kStatus,    // text: status, 30 times a second
   kPicture,   // binary: a JPEG
   kShape,     // binary: the deformed object

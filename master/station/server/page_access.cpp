@@ -43,8 +43,7 @@ void RequireForPage(ssl::context* tls, const std::filesystem::path& file, const 
   const bool serves = X509_check_purpose(certificate, X509_PURPOSE_SSL_SERVER, 0) == 1;
   if (serves && IsForHost(certificate, host)) return;
   throw std::invalid_argument(file.string() + ": no certificate for a page at " + host +
-                              ": accepted is one of `deploy/certs operator CA OUT NAME " + host +
-                              "`");
+                              ": expected one of `deploy/certs operator CA OUT NAME " + host + "`");
 }
 
 // Without its port, which a browser leaves out where it is 80.
@@ -82,7 +81,7 @@ PagePlace ViewPlace(const std::string& text, const std::filesystem::path& tls) {
   if (!tls.empty()) return {endpoint, MakePageAccess(tls, endpoint.host)};
   throw std::invalid_argument(
       "--view " + text +
-      ": the page moves the tool, so beyond this machine it needs TLS: accepted is with --tls DIR "
+      ": the page moves the tool, so beyond this machine it needs TLS: expected --tls DIR "
       "and a certificate for this host (deploy/certs operator), or a tunnel: "
       "ssh -L 8080:127.0.0.1:PORT");
 }
@@ -96,13 +95,13 @@ bool CarriesToken(std::string_view target, std::string_view token) {
 
 std::string RefusalOfHost(std::string_view host) {
   if (NamesThisMachine(host)) return {};
-  return "Host " + Shown(host) + ": accepted is this machine: 127.0.0.1, [::1] or localhost";
+  return "Host " + Shown(host) + ": expected this machine: 127.0.0.1, [::1] or localhost";
 }
 
 std::string RefusalOfOrigin(std::string_view origin, std::string_view host,
                             std::string_view scheme) {
   if (origin.empty() || origin == std::string(scheme).append(host)) return {};
-  return "Origin " + Shown(origin) + ": accepted is the page itself";
+  return "Origin " + Shown(origin) + ": expected the page itself";
 }
 
 }  // namespace palpate

@@ -24,13 +24,13 @@ double Number(const Json& command, const char* key) {
     const double value = found->get<double>();
     if (std::isfinite(value)) return value;
   }
-  RefuseCommand(std::string(key) + ": accepted is a finite number");
+  RefuseCommand(std::string(key) + ": expected a finite number");
 }
 
 std::optional<double> Positive(const Json& command, const char* key) {
   if (!command.contains(key)) return std::nullopt;
   const double value = Number(command, key);
-  if (!(value > 0)) RefuseCommand(std::string(key) + ": accepted is a number above 0");
+  if (!(value > 0)) RefuseCommand(std::string(key) + ": expected a number above 0");
   return value;
 }
 
@@ -38,12 +38,12 @@ PointerCommand ReadPointer(const Json& command) {
   PointerCommand pointer{Number(command, "at"), {0, 0, 0}, command.value("engaged", false)};
   const auto place = command.find("p_M");
   if (place == command.end() || !place->is_array() || place->size() != 3) {
-    RefuseCommand("p_M: accepted are three numbers");
+    RefuseCommand("p_M: expected three numbers");
   }
   for (int i = 0; i < 3; ++i) {
     const Json& number = (*place)[static_cast<std::size_t>(i)];
     const double value = number.is_number() ? number.get<double>() : NAN;
-    if (!(std::abs(value) <= kFarthestAim)) RefuseCommand("p_M: accepted are numbers within 10 m");
+    if (!(std::abs(value) <= kFarthestAim)) RefuseCommand("p_M: expected numbers within 10 m");
     pointer.p_M[i] = value;
   }
   return pointer;
@@ -52,12 +52,12 @@ PointerCommand ReadPointer(const Json& command) {
 bool Flag(const Json& command, const char* key) {
   const auto found = command.find(key);
   if (found != command.end() && found->is_boolean()) return found->get<bool>();
-  RefuseCommand(std::string(key) + ": accepted is true or false");
+  RefuseCommand(std::string(key) + ": expected true or false");
 }
 
 RenderCommand ReadRender(const Json& command) {
   if (const auto mode = ParseRenderMode(command.value("mode", ""))) return {*mode};
-  RefuseCommand("mode: accepted are local, interpolate, hold");
+  RefuseCommand("mode: expected local, interpolate, hold");
 }
 
 ReplayCommand ReadReplay(const Json& command) {
@@ -74,7 +74,7 @@ ModelCommand ReadModel(const Json& command) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
   });
   if (model.kind.empty() || model.kind.size() > kLongestKind || !is_name) {
-    RefuseCommand("kind: accepted is a model's name");
+    RefuseCommand("kind: expected a model's name");
   }
   return model;
 }
@@ -99,16 +99,16 @@ PageCommand ReadObject(const Json& command) {
   if (what == "render") return ReadRender(command);
   if (what == "replay") return ReadReplay(command);
   RefuseCommand(
-      "do: accepted are stop, reset, ping, past, pointer, set, model, mark, tare, find, "
+      "do: expected stop, reset, ping, past, pointer, set, model, mark, tare, find, "
       "clutch, record, render, replay");
 }
 
 }  // namespace
 
 PageCommand ReadPageCommand(std::string_view message) {
-  if (message.size() > kLongestCommand) RefuseCommand("accepted are at most 1024 bytes");
+  if (message.size() > kLongestCommand) RefuseCommand("expected at most 1024 bytes");
   const Json command = Json::parse(message, nullptr, false);
-  if (!command.is_object()) RefuseCommand("accepted is a JSON object");
+  if (!command.is_object()) RefuseCommand("expected a JSON object");
   try {
     return ReadObject(command);
   } catch (const Json::exception&) {  // a value of another type

@@ -61,7 +61,7 @@ std::string_view View(boost::beast::string_view text) {
 
 Reply AnswerFile(const PageRequest& request) {
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
-    return Refuse(http::status::method_not_allowed, "accepted are GET and HEAD");
+    return Refuse(http::status::method_not_allowed, "expected GET and HEAD");
   }
   const PageFile* file = FindPageFile(View(request.target()));
   if (file == nullptr) return Refuse(http::status::not_found, "no such file");
@@ -123,7 +123,7 @@ struct PageServer::Parts {
   Listener listener;
   const PageAccess access;
   std::atomic<std::size_t> callers{0}, page_count{0};
-  std::atomic<bool> told{false};
+  std::atomic<bool> is_notified{false};
   std::uint64_t last_page = 0;
   std::vector<std::weak_ptr<PageSession>> sessions;
   asio::io_context context{1};
@@ -199,7 +199,7 @@ std::pair<http::status, std::string> PageServer::Parts::Refusal(const PageReques
     return {http::status::not_found, "no such stream"};
   if (access.tls && !CarriesToken(target, access.token)) {
     return {http::status::forbidden,
-            "token: accepted is the one in the address that palpate-master printed"};
+            "token: expected the one in the address that palpate-master printed"};
   }
   return {};
 }
@@ -214,7 +214,7 @@ void PageServer::Parts::Open(Caller* caller, const PageRequest& request) {
 }
 
 void PageServer::Parts::PumpAll() {
-  told = false;
+  is_notified = false;
   for (const auto& session : sessions) {
     if (const auto open = session.lock()) open->Pump();
   }
@@ -258,7 +258,7 @@ std::size_t PageServer::pages() const {
 }
 
 void PageServer::Notify() {
-  if (parts_->told.exchange(true)) return;
+  if (parts_->is_notified.exchange(true)) return;
   asio::post(parts_->context, [parts = parts_.get()] { parts->PumpAll(); });
 }
 

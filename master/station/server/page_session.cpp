@@ -60,7 +60,7 @@ void PageSession::Read() {
                      });
 }
 
-void PageSession::Hear(std::string_view said) {
+void PageSession::Hear(std::string_view message) {
   if (!open_) return Read();  // until the goodbye is answered
   if (IsFlooding()) {
     Close(websocket::close_code::policy_error, "more than 500 messages in a second");
@@ -68,8 +68,8 @@ void PageSession::Hear(std::string_view said) {
   }
   try {
     if (socket_.got_binary()) {
-      Take(said);
-    } else if (std::string answer = listener_->hear(number_, said); !answer.empty()) {
+      Take(message);
+    } else if (std::string answer = listener_->hear(number_, message); !answer.empty()) {
       answers_.push_back(std::move(answer));
       if (answers_.size() > kMostAnswers) answers_.pop_front();
     }
@@ -84,7 +84,7 @@ void PageSession::Take(std::string_view count) {
   std::uint32_t taken = 0;
   if (count.size() == sizeof taken) std::memcpy(&taken, count.data(), sizeof taken);
   if (count.size() != sizeof taken || taken > sent_) {
-    throw std::invalid_argument("not understood: accepted is the number of messages received");
+    throw std::invalid_argument("not understood: expected the number of messages received");
   }
   taken_ = taken;
 }

@@ -160,8 +160,8 @@ void RequireEncodable(const cv::Mat& image, const char* format) {
   if (known) return;
   throw std::invalid_argument("image of " + std::to_string(image.cols) + " x " +
                               std::to_string(image.rows) + " px, " +
-                              std::to_string(image.channels()) + " channels: accepted for " +
-                              format + " are 1 or 3 channels of 8 or 16 bit");
+                              std::to_string(image.channels()) + " channels: for " + format +
+                              ", expected 1 or 3 channels of 8 or 16 bit");
 }
 
 std::string EncodeJpeg(const cv::Mat& image, int quality) {

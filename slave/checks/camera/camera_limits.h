@@ -11,7 +11,7 @@ struct CameraLimits {
   static constexpr double kMostResidual = 2;
   // Distance of the tool's end from the encoder reading [px]. [tuned: the arm's report wrong]
   static constexpr double kToolElsewhere = 1;
-  // Error of the tool's width [-]. [tuned: tool's width told wrong]
+  // Error of the tool's width [-]. [tuned: tool's width stated wrong]
   static constexpr double kToolWidth = 0.12;
   // Edge width, 1: sharp [-].
   static constexpr double kSharpAtRest = 0.30;

@@ -17,7 +17,8 @@ class ModelForceCheck final : public Check<FingertipSample> {
   }
 
  private:
-  // Logarithm of a force over that of a model of small strain [-]. [tuned: object softer than told]
+  // Logarithm of a force over that of a model of small strain [-]. [tuned: object softer than
+  // stated]
   static constexpr double kModelSigma = 0.25;
 };
 

@@ -37,13 +37,14 @@ class TensionCheck final : public Check<FitSample> {
   // Weight of earlier images, from image to image [-]. [tuned: surface_doubts_test, dents of
   // another tension]
   static constexpr double kForgetting = 0.99;
-  // From which on another tension is certain [sigma]. [tuned: undisturbed, prestress told - there
+  // From which on another tension is certain [sigma]. [tuned: undisturbed, prestress stated - there
   // is none]
   static constexpr double kSigmas = 3.5;
   // Prior sigma of the tension by its size [-]. [recorded: 300 N/m in the scene of a loose
   // membrane, 6 of 17 forces up to 2.4 times too large]
   static constexpr double kPrior = 0.5;
-  // Error of the force by a wrong tension that counts [-]. [tuned: prestress told - there is none]
+  // Error of the force by a wrong tension that counts [-]. [tuned: prestress stated - there is
+  // none]
   static constexpr double kShare = 0.02;
 
   // Weighted mean of the images' estimates. Their noise averages out; the error of the model, and

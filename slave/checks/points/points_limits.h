@@ -12,7 +12,7 @@ struct PointsLimits {
   // Distance of left and right rays.
   // Of a camera that has not moved [px]. [tuned: one camera bumped at rest - across]
   static constexpr double kMostOffset = 0.5;
-  // At rest, in addition to the rig's own rms [px]. [tuned: rig turned against what is told]
+  // At rest, in addition to the rig's own rms [px]. [tuned: rig turned against the scene]
   static constexpr double kMostAtRest = 0.5;
   // The same for a simulated pair, whose rig is the scene's [px]. [tuned: baseline wrong]
   static constexpr double kMostAtRestOfExactRig = 0.02;

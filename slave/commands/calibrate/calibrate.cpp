@@ -25,14 +25,15 @@ Board::Pattern PatternOf(const std::string& name) {
     return static_cast<Board::Pattern>(found - kPatternNames.begin());
   }
   throw std::invalid_argument("--pattern " + name +
-                              ": accepted is chessboard, circles or asymmetric-circles");
+                              ": expected chessboard, circles or asymmetric-circles");
 }
 
 double Length(const char* option, const std::string& text, double most) {
   const auto length = ParseQuantity(text, Dimension::kLength);
   if (!length || !(*length >= 1e-6 && *length <= most)) {
-    throw std::invalid_argument(fmt::format("{} {}: accepted is {}, 1 um to {:g} m", option, text,
-                                            AcceptedUnits(Dimension::kLength), most));
+    const std::string range = fmt::format("1 um to {:g} m", most);
+    throw std::invalid_argument(fmt::format("{} {}: expected {}", option, text,
+                                            ExpectedQuantity(Dimension::kLength, range)));
   }
   return *length;
 }
@@ -47,15 +48,14 @@ std::array<int, 2> TwoCounts(const std::string& option, const std::string& text,
       return {static_cast<int>(*a), static_cast<int>(*b)};
     }
   }
-  throw std::invalid_argument(
-      fmt::format("{} {}: accepted is two counts of {} to {}, for example {}", option, text, least,
-                  most, example));
+  throw std::invalid_argument(fmt::format("{} {}: expected two counts of {} to {}, for example {}",
+                                          option, text, least, most, example));
 }
 
 Board BoardOf(const CalibrateOptions& options) {
   if (options.board.empty() || options.square.empty()) {
     throw std::invalid_argument(
-        "--left: accepted is with --board, for example 9x6, and --square, for example 25mm");
+        "--left: expected with --board, for example 9x6, and --square, for example 25mm");
   }
   Board board;
   board.pattern = PatternOf(options.pattern);
@@ -71,23 +71,22 @@ void RequireUsable(const CalibrateOptions& options) {
   };
   if (!options.unquoted.empty()) {
     throw std::invalid_argument(options.unquoted.front() +
-                                ": accepted are options only; put the patterns of --left and "
+                                ": expected options only; put the patterns of --left and "
                                 "--right in quotes, otherwise the shell expands them");
   }
   const bool has_left = !options.left.empty(), registers = !options.tip_places.empty();
-  require(has_left || registers, "calibrate: accepted is --left, --register, or both");
+  require(has_left || registers, "calibrate: expected --left, --register, or both");
   require(has_left || options.right.empty(),
-          "--right: accepted is with --left; for a single camera use --left");
-  require(has_left || options.distance.empty(), "--distance: accepted is with --left");
-  require(!has_left || !options.out.empty(), "--left: accepted is with --out, the file to write");
-  require(!has_left || options.rig.empty(),
-          "--rig: accepted is without --left, which computes a rig");
+          "--right: expected with --left; for a single camera use --left");
+  require(has_left || options.distance.empty(), "--distance: expected with --left");
+  require(!has_left || !options.out.empty(), "--left: expected with --out, the file to write");
+  require(!has_left || options.rig.empty(), "--rig: expected without --left, which computes a rig");
   require(!has_left || options.size.empty(),
-          "--size: accepted is without --left, whose images have a size");
+          "--size: expected without --left, whose images have a size");
   require(options.rig.empty() || options.size.empty(),
-          "--size: accepted is without --rig, which has a size");
+          "--size: expected without --rig, which has a size");
   require(registers || (options.rig.empty() && options.size.empty() && !options.plane),
-          "--rig, --size, --plane: accepted is with --register");
+          "--rig, --size, --plane: expected with --register");
   if (has_left) BoardOf(options);  // before any picture is looked for
 }
 
@@ -132,7 +131,7 @@ std::vector<TipPlace> ReadTipPlaces(const std::filesystem::path& file) {
                         {"u_right", false},
                         {"v_right", false}});
   if (table.Has("u_right") != table.Has("v_right")) {
-    table.Fail("accepted is u_right and v_right, or neither");
+    table.Fail("expected u_right and v_right, or neither");
   }
   std::vector<TipPlace> places;
   while (table.Next()) {
@@ -170,7 +169,7 @@ std::string PlaneLines(const CameraRegistration& found) {
 Registered RegisterSize(const CalibrateOptions& options, const std::vector<TipPlace>& places) {
   if (options.size.empty()) {
     throw std::invalid_argument(
-        "--register: accepted is with --left, --rig, or --size of a camera that looks straight "
+        "--register: expected with --left, --rig, or --size of a camera that looks straight "
         "down on z = 0");
   }
   Registered out{RegisterPlane(TwoCounts("--size", options.size, 1, 100000, "640x480"), places),
@@ -186,11 +185,11 @@ Registered RegisterWith(const CalibrateOptions& options, const StereoRig* rig,
   const bool is_pair = rig->baseline() > 0;
   const bool in_both = !places.empty() && places.front().right_I;
   if (options.plane && is_pair) {
-    throw std::invalid_argument("--plane: accepted is with one camera; this rig has two");
+    throw std::invalid_argument("--plane: expected with one camera; this rig has two");
   }
   if (in_both && !is_pair) {
     throw std::invalid_argument(
-        "--register: u_right, v_right: accepted is with a rig of two "
+        "--register: u_right, v_right: expected with a rig of two "
         "cameras");
   }
   Registered out;

@@ -108,7 +108,7 @@ MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
 void RequireEnough(const MatchedPairs& matched, const CalibrationReport& report) {
   if (matched.views.size() >= 3) return;
   std::string words = fmt::format(
-      "{} of {} pairs show the board in both images: accepted is 3 or more, 4 or more to be "
+      "{} of {} pairs show the board in both images: expected 3 or more, 4 or more to be "
       "trusted",
       matched.views.size(), report.rows.size());
   for (const CalibrationRow& row : report.rows) {
@@ -180,7 +180,7 @@ CalibrationReport CalibrateOneCamera(const Board& board, const BoardPictures& si
   }
   if (views.size() < 3) {
     throw std::runtime_error(fmt::format(
-        "{} of {} images show the board: accepted is 3 or more for a lens, 4 or more for one that "
+        "{} of {} images show the board: expected 3 or more for a lens, 4 or more for one that "
         "can be checked. Pixel size on the board of {}, if the view is perpendicular: {:.5g} mm",
         views.size(), side.pictures.size(), report.rows[rows.front()].name,
         1e3 * PixelOnBoard(views.front(), board)));

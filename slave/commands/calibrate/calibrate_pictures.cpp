@@ -156,7 +156,7 @@ std::vector<std::pair<std::size_t, std::size_t>> MatchPictures(const BoardPictur
   if (lefts.size() != rights.size()) {
     throw std::invalid_argument(
         fmt::format("--left matches {} images, --right {}, and their names have no numbers to pair "
-                    "them by: accepted is the same count of both, or numbered names",
+                    "them by: expected the same count of both, or numbered names",
                     lefts.size(), rights.size()));
   }
   for (std::size_t k = 0; k < lefts.size(); ++k) pairs.emplace_back(lefts[k], rights[k]);

@@ -71,7 +71,7 @@ void PrintModel(const Scene& scene) {
   PrintShapeCost(*model, PrintPress(scene, *model));
 }
 
-// Of a picture that nothing is known of: noise takes longest.
+// The cost for an unknown image: noise takes longest.
 void PrintPictureCost(const Camera& camera) {
   constexpr int kRepeats = 5, kQuality = 80;
   cv::Mat noise(camera.size[1], camera.size[0], CV_8UC1);

@@ -1,4 +1,4 @@
-// What a laboratory plugs in, as `check` names it: eyes, how two of them are paired, the arm.
+// What a laboratory plugs in, as `check` names it: cameras, how two of them are paired, the arm.
 #include <filesystem>
 #include <system_error>
 
@@ -35,11 +35,11 @@ std::string InWords(const StereoCameras& pair) {
       return fmt::format("image files {}, right {}", pair.left, pair.right);
     case StereoCameras::Source::kStream:
       return std::string("image pairs ") + kPushed;
-    case StereoCameras::Source::kEyes:
+    case StereoCameras::Source::kCameras:
       break;
   }
-  if (pair.eyes.size() == 1) return InWords(pair.eyes[0]) + ", left and right side by side";
-  return fmt::format("left {}, right {}", InWords(pair.eyes[0]), InWords(pair.eyes[1]));
+  if (pair.cameras.size() == 1) return InWords(pair.cameras[0]) + ", left and right side by side";
+  return fmt::format("left {}, right {}", InWords(pair.cameras[0]), InWords(pair.cameras[1]));
 }
 
 std::string InWords(const DepthPictures& depth) {
@@ -56,9 +56,9 @@ std::string InWords(const DepthPictures& depth) {
 
 // Whether stamps of two pictures make them a pair.
 bool IsPairedByStamps(const StereoCameras& pair) {
-  const bool has_two = pair.source == StereoCameras::Source::kEyes && pair.eyes.size() == 2;
+  const bool has_two = pair.source == StereoCameras::Source::kCameras && pair.cameras.size() == 2;
   return pair.source == StereoCameras::Source::kStream ||
-         (has_two && pair.eyes[0].kind != Eye::Kind::kVideo);
+         (has_two && pair.cameras[0].kind != Eye::Kind::kVideo);
 }
 
 void PrintArm(const Scene& scene) {
@@ -81,7 +81,7 @@ bool IsLive(const SenseOptions& sense) {
     return depth->source == DepthPictures::Source::kEye && IsLive(depth->eye);
   }
   if (const auto* pair = sense.Find<StereoCameras>()) {
-    return pair->source == StereoCameras::Source::kEyes && IsLive(pair->eyes[0]);
+    return pair->source == StereoCameras::Source::kCameras && IsLive(pair->cameras[0]);
   }
   const auto* camera = sense.Find<Camera>();
   return camera != nullptr &&
@@ -120,11 +120,12 @@ void PrintCameras(const Scene& scene) {
   if (pair == nullptr) return;
   PrintLine("cameras", fmt::format("{}, {:g} Hz", InWords(*pair), pair->rate));
   if (!IsPairedByStamps(*pair)) return;
-  const bool is_told = pair->source == StereoCameras::Source::kStream;
-  PrintLine("sync",
-            fmt::format("images {} more than {:.3g} ms apart are not paired: they are dropped and "
-                        "counted; GetStatus reports the interval",
-                        is_told ? "whose driver timestamps are" : "that arrive", 1e3 * pair->sync));
+  const bool is_pushed = pair->source == StereoCameras::Source::kStream;
+  PrintLine(
+      "sync",
+      fmt::format("images {} more than {:.3g} ms apart are not paired: they are dropped and "
+                  "counted; GetStatus reports the interval",
+                  is_pushed ? "whose driver timestamps are" : "that arrive", 1e3 * pair->sync));
 }
 
 void PrintManipulator(const Scene& scene) {

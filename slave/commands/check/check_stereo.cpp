@@ -75,7 +75,7 @@ const char* PairInWords(const StereoCameras& pair) {
   using Source = StereoCameras::Source;
   if (pair.source == Source::kSimulated) return "simulated pair";
   if (pair.source == Source::kFiles) return "pair of image files";
-  return pair.source == Source::kEyes ? "live pair" : "pair from a driver";
+  return pair.source == Source::kCameras ? "live pair" : "pair from a driver";
 }
 
 void PrintRig(const Scene& scene, const StereoRig& rig) {

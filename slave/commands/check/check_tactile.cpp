@@ -123,7 +123,7 @@ void PrintPace(const Scene& scene, TactileEstimator& estimator) {
                             checks_us, 100e-6 * checks_us * rate));
 }
 
-void PrintFelt(const Scene& scene, TactileEstimator& estimator) {
+void PrintLocalModel(const Scene& scene, TactileEstimator& estimator) {
   const LocalModel& local = estimator.estimate().local_model;
   if (!local.known()) return;
   const double stiffness = local.normal.dot(local.stiffness * local.normal);
@@ -153,7 +153,7 @@ void CheckTactile(const Scene& scene) {
   PrintChecksWith(estimator.network());
   PrintPlaces(scene, estimator.localiser());
   PrintPace(scene, estimator);
-  PrintFelt(scene, estimator);
+  PrintLocalModel(scene, estimator);
   if (MeetsObject(scene)) PrintManipulator(scene);
   PrintHand(scene);
   PrintLine("off", "cameras: only the fingertips are used");

@@ -31,7 +31,7 @@ std::optional<Sighted> Sight(const Scene& scene, const StereoRig& rig, const Vec
   return Sighted{*left, *right};
 }
 
-// Of a point at p_O, frame L [m^2].
+// The covariance of a point at p_O, frame L [m^2].
 std::optional<Matrix3d> Covariance(const Scene& scene, const StereoRig& rig, const Vector3d& p_O) {
   const auto seen = Sight(scene, rig, p_O);
   const auto point =

@@ -76,10 +76,10 @@ study::EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress
   return shape;
 }
 
-// Throws std::invalid_argument `option value: accepted is ...`.
+// Throws std::invalid_argument `option value: expected ...`.
 void Require(bool usable, const char* option, const std::string& value, const char* accepted) {
   if (usable) return;
-  throw std::invalid_argument(std::string(option) + " " + value + ": accepted is " + accepted);
+  throw std::invalid_argument(std::string(option) + " " + value + ": expected " + accepted);
 }
 
 study::Segmenting SegmentingOf(const EvaluateOptions& options) {
@@ -94,7 +94,7 @@ study::ObjectHint Hint(const EvaluateOptions& options) {
   if (!options.at.empty()) {
     const Eigen::Vector3d at = Eigen::Map<const Eigen::VectorXd>(
         options.at.data(), static_cast<Eigen::Index>(options.at.size()));
-    if (!at.allFinite()) throw std::invalid_argument("--at: accepted is x,y,z in metres");
+    if (!at.allFinite()) throw std::invalid_argument("--at: expected x,y,z in metres");
     hint.at = at;
   }
   return hint;
@@ -142,7 +142,7 @@ study::EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem
   study::EstimatedShape shape;
   shape.rest_S = SurfaceOf(mesh);
   if (shape.rest_S.triangles.empty()) {
-    throw std::invalid_argument("object.geometry: accepted by evaluate is a volume: box or mesh");
+    throw std::invalid_argument("object.geometry: evaluate expects a volume: box or mesh");
   }
   shape.estimate_S = shape.rest_S;
   shape.state = "at rest";

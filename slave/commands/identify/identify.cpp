@@ -35,7 +35,7 @@ TableRequest ParseData(const std::string& argument) {
   request.kind.resize(colon);
   if (!ratio || request.kind != "biaxial" || !(std::abs(*ratio) <= 10) || *ratio == 0) {
     throw std::invalid_argument(Shown(argument) +
-                                ": accepted before the colon is biaxial, after it the ratio of the "
+                                ": before the colon, expected biaxial, after it the ratio of the "
                                 "second strain to the first, for example 0.5");
   }
   request.across = *ratio;
@@ -47,8 +47,8 @@ std::optional<double> SizeOption(const char* option, const std::string& text, Di
   constexpr double kLargest = 2;  // [m]; beyond, these are millimetres without a unit
   const auto value = ParseQuantity(text, dimension);
   if (!value || !(*value > 0 && *value <= kLargest)) {
-    throw std::invalid_argument(std::string(option) + " = " + Shown(text) +
-                                ": accepted is above 0, up to 2 m, " + AcceptedUnits(dimension));
+    throw std::invalid_argument(std::string(option) + " = " + Shown(text) + ": expected " +
+                                ExpectedQuantity(dimension, "above 0, up to 2 m"));
   }
   return value;
 }
@@ -66,15 +66,15 @@ std::optional<double> Area(const std::string& text) {
     if (number && *number > 0 && *number * factor <= kLargest) return *number * factor;
   }
   throw std::invalid_argument("--area = " + Shown(text) +
-                              ": accepted is above 0, up to 4 m2, in m2 cm2 mm2");
+                              ": expected above 0, up to 4 m2, in m2 cm2 mm2");
 }
 
 identify::Specimen SpecimenOf(const IdentifyOptions& o) {
   if (o.ends != "free" && o.ends != "bonded") {
-    throw std::invalid_argument("--ends = " + Shown(o.ends) + ": accepted is free or bonded");
+    throw std::invalid_argument("--ends = " + Shown(o.ends) + ": expected free or bonded");
   }
   if (!(o.from >= 0 && o.from < o.to)) {
-    throw std::invalid_argument("--from, --to: accepted is 0 <= from < to, sizes of strain");
+    throw std::invalid_argument("--from, --to: expected 0 <= from < to, sizes of strain");
   }
   identify::Specimen specimen{.area = Area(o.area),
                               .height = SizeOption("--height", o.height, Dimension::kLength),
@@ -89,7 +89,7 @@ identify::Specimen SpecimenOf(const IdentifyOptions& o) {
     specimen.stress_unit = ParseQuantity("1 " + o.stress_unit, Dimension::kPressure);
     if (!specimen.stress_unit) {
       throw std::invalid_argument("--stress-unit = " + Shown(o.stress_unit) +
-                                  ": accepted is Pa, kPa, MPa, GPa or TPa");
+                                  ": expected Pa, kPa, MPa, GPa or TPa");
     }
   }
   return specimen;
@@ -110,7 +110,7 @@ Requests Sort(const IdentifyOptions& options) {
       auto& file = request.kind == kPress   ? requests.press
                    : request.kind == kLoads ? requests.loads
                                             : requests.pictures;
-      if (!file.empty()) throw std::invalid_argument(request.kind + ": accepted is one file");
+      if (!file.empty()) throw std::invalid_argument(request.kind + ": expected one file");
       file = request.file;
     } else {
       requests.tests.push_back(std::move(request));

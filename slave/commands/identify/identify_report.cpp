@@ -93,7 +93,8 @@ struct Faded {
   std::string relaxing_scene;  // with the series; empty: nothing stays in the end
 };
 
-// Of a body that relaxes. The ratio is the largest for which `fem-green` is not extrapolated.
+// The lines of a body that relaxes. The ratio is the largest for which `fem-green` is not
+// extrapolated.
 std::string RelaxingLines(const identify::PronyFit& prony, bool shear, double sigma) {
   constexpr double kPoisson = 0.48;
   const bool fits = prony.equilibrium > 0 && !prony.terms.empty() &&

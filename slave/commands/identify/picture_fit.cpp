@@ -33,15 +33,14 @@ Forces ReadForces(const std::filesystem::path& file) {
   const bool has_parts =
       std::ranges::all_of(parts, [](const auto& part) { return part.has_value(); });
   if (!size && !has_parts) {
-    throw InputError(file.string() +
-                     ":1: no column force: accepted is [sequence,]force or fx,fy,fz");
+    throw InputError(file.string() + ":1: no column force: expected [sequence,]force or fx,fy,fz");
   }
   Forces forces;
   while (rows.Next()) {
     const double number =
         sequence ? rows.Number(*sequence, 1e15) : static_cast<double>(forces.size() + 1);
     if (!(number >= 1) || number != std::floor(number)) {
-      rows.Fail("sequence: accepted is a whole number from 1");
+      rows.Fail("sequence: expected a whole number from 1");
     }
     Eigen::Vector3d f = Eigen::Vector3d::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
@@ -49,25 +48,25 @@ Forces ReadForces(const std::filesystem::path& file) {
     }
     const double force = size ? std::abs(rows.Number(*size, kLargest)) : f.norm();
     if (!forces.emplace(static_cast<std::uint64_t>(number), force).second) {
-      rows.Fail("sequence: accepted is each sample once");
+      rows.Fail("sequence: expected each sample once");
     }
   }
   return forces;
 }
 
 struct Pair {
-  double felt = 0, sigma = 0, measured = 0;  // [N]
+  double estimated = 0, sigma = 0, measured = 0;  // [N]
 };
 
-// What the felt forces may be off by all together: theirs of one picture, in the mean over those
-// that tell most.
+// Common relative error of the estimated forces: that of one picture, in the mean over those that
+// tell most.
 double CommonShare(const std::vector<Pair>& pairs) {
-  double felt2 = 0, sigma2 = 0;
+  double estimated2 = 0, sigma2 = 0;
   for (const Pair& pair : pairs) {
-    felt2 += pair.felt * pair.felt;
-    sigma2 += pair.felt > 0 ? pair.sigma * pair.sigma : 0;
+    estimated2 += pair.estimated * pair.estimated;
+    sigma2 += pair.estimated > 0 ? pair.sigma * pair.sigma : 0;
   }
-  return std::sqrt(sigma2 / felt2);
+  return std::sqrt(sigma2 / estimated2);
 }
 
 std::vector<Pair> EstimateAll(const Scene& scene, const Forces& forces,
@@ -76,15 +75,15 @@ std::vector<Pair> EstimateAll(const Scene& scene, const Forces& forces,
   std::vector<Pair> pairs;
   while (sense->Acquire(stop)) {
     sense->Process();
-    const ContactEstimate& felt = sense->Estimate(scene.manipulator.home);
-    const auto known = forces.find(felt.sample);
-    if (known == forces.end() || !felt.force || felt.validity != Validity::kValid) continue;
-    pairs.push_back({felt.force->norm(), felt.sigma, known->second});
+    const ContactEstimate& estimate = sense->Estimate(scene.manipulator.home);
+    const auto known = forces.find(estimate.sample);
+    if (known == forces.end() || !estimate.force || estimate.validity != Validity::kValid) continue;
+    pairs.push_back({estimate.force->norm(), estimate.sigma, known->second});
   }
   return pairs;
 }
 
-// measured = slope felt + offset.
+// measured = slope estimated + offset.
 struct Line {
   double slope = 0, sigma_slope = 0, offset = 0, sigma_offset = 0, rms = 0;
 };
@@ -94,7 +93,7 @@ Line FitLine(const std::vector<Pair>& pairs) {
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
   double square = 0;
   for (const Pair& pair : pairs) {
-    const Eigen::Vector2d row(pair.felt, 1);
+    const Eigen::Vector2d row(pair.estimated, 1);
     normal += row * row.transpose();
     right += pair.measured * row;
     square += pair.measured * pair.measured;
@@ -110,11 +109,11 @@ Line FitLine(const std::vector<Pair>& pairs) {
 // How many samples press; throws where they cannot tell the modulus.
 int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
   const auto pressed = static_cast<int>(
-      std::ranges::count_if(pairs, [](const Pair& pair) { return pair.felt > 0; }));
-  const auto [least, most] = std::ranges::minmax(pairs, {}, &Pair::felt);
-  if (pressed >= kFewestPresses && most.felt > 1.1 * least.felt) return pressed;
+      std::ranges::count_if(pairs, [](const Pair& pair) { return pair.estimated > 0; }));
+  const auto [least, most] = std::ranges::minmax(pairs, {}, &Pair::estimated);
+  if (pressed >= kFewestPresses && most.estimated > 1.1 * least.estimated) return pressed;
   throw std::runtime_error(
-      fmt::format("{}: {} samples with a known force have a valid contact: accepted are {} or "
+      fmt::format("{}: {} samples with a known force have a valid contact: expected {} or "
                   "more, with different forces",
                   file.string(), pressed, kFewestPresses));
 }
@@ -125,7 +124,7 @@ PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
                        const std::stop_token& stop) {
   if (IsSimulated(scene)) {
     throw std::invalid_argument(
-        "pictures: accepted is a scene with recorded images or samples; a simulated one has the "
+        "pictures: expected a scene with recorded images or samples; a simulated one has the "
         "modulus of the scene");
   }
   const Forces forces = ReadForces(file);

@@ -114,14 +114,15 @@ std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>&
 struct Scale {
   double factor = 0;  // of what is modelled
   double misfit = 0;  // squared [N^2], [m^2]
-  double told = 0;    // the modelled squared
+  double modelled_square = 0;
 };
 
 Scale BestScale(const VectorXd& modelled, const VectorXd& measured) {
-  const double told = modelled.squaredNorm();
-  if (!(told > 0)) throw std::runtime_error("identify: the model's answers are all zero");
-  const double factor = modelled.dot(measured) / told;
-  return {factor, (factor * modelled - measured).squaredNorm(), told};
+  const double modelled_square = modelled.squaredNorm();
+  if (!(modelled_square > 0))
+    throw std::runtime_error("identify: the model's answers are all zero");
+  const double factor = modelled.dot(measured) / modelled_square;
+  return {factor, (factor * modelled - measured).squaredNorm(), modelled_square};
 }
 
 // Golden section: the misfit has one valley over nu.
@@ -143,11 +144,11 @@ double SeekPoisson(const auto& misfit) {
 void RequireStatic(const Scene& scene, const char* kind) {
   if (MovesInTime(scene)) {
     throw std::invalid_argument(std::string(kind) +
-                                ": accepted is a static model without material.relaxation");
+                                ": expected a static model without material.relaxation");
   }
   if (!scene.object.regions.empty()) {
     throw std::invalid_argument(std::string(kind) +
-                                ": accepted is a body without object.regions, of one modulus");
+                                ": expected a body without object.regions, of one modulus");
   }
 }
 
@@ -185,14 +186,14 @@ PressFit FitLoads(const Scene& scene, const std::filesystem::path& file, double 
   const VectorXd rows = Stacked(presses);
   const VectorXd measured = rows.array().isNaN().select(0, rows);
   if (!(measured.norm() > 0))
-    throw InputError(file.string() + ": accepted is a row with a dx, dy or dz");
+    throw InputError(file.string() + ": expected a row with a dx, dy or dz");
   PressFit fit{.poisson_ratio = scene.object.material.poisson_ratio,
                .presses = static_cast<int>(presses.size())};
   const VectorXd modelled = ScaleToLoads(scene, presses, rows, file, &fit, progress);
   const Scale best = BestScale(modelled, measured);
   const auto count = static_cast<double>(rows.size() - rows.array().isNaN().count());
   fit.sigma_modulus =
-      fit.young_modulus * std::sqrt(best.misfit / std::max(1.0, count - 1) / best.told);
+      fit.young_modulus * std::sqrt(best.misfit / std::max(1.0, count - 1) / best.modelled_square);
   fit.rms = std::sqrt(best.misfit / count) / measured.cwiseAbs().maxCoeff();
   Eigen::Index at = 0;
   for (const Press& press : presses) {
@@ -208,7 +209,7 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
                   bool seek_poisson, Progress* progress) {
   RequireStatic(scene, "press");
   if (!scene.model.fem.gravity_O.isZero(0)) {
-    throw std::invalid_argument("press: accepted is a model without gravity");
+    throw std::invalid_argument("press: expected a model without gravity");
   }
   const std::vector<Press> presses = ReadPresses(file, scene, width, Contact::Kind::kDisplacement);
   const VectorXd measured = Stacked(presses);
@@ -226,14 +227,14 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
   const Scale best = scale_at(fit.poisson_ratio);
   if (!(best.factor > 0)) {
     throw InputError(file.string() +
-                     ": the forces point away from the displacements: accepted is the force of "
+                     ": the forces point away from the displacements: expected the force of "
                      "the tool on the object");
   }
   const double E = scene.object.material.young_modulus;
   const auto free = static_cast<double>(std::max<Eigen::Index>(1, measured.size() - 2));
   const double variance = best.misfit / free;
   fit.young_modulus = E * best.factor;
-  fit.sigma_modulus = E * std::sqrt(variance / best.told);
+  fit.sigma_modulus = E * std::sqrt(variance / best.modelled_square);
   fit.rms = std::sqrt(best.misfit / static_cast<double>(measured.size())) /
             measured.cwiseAbs().maxCoeff();
   if (!seek_poisson) return fit;

@@ -26,7 +26,7 @@ CacheFilling Fill(const Scene& scene, const SolidMesh& mesh, const CacheShare& s
   }
   const std::optional<double> width = ContactWidth(scene);
   if (!width) {
-    throw std::invalid_argument("no width of a contact: accepted is tool.width, or fingertips");
+    throw std::invalid_argument("no width of a contact: expected tool.width, or fingertips");
   }
   return MakeZoneModel(scene, mesh, progress)->FillCache(*width, share, progress);
 }
@@ -38,14 +38,13 @@ int RunPrecompute(const PrecomputeOptions& options, const std::stop_token& stop)
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
   const ModelOptions& model = scene.model;
   if (model.kind != "fem-green" && model.kind != "fem-zone") {
-    throw std::invalid_argument("model.kind = " + model.kind +
-                                ": accepted is fem-green or fem-zone");
+    throw std::invalid_argument("model.kind = " + model.kind + ": expected fem-green or fem-zone");
   }
-  if (model.cache.empty()) throw std::invalid_argument("model.cache: accepted is a folder");
+  if (model.cache.empty()) throw std::invalid_argument("model.cache: expected a folder");
   const ObjectMesh object = MeshObject(scene, std::nullopt);
   const auto* mesh = std::get_if<SolidMesh>(&object);
   if (mesh == nullptr) {
-    throw std::invalid_argument("object.geometry: accepted is an object with a volume");
+    throw std::invalid_argument("object.geometry: expected an object with a volume");
   }
   CacheFilling filling;
   {

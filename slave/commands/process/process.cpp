@@ -23,7 +23,7 @@ void RefuseOptions(const ProcessOptions& options) {
     return;
   }
   throw std::invalid_argument(options.scene.string() +
-                              ": accepted with a recording is --out only: a recording contains its "
+                              ": with a recording, expected --out only: a recording contains its "
                               "scene, and no images are drawn");
 }
 
@@ -97,18 +97,18 @@ void RefusePictures(const ProcessOptions& options, const Scene& scene) {
                               scene.file.string() + " has no camera");
 }
 
-// Of --duration; 0: not asked for.
+// The value of --duration [s]; 0: absent.
 double Duration(const ProcessOptions& options, const Scene& scene) {
   constexpr double kLongest = 86400;  // [s]
   if (!options.duration) return 0;
   const double duration = *options.duration;
   if (!(duration > 0 && duration <= kLongest)) {
     throw std::invalid_argument(
-        fmt::format("--duration = {:g}: accepted is 0 < seconds <= {:g}", duration, kLongest));
+        fmt::format("--duration = {:g}: expected 0 < seconds <= {:g}", duration, kLongest));
   }
   if (!HasStereoOrDepth(scene.sense)) {
     throw std::invalid_argument(
-        fmt::format("--duration: accepted for a simulated target that moves on a path; {} has none",
+        fmt::format("--duration: expected for a simulated target that moves on a path; {} has none",
                     scene.file.string()));
   }
   return duration;

@@ -97,14 +97,14 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
   constexpr double kMostRows = 1e7;
   if (end / step * static_cast<double>(histories.size()) > kMostRows) {
     throw std::invalid_argument("case " + rows[one.front()].case_name +
-                                ": a history of more than ten million rows: accepted is a shorter "
+                                ": a history of more than ten million rows: expected a shorter "
                                 "one, or longer steps");
   }
   const auto steps = static_cast<long>(std::floor(end / step + kRounding));
   if (steps < 1) {
     throw std::invalid_argument(
         "case " + rows[one.front()].case_name +
-        ": the history ends before the first time step: accepted is rows up to t = " +
+        ": the history ends before the first time step: expected rows up to t = " +
         std::to_string(step) + " s or later");
   }
   const auto contacts_at = [&](double t) {
@@ -182,7 +182,7 @@ std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& me
   if (rules.dynamic &&
       std::ranges::none_of(rows, [](const SolveRow& row) { return row.t.has_value(); })) {
     throw InputError(
-        "solve: no column t: accepted with model.time = dynamic or material.relaxation is a "
+        "solve: no column t: with model.time = dynamic or material.relaxation, expected a "
         "history");
   }
   return rows;
@@ -191,7 +191,7 @@ std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& me
 int Solve(const SolveOptions& options, const std::stop_token& stop) {
   const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kSolve, stop);
   if (options.contacts.empty() && options.loads.empty()) {
-    throw InputError("solve: no input: accepted is --contacts, --loads or both");
+    throw InputError("solve: no input: expected --contacts, --loads or both");
   }
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const bool dynamic = MovesInTime(scene);
@@ -203,7 +203,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   std::vector<SolveRow> rows = ReadRows(options, mesh, rules);
   const std::vector<Case> cases = GroupByCase(rows, options.independent);
   if (dynamic && options.independent) {
-    throw InputError("--independent: accepted is with a static model, whose rows are no history");
+    throw InputError("--independent: expected with a static model, whose rows are no history");
   }
   if (!options.independent) RequireAlone(rows);
   if (!dynamic) ReportTogether(rows, cases);

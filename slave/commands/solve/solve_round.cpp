@@ -17,7 +17,7 @@ namespace {
 SurfaceMesh SurfaceOfObject(const ObjectMesh& mesh) {
   SurfaceMesh surface = SurfaceOf(mesh);
   if (!surface.triangles.empty()) return surface;
-  throw std::invalid_argument("radius: accepted is a planar object or a volume under a round tool");
+  throw std::invalid_argument("radius: expected a planar object or a volume under a round tool");
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ void RequireAlone(const std::vector<SolveRow>& rows) {
   for (const SolveRow& row : rows) {
     if (row.radius > 0 && rows_of[row.case_name] > 1) {
       throw InputError("solve: case " + row.case_name +
-                       ": a round tool together with other rows: accepted is a separate case");
+                       ": a round tool together with other rows: expected a separate case");
     }
   }
 }

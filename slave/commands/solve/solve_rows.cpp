@@ -52,8 +52,8 @@ void RefuseOtherAxes(const CsvTable& table, const Axes& axes, const ObjectMesh& 
   }
 }
 
-// Of a round tool, whose width follows from its depth. A model that computes such contacts itself
-// has one tool, that of the scene.
+// The radius of a round tool, whose width follows from its depth. A model that computes such
+// contacts itself has one tool, that of the scene.
 void ReadRadius(const CsvTable& table, const ObjectMesh& mesh, const RowRules& rules,
                 double largest, SolveRow* row) {
   if (!table.Has("radius")) return;

@@ -28,11 +28,12 @@ struct SolveRow {
 // How the rows of a file are read.
 struct RowRules {
   double tool_width = 0;  // of rows that give neither width nor radius [m]
-  // Of the scene's round tool where the model computes its contact itself [m]; 0: another tool.
+  // Radius of the scene's round tool where the model computes its contact itself [m]; 0: another
+  // tool.
   std::optional<double> shaped_radius{};
   bool dynamic = false;  // a column `t` is read
 };
-// Of the scene's tool [m]; 0: there is none.
+// The width of the scene's tool [m]; 0: there is none.
 double ToolWidthOf(const Scene& scene);
 
 // Appends the rows of `file` (contracts, `solve`). Throws

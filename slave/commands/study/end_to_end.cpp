@@ -25,7 +25,7 @@ struct Sample {
   double t = 0;  // [s]
   Eigen::Vector3d p_S_tip{0, 0, 0};
   LocalModel local;
-  double truth = 0, told = 0, model = 0, vision = 0;  // forces [N]; of `vision` the error
+  double truth = 0, estimated = 0, model = 0, vision = 0;  // forces [N]; of `vision` the error
 };
 
 // The scene with further overrides and the same model, also where `auto` chose it.
@@ -46,7 +46,7 @@ double Rendered(const LocalModel& local, const Eigen::Vector3d& p_S) {
 std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
   if (!IsSimulated(scene)) {
     throw std::invalid_argument(scene.file.string() +
-                                ": --end-to-end: accepted is a scene with a simulated source, "
+                                ": --end-to-end: expected a scene with a simulated source, "
                                 "because only it knows the true force");
   }
   const std::unique_ptr<Simulation> simulation = StartSimulation(scene, {});
@@ -60,30 +60,30 @@ std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
   while (!stop.stop_requested() && sense->Acquire(stop)) {
     const Truth truth = simulation->truth();
     sense->Process();
-    const ContactEstimate felt = sense->Estimate(truth.p_S_tip);
-    if (samples.empty()) start = felt.sensed_at;
+    const ContactEstimate estimate = sense->Estimate(truth.p_S_tip);
+    if (samples.empty()) start = estimate.sensed_at;
     offline_report->Add(start, &truth);
-    Sample sample{SecondsBetween(start, felt.sensed_at), truth.p_S_tip,
-                  sense->LocalModelAt(felt.p_S_tip)};
+    Sample sample{SecondsBetween(start, estimate.sensed_at), truth.p_S_tip,
+                  sense->LocalModelAt(estimate.p_S_tip)};
     sample.truth = truth.force.norm();
-    sample.told = felt.force ? felt.force->norm() : 0;
+    sample.estimated = estimate.force ? estimate.force->norm() : 0;
     sample.model = of_depth ? offline_report->compared().back().model_at_truth : sample.truth;
-    const Eigen::Vector3d& n = felt.local_model.normal;
-    const double stiffness = (felt.local_model.stiffness * n).norm();
-    if (of_depth && felt.depth > 0) {
-      sample.vision = stiffness * n.dot(truth.p_S_tip - felt.p_S_tip);
+    const Eigen::Vector3d& n = estimate.local_model.normal;
+    const double stiffness = (estimate.local_model.stiffness * n).norm();
+    if (of_depth && estimate.depth > 0) {
+      sample.vision = stiffness * n.dot(truth.p_S_tip - estimate.p_S_tip);
     }
     samples.push_back(sample);
   }
   return samples;
 }
 
-// What two eyes tell without noise is the model's doing, the rest is theirs.
+// The error of two cameras without noise is the model's, the rest is the cameras'.
 void AddQuietRun(const Scene& scene, const std::stop_token& stop, std::vector<Sample>* samples) {
   const Scene quiet = Changed(scene, {"site.noise=0", "site.flicker=0", "site.lighting=0"});
   const std::vector<Sample> without = RunPress(quiet, stop);
   for (std::size_t i = 0; i < std::min(samples->size(), without.size()); ++i) {
-    (*samples)[i].model = without[i].told;
+    (*samples)[i].model = without[i].estimated;
   }
 }
 
@@ -139,17 +139,18 @@ class Ticks {
     const double share = (t - now.t) / (next.t - now.t);
     const Eigen::Vector3d p_S = now.p_S_tip + share * (next.p_S_tip - now.p_S_tip);
     const double truth = now.truth + share * (next.truth - now.truth);
-    const double prompt = Rendered(now.local, p_S), felt = Rendered(samples_[arrived].local, p_S);
-    if (std::fmax(truth, felt) <= kContactShare * peak_ || !std::isfinite(now.model)) return;
+    const double prompt = Rendered(now.local, p_S),
+                 rendered = Rendered(samples_[arrived].local, p_S);
+    if (std::fmax(truth, rendered) <= kContactShare * peak_ || !std::isfinite(now.model)) return;
     ++count_;
     truth_.Add(truth);
-    total_.Add(felt - truth);
-    const double sensed = now.told - now.model;
+    total_.Add(rendered - truth);
+    const double sensed = now.estimated - now.model;
     vision_.Add(splits_ ? now.vision : sensed);
     contact_.Add(splits_ ? sensed - now.vision : 0);
     model_.Add(now.model - now.truth);
-    rendering_.Add(prompt - truth - (now.told - now.truth));
-    link_.Add(felt - prompt);
+    rendering_.Add(prompt - truth - (now.estimated - now.truth));
+    link_.Add(rendered - prompt);
   }
 
   const std::vector<Sample>& samples_;
@@ -227,7 +228,7 @@ const BudgetPart& EndToEndBudget::largest() const {
 
 EndToEndBudget MeasureEndToEnd(const Scene& scene, double delay, const std::stop_token& stop) {
   if (!(delay >= 0 && delay <= 1)) {
-    throw std::invalid_argument(fmt::format("--delay = {:g} s: accepted is 0 to 1", delay));
+    throw std::invalid_argument(fmt::format("--delay = {:g} s: expected 0 to 1", delay));
   }
   EndToEndBudget budget = MeasureOne(scene, delay, stop);
   for (BudgetPart& part : budget.parts) part.least = part.most = part.rms;

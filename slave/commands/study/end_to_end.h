@@ -15,7 +15,7 @@ namespace palpate {
 struct BudgetPart {
   std::string name;            // vision, contact, model, rendering, link; material
   double rms = 0;              // over the ticks in contact, mean over the presses [N]
-  bool is_told = false;        // from the scene's tolerance: the simulator knows it exactly
+  bool is_stated = false;      // from the scene's tolerance: the simulator knows it exactly
   std::string lowers;          // measure that reduces it, one clause
   double least = 0, most = 0;  // of the presses [N]
 };

@@ -20,7 +20,7 @@ constexpr std::string_view kStyle = R"(
 svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 13px; }
 .paper { fill: #ffffff; } .ink { fill: #1d2430; } .soft { fill: #5b6576; }
 .heading { font-size: 16px; font-weight: 600; } .small { font-size: 11px; }
-.part { fill: #2f6fd6; } .largest { fill: #d6336c; } .told { fill-opacity: 0.45; }
+.part { fill: #2f6fd6; } .largest { fill: #d6336c; } .stated { fill-opacity: 0.45; }
 @media (prefers-color-scheme: dark) {
 .paper { fill: #14181f; } .ink { fill: #e8ecf2; } .soft { fill: #a9b3c2; }
 .part { fill: #6ea4ff; } .largest { fill: #ff6b9a; } }
@@ -31,14 +31,14 @@ std::string InWords(const EndToEndBudget& budget, double force) {
                      budget.peak > 0 ? 100 * force / budget.peak : 0, force);
 }
 
-// Of one part: mean and spread.
+// Mean and spread of one part.
 std::string InWords(const EndToEndBudget& budget, const BudgetPart& part) {
   std::string words = InWords(budget, part.rms);
   if (budget.presses > 1 && budget.peak > 0) {
     words += fmt::format(", {:.2f} to {:.2f} %", 100 * part.least / budget.peak,
                          100 * part.most / budget.peak);
   }
-  return words + (part.is_told ? ", as stated in the scene" : "");
+  return words + (part.is_stated ? ", as stated in the scene" : "");
 }
 
 std::string Sentence(const EndToEndBudget& budget) {
@@ -63,7 +63,7 @@ std::string Draw(const EndToEndBudget& budget) {
     svg.Text({kLeft - 10, y + 14}, part.name, "ink", Svg::Anchor::kEnd);
     const double length = std::max(1.0, kBar * part.rms / most);
     const std::string style = is_largest ? "largest" : "part";
-    svg.Rectangle({kLeft, y}, {length, 20}, style + (part.is_told ? " told" : ""));
+    svg.Rectangle({kLeft, y}, {length, 20}, style + (part.is_stated ? " stated" : ""));
     svg.Text({kLeft + length + 8, y + 14}, InWords(budget, part), "ink small");
     y += kRow;
   }

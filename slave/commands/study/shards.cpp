@@ -78,11 +78,11 @@ std::size_t CountShards(const fs::path& folder) {
   }
   const std::string option = "--merge " + folder.string();
   if (counts.empty()) {
-    throw std::invalid_argument(option + ": accepted is a folder with files of study --shard");
+    throw std::invalid_argument(option + ": expected a folder with files of study --shard");
   }
   const std::size_t count = *counts.begin();
   if (counts.size() > 1) {
-    throw std::invalid_argument(option + Formatted(": accepted is one division, found are shards "
+    throw std::invalid_argument(option + Formatted(": expected one division, found shards "
                                                    "of %zu and of %zu",
                                                    count, *counts.rbegin()));
   }
@@ -105,7 +105,7 @@ void RequireSame(const fs::path& file, const ShardFile& shard, const ShardFile& 
     const auto found = shard.conditions.find(name);
     if (found != shard.conditions.end() && found->second == value) continue;
     const std::string has = found == shard.conditions.end() ? "nothing" : found->second;
-    throw std::invalid_argument(Formatted("%s: %s = %s: accepted is %s", file.c_str(), name.c_str(),
+    throw std::invalid_argument(Formatted("%s: %s = %s: expected %s", file.c_str(), name.c_str(),
                                           has.c_str(), value.c_str()));
   }
 }
@@ -119,7 +119,7 @@ Shard ParseShard(const std::string& text) {
     return shard;
   }
   throw std::invalid_argument("--shard " + text +
-                              ": accepted is i/n with 1 <= i <= n, for example 3/8");
+                              ": expected i/n with 1 <= i <= n, for example 3/8");
 }
 
 int RunShard(const Scene& scene, const std::vector<std::string>& overrides,

@@ -41,7 +41,7 @@ study::StudyResult RunWhole(const Scene& scene, const study::StudySettings& sett
 
 int RunStudyCommand(const StudyOptions& options, const std::stop_token& stop) {
   const auto& out = options.out.empty() ? options.merge : options.out;
-  if (out.empty()) throw std::invalid_argument("--out is required: accepted is a folder");
+  if (out.empty()) throw std::invalid_argument("--out is required: expected a folder");
   if (options.end_to_end) return RunEndToEnd(options, stop);
   study::StudySettings settings;
   if (!options.shard.empty()) settings.shard = ParseShard(options.shard);
@@ -49,7 +49,7 @@ int RunStudyCommand(const StudyOptions& options, const std::stop_token& stop) {
   LogRemarks(scene);
   if (!(options.budget > 0)) {
     throw std::invalid_argument("--budget " + std::to_string(options.budget) +
-                                ": accepted is a number of seconds > 0");
+                                ": expected a number of seconds > 0");
   }
   RequireOtherThan("--out", out, {"study.csv", "study.json", "study.svg"}, InputFilesOf(scene));
   if (scene.model.kind == "auto" && study::CanStudy(scene)) {

@@ -26,7 +26,7 @@ Names AxisColumns(const std::string& option, const std::string& names) {
   if (parts.size() == 1) return {"-", "-", parts[0]};
   if (parts.size() != 3) {
     throw std::invalid_argument(option + " = " + names +
-                                ": accepted is one column, or three with commas between them");
+                                ": expected one column, or three with commas between them");
   }
   return {parts[0], parts[1], parts[2]};
 }
@@ -35,7 +35,7 @@ double FactorOf(const std::string& option, const std::string& unit, Quantity qua
   const auto found = FindUnit(unit == "g" ? "gf" : unit);
   if (!found || found->quantity != quantity) {
     throw std::invalid_argument(
-        option + " = " + unit + ": accepted is " +
+        option + " = " + unit + ": expected " +
         (quantity == Quantity::kTime ? "s, ms, min or h" : "N, mN, uN, kN, g, kgf or lbf"));
   }
   return found->to_si;
@@ -107,7 +107,7 @@ std::vector<MatchedState> ReadForcePairs(const std::filesystem::path& file,
     is_compared[axis] = measured[axis].is_present() && estimated[axis].is_present();
   }
   if (std::ranges::none_of(is_compared, [](bool is) { return is; })) {
-    table.Fail("no axis has a measured and an estimated force: accepted are columns " +
+    table.Fail("no axis has a measured and an estimated force: expected columns " +
                    columns.measured + " and " + columns.estimated +
                    ", or other names by --measured and --estimated",
                1);
@@ -120,7 +120,7 @@ std::vector<MatchedState> ReadForcePairs(const std::filesystem::path& file,
     pair.state.t = time.Value(table);
     pair.state.force = VectorOf(table, estimated);
     pair.state.sigma = sigma.is_present() ? sigma.Value(table) : 0;
-    if (pair.state.sigma < 0) table.Fail(columns.sigma + ": accepted is 0 or more");
+    if (pair.state.sigma < 0) table.Fail(columns.sigma + ": expected 0 or more");
     pair.state.is_valid = table.IsAbsent(columns.validity) || IsValid(table.Text(columns.validity));
     pair.known.force = VectorOf(table, measured);
     bool is_whole = true;

@@ -96,7 +96,7 @@ std::vector<ReportedState> ReadStates(const std::filesystem::path& file) {
     state.depth = table.Has("depth")       ? NumberOr(table, "depth")
                   : state.force.norm() > 0 ? (state.p_S_tip - contact).norm()
                                            : kUnknown;
-    if (!std::isfinite(state.t)) table.Fail("t is empty: accepted is a time in seconds");
+    if (!std::isfinite(state.t)) table.Fail("t is empty: expected a time in seconds");
     states.push_back(std::move(state));
   }
   return states;
@@ -132,15 +132,15 @@ LoadTable ReadLoads(const std::filesystem::path& file) {
                    .sigma = NumberOr(table, "sigma"),
                    .p_S_tip = VectorOf(table, {"x", "y", "z"}),
                    .depth = NumberOr(table, "depth")};
-    if (!std::isfinite(from)) table.Fail("t is empty: accepted is a time in seconds");
+    if (!std::isfinite(from)) table.Fail("t is empty: expected a time in seconds");
     if (!read.is_record && !(load.until > load.from)) {
-      table.Fail("until: accepted is a time after t");
+      table.Fail("until: expected a time after t");
     }
-    if (load.sigma < 0) table.Fail("sigma: accepted is 0 or more");
+    if (load.sigma < 0) table.Fail("sigma: expected 0 or more");
     read.loads.push_back(std::move(load));
   }
   if (read.loads.empty()) {
-    throw InputError(file.string() + ": no load: accepted is one row or more");
+    throw InputError(file.string() + ": no load: expected one row or more");
   }
   if (read.is_record) std::ranges::stable_sort(read.loads, {}, &KnownLoad::from);
   return read;
@@ -188,7 +188,7 @@ MatchedStates Match(const std::vector<ReportedState>& states, const LoadTable& t
   }
   if (matched.empty()) {
     throw std::invalid_argument(
-        "--loads: accepted are loads at times, and on fingers, of the states: none matches");
+        "--loads: expected loads at times, and on fingers, of the states: none matches");
   }
   if (table.is_record) {
     for (auto& [finger, of_finger] : matched) CutIntoStretches(&of_finger);
@@ -204,7 +204,7 @@ MatchedStates MatchSensor(const std::vector<ReportedState>& states) {
   }
   if (matched.empty()) {
     throw std::invalid_argument(
-        "--sensor: accepted are states with the force of a sensor (ArmReport.measured_force) or "
+        "--sensor: expected states with the force of a sensor (ArmReport.measured_force) or "
         "of a simulator: these have none");
   }
   for (auto& [finger, of_finger] : matched) CutIntoStretches(&of_finger);

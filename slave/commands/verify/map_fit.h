@@ -38,7 +38,7 @@ struct MapFit {
   Eigen::Matrix3d map = Eigen::Matrix3d::Zero();         // reported = map * known
   Eigen::Matrix3d half_width = Eigen::Matrix3d::Zero();  // of the intervals of `map`
   Interval gain;                                         // common scale, whatever the direction
-  // Of the known axes that the loads test.
+  // Gains of the known axes that the loads test.
   std::array<std::optional<Interval>, 3> axis_gain;
   Interval along;                 // cosine of known and reported vectors, -1 to 1
   AxisRelation relation;          // the simplest one that explains the map best

@@ -37,7 +37,7 @@ class LoadWords {
   double Quantity(Dimension dimension) {
     const std::string text = empty() ? "" : words_[next_++];
     const auto value = ParseQuantity(text, dimension);
-    if (!value) Refuse("'" + text + "': accepted is " + AcceptedUnits(dimension));
+    if (!value) Refuse("'" + text + "': expected " + ExpectedQuantity(dimension));
     return *value;
   }
   double Mass() {
@@ -49,17 +49,17 @@ class LoadWords {
       text.resize(text.size() - 1);
       unit = 1e-3;
     } else {
-      Refuse("'" + text + "': accepted is a mass in g or kg");
+      Refuse("'" + text + "': expected a mass in g or kg");
     }
     const auto value = ParseFinite(Trimmed(text));
-    if (!value || *value < 0) Refuse("'" + text + "': accepted is a mass in g or kg");
+    if (!value || *value < 0) Refuse("'" + text + "': expected a mass in g or kg");
     return unit * *value;
   }
   Eigen::Vector3d Direction() {
     const std::string text = empty() ? "" : words_[next_++];
     const bool is_direction =
         text.size() == 2 && (text[0] == '+' || text[0] == '-') && text[1] >= 'x' && text[1] <= 'z';
-    if (!is_direction) Refuse("'" + text + "': accepted is +x -x +y -y +z -z");
+    if (!is_direction) Refuse("'" + text + "': expected +x -x +y -y +z -z");
     return (text[0] == '-' ? -1 : 1) * Eigen::Vector3d::Unit(text[1] - 'x');
   }
   Eigen::Vector3d Vector(Dimension dimension) {
@@ -93,7 +93,7 @@ KnownLoad ParseLoad(const std::string& line) {
     load.depth = words.Quantity(Dimension::kLength);
   } else {
     LoadWords::Refuse("'" + Shown(line) +
-                      "': accepted is none, weight MASS DIRECTION, spring STIFFNESS COMPRESSION "
+                      "': expected none, weight MASS DIRECTION, spring STIFFNESS COMPRESSION "
                       "DIRECTION, force X Y Z or press DEPTH");
   }
   if (words.Take("at")) load.p_S_tip = words.Vector(Dimension::kLength);

@@ -32,7 +32,7 @@ class Positions {
 
   [[nodiscard]] bool by_depth() const { return by_depth_; }
   [[nodiscard]] const std::vector<int>& axes() const { return axes_; }
-  // Of each load, relative to the mean of all.
+  // The means of each load, relative to the mean of all.
   [[nodiscard]] const std::vector<KnownAndReported>& means() const { return means_; }
   // Mean of the reported position minus the known one, frame S [m].
   [[nodiscard]] const Vector3d& offset() const { return offset_; }

@@ -33,7 +33,7 @@ void RequireUsable(const ReferenceProblem& problem) {
   const auto& mesh = problem.mesh;
   if (mesh.size() < 3) {
     throw std::invalid_argument("a mesh of " + std::to_string(mesh.size()) +
-                                " elements: accepted is 3 or more");
+                                " elements: expected 3 or more");
   }
   if (problem.held.size() != mesh.elements.size()) {
     throw std::invalid_argument("boundary conditions for " + std::to_string(problem.held.size()) +

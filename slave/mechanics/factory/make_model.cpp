@@ -42,7 +42,7 @@ ModelChoice ChoosePlate(const Scene& scene, double thickness) {
                 "; no study of this scene exists yet"};
   };
   if (scene.model.prestress > 0) return choose(false, "membrane under tension at rest: ");
-  if (!hand.press_told && !HasStereoOrDepth(scene.sense)) return choose(true, "membrane: ");
+  if (!hand.press_given && !HasStereoOrDepth(scene.sense)) return choose(true, "membrane: ");
   const double w = hand.press_depth / thickness;
   const double lack = LackOfStretching(w);
   std::ostringstream why;
@@ -167,7 +167,7 @@ const ModelKind& KindOf(const Scene& scene) {
   const std::string name = ChooseModel(scene).kind;
   const ModelKind* kind = FindModelKind(name);
   if (kind == nullptr) {
-    throw std::invalid_argument("model.kind = " + name + ": accepted is a kind of model");
+    throw std::invalid_argument("model.kind = " + name + ": expected a kind of model");
   }
   return *kind;
 }
@@ -188,7 +188,7 @@ std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMe
                                             Progress* progress) {
   if (mesh.size() < 3) {
     throw std::invalid_argument("a mesh of " + std::to_string(mesh.size()) +
-                                " elements: accepted is 3 or more");
+                                " elements: expected 3 or more");
   }
   const Bem2dModel::Params params{
       .young_modulus = scene.object.material.young_modulus,
@@ -225,7 +225,7 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
     return kind.iterates ? MakeFem(scene, solid, progress) : MakeFemGreen(scene, solid, progress);
   }
   throw std::invalid_argument("model.kind = " + std::string(kind.name) +
-                              ": accepted is a model of this object");
+                              ": expected a model of this object");
 }
 
 HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh) {

@@ -22,7 +22,7 @@ void Check(const SolidMesh& mesh, const HeldNodes& held) {
   RequireTets(mesh, held);
   if (mesh.tets.size() <= kMostElements) return;
   throw std::invalid_argument("elements = " + std::to_string(mesh.tets.size()) +
-                              ": accepted is 1 to " + std::to_string(kMostElements));
+                              ": expected 1 to " + std::to_string(kMostElements));
 }
 
 // Coordinates from the box's corner, so that a body far from the origin keeps its digits.

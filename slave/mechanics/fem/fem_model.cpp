@@ -29,16 +29,16 @@ bool Linear(const FemOptions& options) {
 
 void CheckOptions(const FemOptions& options) {
   if (options.element != FemOptions::Element::kTet4) {
-    throw std::invalid_argument("element = tet10: accepted is tet4 in this model");
+    throw std::invalid_argument("element = tet10: expected tet4 in this model");
   }
   if (options.law == FemOptions::Law::kOgden ||
       (options.law == FemOptions::Law::kNeoHookean && Dynamic(options))) {
     throw std::invalid_argument(
-        "law: accepted is linear, corotational and, at rest, neo-hookean in this model");
+        "law: expected linear, corotational and, at rest, neo-hookean in this model");
   }
   if (options.pressure != FemOptions::Pressure::kAuto &&
       options.pressure != FemOptions::Pressure::kDisplacement) {
-    throw std::invalid_argument("pressure: accepted is auto, displacement in this model");
+    throw std::invalid_argument("pressure: expected auto, displacement in this model");
   }
   if (!(options.residual >= 1e-14 && options.residual < 1)) {
     RefuseValue("residual", options.residual, "1e-14 <= residual < 1");
@@ -46,7 +46,8 @@ void CheckOptions(const FemOptions& options) {
   if (options.threads < 1 || options.threads > 256) {
     RefuseValue("threads", options.threads, "1 to 256");
   }
-  if (!options.gravity_O.allFinite()) throw std::invalid_argument("gravity: accepted is finite");
+  if (!options.gravity_O.allFinite())
+    throw std::invalid_argument("gravity: expected finite numbers");
   if (!Dynamic(options)) return;
   RequirePositive("step", options.step);
   RequireNotNegative("damping.mass", options.damping_mass);

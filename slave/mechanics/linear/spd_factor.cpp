@@ -38,7 +38,7 @@ SpdFactor::SpdFactor(const Matrix& lower) : order_(OrderOf(lower)) {
   factor_->Allocate(upper);
   if (factor_->Factorize(upper, true)) return;
   throw std::invalid_argument(
-      "stiffness: accepted is a positive definite one; the supports leave "
+      "stiffness: expected a positive definite one; the supports leave "
       "the body free to move, or an element is too distorted");
 }
 

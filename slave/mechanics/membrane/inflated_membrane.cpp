@@ -25,7 +25,7 @@ void Refuse(const std::string& what) {
   throw std::invalid_argument("membrane: " + what);
 }
 void Refuse(const std::string& name, double value, const std::string& accepted) {
-  Refuse(name + " = " + std::to_string(value) + ": accepted is " + accepted);
+  Refuse(name + " = " + std::to_string(value) + ": expected " + accepted);
 }
 
 void CheckParams(const InflatedMembrane::Params& params) {
@@ -265,7 +265,7 @@ void InflatedMembrane::Assemble() {
   factor_->cholesky.compute(stiffness);
   if (factor_->cholesky.info() != Eigen::Success) {
     Refuse("unstable at a pressure of " + std::to_string(pressure_) +
-           " Pa: accepted is less pressure, or more tension or modulus");
+           " Pa: expected less pressure, or more tension or modulus");
   }
   factor_->volume.resize(unknowns);
   for (std::size_t i = 0; i < unknown_.size(); ++i) {

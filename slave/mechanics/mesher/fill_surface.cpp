@@ -62,9 +62,8 @@ void DropUnused(std::vector<Vector3d>* nodes, Elements* elements) {
 void RequireResolution(double resolution, double volume) {
   const double least = std::cbrt(6 * std::numbers::sqrt2 * volume / kMostTets);
   if (resolution == 0 || (std::isfinite(resolution) && resolution >= least)) return;
-  throw std::invalid_argument("resolution = " + Brief(resolution) +
-                              " m: accepted is 0, or at least " + Brief(least) +
-                              " m (4 million tetrahedra)");
+  throw std::invalid_argument("resolution = " + Brief(resolution) + " m: expected 0, or at least " +
+                              Brief(least) + " m (4 million tetrahedra)");
 }
 
 // The program that is asked for, or TetGen before Gmsh.
@@ -77,7 +76,7 @@ std::pair<Program, std::filesystem::path> Choose(Program wanted) {
   const char* const accepted = wanted == Program::kTetgen ? "the package tetgen"
                                : wanted == Program::kGmsh ? "the package gmsh"
                                                           : "one of the packages tetgen and gmsh";
-  throw std::runtime_error(std::string("no mesher to fill a surface: accepted is ") + accepted +
+  throw std::runtime_error(std::string("no mesher to fill a surface: expected ") + accepted +
                            " to be installed (deploy/install.sh mesher), or a mesh of tetrahedra");
 }
 
@@ -275,7 +274,7 @@ SolidMesh FillSurface(const SurfaceMesh& surface, const FillOptions& options,
   if (!(std::abs(made.volume / asked.volume - 1) <= kVolumeSlack)) {
     mesher.Fail("filled another volume",
                 Brief(made.volume) + " m^3 instead of the surface's " + Brief(asked.volume) +
-                    " m^3: accepted is a difference of 2 % (check whether the surface intersects "
+                    " m^3: expected a difference of 2 % (check whether the surface intersects "
                     "itself, or curves within the resolution)");
   }
   return mesh;

@@ -19,10 +19,10 @@ double InsideRim(double place) {
 
 }  // namespace
 
-double ExcessAtDepth(const Dent& dent) noexcept {
-  const double inside = InsideRim(dent.place);
-  const double steep = Steep(dent.slenderness) * std::pow(dent.deflection, 2);
-  return kShear * std::pow(dent.slenderness / inside, 2) + steep / std::pow(inside, 0.75);
+double ExcessAtDepth(const Indentation& indentation) noexcept {
+  const double inside = InsideRim(indentation.place);
+  const double steep = Steep(indentation.slenderness) * std::pow(indentation.deflection, 2);
+  return kShear * std::pow(indentation.slenderness / inside, 2) + steep / std::pow(inside, 0.75);
 }
 
 double DeflectionOfExcess(double excess, double slenderness) noexcept {
@@ -30,10 +30,10 @@ double DeflectionOfExcess(double excess, double slenderness) noexcept {
   return std::sqrt(std::max(0.0, left) / Steep(slenderness));
 }
 
-double LawsSigma(const Dent& dent) noexcept {
-  const double inside = InsideRim(dent.place);
-  const double shear = 2.5 * std::pow(dent.slenderness, 2) / std::pow(inside, 3);
-  const double steep = 1.25 * std::pow(dent.deflection, 2) / inside;
+double LawsSigma(const Indentation& indentation) noexcept {
+  const double inside = InsideRim(indentation.place);
+  const double shear = 2.5 * std::pow(indentation.slenderness, 2) / std::pow(inside, 3);
+  const double steep = 1.25 * std::pow(indentation.deflection, 2) / inside;
   return std::hypot(shear, steep);
 }
 

@@ -10,7 +10,7 @@
 
 namespace palpate::plate {
 
-struct Dent {
+struct Indentation {
   double place = 0;        // of the load [radii], below 1
   double deflection = 0;   // under it, by the radius
   double slenderness = 0;  // t / a
@@ -19,7 +19,7 @@ struct Dent {
 // By how much of the solid's force the plate's is high at the same deflection:
 //   7.2 (t/a)^2 / (1 - p^2)^2 + (1.95 + 90 t/a) (w/a)^2 / (1 - p^2)^(3/4).
 // Where that is below 0.15, within 0.03 of what was measured.
-double ExcessAtDepth(const Dent& dent) noexcept;
+double ExcessAtDepth(const Indentation& indentation) noexcept;
 
 // Where at the centre that is `excess`, by the radius; 0: nowhere, the plate is too thick.
 double DeflectionOfExcess(double excess, double slenderness) noexcept;
@@ -28,7 +28,7 @@ double DeflectionOfExcess(double excess, double slenderness) noexcept;
 // around the load:
 //   2.5 (t/a)^2 / (1 - p^2)^3 and 1.25 (w/a)^2 / (1 - p^2), of opposite signs or not.
 // What was measured is within twice of it wherever the plate's answer is valid.
-double LawsSigma(const Dent& dent) noexcept;
+double LawsSigma(const Indentation& indentation) noexcept;
 
 // Largest |w| / t at a radius [radii] up to which modes of order 12 find the force from the shape
 // as those of order 20 do, within 1 %: 6 (1 - p^2)^2.

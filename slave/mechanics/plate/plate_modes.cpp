@@ -101,8 +101,7 @@ PlateModes::PlateModes(int order, double nu, Symmetry widest) : order_(order), w
   const int largest = widest == Symmetry::kRound ? kLargestRoundOrder : kLargestOrder;
   if (order < 2 || order > largest || order % 2 != 0) {
     throw std::invalid_argument("order = " + std::to_string(order) +
-                                ": accepted is an even number from 2 to " +
-                                std::to_string(largest));
+                                ": expected an even number from 2 to " + std::to_string(largest));
   }
   Number(&deflections_, order, false);
   Number(&stresses_, order + kStressDegrees, true);
@@ -248,7 +247,7 @@ void PlateModes::Mean(const Disc& disc, Eigen::Ref<Eigen::VectorXd> values) cons
   }
 }
 
-// Of the named symmetry and of no narrower one.
+// Appends the blocks of the named symmetry and of no narrower one.
 void PlateModes::AppendBlocks(Symmetry symmetry, const Radial& radial) {
   for (const Family& k : stresses_) {
     for (const Family& i : deflections_) {
@@ -271,7 +270,7 @@ void PlateModes::AppendBlocks(Symmetry symmetry, const Radial& radial) {
 void PlateModes::AppendBlock(const Family& k, const Family& i, const Family& j,
                              const Radial& radial) {
   // Integrals of the waves over the angle, by the rule that is exact for them. A deflection's swing
-  // m f / r stands with -sin where it has a cosine and with cos where it has a sine; so does, with
+  // m f / r has the factor -sin where it has a cosine and cos where it has a sine; so does, with
   // the other sign, the shear of an Airy function.
   const int steps = k.m + i.m + j.m + 1;
   double rr = 0, tt = 0, rt = 0, tr = 0;

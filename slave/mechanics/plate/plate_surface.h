@@ -47,7 +47,7 @@ class PlateSurface : public DeformationModel {
 
   void ComputeResponses(std::span<const Contact> contacts,
                         std::span<ContactResponse> responses) noexcept override;
-  // Of the nodes of MembraneGrid().
+  // Displacements of the nodes of MembraneGrid().
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   // The preparation is valid for contacts at the same positions.
   [[nodiscard]] bool IsSameSet() const noexcept;

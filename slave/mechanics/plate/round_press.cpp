@@ -186,7 +186,7 @@ bool RoundPress::Newton(const Goal& goal) noexcept {
   return false;
 }
 
-// Of the bordered system in slope and psi, and what is left of the first equation.
+// The tangent of the bordered system in slope and psi, and the residual of the first equation.
 bool RoundPress::Tangent() noexcept {
   const auto last = static_cast<int>(radius_.size()) - 1;
   tangent_.SetZero();

@@ -54,7 +54,7 @@ class BandedSymmetric {
   BandedSymmetric(int size, int band);
 
   void SetZero() { std::ranges::fill(rows_, 0.0); }
-  // Of the lower half: i - band <= j <= i.
+  // An entry of the lower half: i - band <= j <= i.
   [[nodiscard]] double& at(int i, int j) { return rows_[Place(i, j)]; }
   // Row and column `i` become those of the identity.
   void Hold(int i);

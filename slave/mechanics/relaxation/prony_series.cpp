@@ -12,7 +12,7 @@ PronySeries::PronySeries(std::span<const RelaxationTerm> terms, double step)
   RequirePositive("step", step);
   if (terms.size() > Material::kMostRelaxationTerms) {
     throw std::invalid_argument("relaxation = " + std::to_string(terms.size()) +
-                                " terms: accepted are at most " +
+                                " terms: expected at most " +
                                 std::to_string(Material::kMostRelaxationTerms));
   }
   for (const RelaxationTerm& term : terms_) {

@@ -43,7 +43,7 @@ std::vector<std::string_view> Split(std::string_view line) {
 }  // namespace
 
 void SourcePlace::Refuse(const std::string& what, const std::string& accepted) const {
-  throw std::invalid_argument(Where() + ": " + what + ": accepted is " + accepted);
+  throw std::invalid_argument(Where() + ": " + what + ": expected " + accepted);
 }
 
 std::string Quoted(std::string_view text) {

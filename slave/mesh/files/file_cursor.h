@@ -24,7 +24,7 @@ namespace palpate {
 class SourcePlace {
  public:
   virtual ~SourcePlace() = default;
-  // Throws std::invalid_argument, `where: what: accepted is accepted`.
+  // Throws std::invalid_argument, `where: what: expected accepted`.
   [[noreturn]] void Refuse(const std::string& what, const std::string& accepted) const;
   // `file:line`, or `file: byte n` among binary numbers.
   [[nodiscard]] virtual std::string Where() const = 0;

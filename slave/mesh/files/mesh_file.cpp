@@ -70,7 +70,7 @@ bool WriteGmsh(const std::filesystem::path& file, const SurfaceMesh& mesh) {
 
 MeshFile ReadMeshFile(const std::filesystem::path& file, double unit) {
   if (!(unit > 0 && std::isfinite(unit))) {
-    throw std::invalid_argument("unit = " + Brief(unit) + ": accepted is a finite length > 0");
+    throw std::invalid_argument("unit = " + Brief(unit) + ": expected a finite length > 0");
   }
   std::string extension = file.extension().string();
   std::ranges::transform(extension, extension.begin(),
@@ -79,7 +79,7 @@ MeshFile ReadMeshFile(const std::filesystem::path& file, double unit) {
     if (extension == known) return read(file, unit);
   }
   throw std::invalid_argument(file.string() +
-                              ": unknown kind of file: accepted is .veg .node .ele .msh, for a "
+                              ": unknown kind of file: expected .veg .node .ele .msh, for a "
                               "surface .stl .ply .msh; meshio converts others");
 }
 

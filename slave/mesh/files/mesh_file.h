@@ -36,7 +36,7 @@ struct MeshFile {
 //
 // Of quadratic elements the corners are used. Triangles beside tetrahedra, lines and points are
 // passed over; remarks name sections and groups that are not used. A byte order mark and line ends
-// of CR alone are accepted. Throws std::invalid_argument, `file:line: what: accepted is ...`
+// of CR alone are accepted. Throws std::invalid_argument, `file:line: what: expected ...`
 // (`file: byte n` in binary parts): a file that cannot be read, is malformed, cut short, larger
 // than 2 GiB, or names what it does not have; elements that are no tetrahedra; `unit` not positive
 // and finite.

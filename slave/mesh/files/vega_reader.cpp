@@ -51,7 +51,7 @@ class VegaReader {
     const std::string law(rows_.fields()[0]);
     if (law != "ENU") {
       builder_.Remark("material " + Quoted(name) + " of law " + Quoted(law) +
-                      " is not read: accepted is ENU");
+                      " is not read: expected ENU");
       return;
     }
     if (rows_.fields().size() != 4) {
@@ -94,7 +94,7 @@ class VegaReader {
     if (named.size() == 1) file->material = named.begin()->second;
     if (named.size() > 1) {
       file->remarks.push_back(std::to_string(named.size()) +
-                              " materials: not read, accepted is one for the whole object");
+                              " materials: not read, expected one for the whole object");
     }
   }
 

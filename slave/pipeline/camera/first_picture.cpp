@@ -39,7 +39,7 @@ void RequireCredible(const Scene& scene, const OutlineFit& fit, std::size_t poin
   const double least = std::max(Limits::kMostScale, kScaleSigmas * fit.scale_sigma);
   if (std::abs(larger) > least && std::abs(larger) < kOtherObject) {
     refuse(
-        fmt::format("the object in the first image is {:.1f} % {} than in the scene: accepted is "
+        fmt::format("the object in the first image is {:.1f} % {} than in the scene: expected "
                     "{:g} %: check camera.pixel ({:g} um would fit) and the sizes",
                     100 * std::abs(larger), larger > 0 ? "larger" : "smaller",
                     100 * Limits::kMostScale, 1e6 * scene.sense.Find<Camera>()->pixel / fit.scale));
@@ -52,7 +52,7 @@ void RequireCredible(const Scene& scene, const OutlineFit& fit, std::size_t poin
   }
   if (fit.rms_px > Limits::kMostResidual) {
     refuse(
-        fmt::format("the outline in the first image deviates from it by {:.1f} px rms: accepted is "
+        fmt::format("the outline in the first image deviates from it by {:.1f} px rms: expected "
                     "{:g} px: check its shape and sense.contour.start",
                     fit.rms_px, Limits::kMostResidual));
   }

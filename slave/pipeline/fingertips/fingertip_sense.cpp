@@ -97,7 +97,7 @@ std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace) 
   if (!pace.is_live) {
     throw std::invalid_argument(
         scene.file.string() +
-        ": sense.tactile.source = stream: accepted here is a recording, or simulated");
+        ": sense.tactile.source = stream: expected a recording, or simulated");
   }
   return std::make_unique<TactileInbox>(*scene.sense.Find<Tactile>());
 }

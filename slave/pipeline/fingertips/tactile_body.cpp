@@ -63,7 +63,7 @@ std::vector<ContactStiffness::Companion> CompanionsOf(const Scene& scene,
   const auto first = PlaceOf(scene, contact, tactile.fingers.front());
   for (std::size_t i = 1; first && i < tactile.fingers.size(); ++i) {
     const Finger& finger = tactile.fingers[i];
-    if (!finger.has_pose || finger.motion == Finger::Motion::kStands) continue;
+    if (!finger.has_pose || finger.motion == Finger::Motion::kAtRest) continue;
     const auto place = PlaceOf(scene, contact, finger);
     if (!place || std::abs(place->distance - first->distance) > kAsFar * depth) continue;
     companions.push_back(
@@ -105,7 +105,7 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progr
   const auto* solid = std::get_if<SolidMesh>(&mesh);
   if (solid == nullptr) {
     throw std::invalid_argument(
-        "object.geometry: accepted under fingertips with a pose is a volume: box or mesh");
+        "object.geometry: under fingertips with a pose, expected a volume: box or mesh");
   }
   auto body = std::make_unique<TactileBody>();
   body->surface = SurfaceOf(*solid);

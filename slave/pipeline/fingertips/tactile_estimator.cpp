@@ -43,7 +43,7 @@ void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
     const std::string missing = finger.MissingColumn();
     if (missing.empty()) continue;
     throw std::runtime_error(
-        fmt::format("{}: no column {}: {} needs E1 to E19, pac0 and pdc (accepted without them: a "
+        fmt::format("{}: no column {}: {} needs E1 to E19, pac0 and pdc (expected without them: a "
                     "network that uses only the electrodes)",
                     tactile.file.string(), missing, tactile.network.string()));
   }
@@ -71,7 +71,7 @@ TactileSenses LoadSenses(const Scene& scene) {
     const double rate = senses.network->info().rate;
     if (std::abs(rate - tactile.rate) > kSameRate * rate) {
       throw std::invalid_argument(
-          fmt::format("{}: sense.tactile.rate = {:g} Hz: accepted is {:g} Hz, for which {} was "
+          fmt::format("{}: sense.tactile.rate = {:g} Hz: expected {:g} Hz, for which {} was "
                       "trained",
                       scene.file.string(), tactile.rate, rate, tactile.network.string()));
     }

@@ -289,12 +289,12 @@ std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, dou
                                                          Progress* progress) {
   if (!IsVolume(scene.object.geometry)) {
     throw std::invalid_argument(
-        "object.geometry: accepted for a stereo pair or depth camera is a membrane or a volume: "
+        "object.geometry: for a stereo pair or depth camera, expected a membrane or a volume: "
         "box or mesh");
   }
   if (MovesInTime(scene)) {
     throw std::invalid_argument(
-        "model.time = dynamic, or material.relaxation: accepted for points measured by cameras is "
+        "model.time = dynamic, or material.relaxation: for points measured by cameras, expected "
         "a "
         "model at rest");
   }

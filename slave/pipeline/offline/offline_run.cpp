@@ -159,7 +159,7 @@ class Run {
     json["position_scale"] = scene_.operator_options.transform.position_scale;
     json["speed"] = scene_.operator_options.press_speed;
     json["punctured_sample"] = insertion_.punctured;
-    json["told_sample"] = insertion_.detected;
+    json["detected_sample"] = insertion_.detected;
     json["closest_m"] =
         is_near ? nlohmann::ordered_json(insertion_.closest) : nlohmann::ordered_json();
     summary_.lines.push_back(

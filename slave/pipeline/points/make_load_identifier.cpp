@@ -27,12 +27,12 @@ std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeomet
   const ModelKind& kind = KindOf(scene);
   if (kind.object != ObjectClass::kMembrane) {
     throw std::invalid_argument("model.kind = " + std::string(kind.name) +
-                                ": accepted for a membrane in front of cameras is " +
+                                ": for a membrane in front of cameras, expected " +
                                 KindsFor(ObjectClass::kMembrane));
   }
   if (!kind.takes_tension && scene.model.prestress > 0) {
     throw std::invalid_argument(
-        "model.prestress: accepted with kind: plate-large, which stretches");
+        "model.prestress: expected with kind: plate-large, which stretches");
   }
   return MakePlateModel(scene, {membrane.radius, membrane.thickness}, progress);
 }

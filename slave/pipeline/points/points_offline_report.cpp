@@ -164,7 +164,7 @@ class PointsOfflineReport final : public OfflineReport {
     std::filesystem::create_directories(folder / "left");
     if (!std::filesystem::is_empty(folder / "left")) {
       throw std::invalid_argument(
-          fmt::format("--frames: {} contains images of another run: accepted is another --out, or "
+          fmt::format("--frames: {} contains images of another run: expected another --out, or "
                       "an empty folder",
                       (folder / "left").string()));
     }

@@ -262,7 +262,7 @@ StereoRig RigOf(const Scene& scene) {
   }
   if (!(rig.baseline() > 0)) {
     refuse("sense.camera.stereo.rig: " + file.string() +
-           " is of one camera: accepted is the rig of a pair");
+           " is of one camera: expected the rig of a pair");
   }
   return rig;
 }
@@ -273,7 +273,7 @@ void RequireRigFits(const Scene& scene, const StereoRig& rig, const StereoPair& 
     const std::array<int, 2> size{picture.cols, picture.rows};
     if (size == lens.size) return;
     throw std::runtime_error(
-        fmt::format("{}: the {} images are {} px: accepted is {} px, the size in {}",
+        fmt::format("{}: the {} images are {} px: expected {} px, the size in {}",
                     scene.file.string(), side, Size(size), Size(lens.size),
                     scene.sense.Find<StereoCameras>()->rig.empty()
                         ? "the rig"

@@ -153,7 +153,7 @@ std::unique_ptr<LoadIdentifier> MakeMembraneBody(const Scene& scene) {
   const double across = kTrianglesUnderTool * HalfArc(dome) / width;
   if (!(across <= 1.5 * kMostRings)) {
     throw std::invalid_argument(
-        fmt::format("tool.width = {:.3g} m: accepted for a domed membrane of this size is {:.3g} m "
+        fmt::format("tool.width = {:.3g} m: for a domed membrane of this size, expected {:.3g} m "
                     "or more, which its triangles resolve",
                     width, kTrianglesUnderTool * HalfArc(dome) / (1.5 * kMostRings)));
   }

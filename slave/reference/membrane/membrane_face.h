@@ -14,7 +14,8 @@ class MembraneFace {
  public:
   static constexpr int kNodes = DiscMesh::kElementColumns;  // of an element's face
 
-  // Of the whole plate, in frame O: the mesh's x axis points to `p_O`, lengths times `unit` [m].
+  // The face of the whole plate, in frame O: the mesh's x axis points to `p_O`, lengths times
+  // `unit` [m].
   MembraneFace(const DiscMesh& mesh, const Eigen::Vector2d& p_O, double unit);
 
   // From the tool's centre, node 0, circle by circle outward, on each from the ray to p_O

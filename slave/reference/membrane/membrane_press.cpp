@@ -58,8 +58,8 @@ double Limited(double slope, double chord) {
   return share * chord;
 }
 
-// Of the rungs from one before `below` to two after it in what lies between it and the next one, at
-// the part t of the way: a cubic with the slopes, at either end, of the parabola through that rung
+// Weights of the rungs from one before `below` to two after it, between it and the next one at the
+// part t of the way: a cubic with the slopes, at either end, of the parabola through that rung
 // and its neighbours (at the first and the last rung, through the three nearest).
 
 using Weights = std::array<double, 4>;
@@ -131,25 +131,25 @@ Vector3d DisplacementAt(const MembranePress& press, const Vector2d& p_O, double 
   return displacement;
 }
 
-double ForceOf(const Dent& dent) noexcept {
+double ForceOf(const Indentation& indentation) noexcept {
   double force = 0;
-  for (const Dent::Part& part : dent.parts) {
-    if (part.press && part.share > 0) force += part.share * ForceAt(*part.press, dent.depth);
+  for (const Indentation::Part& part : indentation.parts) {
+    if (part.press && part.share > 0) force += part.share * ForceAt(*part.press, indentation.depth);
   }
   return force;
 }
 
-Vector3d DisplacementOf(const Dent& dent, const Vector2d& p_O) noexcept {
-  if (!(p_O.norm() < dent.rim)) return Vector3d::Zero();
-  const double p = dent.place_O.norm();
-  const Vector2d axis = p > 0 ? Vector2d(dent.place_O / p) : Vector2d(1, 0);
+Vector3d DisplacementOf(const Indentation& indentation, const Vector2d& p_O) noexcept {
+  if (!(p_O.norm() < indentation.rim)) return Vector3d::Zero();
+  const double p = indentation.place_O.norm();
+  const Vector2d axis = p > 0 ? Vector2d(indentation.place_O / p) : Vector2d(1, 0);
   const Vector2d across(-axis.y(), axis.x());
   const Vector2d turned(axis.dot(p_O), across.dot(p_O));
   Vector3d u = Vector3d::Zero();
-  for (const Dent::Part& part : dent.parts) {
+  for (const Indentation::Part& part : indentation.parts) {
     if (!part.press || !(part.share > 0)) continue;
-    u += part.share *
-         DisplacementAt(*part.press, Carried(turned, p, part.radius, dent.rim), dent.depth);
+    u += part.share * DisplacementAt(*part.press, Carried(turned, p, part.radius, indentation.rim),
+                                     indentation.depth);
   }
   Vector3d u_O;
   u_O << u.x() * axis + u.y() * across, u.z();

@@ -70,7 +70,7 @@ class DiscMesh {
   [[nodiscard]] const Eigen::Vector2d& place(int column) const {
     return places_[static_cast<std::size_t>(column)];
   }
-  // Of the elements at (ring, ray): circle by circle outward, on each along the angle.
+  // Columns of the element at (ring, ray): circle by circle outward, on each along the angle.
   [[nodiscard]] std::array<int, kElementColumns> element(int ring, int ray) const;
   // Components of a column's displacement that the mirror planes fix.
   [[nodiscard]] std::array<bool, 3> Held(int circle, int ray) const;

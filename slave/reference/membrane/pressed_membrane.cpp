@@ -36,35 +36,34 @@ void CheckParameters(const MembraneGeometry& geometry, const Material& material,
                      const Vector2d& p_O, const MembraneResolution& resolution, double prestress) {
   const double a = geometry.radius, t = geometry.thickness;
   Require(a > 0 && std::isfinite(a),
-          fmt::format("object.geometry.membrane.radius = {} m: accepted is > 0", a));
+          fmt::format("object.geometry.membrane.radius = {} m: expected > 0", a));
   Require(Within(t, a / 400, a / 10),
-          fmt::format("object.geometry.membrane.thickness = {} m: accepted is {} to {} m (radius / "
+          fmt::format("object.geometry.membrane.thickness = {} m: expected {} to {} m (radius / "
                       "400 to radius / 10)",
                       t, a / 400, a / 10));
-  Require(material.young_modulus > 0 && std::isfinite(material.young_modulus),
-          fmt::format("object.material.young_modulus = {} Pa: accepted is > 0",
-                      material.young_modulus));
+  Require(
+      material.young_modulus > 0 && std::isfinite(material.young_modulus),
+      fmt::format("object.material.young_modulus = {} Pa: expected > 0", material.young_modulus));
   Require(material.poisson_ratio > -1 && material.poisson_ratio <= 0.5,
-          fmt::format("object.material.poisson_ratio = {}: accepted is -1 < nu <= 0.5",
+          fmt::format("object.material.poisson_ratio = {}: expected -1 < nu <= 0.5",
                       material.poisson_ratio));
   Require(Within(width, std::max(t, a / 50), a),
-          fmt::format("tool.width = {} m: accepted is {} to {} m (the thickness, at least radius / "
+          fmt::format("tool.width = {} m: expected {} to {} m (the thickness, at least radius / "
                       "50, to the radius)",
                       width, std::max(t, a / 50), a));
   Require(p_O.norm() + width / 2 <= 0.95 * a,
-          fmt::format("a tool of width {} m at ({}, {}) m does not fit inside the rim: accepted is "
+          fmt::format("a tool of width {} m at ({}, {}) m does not fit inside the rim: expected "
                       "a tool that stays within {} m of the centre",
                       width, p_O.x(), p_O.y(), 0.95 * a));
   const double most = 0.5 * material.young_modulus * t;
-  Require(
-      Within(prestress, 0, most),
-      fmt::format("model.prestress = {} N/m: accepted is 0 to {} N/m (half of young_modulus times "
-                  "thickness)",
-                  prestress, most));
+  Require(Within(prestress, 0, most),
+          fmt::format("model.prestress = {} N/m: expected 0 to {} N/m (half of young_modulus times "
+                      "thickness)",
+                      prestress, most));
   Require(resolution.across == 0 || Within(resolution.across, 4, 40),
-          fmt::format("across = {}: accepted is 0, or 4 to 40", resolution.across));
+          fmt::format("across = {}: expected 0, or 4 to 40", resolution.across));
   Require(resolution.through == 0 || Within(resolution.through, 1, 4),
-          fmt::format("through = {}: accepted is 0, or 1 to 4", resolution.through));
+          fmt::format("through = {}: expected 0, or 1 to 4", resolution.through));
 }
 
 NestedCircles CirclesOf(double radius, double width, const Vector2d& p_O) {

@@ -84,7 +84,7 @@ class PressedMembrane {
 //
 // which for a tight membrane under a small load is no approximation (Laplace's equation keeps its
 // form under conformal maps). Frame O.
-struct Dent {
+struct Indentation {
   struct Part {
     std::shared_ptr<const MembranePress> press;
     double radius = 0;  // of the position at which it was solved [m]
@@ -96,9 +96,9 @@ struct Dent {
   std::array<Part, 2> parts;      // without contacts: a free membrane
 };
 
-// Of the tool on the membrane along z [N]: negative pushes.
-double ForceOf(const Dent& dent) noexcept;
-// Of the inner face's point that rests at p_O [m].
-Eigen::Vector3d DisplacementOf(const Dent& dent, const Eigen::Vector2d& p_O) noexcept;
+// Force of the tool on the membrane along z [N]: negative pushes.
+double ForceOf(const Indentation& indentation) noexcept;
+// Displacement of the inner face's point that rests at p_O [m].
+Eigen::Vector3d DisplacementOf(const Indentation& indentation, const Eigen::Vector2d& p_O) noexcept;
 
 }  // namespace palpate::site

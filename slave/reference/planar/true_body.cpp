@@ -24,7 +24,7 @@ Outline TrueOutline(const Scene& scene) {
     const auto& embryo = scene.site.embryo;
     if (embryo && embryo->radius > 0) return OutlineOf(DiscGeometry{embryo->radius, 1});
     throw std::invalid_argument(
-        "object.geometry.contour = from-image: accepted by the simulator is an outline it can "
+        "object.geometry.contour = from-image: the simulator expects an outline it can "
         "draw: rectangle, disc, polygon or a contour file");
   }
   return OutlineOf(geometry);
@@ -40,7 +40,7 @@ double LoopArea(const std::vector<Point>& loop) {
 Eigen::Isometry2d InPlane(const Eigen::Isometry3d& X_SO, const Point& misplacement) {
   if (std::abs(X_SO.linear()(2, 2) - 1) > 1e-9) {
     throw std::invalid_argument(
-        "object.pose.rotation: accepted by the simulator is a rotation about z alone");
+        "object.pose.rotation: the simulator expects a rotation about z alone");
   }
   Eigen::Isometry2d X = Eigen::Isometry2d::Identity();
   X.linear() = X_SO.linear().topLeftCorner<2, 2>();
@@ -72,7 +72,7 @@ TrueBody::TrueBody(const Scene& scene)
   if (std::none_of(edges_.begin(), edges_.end(),
                    [](const Edge& e) { return e.held_x || e.held_y; })) {
     throw std::invalid_argument(
-        "object.fixed: contains no part of the boundary; accepted by the simulator is a side, an "
+        "object.fixed: contains no part of the boundary; the simulator expects a side, an "
         "arc or a plane that does");
   }
 }
@@ -141,7 +141,7 @@ void TrueBody::Hold(const Fixed& fixed) {
       return plane->axis < 2 && on_plane(e, plane->axis, plane->at);
     }
     throw std::invalid_argument(
-        "object.fixed.nodes: accepted by the simulator is a side, an arc or a plane; nodes belong "
+        "object.fixed.nodes: the simulator expects a side, an arc or a plane; nodes belong "
         "to a model's mesh");
   };
   for (Edge& e : edges_) {

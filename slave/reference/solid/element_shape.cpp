@@ -63,7 +63,7 @@ struct Powers {
   VectorXd value, slope;
 };
 
-// Of the monomials whose exponents are the columns of `exponents`: the value (`along` < 0) or the
+// The monomials whose exponents are the columns of `exponents`: the value (`along` < 0) or the
 // derivative along one direction, row per place.
 MatrixXd Monomials(const MatrixXi& exponents, const MatrixXd& places, int along) {
   MatrixXd result = MatrixXd::Ones(places.cols(), exponents.cols());

@@ -98,11 +98,11 @@ bool NeoHookean::FromFree(const Matrix3d& H, bool with_tangent, Stress* stress) 
   return true;
 }
 
-// Of one element. The stiffness between components a <= b of all its nodes is the product of the
-// shape functions' gradients with theirs times dP_a / dF_b, one such block beside the other.
+// Arrays of one element. The stiffness between components a <= b of all its nodes is the product of
+// the shape functions' gradients with theirs times dP_a / dF_b, one such block beside the other.
 struct NeoHookeanBody::Work {
   static constexpr std::array<int, 6> kFirst{0, 0, 0, 1, 1, 2}, kSecond{0, 1, 2, 1, 2, 2};
-  // Of the blocks that components (a, b) and (b, a) share.
+  // Numbers of the blocks that components (a, b) and (b, a) share.
   static constexpr std::array<std::array<int, 3>, 3> kBlock{{{0, 1, 2}, {1, 3, 4}, {2, 4, 5}}};
 
   void Resize(int nodes, int points) {
@@ -110,7 +110,7 @@ struct NeoHookeanBody::Work {
     P.resize(3, 3 * points);
     turned.resize(6 * nodes, 3 * points);
   }
-  // Of the component a of node i and b of node j.
+  // Stiffness between component a of node i and b of node j.
   [[nodiscard]] double entry(int i, int a, int j, int b) const {
     const auto nodes = static_cast<int>(stiffness.rows());
     const int first = nodes * kBlock[Index(a)][Index(b)];
@@ -224,7 +224,7 @@ bool NeoHookeanBody::Integrate(const PlacedElement& element, const VectorXd& u, 
     work->P.middleCols<3>(3 * p) = weight * stress.P;
     if (!with_stiffness) continue;
     for (int k = 0; k < 6; ++k) {
-      // Of dP_ai / dF_bj: row i, column j.
+      // dP_ai / dF_bj: row i, column j.
       const Matrix3d of_pair = weight * stress.tangent(Eigen::seqN(Work::kFirst[Index(k)], 3, 3),
                                                        Eigen::seqN(Work::kSecond[Index(k)], 3, 3));
       work->turned.block(k * nodes, 3 * p, nodes, 3).noalias() =

@@ -34,7 +34,7 @@ class NeoHookean {
 
   // At H = F - I with F from the rest, so that small strains keep their digits. False: not J > 0.
   bool At(const Eigen::Matrix3d& H, bool with_tangent, Stress* stress) const;
-  // Of the rest: how the rubber was stretched to get there, in the plane and across.
+  // Stretch of the rubber from free to the rest, in the plane and across.
   [[nodiscard]] const Eigen::Vector3d& stretch() const { return stretch_; }
 
  private:

@@ -81,7 +81,7 @@ struct ModelDecision {
 enum class Promise : std::uint8_t { kMeets, kMayMiss, kMisses };
 // kMayMiss: the error is within the tolerance, its bound is not.
 Promise OnTolerance(double error, double bound, double tolerance) noexcept;
-// Of an update [s] at a rate [Hz].
+// The promise of an update [s] at a rate [Hz].
 Promise OnRate(double update, double rate) noexcept;
 const char* ToString(Promise promise);  // "meets", "may miss", "MISSES"
 

@@ -20,7 +20,7 @@ struct OperatorOptions {
   TeleopTransform transform;   // scales and R_SM; the clutch sets the offset
   double force_limit = 3.3;    // at the device [N]
   double press_depth = 0.005;  // indentation of the simulated operator, at the tool [m]
-  bool press_told = false;     // the scene defines press_depth
+  bool press_given = false;    // the scene defines press_depth
   double press_speed = 0.020;  // speed of the simulated operator, at the tool [m/s]
 };
 struct ManipulatorOptions {

@@ -70,7 +70,7 @@ struct Finger {
   bool has_pose =
       false;  // the scene defines X_SF; otherwise the pad is above the middle of the object
   // Motion relative to the manipulator: the same, opposite (a pinch), or none.
-  enum class Motion : std::uint8_t { kHand, kOpposite, kStands } motion = Motion::kHand;
+  enum class Motion : std::uint8_t { kHand, kOpposite, kAtRest } motion = Motion::kHand;
 };
 // Tactile fingertips (paper B).
 struct Tactile {
@@ -116,10 +116,10 @@ struct StereoCameras {
   enum class Source : std::uint8_t {
     kSimulated,
     kFiles,
-    kEyes,   // `eyes`
-    kStream  // FeedImages
+    kCameras,  // `cameras`
+    kStream    // FeedImages
   } source = Source::kSimulated;
-  std::vector<Eye> eyes;      // left, right; one camera: both sides in one image
+  std::vector<Eye> cameras;   // left, right; one camera: both sides in one image
   double sync = 5e-3;         // largest time between the two images of a pair [s]
   std::string left, right;    // printf pattern or glob, from the working directory
   std::filesystem::path rig;  // file from `calibrate`; empty: the simulated pair's
@@ -167,11 +167,11 @@ struct CameraOptions {
 using StereoOrDepth = std::variant<StereoCameras, DepthPictures>;
 // Points on the object in space, and the cameras that track them (paper C).
 struct PointsOptions {
-  StereoOrDepth eyes;
+  StereoOrDepth cameras;
   PointTracking points;
 
   [[nodiscard]] auto parts() const {
-    return std::tuple(std::get_if<StereoCameras>(&eyes), std::get_if<DepthPictures>(&eyes),
+    return std::tuple(std::get_if<StereoCameras>(&cameras), std::get_if<DepthPictures>(&cameras),
                       &points);
   }
 };

@@ -19,7 +19,7 @@ double ErrorOf(const v1::WatchMeshRequest& request) {
   const double error = request.relative_error();
   if (error == 0 || (error >= kLeastError && error <= kMostError)) return error;  // nor NaN
   throw std::invalid_argument(
-      Formatted("relative_error = %g: accepted is 0, or %g to %g", error, kLeastError, kMostError));
+      Formatted("relative_error = %g: expected 0, or %g to %g", error, kLeastError, kMostError));
 }
 
 std::size_t BudgetOf(const v1::WatchMeshRequest& request) {

@@ -42,7 +42,7 @@ std::optional<LensWarp> LensOf(const Camera& camera) {
   const Lens lens = ReadLens(camera.lens);
   if (lens.size != camera.size) {
     throw std::invalid_argument(fmt::format(
-        "sense.camera.intrinsics = {}: its images have {} x {} px: accepted is sense.camera.size, "
+        "sense.camera.intrinsics = {}: its images have {} x {} px: expected sense.camera.size, "
         "{} x {}",
         camera.lens.string(), lens.size[0], lens.size[1], camera.size[0], camera.size[1]));
   }

@@ -15,8 +15,7 @@ double GapAhead(const Scene& scene, const Eigen::Vector2d& direction_S) {
   const Eigen::Vector2d home_O =
       body.X_SO().inverse() * Eigen::Vector2d(scene.manipulator.home.head<2>());
   if (body.Contains(home_O)) {
-    throw std::invalid_argument(
-        "manipulator.home: inside the object; accepted is a position outside");
+    throw std::invalid_argument("manipulator.home: inside the object; expected a position outside");
   }
   const double far = 2 * body.larger_side() + (body.Nearest(home_O).p_O - home_O).norm();
   const Eigen::Vector2d direction_O = body.X_SO().linear().transpose() * direction_S;

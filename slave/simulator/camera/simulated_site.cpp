@@ -75,7 +75,7 @@ struct SimulatedSite::State {
     pose.p_O_tip = ToBody(p_S_tip);
     if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side(), direction_O))) {
       throw std::invalid_argument(
-          "object.geometry: accepted by the simulator is an outline that does not cross itself and "
+          "object.geometry: the simulator expects an outline that does not cross itself and "
           "can be filled with triangles");
     }
   }

@@ -19,7 +19,7 @@ constexpr int kThirds = 90;    // of an interval, until the deepest place is fou
 constexpr int kHalvings = 60;  // until the surface is
 
 double SenseOf(Finger::Motion motion) {
-  if (motion == Finger::Motion::kStands) return 0;
+  if (motion == Finger::Motion::kAtRest) return 0;
   return motion == Finger::Motion::kHand ? 1 : -1;
 }
 

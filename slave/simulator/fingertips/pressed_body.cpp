@@ -29,7 +29,7 @@ constexpr double kPull = 1e-3;         // of the largest reaction that counts as
 constexpr int kMostPasses = 12;        // of who touches and who does not
 
 double LargerSide(const SiteMesh& mesh) {
-  if (mesh.elements.empty()) throw std::invalid_argument("mesh: accepted is at least one element");
+  if (mesh.elements.empty()) throw std::invalid_argument("mesh: expected at least one element");
   Eigen::Array3d low = mesh.nodes.front(), high = low;
   for (const auto& p : mesh.nodes) low = low.min(p.array()), high = high.max(p.array());
   return (high - low).maxCoeff();

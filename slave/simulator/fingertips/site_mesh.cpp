@@ -198,7 +198,7 @@ SolidMesh OwnMesh(const Geometry& geometry) {
   ObjectMesh own = MeshObject(scene, std::nullopt);
   if (auto* solid = std::get_if<SolidMesh>(&own)) return std::move(*solid);
   throw std::invalid_argument(
-      "object.geometry: accepted by the simulator of fingertips is a volume: box or mesh");
+      "object.geometry: the simulator of fingertips expects a volume: box or mesh");
 }
 
 SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t most_tets) {

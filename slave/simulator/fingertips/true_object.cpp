@@ -55,7 +55,7 @@ constexpr double kTouching = 1e-3;  // radii that a fingertip at home may be ins
 
 void CheckObject(const Object& object) {
   if (!IsVolume(object.geometry)) {
-    Refuse("object.geometry: accepted by the simulator of fingertips is a volume: box or mesh");
+    Refuse("object.geometry: the simulator of fingertips expects a volume: box or mesh");
   }
   if (object.fixed.empty()) {
     Refuse("object.fixed: missing; the simulator of fingertips needs a fixed part");
@@ -63,14 +63,14 @@ void CheckObject(const Object& object) {
   for (const Fixed& fixed : object.fixed) {
     if (!std::holds_alternative<FixedNodes>(fixed.where)) continue;
     Refuse(
-        "object.fixed.nodes: accepted by the simulator of fingertips is a plane, because its mesh "
+        "object.fixed.nodes: the simulator of fingertips expects a plane, because its mesh "
         "differs");
   }
   const double nu = object.material.poisson_ratio;
   if (!(nu < TrueObject::kMostPoisson)) {
     Refuse(
-        fmt::format("object.material.poisson_ratio = {:g}: accepted by the simulator of fingertips "
-                    "is -1 < nu < {:g}",
+        fmt::format("object.material.poisson_ratio = {:g}: the simulator of fingertips "
+                    "expects -1 < nu < {:g}",
                     nu, TrueObject::kMostPoisson));
   }
 }
@@ -201,7 +201,7 @@ void TrueObject::CheckHome() const {
     if (!Overlaps(surface, hand_.shape, hand_.fingers[f].X_OF_home)) continue;
     const std::string& name = scene_.sense.Find<Tactile>()->fingers[f].name;
     Refuse("sense.tactile.fingers." + name +
-           ".pose: the fingertip is inside the object; accepted is a pose outside it");
+           ".pose: the fingertip is inside the object; expected a pose outside it");
   }
 }
 

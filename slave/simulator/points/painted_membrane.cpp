@@ -28,7 +28,7 @@ constexpr float kGrey = 120, kContrast = 90;
 
 }  // namespace
 
-Eigen::Vector3d MembraneView::Place(const Eigen::Vector2d& p_O, const Dent& dent) const {
+Eigen::Vector3d MembraneView::Place(const Eigen::Vector2d& p_O, const Indentation& dent) const {
   return Eigen::Vector3d(p_O.x(), p_O.y(), -thickness) + DisplacementOf(dent, p_O);
 }
 
@@ -54,7 +54,7 @@ DottedMembrane::DottedMembrane(const MembraneView& view, const PrintedDots& dots
 }
 
 // A polygon with the area of its disc: an inscribed one has less.
-bool DottedMembrane::Outline(const Vector2d& p_O, const Dent& dent,
+bool DottedMembrane::Outline(const Vector2d& p_O, const Indentation& dent,
                              std::vector<Vector2d>* outline) const {
   const double nearby = kNearby * dots_.radius, turn = 2 * std::numbers::pi / kCorners;
   const auto along = [&](const Vector2d& way) -> Vector3d {
@@ -74,7 +74,7 @@ bool DottedMembrane::Outline(const Vector2d& p_O, const Dent& dent,
 }
 
 // Blur is linear, and dots do not overlap: blurred coverage is taken off the blurred ground.
-const cv::Mat& DottedMembrane::Paint(const Dent& dent) {
+const cv::Mat& DottedMembrane::Paint(const Indentation& dent) {
   ground_.copyTo(seen_);
   std::vector<Vector2d> outline;
   for (const Vector2d& p_O : dots_.places_O) {
@@ -120,7 +120,7 @@ void TexturedMembrane::LayGrid() {
   }
 }
 
-const cv::Mat& TexturedMembrane::Paint(const Dent& dent) {
+const cv::Mat& TexturedMembrane::Paint(const Indentation& dent) {
   ground_.copyTo(seen_);
   std::vector<std::optional<Vector2d>> p_I;
   p_I.reserve(nodes_O_.size());

@@ -100,8 +100,8 @@ void PressCache::SolveEverywhere() {
 PressCache::Presses PressCache::Between(const Ladder& below, const Ladder& above, double radius) {
   const double way = above.radius - below.radius;
   const double part = way > 0 ? std::clamp((radius - below.radius) / way, 0.0, 1.0) : 0;
-  return {{Dent::Part{below.press, below.radius, 1 - part},
-           Dent::Part{above.press, above.radius, part}}};
+  return {{Indentation::Part{below.press, below.radius, 1 - part},
+           Indentation::Part{above.press, above.radius, part}}};
 }
 
 PressCache::Presses PressCache::Await(double radius, double depth) {

@@ -46,7 +46,7 @@ class PressCache {
   void SolveEverywhere();
 
   struct Presses {
-    std::array<Dent::Part, 2> parts;
+    std::array<Indentation::Part, 2> parts;
     bool solved = true;  // false: not those around the radius, as deep as they can be
   };
   // The contacts around `radius`, at least as deep as `depth`; waits for them if necessary. Less

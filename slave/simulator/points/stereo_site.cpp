@@ -84,7 +84,7 @@ class MembraneStage final : public Stage {
 
   site::TrueMembrane membrane_;
   std::array<Painter, 2> painters_;
-  site::Dent held_;
+  site::Indentation held_;
 };
 
 class TargetStage final : public Stage {
@@ -155,7 +155,7 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolut
   const auto* geometry = std::get_if<MembraneGeometry>(&scene.object.geometry);
   if (points.track == Track::kSurface) {
     throw std::invalid_argument(
-        "sense.points.track = surface: accepted by the simulator is dots or texture");
+        "sense.points.track = surface: the simulator expects dots or texture");
   }
   if (points.track == Track::kTexture && !geometry) {
     return std::make_unique<TargetStage>(scene, rig, exposure);
@@ -168,7 +168,7 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolut
   }
   if (!geometry) {
     throw std::invalid_argument(
-        "object.geometry: accepted by the simulator for sense.points.track = dots is a membrane");
+        "object.geometry: the simulator for sense.points.track = dots expects a membrane");
   }
   const site::PrintedDots dots = site::DotsOn(points);
   return std::make_unique<MembraneStage<site::DottedMembrane>>(

@@ -16,14 +16,14 @@ constexpr double kNear = 1.5;      // of the centre: presses are expected within
 const MembraneGeometry& GeometryOf(const Scene& scene) {
   const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
   if (membrane) return *membrane;
-  throw std::invalid_argument("object.geometry: accepted by the simulator is a membrane");
+  throw std::invalid_argument("object.geometry: the simulator expects a membrane");
 }
 
 PressCache::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO,
                         const MembraneResolution& resolution) {
   if (!scene.tool || !(scene.tool->width > 0)) {
     throw std::invalid_argument(
-        "tool.width: missing; accepted by the simulator is the diameter of the tool, > 0");
+        "tool.width: missing; the simulator expects the diameter of the tool, > 0");
   }
   return {.geometry = GeometryOf(scene),
           .material = scene.object.material,
@@ -60,7 +60,7 @@ void TrueMembrane::Move(const Vector3d& p_S_tip, Patience patience) {
   next.in_contact = radius < rim_ && p_O.z() < 0;
   const double pressed = std::min(radius, presses_.farthest());
   if (next.in_contact) {
-    Dent& dent = next.dent;
+    Indentation& dent = next.dent;
     dent.depth = -p_O.z();
     dent.place_O = radius > 0 ? Vector2d(pressed / radius * p_O.head<2>()) : Vector2d(0, 0);
     const PressCache::Presses presses = patience == Patience::kWaits
@@ -68,7 +68,7 @@ void TrueMembrane::Move(const Vector3d& p_S_tip, Patience patience) {
                                             : presses_.Find(pressed, dent.depth);
     dent.parts = presses.parts;
     next.solved = presses.solved && radius <= presses_.farthest();
-    for (const Dent::Part& part : dent.parts) {
+    for (const Indentation::Part& part : dent.parts) {
       const auto& rungs = part.press->rungs;
       next.solved = next.solved && !rungs.empty() && rungs.back()->depth >= dent.depth;
     }

@@ -47,8 +47,8 @@ int NearestTo(const Vector3d& at, const PointCloud& cloud, const Segmentation& s
   }
   if (!(nearest <= kReach * kReach)) {
     throw std::invalid_argument(fmt::format(
-        "--at {:g},{:g},{:g}: the nearest point of an object is {:.3g} m away: accepted "
-        "is a point within {:g} m of one",
+        "--at {:g},{:g},{:g}: the nearest point of an object is {:.3g} m away: expected "
+        "a point within {:g} m of one",
         at.x(), at.y(), at.z(), std::sqrt(nearest), kReach));
   }
   return best;

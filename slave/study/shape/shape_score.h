@@ -21,7 +21,7 @@ namespace palpate::study {
 double OctreeScore(std::span<const Eigen::Vector3d> measured,
                    std::span<const Eigen::Vector3d> simulated, double leaf);
 
-// Of unsigned distances [m]; NaN where there are none.
+// Statistics of unsigned distances [m]; NaN where there are none.
 struct DistanceSummary {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   double mean = kNone, rms = kNone, p95 = kNone, max = kNone;

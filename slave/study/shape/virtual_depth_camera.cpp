@@ -145,7 +145,7 @@ std::vector<Vector3d> ScanSurface(const DepthCamera& camera, const SurfaceMesh& 
       const Vector3d ray = picture.Ray(u, v);
       const bool hidden = std::ranges::any_of(
           capsules_D, [&](const Occluder& capsule) { return HitCapsule(ray, capsule) < z; });
-      // Drawn for hidden pixels too: what stands before a pixel does not change the others.
+      // Drawn for hidden pixels too: what is before a pixel does not change the others.
       const double along = camera.noise * noise(generator);
       if (!hidden) cloud_S.push_back(camera.X_SD * (z * ray + along * ray.normalized()));
     }

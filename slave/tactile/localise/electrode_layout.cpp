@@ -52,10 +52,10 @@ std::optional<Row> ParseRow(const std::vector<std::string_view>& cells) {
 
 // Throws std::runtime_error `file:line: ...`: one line about electrode `name` is no place.
 void RequirePlace(const CsvLines& lines, const std::string& name, const std::optional<Row>& row) {
-  if (!row) lines.Fail(Shown(lines.text()) + ": accepted is NAME,x,y,z,nx,ny,nz in millimetres");
+  if (!row) lines.Fail(Shown(lines.text()) + ": expected NAME,x,y,z,nx,ny,nz in millimetres");
   const auto& [x, y, z, nx, ny, nz] = *row;
   if (Eigen::Vector3d(x, y, z).stableNorm() > kFarthest) {
-    lines.Fail(name + " is farther than 1 m from the origin: accepted are millimetres");
+    lines.Fail(name + " is farther than 1 m from the origin: expected millimetres");
   }
   if (!(std::abs(Eigen::Vector3d(nx, ny, nz).stableNorm() - 1) < kUnitTolerance)) {
     lines.Fail(name + ": nx,ny,nz is not a unit vector");
@@ -104,7 +104,7 @@ ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file) {
     const auto electrode = ElectrodeOf(lines.cells().front());
     if (!electrode) continue;
     const std::string name = NameOf(*electrode);
-    if (known[*electrode]) lines.Fail(name + " occurs twice: accepted is one row each");
+    if (known[*electrode]) lines.Fail(name + " occurs twice: expected one row each");
     const auto row = ParseRow(lines.cells());
     RequirePlace(lines, name, row);
     layout.p_F[*electrode] = kMillimetre * Eigen::Map<const Eigen::Vector3d>(row->data());
@@ -112,7 +112,7 @@ ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file) {
     known[*electrode] = true;
   }
   for (std::size_t i = 0; i < known.size(); ++i) {
-    if (!known[i]) lines.Fail(NameOf(i) + " is missing: accepted are all of E1 to E19");
+    if (!known[i]) lines.Fail(NameOf(i) + " is missing: expected all of E1 to E19");
   }
   return layout;
 }

@@ -112,7 +112,7 @@ HiddenActivation ReadActivation(const json& object, HiddenActivation otherwise) 
     if (word == name) return activation;
   }
   throw std::runtime_error("activation = " + word +
-                           ": accepted is tanh, relu, sigmoid, elu, leaky_relu or identity");
+                           ": expected tanh, relu, sigmoid, elu, leaky_relu or identity");
 }
 
 // Calls `read` with each layer of the list `key` and its name; `root` need not contain it.
@@ -164,7 +164,7 @@ void ReadMatrix(const json& root, const std::string& name, Matrix* matrix) {
 double ReadSize(const json& root, const char* key, const std::string& where = "") {
   if (!root.contains(key)) return 0;
   const double value = ReadNumber(root[key], where + key);
-  if (!(value >= 0)) throw std::runtime_error(where + key + ": accepted is a number >= 0");
+  if (!(value >= 0)) throw std::runtime_error(where + key + ": expected a number >= 0");
   return value;
 }
 
@@ -182,7 +182,7 @@ SignalPattern ReadPattern(const json& root) {
     read.error = ReadErrorLaw(kind, "pattern.kinds.");
     const Eigen::LLT<SignalPattern::Covariance> factor(read.shape);
     if (!(read.share > 0 && factor.info() == Eigen::Success)) {
-      throw std::runtime_error("pattern.kinds: accepted are shares > 0 and covariances");
+      throw std::runtime_error("pattern.kinds: expected shares > 0 and covariances");
     }
     pattern.kinds.push_back(read);
   }
@@ -200,7 +200,7 @@ NetworkInfo ReadInfo(const json& root) {
   if (root.contains("sigma")) {
     const Eigen::VectorXf sigma = ReadNumbers(root["sigma"], "sigma");
     if (sigma.size() != 3 || sigma.minCoeff() < 0) {
-      throw std::runtime_error("sigma: accepted are three numbers >= 0 [N]");
+      throw std::runtime_error("sigma: expected three numbers >= 0 [N]");
     }
     for (int i = 0; i < 3; ++i) info.sigma[i] = root["sigma"][static_cast<std::size_t>(i)];
   }
@@ -214,7 +214,7 @@ NetworkInfo ReadInfo(const json& root) {
 
 NetworkFile Parse(const json& root) {
   if (ReadCount(root, "palpate_force_network") != kVersion) {
-    throw std::runtime_error("palpate_force_network: accepted is " + std::to_string(kVersion));
+    throw std::runtime_error("palpate_force_network: expected " + std::to_string(kVersion));
   }
   NetworkFile file;
   file.info = ReadInfo(root);
@@ -243,7 +243,7 @@ std::unique_ptr<ForceNetwork> LoadForceNetwork(const fs::path& path) {
   }
   if (!fs::is_directory(path, ignored)) {
     throw std::runtime_error(
-        path.string() + ": accepted is a folder with " + kNetworkFileName +
+        path.string() + ": expected a folder with " + kNetworkFileName +
         "; `python3 -m palpate.convert_network` makes one of a PyTorch module");
   }
   if (!fs::exists(path / kNetworkFileName, ignored)) {

@@ -44,7 +44,7 @@ std::string FaultOfInfo(const NetworkInfo& info) {
   const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
   const int inputs = InputsOf(info.architecture);
   if (inputs == 0) {
-    return "architecture = " + info.architecture + ": accepted is " + std::string(kArchitectures);
+    return "architecture = " + info.architecture + ": expected " + std::string(kArchitectures);
   }
   if (info.inputs != inputs) {
     return "inputs = " + std::to_string(info.inputs) + ": " + info.architecture + " has " +
@@ -53,11 +53,11 @@ std::string FaultOfInfo(const NetworkInfo& info) {
   const bool looks_back = IsRecurrent(info.architecture) || IsTraced(info.architecture);
   const int most = looks_back ? kLargestWindow : 1;
   if (info.window < 1 || info.window > most) {
-    return "window = " + std::to_string(info.window) + ": accepted is 1" +
+    return "window = " + std::to_string(info.window) + ": expected 1" +
            (most > 1 ? " to " + std::to_string(most) : "") + " for " + info.architecture;
   }
   if (info.outputs < 3 || info.outputs > kLargestWidth) {
-    return "outputs = " + std::to_string(info.outputs) + ": accepted is 3 to " +
+    return "outputs = " + std::to_string(info.outputs) + ": expected 3 to " +
            std::to_string(kLargestWidth) + " (fx, fy, fz first)";
   }
   if (!positive(info.rate)) return "rate is not a positive number";
@@ -139,7 +139,7 @@ std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
   const auto is_set = [](const Eigen::VectorXf& v) { return (v.array() != 0).any(); };
   if (fault.empty() && is_traced &&
       (signs(weights.input_scale) || is_set(weights.input_mean) || is_set(weights.output_mean))) {
-    return info.architecture + ": accepted are input.scale > 0 and means of 0";
+    return info.architecture + ": expected input.scale > 0 and means of 0";
   }
   LayerCheck check(is_traced ? FeatureCount(info.inputs) : Eigen::Index{info.inputs});
   for (std::size_t k = 0; k < weights.lstm.size() && fault.empty(); ++k) {

@@ -159,25 +159,25 @@ CalibrationVerdict EvaluateCalibration(const CalibrationEvidence& question) {
   const HalvesCheck& halves = question.halves;
   if (halves.random.empty()) {
     verdict.reasons.push_back(
-        fmt::format("{} different {} are too few to check the repeatability of the {}: accepted is "
+        fmt::format("{} different {} are too few to check the repeatability of the {}: expected "
                     "{} or more, each with another position of the board",
                     halves.distinct, question.things, question.quantity, kFewestForHalves));
   } else {
     judge(!(halves.sigma() <= kSigma), halves.sigma() > kSigmaWarned,
           fmt::format("halves of the images differ in the {} by {} (odd and even) and up to {} "
-                      "(random halves): one sigma from all images is {}, accepted is {}",
+                      "(random halves): one sigma from all images is {}, expected at most {}",
                       question.quantity, Percent(halves.odd_even), Percent(halves.worst()),
                       Percent(halves.sigma()), Percent(kSigma)));
   }
   judge(!(question.rms_px <= kResidual), question.rms_px > kResidualWarned,
-        fmt::format("the corner residual is {:.2f} px rms: accepted is {} px", question.rms_px,
+        fmt::format("the corner residual is {:.2f} px rms: expected {} px", question.rms_px,
                     kResidual));
   judge(!(question.sigma_focal <= kFocal), false,
-        fmt::format("the focal length has a sigma of {}: accepted is {}; tilt the board more",
+        fmt::format("the focal length has a sigma of {}: expected {}; tilt the board more",
                     Percent(question.sigma_focal), Percent(kFocal)));
   for (const double coverage : question.coverage) {
     judge(!(coverage >= kCoverage), coverage < kCoverageWarned,
-          fmt::format("corners cover only {:.0f} % of the image: accepted is {}, recommended {}",
+          fmt::format("corners cover only {:.0f} % of the image: expected {}, recommended {}",
                       100 * coverage, Percent(kCoverage), Percent(kCoverageWarned)));
   }
   judge(static_cast<double>(question.used) < kUsed * static_cast<double>(question.given), false,

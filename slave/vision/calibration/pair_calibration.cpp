@@ -153,7 +153,7 @@ PairCalibration Without(PairCalibration calibration, std::size_t k) {
 void RequireEnough(const PairCalibration& calibration) {
   if (calibration.used.size() >= kFewestPairs) return;
   throw std::runtime_error(
-      "no three pairs agree on the relative pose of the cameras: accepted is a rigid pair and a "
+      "no three pairs agree on the relative pose of the cameras: expected a rigid pair and a "
       "board that does not move between the two exposures");
 }
 
@@ -166,7 +166,7 @@ void RequireApart(const PairFit& fit) {
   }
   if (fit.rig.baseline() > kLeast * distance) return;
   throw std::runtime_error(
-      "both cameras have the same position: accepted are images of two cameras side by side, not "
+      "both cameras have the same position: expected images of two cameras side by side, not "
       "the same images twice");
 }
 
@@ -249,7 +249,7 @@ PairCalibration CalibratePair(const Board& board, const std::vector<PairView>& p
                               const PairSizes& sizes) {
   if (pairs.size() < kFewestPairs) {
     throw std::runtime_error(std::to_string(pairs.size()) +
-                             " pairs show the board: accepted is 3 or more");
+                             " pairs show the board: expected 3 or more");
   }
   PairCalibration out = TakeRough(board, pairs, sizes);
   RequireEnough(out);

@@ -184,7 +184,7 @@ double MirroredRms(const std::vector<TipPlace>& places, const Indices& used, con
 
 void RefuseTooFew(std::size_t usable, std::size_t fewest) {
   throw std::runtime_error(
-      fmt::format("usable positions: {}; they do not determine a camera pose: accepted is {} or "
+      fmt::format("usable positions: {}; they do not determine a camera pose: expected {} or "
                   "more that are not collinear",
                   usable, fewest + 1));
 }
@@ -193,8 +193,8 @@ void RefuseTooFew(std::size_t usable, std::size_t fewest) {
 void CheckPlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r) {
   const std::size_t used = UsedOf(*r).size();
   if (used <= fewest) {
-    r->reasons.push_back(fmt::format("{} positions are too few to check the result: accepted is {}",
-                                     used, fewest + 1));
+    r->reasons.push_back(
+        fmt::format("{} positions are too few to check the result: expected {}", used, fewest + 1));
   }
   if (static_cast<double>(used) < kUsed * static_cast<double>(r->used.size())) {
     r->reasons.push_back(
@@ -255,7 +255,7 @@ CameraRegistration Register(const std::vector<TipPlace>& places, const Indices& 
 void CheckScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r) {
   if (!(r->sigma_angle <= kAngle)) {
     r->reasons.push_back(
-        fmt::format("the camera's direction has a sigma of {:.2g} deg: accepted is {:.2g}; use "
+        fmt::format("the camera's direction has a sigma of {:.2g} deg: expected {:.2g}; use "
                     "positions that are farther apart",
                     r->sigma_angle * 180 / std::numbers::pi, kAngle * 180 / std::numbers::pi));
   }
@@ -367,7 +367,7 @@ CameraRegistration RegisterLensPlane(const Lens& lens, const std::vector<TipPlac
     const auto at = Straight(lens, places[i].left_I);
     if (!at) {
       throw std::runtime_error(fmt::format(
-          "row {}: u, v = {:g}, {:g}: accepted is a pixel of the lens's image, {} x {}", i + 1,
+          "row {}: u, v = {:g}, {:g}: expected a pixel of the lens's image, {} x {}", i + 1,
           places[i].left_I.x(), places[i].left_I.y(), lens.size[0], lens.size[1]));
     }
     straight[i].left_I = *at;

@@ -47,7 +47,7 @@ DepthPoints::Params Checked(const DepthPoints::Params& params) {
   Require(std::isfinite(camera.cx), "cx", camera.cx, "a number");
   Require(std::isfinite(camera.cy), "cy", camera.cy, "a number");
   if (!camera.X_SD.matrix().allFinite()) {
-    throw std::invalid_argument("pose: accepted is a finite pose");
+    throw std::invalid_argument("pose: expected a finite pose");
   }
   Require(params.cell >= 2 && params.cell <= 1024, "cell", 1.0 * params.cell, "2 to 1024 px");
   Require(params.rest_pictures >= 1 && params.rest_pictures <= 10000, "rest_pictures",

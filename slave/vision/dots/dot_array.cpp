@@ -98,7 +98,7 @@ bool IsCollinear(const std::vector<Eigen::Vector2d>& layout) {
 DotArray::DotArray(std::vector<Eigen::Vector2d> layout) : layout_(std::move(layout)) {
   const std::size_t n = layout_.size();
   if (n < 3 || n > 400) {
-    throw std::invalid_argument(std::to_string(n) + " dots: accepted is 3 to 400");
+    throw std::invalid_argument(std::to_string(n) + " dots: expected 3 to 400");
   }
   for (const Eigen::Vector2d& p : layout_) {
     if (!p.allFinite()) throw std::invalid_argument("a dot of the layout has no finite position");

@@ -42,7 +42,7 @@ std::vector<Eigen::Vector2d> LatticePlaces(int count, const Eigen::Vector2d& spa
         spacing.maxCoeff() < 1e3 * spacing.minCoeff())) {
     throw std::invalid_argument("spacing = [" + std::to_string(spacing.x()) + ", " +
                                 std::to_string(spacing.y()) +
-                                "]: accepted are two lengths > 0, at most 1000 to 1");
+                                "]: expected two lengths > 0, at most 1000 to 1");
   }
   Choice best = Nearest(count, spacing, {0, 0});
   for (const Eigen::Vector2d& centre :

@@ -27,11 +27,11 @@ bool Fits(const cv::Mat& image, const Lens& lens) {
 StereoDots::Params Checked(StereoDots::Params params) {
   for (const Lens* lens : {&params.rig.left, &params.rig.right}) {
     if (!(lens->fx > 0 && lens->fy > 0 && lens->size[0] > 0 && lens->size[1] > 0)) {
-      throw std::invalid_argument("rig: accepted are lenses with focal lengths > 0 and a size > 0");
+      throw std::invalid_argument("rig: expected lenses with focal lengths > 0 and a size > 0");
     }
   }
   if (!(params.rig.baseline() > 0)) {
-    throw std::invalid_argument("rig: baseline = 0: accepted is > 0");
+    throw std::invalid_argument("rig: baseline = 0: expected > 0");
   }
   Require(params.dot_radius >= 0 && params.dot_radius < 1, "dot_radius", params.dot_radius,
           "0 <= radius < 1 m");
@@ -51,7 +51,7 @@ std::array<std::vector<Eigen::Vector2d>, 2> Projected(const StereoDots::Params& 
     const auto left = Project(params.rig.left, p_L);
     const auto right = Project(params.rig.right, params.rig.X_RL * p_L);
     if (!left || !right) {
-      throw std::invalid_argument("pose: accepted is the array of dots in front of both cameras");
+      throw std::invalid_argument("pose: expected the array of dots in front of both cameras");
     }
     places[0].push_back(*left);
     places[1].push_back(*right);

@@ -85,8 +85,7 @@ Lens ReadLens(const std::filesystem::path& file) {
   const StereoRig rig = ReadRig(file);
   if (rig.baseline() > 0) {
     throw std::runtime_error(
-        file.string() +
-        ": is for two cameras: accepted is the file of one camera (calibrate --left)");
+        file.string() + ": is for two cameras: expected the file of one camera (calibrate --left)");
   }
   return rig.left;
 }

@@ -40,18 +40,18 @@ Isometry3d Verged(double baseline, double distance) {
 StereoRig SimulatedRig(const Scene& scene) {
   if (!scene.sense.Find<StereoCameras>() || !scene.sense.Find<StereoCameras>()->rig.empty()) {
     throw std::invalid_argument(
-        "sense.camera: accepted by the simulator of a membrane or a textured target is a simulated "
+        "sense.camera: the simulator of a membrane or a textured target expects a simulated "
         "pair");
   }
   const StereoCameras& cameras = *scene.sense.Find<StereoCameras>();
   const Vector3d p_L = cameras.X_SL.inverse() * scene.object.X_SO.translation();
   const double distance = p_L.norm();
   if (!(distance > 0 && distance < 1e6)) {
-    throw std::invalid_argument("sense.camera.pose: accepted is a position away from the object");
+    throw std::invalid_argument("sense.camera.pose: expected a position away from the object");
   }
   if (!(cameras.baseline < 1.5 * distance)) {
     throw std::invalid_argument(
-        fmt::format("sense.camera.pair.baseline = {:g} m: accepted is less than {:g} m (1.5 times "
+        fmt::format("sense.camera.pair.baseline = {:g} m: expected less than {:g} m (1.5 times "
                     " the distance to the object)",
                     cameras.baseline, 1.5 * distance));
   }
@@ -60,7 +60,7 @@ StereoRig SimulatedRig(const Scene& scene) {
   rig.X_RL = Verged(cameras.baseline, distance);
   if (!IsInPicture(rig.left, p_L) || !IsInPicture(rig.right, rig.X_RL * p_L)) {
     throw std::invalid_argument(
-        "sense.camera.pose: accepted by the simulator is a pose from which both cameras see the "
+        "sense.camera.pose: the simulator expects a pose from which both cameras see the "
         "origin of the object's frame");
   }
   return rig;

@@ -62,12 +62,12 @@ class RigReader {
     if (!is_pair) return rig;
     rig.right = ReadLens(Child(root_, "right", "right"), "right.");
     const std::vector<double> R = Matrix(root_, "R", "R"), T = Matrix(root_, "T", "T");
-    if (R.size() != 9) Refuse("R = " + std::to_string(R.size()) + " numbers: accepted is 3 x 3");
-    if (T.size() != 3) Refuse("T = " + std::to_string(T.size()) + " numbers: accepted is 3 x 1");
+    if (R.size() != 9) Refuse("R = " + std::to_string(R.size()) + " numbers: expected 3 x 3");
+    if (T.size() != 3) Refuse("T = " + std::to_string(T.size()) + " numbers: expected 3 x 1");
     const Eigen::Matrix3d rotation =
         Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R.data());
     const double skew = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm();
-    if (!(skew < 1e-5) || rotation.determinant() < 0) Refuse("R: accepted is a rotation");
+    if (!(skew < 1e-5) || rotation.determinant() < 0) Refuse("R: expected a rotation");
     rig.X_RL.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
     rig.X_RL.translation() = Eigen::Map<const Eigen::Vector3d>(T.data());
     RequireRange("length of T", rig.baseline(), kNearest, kFarthest, "two cameras apart [m]");
@@ -88,13 +88,12 @@ class RigReader {
   void RequireRange(const std::string& name, double value, double least, double most,
                     const char* what) const {
     if (value >= least && value <= most) return;
-    Refuse(
-        fmt::format("{} = {:.6g}: accepted is {}, {:g} to {:g}", name, value, what, least, most));
+    Refuse(fmt::format("{} = {:.6g}: expected {}, {:g} to {:g}", name, value, what, least, most));
   }
   double Number(const YAML::Node& node, const std::string& name) const {
     double value = NAN;
     if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
-      Refuse(name + ": accepted is a finite number");
+      Refuse(name + ": expected a finite number");
     }
     return value;
   }
@@ -102,7 +101,7 @@ class RigReader {
                              const std::string& name) const {
     YAML::Node node = Child(map, key, name);
     if (node.IsMap()) node = Child(node, "data", name + ".data");
-    if (!node.IsSequence()) Refuse(name + ": accepted is a matrix with `data`");
+    if (!node.IsSequence()) Refuse(name + ": expected a matrix with `data`");
     std::vector<double> values;
     for (const YAML::Node& entry : node) values.push_back(Number(entry, name));
     return values;
@@ -110,7 +109,7 @@ class RigReader {
   int Pixels(const YAML::Node& map, const char* key, const std::string& name) const {
     const double value = Number(Child(map, key, name), name);
     if (!(value >= 1 && value <= kLargestPicture) || value != std::floor(value)) {
-      Refuse(fmt::format("{} = {}: accepted is 1 to {} pixels", name, value, kLargestPicture));
+      Refuse(fmt::format("{} = {}: expected 1 to {} pixels", name, value, kLargestPicture));
     }
     return static_cast<int>(value);
   }
@@ -121,7 +120,7 @@ class RigReader {
     const YAML::Node model = map["distortion_model"];
     const std::string name = model.IsScalar() ? model.Scalar() : "";
     if (name != "plumb_bob") {
-      Refuse(at + "distortion_model = " + name + ": accepted is plumb_bob");
+      Refuse(at + "distortion_model = " + name + ": expected plumb_bob");
     }
   }
 
@@ -131,7 +130,7 @@ class RigReader {
     lens.size = {Pixels(map, "image_width", at + "image_width"),
                  Pixels(map, "image_height", at + "image_height")};
     const std::vector<double> K = Matrix(map, "camera_matrix", at + "camera_matrix");
-    if (K.size() != 9) Refuse(at + "camera_matrix: accepted is 3 x 3");
+    if (K.size() != 9) Refuse(at + "camera_matrix: expected 3 x 3");
     lens.fx = K[0], lens.cx = K[2], lens.fy = K[4], lens.cy = K[5];
     const std::string name = at + "camera_matrix: ";
     RequireRange(name + "fx", lens.fx, kShortest, kLongest, "a focal > 0 [px]");
@@ -139,17 +138,17 @@ class RigReader {
     RequireRange(name + "cx", lens.cx, -kLargest, kLargest, "a centre [px]");
     RequireRange(name + "cy", lens.cy, -kLargest, kLargest, "a centre [px]");
     if (K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {
-      Refuse(at + "camera_matrix: accepted is [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
+      Refuse(at + "camera_matrix: expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
     }
     const std::vector<double> d =
         Matrix(map, "distortion_coefficients", at + "distortion_coefficients");
-    if (d.size() < 4) Refuse(at + "distortion_coefficients: accepted is k1 k2 p1 p2 [k3]");
+    if (d.size() < 4) Refuse(at + "distortion_coefficients: expected k1 k2 p1 p2 [k3]");
     for (std::size_t i = 0; i < d.size(); ++i) {
       if (i < lens.distortion.size()) {
         lens.distortion[i] = d[i];
         RequireRange(at + "distortion_coefficients", d[i], -kLargest, kLargest, "a number");
       } else if (d[i] != 0) {
-        Refuse(at + "distortion_coefficients: accepted is k1 k2 p1 p2 k3 (plumb bob); this lens " +
+        Refuse(at + "distortion_coefficients: expected k1 k2 p1 p2 k3 (plumb bob); this lens " +
                "has more");
       }
     }

@@ -39,11 +39,11 @@ void Halve(const cv::Mat& from, cv::Mat& to) {
 
 ImagePyramid::ImagePyramid(const cv::Mat& first, int levels) : type_(first.type()) {
   if (first.dims != 2 || (type_ != CV_8UC1 && type_ != CV_8UC3)) {
-    throw std::invalid_argument("image of texture: accepted is 8 bit grey or BGR");
+    throw std::invalid_argument("image of texture: expected 8 bit grey or BGR");
   }
   if (first.cols < kSmallest || first.rows < kSmallest) {
     throw std::invalid_argument("image of texture: " + std::to_string(first.cols) + " x " +
-                                std::to_string(first.rows) + " px: accepted is 32 px and more");
+                                std::to_string(first.rows) + " px: expected 32 px and more");
   }
   Require(levels >= 1, "levels", levels, ">= 1");
   for (cv::Size size = first.size();

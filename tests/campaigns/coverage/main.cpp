@@ -24,12 +24,12 @@ constexpr const char* kHelp = R"(Examples:
   coverage --sense pairs --each                    and how each of them went
 
 The error is that of the force's magnitude, of fingertips that of its vector, as sigma is. The
-modulus that the sense is told differs from the true one by what the scene says it may
+modulus that the sense is given differs from the true one by what the scene says it may
 (material.tolerance): `material` is what that makes of the error, `rest` what is left; so do the
-fingers' poses (pose_tolerance). Estimates count where the tool touches or is told to; `near the
+fingers' poses (pose_tolerance). Estimates count where the tool touches or is estimated to; `near the
 edge` are those below a tenth of the press's largest force.
 
-With --exact the modulus is no part of either, so that what is left of sigma stands alone.
+With --exact the modulus is no part of either: only the rest of sigma remains.
 
 Exit codes: 0 the intervals of the `valid` ones' shares (95 %, bootstrap over presses) meet 63 to
 73 % and 90 to 99 %; 1 one does not; 2 unusable arguments.)";
@@ -49,43 +49,43 @@ Phase PhaseOf(const StateRow& row, const robustness::Script& script, std::size_t
               double larger) {
   if (row.validity != Validity::kValid) return Phase::kFlagged;
   if (larger < kEdge) return Phase::kEdge;
-  // A network looks back, a press stands once it has.
-  const bool stands = index > script.hold + (script.back - script.hold) / 4;
-  return stands && index < script.back ? Phase::kStill : Phase::kMoving;
+  // A network looks back, a press is at rest once it has.
+  const bool is_at_rest = index > script.hold + (script.back - script.hold) / 4;
+  return is_at_rest && index < script.back ? Phase::kStill : Phase::kMoving;
 }
 
 std::vector<EstimateRow> TryPress(const Options& options, int number) {
   RandomPress press = DrawPress(options.sense, options.seed, number);
   if (options.exact) {
     press.modulus_error = 0;
-    press.alteration.tell = [tell = press.alteration.tell](Scene& told) {
-      const double modulus = told.object.material.young_modulus;  // of the scene that is true
-      tell(told);
-      told.object.material.young_modulus = modulus;
-      told.object.material.young_modulus_tolerance = 0;
+    press.alteration.tell = [tell = press.alteration.tell](Scene& scene) {
+      const double modulus = scene.object.material.young_modulus;  // of the scene that is true
+      tell(scene);
+      scene.object.material.young_modulus = modulus;
+      scene.object.material.young_modulus_tolerance = 0;
     };
   }
   robustness::Stage& stage = *press.stage;
-  std::vector<EstimateRow> told;
+  std::vector<EstimateRow> rows;
   const auto take = [&](std::size_t index, const StateRow& row, const Eigen::Vector3d& truth) {
     if (!row.force) return;
     const double force = row.force->norm() / stage.peak(), right = truth.norm() / stage.peak();
     const double larger = std::fmax(force, right);
-    // A told force of a network is never zero.
+    // A force of a network is never zero.
     const bool touches = stage.sense() == "fingertips" ? right > 0 : larger > 0;
     if (!touches) return;
     const double e = press.modulus_error;
     const double material = stage.sense() == "fingertips" ? 0 : -e / (1 + e) * right;
     const double off = (*row.force - truth).norm() / stage.peak();
     const double error = stage.sense() == "fingertips" ? off : force - right;
-    told.push_back({PhaseOf(row, stage.script(), index, larger), error, off,
+    rows.push_back({PhaseOf(row, stage.script(), index, larger), error, off,
                     row.sigma / stage.peak(), material});
     if (!options.trace) return;
     std::printf(
         "  %4zu %-10s %8.4f true %8.4f error %8.4f less material %8.4f vector %7.4f "
         "sigma %7.4f\n",
         index, ToString(row.validity).data(), force, right, force - right, force - right - material,
-        told.back().off, row.sigma / stage.peak());
+        rows.back().off, row.sigma / stage.peak());
   };
   try {
     Replay(stage, press.alteration, take);
@@ -93,10 +93,10 @@ std::vector<EstimateRow> TryPress(const Options& options, int number) {
     std::printf("%s: refused: %s\n", stage.name().c_str(), why.what());
   }
   if (options.each) {
-    const Bands bands = BandsOf(told);
+    const Bands bands = BandsOf(rows);
     std::printf("%s\n", InWords(stage.name() + (press.is_wide ? " wide" : ""), bands).c_str());
   }
-  return told;
+  return rows;
 }
 
 int Run(const Options& options) {
@@ -130,7 +130,7 @@ int Run(const Options& options) {
       options.sense.c_str(), options.scenes, options.exact ? "known" : "as stated", 100 * valid.one,
       100 * one.least, 100 * one.most, 100 * valid.two, 100 * two.least, 100 * two.most,
       holds ? "both bands hold" : "THE BANDS DO NOT HOLD",
-      valid.material > valid.rest ? "the modulus as told" : "what is sensed and modelled");
+      valid.material > valid.rest ? "the modulus as stated" : "what is sensed and modelled");
   return holds ? 0 : 1;
 }
 
@@ -138,12 +138,12 @@ int Main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("coverage"));
   spdlog::set_level(spdlog::level::err);
   Options options;
-  CLI::App app{"Counts how often the true force lies within the sigma told."};
+  CLI::App app{"Counts how often the true force lies within the reported sigma."};
   app.footer(kHelp);
   app.add_option("--sense", options.sense, "camera, pairs or fingertips");
   app.add_option("--seed", options.seed, "of the series");
   app.add_option("--scenes", options.scenes, "how many presses");
-  app.add_flag("--exact", options.exact, "the true modulus is told, as certain");
+  app.add_flag("--exact", options.exact, "the true modulus is given, as certain");
   app.add_flag("--each", options.each, "a line for each press");
   app.add_flag("--trace", options.trace, "a line for each estimate");
   try {

@@ -18,7 +18,7 @@ namespace {
 
 using robustness::Overrides;
 
-constexpr double kTensionTold = 0.5;          // one sigma, of itself
+constexpr double kTensionStated = 0.5;        // one sigma, of itself
 constexpr double kFoam = 4e4, kRubber = 1e6;  // moduli [Pa]
 constexpr double kWide = 0.1;  // share of the presses that go beyond the model's range
 
@@ -62,7 +62,7 @@ void AddPictures(Dice* dice, Overrides* scene) {
 }
 
 // A block, a wedge or a disc under a tool, a place and a depth of its own.
-Overrides Planar(Dice* dice, const StatedMaterial& told, double wide) {
+Overrides Planar(Dice* dice, const StatedMaterial& stated, double wide) {
   const double size = dice->Decades(5e-3, 0.2);
   const double pixel = size / dice->Between(230, 310);
   double height = size * dice->Between(0.6, 1), x = size * dice->Between(0.3, 0.7);
@@ -95,8 +95,8 @@ Overrides Planar(Dice* dice, const StatedMaterial& told, double wide) {
   scene.push_back(
       "sense.camera.pose={translation: " + Vector(left + 0.5 * size, bottom + 0.6 * size, 0) + "}");
   scene.push_back(fmt::format("sense.camera.pixel={:.9g}", pixel));
-  scene.push_back(fmt::format("object.material.young_modulus={:.9g}", told.modulus));
-  scene.push_back(fmt::format("object.material.tolerance={:.9g}", told.tolerance));
+  scene.push_back(fmt::format("object.material.young_modulus={:.9g}", stated.modulus));
+  scene.push_back(fmt::format("object.material.tolerance={:.9g}", stated.tolerance));
   scene.push_back(fmt::format("object.material.poisson_ratio={:.3g}", dice->Between(0.3, 0.49)));
   scene.push_back(fmt::format("tool.width={:.9g}", size * dice->Between(0.05, 0.12)));
   scene.push_back(fmt::format("operator.press.depth={:.9g}",
@@ -109,7 +109,7 @@ Overrides Planar(Dice* dice, const StatedMaterial& told, double wide) {
   return scene;
 }
 
-Overrides Membrane(Dice* dice, const StatedMaterial& told, double wide) {
+Overrides Membrane(Dice* dice, const StatedMaterial& stated, double wide) {
   const double radius = dice->Between(0.03, 0.045);
   const double place = radius * dice->Between(0, 0.55);
   const double around = dice->Between(0, 2 * std::numbers::pi);
@@ -118,14 +118,14 @@ Overrides Membrane(Dice* dice, const StatedMaterial& told, double wide) {
                               radius, thickness),
                   "manipulator.home=" +
                       Vector(place * std::cos(around), place * std::sin(around), 0.08 * radius),
-                  fmt::format("object.material.young_modulus={:.9g}", told.modulus),
-                  fmt::format("object.material.tolerance={:.9g}", told.tolerance),
+                  fmt::format("object.material.young_modulus={:.9g}", stated.modulus),
+                  fmt::format("object.material.tolerance={:.9g}", stated.tolerance),
                   fmt::format("object.material.poisson_ratio={:.3g}", dice->Between(0.35, 0.47)),
                   fmt::format("tool.width={:.9g}", radius * dice->Between(0.08, 0.15)),
                   fmt::format("operator.press.depth={:.9g}",
                               radius * (wide > 0 ? 0.26 : dice->Between(0.05, 0.13)))};
   if (dice->Chance(0.3)) {
-    const double stretched = told.modulus * thickness;
+    const double stretched = stated.modulus * thickness;
     scene.push_back(fmt::format("model.prestress={:.9g}", stretched * dice->Decades(1e-4, 3e-3)));
   }
   if (dice->Chance(0.3)) {
@@ -140,7 +140,7 @@ Overrides Membrane(Dice* dice, const StatedMaterial& told, double wide) {
 
 // A block between foam and rubber, two fingertips on either side of it, from near an edge to the
 // middle, on their tips, pads or sides.
-Overrides Pinch(Dice* dice, const StatedMaterial& told, double wide) {
+Overrides Pinch(Dice* dice, const StatedMaterial& stated, double wide) {
   const double length = dice->Between(0.04, 0.08), width = dice->Between(0.04, 0.08),
                height = dice->Between(0.045, 0.08);
   const auto pose = [&](double x, double turn) {
@@ -150,19 +150,19 @@ Overrides Pinch(Dice* dice, const StatedMaterial& told, double wide) {
                        Vector(x, y, z), roll, tilt, turn);
   };
   // Some newtons at most, whatever the modulus.
-  const double least = std::min(1.0, std::pow(kFoam / told.modulus, 0.75));
+  const double least = std::min(1.0, std::pow(kFoam / stated.modulus, 0.75));
   const double depth = wide > 0 ? 0.012 : least * dice->Between(0.003, 0.009);
   return {fmt::format("object.geometry={{box: {{size: {}, cells: [6, 6, 6]}}}}",
                       Vector(length, width, height)),
           "sense.tactile.fingers.ff.pose=" + pose(length + 0.013, 0),
           "sense.tactile.fingers.th.pose=" + pose(-0.013, 180),
-          fmt::format("object.material.young_modulus={:.9g}", told.modulus),
-          fmt::format("object.material.tolerance={:.9g}", told.tolerance),
+          fmt::format("object.material.young_modulus={:.9g}", stated.modulus),
+          fmt::format("object.material.tolerance={:.9g}", stated.tolerance),
           fmt::format("object.material.poisson_ratio={:.3g}", dice->Between(0.05, 0.35)),
           fmt::format("operator.press.depth={:.9g}", depth)};
 }
 
-// How the fingers' poses are told wrong: by what the scene says that they may be.
+// How the fingers' poses are stated wrong: by what the scene says that they may be.
 std::vector<Eigen::AngleAxisd> DrawTurns(Dice* dice, const Tactile& tactile) {
   std::vector<Eigen::AngleAxisd> turns;
   for (std::size_t i = 0; i < tactile.fingers.size(); ++i) {
@@ -196,29 +196,28 @@ RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number) 
   RandomPress press;
   press.is_wide = dice.Chance(kWide);
   const double wide = press.is_wide ? 0.12 : 0;
-  StatedMaterial told;
+  StatedMaterial stated;
   Scene scene;
   if (sense == "camera") {
-    told = DrawMaterial(&dice, 5e3, 2e6);
-    scene = Make("silicone-block", Planar(&dice, told, wide), &dice, number);
+    stated = DrawMaterial(&dice, 5e3, 2e6);
+    scene = Make("silicone-block", Planar(&dice, stated, wide), &dice, number);
   } else if (sense == "pairs") {
-    told = DrawMaterial(&dice, 1e6, 3e7);
-    scene = Make("rubber-membrane", Membrane(&dice, told, wide), &dice, number);
+    stated = DrawMaterial(&dice, 1e6, 3e7);
+    scene = Make("rubber-membrane", Membrane(&dice, stated, wide), &dice, number);
   } else if (sense == "fingertips") {
-    told = DrawMaterial(&dice, 3e3, wide > 0 ? 2e5 : kRubber);
-    scene = Make("foam-cube", Pinch(&dice, told, wide), &dice, number);
+    stated = DrawMaterial(&dice, 3e3, wide > 0 ? 2e5 : kRubber);
+    scene = Make("foam-cube", Pinch(&dice, stated, wide), &dice, number);
   } else {
-    throw std::invalid_argument("--sense = " + sense +
-                                ": accepted are camera, pairs and fingertips");
+    throw std::invalid_argument("--sense = " + sense + ": expected camera, pairs and fingertips");
   }
-  press.modulus_error = told.tolerance * NormalQuantile(Spread(seed, number));
+  press.modulus_error = stated.tolerance * NormalQuantile(Spread(seed, number));
   scene.object.material.young_modulus *= 1 + press.modulus_error;
   // What a scene tells of tension at rest is taken for half sure.
   const double tension = scene.model.prestress;
-  scene.model.prestress *= std::max(0.1, 1 + kTensionTold * dice.Normal());
+  scene.model.prestress *= std::max(0.1, 1 + kTensionStated * dice.Normal());
   if (tension > 0) scene.name += " tight";
-  press.alteration.tell = [told, tension](Scene& scene) {
-    scene.object.material.young_modulus = told.modulus;
+  press.alteration.tell = [stated, tension](Scene& scene) {
+    scene.object.material.young_modulus = stated.modulus;
     scene.model.prestress = tension;
   };
   if (const auto* tactile = scene.sense.Find<Tactile>()) {

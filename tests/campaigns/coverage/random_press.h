@@ -1,6 +1,6 @@
-// Presses drawn at random, one for each sense: an object, a tool, eyes and a motion that no scene
-// has, and what the sense is told of them, which differs from what is true by as much as the scene
-// says it may.
+// Presses drawn at random, one for each sense: an object, a tool, cameras and a motion that no
+// scene has, and what the sense is given of them, which differs from what is true by as much as the
+// scene says it may.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace palpate::coverage {
 
 struct RandomPress {
   std::unique_ptr<robustness::Stage> stage;
-  robustness::Alteration alteration;  // the sense is told the nominal modulus
+  robustness::Alteration alteration;  // the sense is given the nominal modulus
   double modulus_error = 0;           // true over nominal modulus, less 1 [-]
   bool is_wide = false;               // goes beyond what the scene's model vouches for
 };

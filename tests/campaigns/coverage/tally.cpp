@@ -8,16 +8,16 @@
 
 namespace palpate::coverage {
 
-Bands BandsOf(const std::vector<EstimateRow>& told) {
+Bands BandsOf(const std::vector<EstimateRow>& rows) {
   Bands bands;
-  bands.count = told.size();
-  if (told.empty()) return bands;
+  bands.count = rows.size();
+  if (rows.empty()) return bands;
   const auto mean = [&](const auto& of) {
     double sum = 0;
-    for (const EstimateRow& one : told) sum += of(one);
-    return sum / static_cast<double>(told.size());
+    for (const EstimateRow& one : rows) sum += of(one);
+    return sum / static_cast<double>(rows.size());
   };
-  // Where a sigma of 0 is told, only the truth itself is within it.
+  // Where a sigma of 0 is reported, only the truth itself is within it.
   const auto within = [&](double sigmas) {
     return mean(
         [&](const EstimateRow& t) { return std::abs(t.error) <= sigmas * t.sigma ? 1.0 : 0.0; });
@@ -33,7 +33,7 @@ Bands BandsOf(const std::vector<EstimateRow>& told) {
   bands.material = rms([](const EstimateRow& t) { return t.material; });
   bands.rest = rms([](const EstimateRow& t) { return t.error - t.material; });
   std::vector<double> sigmas;
-  for (const EstimateRow& one : told) sigmas.push_back(one.sigma);
+  for (const EstimateRow& one : rows) sigmas.push_back(one.sigma);
   std::ranges::nth_element(sigmas, sigmas.begin() + std::ssize(sigmas) / 2);
   bands.sigma = sigmas[sigmas.size() / 2];
   return bands;

@@ -15,10 +15,11 @@ inline constexpr std::array<const char*, 4> kPhaseNames{"near the edge", "moving
 // One estimate in contact. Forces in parts of the largest true one of its press [-].
 struct EstimateRow {
   Phase phase = Phase::kMoving;
-  double error = 0;  // that sigma is told of: of the magnitude, told less true, or of the vector
-  double off = 0;    // size of the error's vector
+  // The error that sigma describes: of the magnitude, estimated less true, or of the vector.
+  double error = 0;
+  double off = 0;  // size of the error's vector
   double sigma = 0;
-  double material = 0;  // part of `error` that is the modulus told, which is not the true one
+  double material = 0;  // part of `error` by the stated modulus, which is not the true one
 };
 
 // Over all presses of a sense.
@@ -31,7 +32,7 @@ struct Bands {
   double material = 0;         // rms [-]
   double rest = 0;             // rms of what is not the material's [-]
 };
-Bands BandsOf(const std::vector<EstimateRow>& told);
+Bands BandsOf(const std::vector<EstimateRow>& rows);
 
 // Shares within one and two sigma as 19 of 20 series of as many presses would have them: bootstrap
 // over presses, because the estimates of one press share their errors (Efron 1979).

@@ -80,7 +80,7 @@ study::PressSpec HeldOut(const Scene& scene, std::uint32_t seed, std::size_t cou
   return question;
 }
 
-// Of the question's presses the worst, of ten and more what nine of ten stay within; NaN: nothing
+// The worst of the question's presses, of ten and more what nine of ten stay within; NaN: nothing
 // is known.
 double ErrorOf(const Scene& scene, const StudyRow& row, const study::PressSpec& question,
                const std::vector<double>& truth) {
@@ -128,8 +128,8 @@ void EvaluatePoints(const Scene& scene, const StudyResult& study, const ModelDec
     tally->agree += agree ? 1 : 0;
     if (row.recommended) {
       ++tally->chosen;
-      const bool is_said = decision.reason.find("in its range at all") != std::string::npos;
-      tally->beyond += row.beyond > 0 && !is_said ? 1 : 0;
+      const bool is_stated = decision.reason.find("in its range at all") != std::string::npos;
+      tally->beyond += row.beyond > 0 && !is_stated ? 1 : 0;
       tally->chosen_agree += agree ? 1 : 0;
       tally->promised += decision.meets ? 1 : 0;
       tally->kept += decision.meets && measured <= scene.model.tolerance ? 1 : 0;

@@ -98,7 +98,7 @@ void AddMotion(CaseTable* table) {
              [](double s) { return Turn(s, When::kAtRest); });
   table->Add("zoom changed at rest", "%", {}, {1, 3, 10},
              [](double s) { return Zoom(1 + s / 100, When::kAtRest); });
-  table->Add("barrel distortion nobody told of", "px", {}, {2, 10},
+  table->Add("barrel distortion not in the scene", "px", {}, {2, 10},
              [](double s) { return Barrel(s); });
   table->Add("object moved at rest - away", "px", {5, 20}, {40},
              [](double s) { return Moved(s, 90, When::kAtRest); });
@@ -161,12 +161,12 @@ void AddGeometry(CaseTable* table) {
   table->Add("outline wrong", "%", {}, {-5, 5}, [](double s) {
     return AlterScene([s](Scene& scene) { Scale(1 + s / 100, &scene.object.geometry); });
   });
-  table->Add("object elsewhere than told", "px", {5}, {20, 60}, [](double s) {
+  table->Add("object elsewhere than stated", "px", {5}, {20, 60}, [](double s) {
     return AlterScene([s](Scene& scene) {
       scene.object.X_SO.translation().x() += s * scene.sense.Find<Camera>()->pixel;
     });
   });
-  table->Add("object turned against what is told", "deg", {}, {3, 10}, [](double s) {
+  table->Add("object turned against the scene", "deg", {}, {3, 10}, [](double s) {
     return AlterScene([s](Scene& scene) {
       scene.object.X_SO.rotate(
           Eigen::AngleAxisd(s * std::numbers::pi / 180, Eigen::Vector3d::UnitZ()));

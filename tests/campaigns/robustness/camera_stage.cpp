@@ -49,7 +49,7 @@ class CameraStage final : public Stage {
     return home + counts_.WayAt(index) * (press_.Tip(press_.hold_begin()) - home);
   }
 
-  // An object that moves under a tool that stands is, for the two of them, a tool that moves the
+  // An object that moves under a tool at rest is, for the two of them, a tool that moves the
   // other way: the site is moved so, and its picture moved back.
   std::vector<Shot> Record(const std::function<Vector2d(const Moment&)>& moves) const {
     constexpr int kSteps = 8;  // between two pictures: the tool's way is followed, not jumped

@@ -16,7 +16,7 @@
 
 namespace palpate::robustness {
 
-// Of everything between the world and a sense; what is empty leaves things as they are.
+// Changes of everything between the world and a sense; what is empty changes nothing.
 struct Alteration {
   // Into each picture, last of all.
   Paint paint;

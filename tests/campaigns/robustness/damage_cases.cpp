@@ -86,10 +86,10 @@ void AddCompany(CaseTable* table) {
 }
 
 void AddWrongParameters(CaseTable* table) {
-  table->Add("tool's width told wrong", "%", {}, {-20, 20}, [](double s) {
+  table->Add("tool's width stated wrong", "%", {}, {-20, 20}, [](double s) {
     return AlterScene([s](Scene& scene) { scene.tool->width *= 1 + s / 100; });
   });
-  table->Add("camera turned against what is told", "deg", {}, {3, 10}, [](double s) {
+  table->Add("camera turned against the scene", "deg", {}, {3, 10}, [](double s) {
     return AlterScene([s](Scene& scene) {
       scene.sense.Find<Camera>()->X_SC.rotate(
           Eigen::AngleAxisd(s * M_PI / 180, Eigen::Vector3d::UnitZ()));

@@ -353,12 +353,12 @@ void AddGeometry(CaseTable* table) {
              [](double s) { return PoseOff(0, s, When::kAlways); });
   table->Add("object moved at rest", "mm", {}, {2, 5},
              [](double s) { return PoseOff(-1e-3 * s, 0, When::kAtRest); });
-  table->Add("object elsewhere than told", "mm", {}, {2, 5}, [](double s) {
+  table->Add("object elsewhere than stated", "mm", {}, {2, 5}, [](double s) {
     Alteration alteration;
     alteration.tell = [s](Scene& scene) { scene.object.X_SO.translation().x() += 1e-3 * s; };
     return alteration;
   });
-  table->Add("object softer than told", "times", {}, {2}, [](double s) {
+  table->Add("object softer than stated", "times", {}, {2}, [](double s) {
     Alteration alteration;
     alteration.tell = [s](Scene& scene) { scene.object.material.young_modulus *= s; };
     return alteration;

@@ -58,7 +58,7 @@ class Suite {
   explicit Suite(const Options& options) : options_(options), only_(options.only) {
     if (options.out.empty()) return;
     std::filesystem::create_directories(options.out);
-    // What a full run has found already stands; a quick one begins anew.
+    // What a full run has found is kept; a quick one begins anew.
     if (!options.full) std::filesystem::remove(table());
     rows_ = ReadRows(table());
   }

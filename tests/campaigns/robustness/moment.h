@@ -1,4 +1,4 @@
-// Where in a run a sample stands, and what of the true world its picture shows: what alterations
+// Where in a run a sample is, and what of the true world its picture shows: what alterations
 // go by.
 #pragma once
 
@@ -22,7 +22,7 @@ struct Moment {
   std::size_t index = 0;  // of the sample in the run, from 0
   int side = 0;           // of a pair: 0 left, 1 right
 
-  // Of the run that is over, 0 to 1.
+  // The share of the run that is over, 0 to 1.
   [[nodiscard]] double share() const {
     return script.count > 1 ? static_cast<double>(index) / static_cast<double>(script.count - 1)
                             : 0;

@@ -133,7 +133,7 @@ Paint From(When when, Paint paint) {
 
 Paint Flicker(double strength) {
   return [strength](const View& view, cv::Mat& picture) {
-    // One light for both eyes. Incommensurable with the pictures, like mains light.
+    // One light for both cameras. Incommensurable with the pictures, like mains light.
     const double gain = 1 + strength * std::sin(2.4 * static_cast<double>(view.index));
     picture.convertTo(picture, CV_8U, gain);
   };

@@ -1,6 +1,6 @@
-// What can go wrong with a picture between the world and the eyes: light, things in the way, blur,
-// noise, compression, a camera that moves. Each takes its severity and gives what paints it into
-// pictures of 8 bit grey; the same moment is always painted the same way.
+// What can go wrong with a picture between the world and the cameras: light, things in the way,
+// blur, noise, compression, a camera that moves. Each takes its severity and gives what paints it
+// into pictures of 8 bit grey; the same moment is always painted the same way.
 #pragma once
 
 #include <functional>
@@ -39,7 +39,7 @@ Paint Wire(double width, double degrees, double off, double grey = 30);
 // A plain patch over `share` of the tool's width along the whole shaft, moving with it.
 Paint CoveredSide(double share);
 // A plain patch across the shaft, from `from` to `to` [px] beyond the tip's place at full depth;
-// it stands still.
+// it does not move.
 Paint CoveredPiece(double from, double to);
 // A large smooth blob that comes into the picture and stays; it reaches `reach` [px] beyond the
 // tip's place along the shaft: below 0 it ends before the tip.
@@ -59,7 +59,8 @@ Paint Shake(double sigma);                         // per axis, anew in each pic
 Paint Drift(const Eigen::Vector2d& by);            // evenly, over the whole run [px]
 Paint Zoom(double factor, When when);              // about the picture's middle
 Paint Turn(double degrees, When when);             // about the picture's middle
-// Barrel (or < 0 pincushion) distortion that nobody told of: so far inwards in the corners [px].
+// Barrel (or < 0 pincushion) distortion that is not in the scene: so far inwards in the corners
+// [px].
 Paint Barrel(double px);
 
 }  // namespace palpate::robustness

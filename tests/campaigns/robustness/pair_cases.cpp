@@ -1,4 +1,4 @@
-// What two eyes must bear, and under what they may doubt.
+// What two cameras must bear, and under what they may doubt.
 #include <array>
 #include <cmath>
 #include <memory>
@@ -30,7 +30,7 @@ double Radians(double degrees) {
   return degrees * std::numbers::pi / 180;
 }
 
-// The eyes of the shipped membrane, for what is drawn where in space.
+// The cameras of the shipped membrane, for what is drawn where in space.
 struct CameraPair {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/rubber-membrane.yaml"));
   StereoRig rig = SimulatedRig(scene);
@@ -46,8 +46,8 @@ struct CameraPair {
   }
 };
 const CameraPair& TheCameraPair() {
-  static const CameraPair eyes;
-  return eyes;
+  static const CameraPair cameras;
+  return cameras;
 }
 
 // The membrane bulges by `height` [m] towards -z at its middle, as a paraboloid: each pixel shows
@@ -57,19 +57,19 @@ Paint Dome(double height) {
                                                                      cv::Mat& picture) {
     cv::Mat& from = (*maps)[static_cast<std::size_t>(view.side)];
     if (from.size() != picture.size()) {
-      const CameraPair& eyes = TheCameraPair();
-      const double radius = std::get<MembraneGeometry>(eyes.scene.object.geometry).radius;
-      const Isometry3d X_SC = eyes.X_CS(view.side).inverse();
+      const CameraPair& cameras = TheCameraPair();
+      const double radius = std::get<MembraneGeometry>(cameras.scene.object.geometry).radius;
+      const Isometry3d X_SC = cameras.X_CS(view.side).inverse();
       from.create(picture.size(), CV_32FC2);
       for (int y = 0; y < picture.rows; ++y) {
         for (int x = 0; x < picture.cols; ++x) {
-          const auto ray = RayOf(eyes.lens(view.side), {x, y});
+          const auto ray = RayOf(cameras.lens(view.side), {x, y});
           const Vector3d d = X_SC.linear() * Vector3d(ray->x(), ray->y(), 1);
           const Vector3d p = X_SC.translation() - X_SC.translation().z() / d.z() * d;
           const double bulge =
               height * std::fmax(0, 1 - p.head<2>().squaredNorm() / (radius * radius));
-          const Vector2d moved =
-              eyes.ImageOf(view.side, p - bulge * Vector3d::UnitZ()) - eyes.ImageOf(view.side, p);
+          const Vector2d moved = cameras.ImageOf(view.side, p - bulge * Vector3d::UnitZ()) -
+                                 cameras.ImageOf(view.side, p);
           from.at<cv::Point2f>(y, x) = {static_cast<float>(x - moved.x()),
                                         static_cast<float>(y - moved.y())};
         }
@@ -84,12 +84,13 @@ Paint Dome(double height) {
 // Five of the dots, or of the places where they would be, behind plain discs.
 Paint CoveredDots(int count) {
   return [count](const View& view, cv::Mat& picture) {
-    const CameraPair& eyes = TheCameraPair();
-    const auto layout = DotPlaces(*eyes.scene.sense.Find<PointTracking>());
+    const CameraPair& cameras = TheCameraPair();
+    const auto layout = DotPlaces(*cameras.scene.sense.Find<PointTracking>());
     std::vector<Vector2d> at;
     for (int i = 0; i < count; ++i) {
       const Vector2d& p_O = layout[static_cast<std::size_t>(i) * 6 % layout.size()];
-      at.push_back(eyes.ImageOf(view.side, eyes.scene.object.X_SO * Vector3d(p_O.x(), p_O.y(), 0)));
+      at.push_back(
+          cameras.ImageOf(view.side, cameras.scene.object.X_SO * Vector3d(p_O.x(), p_O.y(), 0)));
     }
     Patches(at, 14)(view, picture);
   };
@@ -148,13 +149,14 @@ void AddMotion(CaseTable* table) {
   table->Add("one camera turned at rest", "deg", {}, {0.5, 2},
              [](double s) { return OnSide(1, Turn(s, When::kAtRest)); });
   table->Add("rig shakes", "px", {0.5}, {3}, [](double s) {
-    return [s](const View& view, cv::Mat& picture) {  // both eyes alike
+    return [s](const View& view, cv::Mat& picture) {  // both cameras alike
       View left = view;
       left.side = 0;
       Shake(s)(left, picture);
     };
   });
-  table->Add("eyes shake - each for itself", "px", {}, {0.5, 2}, [](double s) { return Shake(s); });
+  table->Add("cameras shake - each for itself", "px", {}, {0.5, 2},
+             [](double s) { return Shake(s); });
   table->Add("zoom of one camera changed at rest", "%", {}, {0.5, 2},
              [](double s) { return OnSide(1, Zoom(1 + s / 100, When::kAtRest)); });
   table->Add("domed", "mm", {}, {-2, -0.5, 0.5, 2}, [](double s) { return Dome(1e-3 * s); });
@@ -187,18 +189,18 @@ void AddGeometry(CaseTable* table) {
     return AlterScene(
         [s](Scene& scene) { scene.sense.Find<StereoCameras>()->focal *= 1 + s / 100; });
   });
-  table->Add("rig turned against what is told", "deg", {}, {1, 5}, [](double s) {
+  table->Add("rig turned against the scene", "deg", {}, {1, 5}, [](double s) {
     return AlterScene([s](Scene& scene) {
       scene.sense.Find<StereoCameras>()->X_SL.rotate(
           Eigen::AngleAxisd(Radians(s), Vector3d::UnitX()));
     });
   });
-  table->Add("rig elsewhere than told", "mm", {}, {1, 5}, [](double s) {
+  table->Add("rig elsewhere than stated", "mm", {}, {1, 5}, [](double s) {
     return AlterScene([s](Scene& scene) {
       scene.sense.Find<StereoCameras>()->X_SL.translation().x() += 1e-3 * s;
     });
   });
-  table->Add("prestress told - there is none", "N/m", {}, {300, 3000},
+  table->Add("prestress stated - there is none", "N/m", {}, {300, 3000},
              [](double s) { return AlterScene([s](Scene& scene) { scene.model.prestress = s; }); });
   table->Add("radius wrong", "%", {}, {-10, 10}, [](double s) {
     return AlterScene([s](Scene& scene) {

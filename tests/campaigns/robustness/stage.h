@@ -75,7 +75,7 @@ struct StageMaker {
     return tried.stage.empty() ? !is_special : tried.stage == name;
   }
 };
-// Of shipped scenes and of what is made of them: all, or those of `--quick`.
+// Stages of shipped scenes and of what is made of them: all, or those of `--quick`.
 std::vector<StageMaker> StagesOf(Extent extent);
 
 }  // namespace palpate::robustness

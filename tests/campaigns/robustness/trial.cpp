@@ -174,11 +174,11 @@ void Print(std::FILE* trace, std::size_t index, const StateRow& row, const Eigen
 }  // namespace
 
 void Replay(Stage& stage, const Alteration& alteration, const Taker& take) {
-  Scene told = stage.scene();
-  if (alteration.tell) alteration.tell(told);
+  Scene stated = stage.scene();
+  if (alteration.tell) alteration.tell(stated);
   AlteredSamples samples(stage, alteration);
   const std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(
-      told, {.is_live = false, .player = &samples, .p_S_tip = samples.truth().p_S_tip});
+      stated, {.is_live = false, .player = &samples, .p_S_tip = samples.truth().p_S_tip});
   const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(nullptr);
   while (sense->Acquire({})) {
     const Truth truth = samples.truth();

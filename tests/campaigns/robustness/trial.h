@@ -15,7 +15,7 @@
 
 namespace palpate::robustness {
 
-// Beyond both an estimate told `valid` is silently wrong.
+// Beyond both an estimate reported as `valid` is silently wrong.
 inline constexpr double kSilentSigmas = 3;    // of its own
 inline constexpr double kSilentShare = 0.05;  // of the largest true force
 // What kRight demands besides.
@@ -29,12 +29,14 @@ struct Score {
   double worst = 0;  // the largest, likewise [-]
   double sigma = 0;  // median, of the largest true force, likewise [-]
   double z = 0;      // rms of error / sigma, likewise [-]
-  std::string why;   // what is most often said where it is not `valid`; `refused: ...` at the start
+  // The most frequent reason where it is not `valid`; `refused: ...` at the start.
+  std::string why;
 
   [[nodiscard]] bool Holds(Demand demand) const;
 };
 
-// Calls `take` with every estimate after rest: number of its sample, what was told, what was true.
+// Calls `take` with every estimate after rest: number of its sample, what was reported, what was
+// true.
 using Taker =
     std::function<void(std::size_t index, const StateRow& row, const Eigen::Vector3d& truth)>;
 void Replay(Stage& stage, const Alteration& alteration, const Taker& take);

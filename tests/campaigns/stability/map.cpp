@@ -3,7 +3,7 @@
 //
 //   stability_map --out deploy/readme/stability.svg
 //
-// A hand presses 3 mm into a wall; it is calm where it stands still once it is in, damped where the
+// A hand presses 3 mm into a wall; it is calm where it rests once it is in, damped where the
 // passivity control has to take energy out for that, restless where it moves on all the same.
 #include <algorithm>
 #include <array>
@@ -28,7 +28,7 @@ using Eigen::Vector2d;
 constexpr double kDepth = 0.003;     // at the hand [m]
 constexpr double kSurface = -0.004;  // where the wall begins, at the hand [m]
 constexpr double kSettled = 0.45,
-                 kStands = 1;   // after the first touch: the hand is in, and holds [s]
+                 kHeld = 1;     // after the first touch: the hand is in, and holds [s]
 constexpr double kLongest = 6;  // [s]
 constexpr double kMoves = 0.2;  // of the depth, to and fro meanwhile: restless
 constexpr double kStiffest = 2e5, kSoftest = 10;  // at the hand [N/m]
@@ -60,13 +60,13 @@ Calm TryPress(double K, const Wire& line, RenderMode mode, const Arm& arm) {
   SimHand hand(kDepth, 0.020, arm);
   double path = 0, last = 0, first = 0, touched = kLongest;
   int damped = 0;
-  while (rig.t() < std::min(touched + kStands, kLongest)) {
+  while (rig.t() < std::min(touched + kHeld, kLongest)) {
     const TickRecord& record = rig.Tick(hand);
     const double y = record.p_M.y();
     if (y < kSurface) touched = std::min(touched, rig.t());
-    const bool stands = rig.t() > touched + kSettled;
-    if (stands) path += std::abs(y - last);
-    if (!stands) first = y;
+    const bool is_held = rig.t() > touched + kSettled;
+    if (is_held) path += std::abs(y - last);
+    if (!is_held) first = y;
     damped += record.chain.reasons.Has(Reason::kPassivity) ? 1 : 0;
     last = y;
   }

@@ -62,7 +62,7 @@ TEST(PlaybackTest, ErrorsTellFileLineAndWhatIsAccepted) {
   EXPECT_THAT(ErrorOf(""), HasSubstr("empty"));
   EXPECT_THAT(ErrorOf("time_s,x,z\n0,0,0\n"), AllOf(HasSubstr(".csv:1"), HasSubstr("column y")));
   EXPECT_THAT(ErrorOf("0,0,0,0\n1,0,0,0\n"), HasSubstr("column time_s is missing"));
-  EXPECT_THAT(ErrorOf(header), HasSubstr("1 rows: accepted is at least 2"));
+  EXPECT_THAT(ErrorOf(header), HasSubstr("1 rows: expected at least 2"));
   EXPECT_THAT(ErrorOf(header + "0,1,1,1\n"), AllOf(HasSubstr(":3"), HasSubstr("time_s = 0")));
   EXPECT_THAT(ErrorOf(header + "1,nan,1,1\n"), AllOf(HasSubstr(":3"), HasSubstr("x = 'nan'")));
   EXPECT_THAT(ErrorOf(header + "1,1,1e999,1\n"), HasSubstr("y = '1e999'"));

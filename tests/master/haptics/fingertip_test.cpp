@@ -1,4 +1,4 @@
-// The haptic loop against objects that lie in any direction and are felt by fingertips: states at
+// The haptic loop against objects that lie in any direction and are sensed by fingertips: states at
 // 100 Hz, forces that lag by half of a network's window.
 #include <algorithm>
 #include <cmath>
@@ -62,8 +62,8 @@ TEST_P(AnyDirectionTest, TheHandPressesAlongTheNormalAndRetreatsEveryFourSeconds
     const Eigen::Vector3d way = rig.slave.tip() - options.home;
     sideways = std::max(sideways, (way - way.dot(options.normal) * options.normal).norm());
     if (record.state != OperatorState::kFollowing) return;
-    const Eigen::Vector3d felt = options.transform.R_SM * record.chain.sent;
-    EXPECT_GE(felt.dot(options.normal), -1e-12) << "it pushes outward";
+    const Eigen::Vector3d sent_S = options.transform.R_SM * record.chain.sent;
+    EXPECT_GE(sent_S.dot(options.normal), -1e-12) << "it pushes outward";
   });
   EXPECT_EQ(presses, 2);
   EXPECT_NEAR(peak, kDepth, 0.02 * kDepth);

@@ -21,7 +21,7 @@ TEST(ForceErrorTest, CountsTheTicksInWhichEitherForceIsLargeEnough) {
   EXPECT_NEAR(summary.rms, std::sqrt((0.01 + 0.09 + 0.16) / 3), 1e-12);
 }
 
-// A break that is told three ticks later and fades in two; a truth that lags without one.
+// A break that is reported three ticks later and fades in two; a truth that lags without one.
 TEST(BreakingErrorTest, TicksFromTheBreakToNoForceStandApart) {
   ForceError contact;
   BreakingError breaking;
@@ -43,7 +43,7 @@ TEST(BreakingErrorTest, TicksFromTheBreakToNoForceStandApart) {
   EXPECT_EQ(breaking.error().Above(0.01).ticks, 5U);
   EXPECT_EQ(contact.Above(0.01).ticks, 4U);
   breaking.Close(&contact);
-  EXPECT_EQ(contact.Above(0.01).ticks, 5U) << "no puncture was told to its end";
+  EXPECT_EQ(contact.Above(0.01).ticks, 5U) << "no puncture was reported to its end";
 }
 
 TEST(TruthTrackTest, IsLinearBetweenItsSamplesAndSilentElsewhere) {

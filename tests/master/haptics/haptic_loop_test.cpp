@@ -35,10 +35,10 @@ class HapticLoopTest : public testing::Test {
 
 // Reference: the law K d, and T^F with its scale and rotation by hand.
 TEST_F(HapticLoopTest, RendersTheLocalContactAtTheNewestHandPosition) {
-  EXPECT_NEAR(puppet_.felt.y(), 1.0, 1e-12);
+  EXPECT_NEAR(puppet_.force.y(), 1.0, 1e-12);
   puppet_.reading.p_M.y() = kInside - 0.001;
   const TickRecord& record = rig_.Tick(puppet_);
-  EXPECT_NEAR(puppet_.felt.y(), 1.5, 1e-12) << "at once, not with the next state";
+  EXPECT_NEAR(puppet_.force.y(), 1.5, 1e-12) << "at once, not with the next state";
   EXPECT_NEAR(record.chain.estimated.y(), 1.0, 1e-12);
   EXPECT_TRUE(record.chain.reasons.empty()) << ToString(record.chain.reasons);
 }
@@ -60,7 +60,7 @@ TEST_F(HapticLoopTest, MapsPositionsAndForcesBetweenTheFrames) {
   EXPECT_NEAR((puppet_.guide.inward_M - Eigen::Vector3d(-1, 0, 0)).norm(), 0, 1e-12);
   rig.Glide(puppet_, {-0.004, 0, 0});  // 2 mm along -y of S, of which 1 mm inside: 0.5 N
   rig.Run(puppet_, 0.1);
-  EXPECT_NEAR((puppet_.felt - Eigen::Vector3d(1.5, 0, 0)).norm(), 0, 1e-9);
+  EXPECT_NEAR((puppet_.force - Eigen::Vector3d(1.5, 0, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((rig.loop.record().p_S - Eigen::Vector3d(0.1, 0.198, 0)).norm(), 0, 1e-9);
 }
 
@@ -70,30 +70,30 @@ TEST_F(HapticLoopTest, AContactTakenUpPressedGivesBackWhatItHolds) {
   rig_.Release(puppet_, 0.2);
   rig_.Engage(puppet_, 0.1);
   ASSERT_EQ(rig_.state(), kFollowing);
-  EXPECT_NEAR(puppet_.felt.y(), 1.0, 1e-12);
+  EXPECT_NEAR(puppet_.force.y(), 1.0, 1e-12);
   puppet_.reading.v_M.y() = 0.020;
   rig_.Run(puppet_, 0.095, [&](const TickRecord& record) {
     puppet_.reading.p_M.y() += 0.020e-3;
     EXPECT_FALSE(record.chain.reasons.Has(Reason::kPassivity)) << record.p_S.transpose();
   });
-  EXPECT_NEAR(puppet_.felt.y(), 0.05, 0.011);
+  EXPECT_NEAR(puppet_.force.y(), 0.05, 0.011);
 }
 
 TEST_F(HapticLoopTest, SilenceHoldsTenMillisecondsThenFadesToZeroInForty) {
   rig_.slave.silent = true;
-  std::vector<double> felt;
+  std::vector<double> forces;
   double lost_at = 0;
   for (int i = 0; i < 150; ++i) {
     const TickRecord& record = rig_.Tick(puppet_);
     if (record.state == kHold && lost_at == 0) lost_at = i;
-    felt.push_back(puppet_.felt.y());
+    forces.push_back(puppet_.force.y());
     if (i > 0) {
-      EXPECT_LE(std::abs(felt[felt.size() - 1] - felt[felt.size() - 2]), 0.0251)
+      EXPECT_LE(std::abs(forces[forces.size() - 1] - forces[forces.size() - 2]), 0.0251)
           << "a kick at " << i;
     }
   }
   EXPECT_NEAR(lost_at, 30, 3);
-  const auto at = [&](double ms) { return felt[static_cast<std::size_t>(lost_at + ms)]; };
+  const auto at = [&](double ms) { return forces[static_cast<std::size_t>(lost_at + ms)]; };
   EXPECT_NEAR(at(8), 1, 1e-12);
   EXPECT_NEAR(at(30), 0.5, 0.06);
   EXPECT_EQ(at(52), 0) << "80 ms after the last state, and the two ticks of measuring it";
@@ -102,27 +102,27 @@ TEST_F(HapticLoopTest, SilenceHoldsTenMillisecondsThenFadesToZeroInForty) {
 // A device drops its force at a fault. A loop that faded from its own last force would give it
 // back.
 TEST_F(HapticLoopTest, AfterADeviceFaultTheForceIsZeroUntilANewEngagement) {
-  ASSERT_NEAR(puppet_.felt.y(), 1, 1e-12);
+  ASSERT_NEAR(puppet_.force.y(), 1, 1e-12);
   puppet_.reading.status.fault = DeviceFault::kSilent;
   puppet_.reading.engaged = false;
-  const auto is_zero = [&](const TickRecord&) { ASSERT_EQ(puppet_.felt.norm(), 0); };
+  const auto is_zero = [&](const TickRecord&) { ASSERT_EQ(puppet_.force.norm(), 0); };
   rig_.Run(puppet_, 0.003, is_zero);
   puppet_.reading.status.fault = DeviceFault::kNone;
   rig_.Run(puppet_, 0.2, is_zero);
   rig_.Engage(puppet_, 0.1);
-  EXPECT_NEAR(puppet_.felt.y(), 1, 0.05);
+  EXPECT_NEAR(puppet_.force.y(), 1, 0.05);
 }
 
 TEST_F(HapticLoopTest, FreshStatesWithin250MillisecondsBlendBackIn) {
   rig_.slave.silent = true;
   rig_.Run(puppet_, 0.150);
-  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_EQ(puppet_.force.norm(), 0);
   rig_.slave.silent = false;
   double last = 0;
   for (int i = 0; i < 60; ++i) {
     rig_.Tick(puppet_);
-    EXPECT_LE(puppet_.felt.y() - last, 0.0201);
-    last = puppet_.felt.y();
+    EXPECT_LE(puppet_.force.y() - last, 0.0201);
+    last = puppet_.force.y();
   }
   EXPECT_EQ(rig_.state(), kFollowing);
   EXPECT_NEAR(last, 1, 1e-12);
@@ -136,17 +136,17 @@ TEST_F(HapticLoopTest, LostTrackingFadesTheForceAndStopsTheTool) {
   const double before = rig_.slave.tip().y();
   puppet_.reading.p_M.y() -= 0.003;
   rig_.Run(puppet_, 0.1);
-  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_EQ(puppet_.force.norm(), 0);
   EXPECT_EQ(rig_.slave.tip().y(), before);
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kUnknown));
 }
 
 TEST_F(HapticLoopTest, APunctureDropsTheForceFastButNotInAStep) {
   rig_.slave.validity = Validity::kPunctured;
-  double last = puppet_.felt.y();
+  double last = puppet_.force.y();
   rig_.Run(puppet_, 0.014, [&](const TickRecord&) {
-    EXPECT_LE(std::abs(puppet_.felt.y() - last), 0.101);
-    last = puppet_.felt.y();
+    EXPECT_LE(std::abs(puppet_.force.y() - last), 0.101);
+    last = puppet_.force.y();
   });
   EXPECT_EQ(last, 0);
   EXPECT_EQ(rig_.state(), kFollowing);
@@ -156,7 +156,7 @@ TEST_F(HapticLoopTest, AnEmergencyStopFadesAndStays) {
   rig_.slave.forced_phase = Phase::kEstop;
   rig_.Run(puppet_, 0.1);
   EXPECT_EQ(rig_.state(), kEstop);
-  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_EQ(puppet_.force.norm(), 0);
   rig_.slave.silent = true;
   rig_.Run(puppet_, 2);
   EXPECT_EQ(rig_.state(), kEstop);
@@ -173,7 +173,7 @@ TEST_F(HapticLoopTest, ARestartedSlaveIsNotFollowedOn) {
 TEST_F(HapticLoopTest, TheForceNeverExceedsTheLimit) {
   puppet_.reading.p_M.y() = -0.5;
   rig_.Run(puppet_, 0.1, [&](const TickRecord& record) {
-    EXPECT_LE(puppet_.felt.norm(), 3.3 * (1 + 1e-12));
+    EXPECT_LE(puppet_.force.norm(), 3.3 * (1 + 1e-12));
     EXPECT_TRUE(record.chain.reasons.Has(Reason::kClamped));
     EXPECT_TRUE(record.chain.reasons.Has(Reason::kBeyondModel));
   });
@@ -183,16 +183,16 @@ TEST_F(HapticLoopTest, ImpossibleDeviceReadingsNeverReachHandOrSlave) {
   for (const double bad : {std::nan(""), 1e300, -std::numeric_limits<double>::infinity()}) {
     puppet_.reading.p_M.x() = bad;
     rig_.Run(puppet_, 0.1, [&](const TickRecord& record) {
-      EXPECT_TRUE(puppet_.felt.allFinite());
-      EXPECT_LE(puppet_.felt.norm(), 3.3);
+      EXPECT_TRUE(puppet_.force.allFinite());
+      EXPECT_LE(puppet_.force.norm(), 3.3);
       EXPECT_TRUE(record.p_M.allFinite() && record.p_S.allFinite());
       EXPECT_TRUE(record.chain.reasons.Has(Reason::kBadDevice));
       EXPECT_TRUE(rig_.slave.tip().allFinite());
     });
-    EXPECT_EQ(puppet_.felt.norm(), 0);
+    EXPECT_EQ(puppet_.force.norm(), 0);
     puppet_.reading.p_M.x() = 0;
     puppet_.reading.v_M.z() = bad;
-    rig_.Run(puppet_, 0.01, [&](const TickRecord&) { EXPECT_TRUE(puppet_.felt.allFinite()); });
+    rig_.Run(puppet_, 0.01, [&](const TickRecord&) { EXPECT_TRUE(puppet_.force.allFinite()); });
     puppet_.reading.v_M.z() = 0;
   }
 }
@@ -227,12 +227,12 @@ TEST_F(HapticLoopTest, ImpossibleStatesAreIgnoredAndThenHold) {
         faults[i](&state, bad);
         rig.states.Put({state, rig.now, 0});
         rig.Tick(puppet_);
-        ASSERT_TRUE(puppet_.felt.allFinite()) << i;
-        ASSERT_LE(puppet_.felt.norm(), 3.3) << i;
+        ASSERT_TRUE(puppet_.force.allFinite()) << i;
+        ASSERT_LE(puppet_.force.norm(), 3.3) << i;
         ASSERT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kBadState)) << i;
       }
       EXPECT_EQ(rig.state(), kHold) << i;
-      EXPECT_EQ(puppet_.felt.norm(), 0) << i;
+      EXPECT_EQ(puppet_.force.norm(), 0) << i;
     }
   }
 }
@@ -258,12 +258,12 @@ TEST_F(HapticLoopTest, CommandsAreAbsoluteNumberedAndCarryEpochAndEcho) {
 TEST_F(HapticLoopTest, TheEndOfTheStreamFadesAtOnce) {
   rig_.slave.silent = true;
   rig_.states.Put({SlaveState(), rig_.now, 0, 0, true});
-  double last = puppet_.felt.y();
+  double last = puppet_.force.y();
   for (int i = 0; i < 42; ++i) {
     const TickRecord& record = rig_.Tick(puppet_);
     EXPECT_TRUE(record.chain.reasons.Has(Reason::kEnded));
-    EXPECT_LE(puppet_.felt.y(), last);
-    last = puppet_.felt.y();
+    EXPECT_LE(puppet_.force.y(), last);
+    last = puppet_.force.y();
   }
   EXPECT_EQ(last, 0);
   EXPECT_EQ(rig_.state(), kHold);
@@ -281,13 +281,13 @@ TEST_F(HapticLoopTest, OfASilentSensorOrArmNoForceIsLeftAfterThirtyMilliseconds)
        {std::function<void(SlaveState*)>(is_stale), std::function<void(SlaveState*)>(is_faulty)}) {
     Rig rig;
     Engage(rig);
-    ASSERT_GT(puppet_.felt.y(), 0.5);
+    ASSERT_GT(puppet_.force.y(), 0.5);
     rig.slave.lie = lie;
-    double last = puppet_.felt.y();
+    double last = puppet_.force.y();
     rig.Run(puppet_, 0.034, [&](const TickRecord&) {
-      EXPECT_LE(puppet_.felt.y(), last);
-      EXPECT_LT(last - puppet_.felt.y(), 0.05);
-      last = puppet_.felt.y();
+      EXPECT_LE(puppet_.force.y(), last);
+      EXPECT_LT(last - puppet_.force.y(), 0.05);
+      last = puppet_.force.y();
     });
     EXPECT_EQ(rig.state(), kHold);
     EXPECT_EQ(last, 0);
@@ -303,7 +303,7 @@ TEST_F(HapticLoopTest, WhatWasSensedTooLongAgoOrInTheFutureIsNotRendered) {
     rig.slave.lie = [then](SlaveState* state) { state->sensed_at = then; };
     rig.Run(puppet_, 0.1);
     EXPECT_EQ(rig.state(), kHold) << seconds;
-    EXPECT_EQ(puppet_.felt.norm(), 0) << seconds;
+    EXPECT_EQ(puppet_.force.norm(), 0) << seconds;
     EXPECT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kAged)) << seconds;
     rig.Run(puppet_, 0.5);
     rig.Release(puppet_, 0.05);
@@ -316,7 +316,7 @@ TEST_F(HapticLoopTest, AnOffsetThatMovesWithinAnEpochIsNotFollowed) {
   rig_.slave.lie = [](SlaveState* state) { state->offset.y() -= 0.05; };
   rig_.Run(puppet_, 0.06);
   EXPECT_EQ(rig_.state(), kHold);
-  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_EQ(puppet_.force.norm(), 0);
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kOffsetJump));
 }
 
@@ -337,13 +337,13 @@ TEST_F(HapticLoopTest, AfterAStopASlaveThatWasStartedAnewIsFollowed) {
   EXPECT_EQ(rig_.state(), kFollowing);
 }
 
-// Settings that were not read are not gone by: no force, the tool stands, until they are read and
+// Settings that were not read are not gone by: no force, the tool rests, until they are read and
 // the operator has engaged anew, by the new ones.
 TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew) {
   rig_.slave.lie = [](SlaveState* state) { state->settings_revision = 7; };
   rig_.Run(puppet_, 0.06);
   EXPECT_EQ(rig_.state(), kHold);
-  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_EQ(puppet_.force.norm(), 0);
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kSettings));
   TeleopTransform halved;
   halved.force_scale = 0.5;
@@ -353,7 +353,7 @@ TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew)
   rig_.Release(puppet_, 0.01);
   rig_.Engage(puppet_, 0.1);
   EXPECT_EQ(rig_.state(), kFollowing);
-  EXPECT_NEAR(puppet_.felt.y(), 0.5, 1e-9);
+  EXPECT_NEAR(puppet_.force.y(), 0.5, 1e-9);
   const OperatorCommand* command = rig_.commands.Take();
   ASSERT_NE(command, nullptr);
   EXPECT_EQ(command->settings_revision, 7U);
@@ -381,7 +381,7 @@ TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {
 }
 
 // Until the slave says that it knows.
-TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsToldAndLetsTheHandGo) {
+TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsReportedAndLetsTheHandGo) {
   rig_.loop.stops().Request();
   rig_.Tick(puppet_);
   EXPECT_EQ(rig_.state(), kEstop);
@@ -390,7 +390,7 @@ TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsToldAndLetsTheHandGo) {
   EXPECT_TRUE(command->stop);
   EXPECT_FALSE(command->engaged);
   rig_.Run(puppet_, 0.045);
-  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_EQ(puppet_.force.norm(), 0);
   rig_.slave.forced_phase = Phase::kEstop;
   rig_.Run(puppet_, 0.01);
   EXPECT_FALSE(rig_.commands.Take()->stop);
@@ -398,7 +398,7 @@ TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsToldAndLetsTheHandGo) {
 }
 
 // The state that came last, before the line broke, tells of an older stop, which was reset since.
-TEST_F(HapticLoopTest, AStopIsNotTakenForToldByTheStandOfAnOlderOne) {
+TEST_F(HapticLoopTest, AStopIsNotTakenForReportedByTheStateOfAnOlderOne) {
   rig_.slave.forced_phase = Phase::kEstop;
   rig_.Run(puppet_, 0.1);
   rig_.slave.silent = true;
@@ -409,7 +409,7 @@ TEST_F(HapticLoopTest, AStopIsNotTakenForToldByTheStandOfAnOlderOne) {
 }
 
 // A round trip of 0.5 s: stopped, reset, and stopped again before the reset is seen.
-TEST(EmergencyStopTest, EachIsToldHoweverSoonAfterAReset) {
+TEST(EmergencyStopTest, EachIsReportedHoweverSoonAfterAReset) {
   Rig rig({.delay = 0.25});
   Puppet puppet;
   rig.Run(puppet, 1);
@@ -431,7 +431,7 @@ TEST(EmergencyStopTest, EachIsToldHoweverSoonAfterAReset) {
 }
 
 // By a call, which a station has that does not operate: it does not stop once more when it does.
-TEST_F(HapticLoopTest, AStopThatActedByAnotherWayIsToldNoMore) {
+TEST_F(HapticLoopTest, AStopThatActedByAnotherWayIsReportedNoMore) {
   rig_.loop.stops().Request();
   rig_.Tick(puppet_);
   rig_.loop.stops().Act(1);
@@ -448,8 +448,8 @@ TEST_F(HapticLoopTest, ClocksThatJumpDoNotHurt) {
        {std::chrono::hours(1), std::chrono::hours(-2), std::chrono::hours(30000)}) {
     rig_.now += jump;
     rig_.Run(puppet_, 0.02, [&](const TickRecord&) {
-      ASSERT_TRUE(puppet_.felt.allFinite());
-      ASSERT_LE(puppet_.felt.norm(), 3.3);
+      ASSERT_TRUE(puppet_.force.allFinite());
+      ASSERT_LE(puppet_.force.norm(), 3.3);
     });
   }
 }

@@ -123,7 +123,7 @@ TEST_F(LocalContactTest, BlendsPlaneAndStiffnessOverThirtyMilliseconds) {
   EXPECT_NEAR(contact.ForceAt(p, kLater + 0.031).y(), 3.0, 1e-12);
 }
 
-// A change during a change starts from what is felt, and the surface never pulls.
+// A change during a change starts from the rendered force, and the surface never pulls.
 TEST_F(LocalContactTest, ChangesUponChangesAreContinuousAndNeverPull) {
   contact.Take(Wall(500, 0, 1), 0);
   double last = contact.ForceAt({0, -0.002, 0}, kLater).y();

@@ -135,7 +135,7 @@ TEST_P(MaliciousSlaveTest, TheHandKeepsItsLimits) {
   bool begun = false;
   std::uint32_t epoch = 0;
   double force_peak = 0, step_peak = 0, energy = 0, energy_min = 0;
-  int felt = 0;
+  int forces = 0;
   rig.Run(hand, 12, [&](const TickRecord& record) {
     const Eigen::Vector3d dp = begun ? Eigen::Vector3d(record.p_M - last_p) : last_force;
     begun = true;
@@ -149,7 +149,7 @@ TEST_P(MaliciousSlaveTest, TheHandKeepsItsLimits) {
     force_peak = std::max(force_peak, record.chain.sent.norm());
     step_peak = std::max(step_peak, (record.chain.sent - last_force).norm());
     last_force = record.chain.sent;
-    felt += last_force.isZero(0) ? 0 : 1;
+    forces += last_force.isZero(0) ? 0 : 1;
     ASSERT_TRUE(last_force.allFinite());
   });
   EXPECT_LE(force_peak, kForceLimit * (1 + 1e-12));

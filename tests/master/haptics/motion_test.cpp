@@ -15,7 +15,7 @@ HapticLoop::Options With(const MotionOptions& motion) {
 }
 
 // A device that is mounted with other axes feels and moves the same tool. Reference: the same run
-// with a device that stands as M.
+// with a device oriented as M.
 TEST(LoopMotionTest, MappedAxesChangeNothingForTheOperator) {
   MotionOptions mapped;
   mapped.axes = AxisMap::Parse("-z,x,-y");
@@ -97,7 +97,7 @@ TEST(LoopMotionTest, LocksAndBoxLimitTheTool) {
   EXPECT_NEAR(scaled.x(), -500 * 0.008, 1e-9);
   EXPECT_NEAR(scaled.y(), 500 * 0.002, 1e-9);
   EXPECT_NEAR(scaled.z(), -500 * 0.004, 1e-9);
-  EXPECT_LE(puppet.felt.norm(), 3.3 * (1 + 1e-12));
+  EXPECT_LE(puppet.force.norm(), 3.3 * (1 + 1e-12));
 }
 
 }  // namespace

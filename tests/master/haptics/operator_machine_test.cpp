@@ -77,7 +77,7 @@ TEST_F(OperatorMachineTest, SilenceBeyondThirtyMillisecondsHolds) {
   EXPECT_EQ(Run(), kHold);
 }
 
-// The way up can fail alone: states come, but the tool stands where it was.
+// The way up can fail alone: states come, but the tool rests where it was.
 TEST_F(OperatorMachineTest, AToolThatDoesNotFollowHoldsAndLastingSoNeedsANewEngagement) {
   Follow();
   in_.slave_phase = Phase::kHold;

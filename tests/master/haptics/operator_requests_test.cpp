@@ -26,11 +26,11 @@ class OperatorRequestsTest : public testing::Test {
     ASSERT_EQ(rig_.state(), kFollowing);
     rig_.Glide(puppet_, {0, -0.006, 0});
     rig_.Run(puppet_, 0.1);
-    ASSERT_NEAR(puppet_.felt.y(), 1, 1e-9);
+    ASSERT_NEAR(puppet_.force.y(), 1, 1e-9);
   }
   // Largest change of the force between two ticks in `seconds` [N].
   double LargestStep(double seconds) {
-    Eigen::Vector3d last = puppet_.felt;
+    Eigen::Vector3d last = puppet_.force;
     double largest = 0;
     rig_.Run(puppet_, seconds, [&](const TickRecord& tick) {
       largest = std::max(largest, (tick.chain.sent - last).norm());
@@ -43,12 +43,12 @@ class OperatorRequestsTest : public testing::Test {
   Puppet puppet_;
 };
 
-TEST_F(OperatorRequestsTest, AnOpenClutchLetsGoWithoutAStepAndTheToolStands) {
+TEST_F(OperatorRequestsTest, AnOpenClutchLetsGoWithoutAStepAndTheToolRests) {
   const Eigen::Vector3d tip = rig_.slave.tip();
   rig_.requests.clutched = true;
   EXPECT_LE(LargestStep(0.2), kSmooth);
   EXPECT_EQ(rig_.state(), kClutched);
-  EXPECT_EQ(puppet_.felt.norm(), 0);
+  EXPECT_EQ(puppet_.force.norm(), 0);
   puppet_.reading.p_M += Eigen::Vector3d(0.02, 0.03, 0);
   rig_.Run(puppet_, 0.1);
   EXPECT_EQ(rig_.slave.tip(), tip);
@@ -84,11 +84,11 @@ TEST_F(OperatorRequestsTest, ALowerLimitCountsAtOnceWithoutAStepAndAHigherOneNev
   constexpr double kRounding = 1e-9;
   rig_.requests.force_limit = 0.4;
   EXPECT_LE(LargestStep(0.05), kSmooth + kRounding);
-  EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12);
+  EXPECT_NEAR(puppet_.force.norm(), 0.4, 1e-12);
   EXPECT_EQ(rig_.loop.record().force_limit, 0.4);
   rig_.requests.force_limit = 3;
   rig_.Run(puppet_, 0.05);
-  EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12);
+  EXPECT_NEAR(puppet_.force.norm(), 0.4, 1e-12);
   EXPECT_EQ(rig_.state(), kFollowing);
 }
 
@@ -122,7 +122,7 @@ TEST_F(TareTest, TakesTheDriftFromTheHandAndSaysSo) {
   EXPECT_EQ(RequestTare(), TareState::kDone);
   EXPECT_NEAR((rig_.loop.record().tare - drift_).norm(), 0, 1e-12);
   Press();
-  EXPECT_NEAR(puppet_.felt.y(), 1, 1e-9);
+  EXPECT_NEAR(puppet_.force.y(), 1, 1e-9);
   EXPECT_NEAR(rig_.loop.record().chain.estimated.y(), 1, 1e-9);
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kTared));
 }

@@ -90,7 +90,7 @@ TEST(PatchTest, LateLawsGiveNoEnergy) {
       ++wall.law.revision;
       rig.patches.Put(wall);
     });
-    EXPECT_GT(energy.peak(), 1) << "nothing was felt";
+    EXPECT_GT(energy.peak(), 1) << "nothing was rendered";
     EXPECT_GE(energy.min(), -1e-3) << every;
   }
 }
@@ -165,7 +165,7 @@ void TurnTo(SurfacePatch* patch, double angle) {
   }
 }
 
-// A law that was learnt is carried by what was felt: lies about either come through that path.
+// A law that was learnt is carried by estimates: lies about either come through that path.
 void SetLearnt(ReceivedPatch* received, double ratio) {
   SurfacePatch& patch = received->patch;
   patch.vertices_per_cell = 1;

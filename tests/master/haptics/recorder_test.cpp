@@ -77,8 +77,8 @@ TEST(RecorderTest, WaitsForTheTrueForceOfEachTick) {
   EXPECT_NEAR(recorder.summary().force_error()->peak, 1, 1e-12);
 }
 
-// Whoever lets go in the object is shown nothing while the tool still presses: told apart, since it
-// is no error of what is felt.
+// Whoever lets go in the object is shown nothing while the tool still presses: counted apart, since
+// it is no error of the rendered force.
 TEST(TickSummaryTest, TellsHowMuchOfTheErrorIsOfAHandThatWasLetGo) {
   TickSummary summary;
   const Eigen::Vector3d truth(0, 1, 0);

@@ -10,19 +10,19 @@
 
 namespace palpate {
 
-// A device that goes where it is told.
+// A device that goes where the test moves it.
 class Puppet final : public TestDevice {
  public:
   DeviceReading reading;
-  Eigen::Vector3d felt{0, 0, 0};
+  Eigen::Vector3d force{0, 0, 0};
   DeviceGuide guide;
 
   DeviceReading Read(Time) noexcept override { return reading; }
   void WriteWrench(const Eigen::Vector3d& force_M,
                    const Eigen::Vector3d& /*torque_M*/) noexcept override {
-    felt = force_M;
+    force = force_M;
   }
-  void Guide(const DeviceGuide& told) noexcept override { guide = told; }
+  void Guide(const DeviceGuide& next) noexcept override { guide = next; }
 };
 
 // Laws are looked at without the slew limit, which puppets that jump would meet.

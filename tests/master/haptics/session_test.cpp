@@ -35,7 +35,7 @@ class Beside {
 TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
   Beside beside;
   Puppet puppet;
-  puppet.felt = {9, 9, 9};
+  puppet.force = {9, 9, 9};
   SessionOptions options;
   options.duration = 0.5;
   int shown = 0;
@@ -46,7 +46,7 @@ TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
   EXPECT_EQ(report.ticks + report.missed, std::llround(report.duration * 1000));
   EXPECT_NEAR(report.duration, 0.5, 0.25);
   EXPECT_EQ(report.compute_us.count(), report.ticks);
-  EXPECT_EQ(puppet.felt.norm(), 0);
+  EXPECT_EQ(puppet.force.norm(), 0);
   EXPECT_GT(shown, 0);
   EXPECT_EQ(report.state, OperatorState::kReady);
   EXPECT_TRUE(report.truth_known);

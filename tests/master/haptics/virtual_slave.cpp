@@ -70,10 +70,11 @@ void VirtualSlave::Follow(const OperatorCommand& command) {
 void VirtualSlave::TakeSample(Time now) {
   sensed_at_ = now;
   sensed_tip_ = tip_;
-  felt_.push_back(ForceAt(tip_));
-  if (felt_.size() > static_cast<std::size_t>(options_.window)) felt_.pop_front();
+  window_forces_.push_back(ForceAt(tip_));
+  if (window_forces_.size() > static_cast<std::size_t>(options_.window)) window_forces_.pop_front();
   sensed_force_.setZero();
-  for (const Eigen::Vector3d& f : felt_) sensed_force_ += f / static_cast<double>(felt_.size());
+  for (const Eigen::Vector3d& f : window_forces_)
+    sensed_force_ += f / static_cast<double>(window_forces_.size());
 }
 
 SlaveState VirtualSlave::Compose(Time now) const {

@@ -20,7 +20,7 @@ class VirtualSlave {
     double shear = 0;                 // across it, from where the tool came through [N/m]
     Eigen::Vector3d normal{0, 1, 0};  // outward, S
     double surface = -0.004;          // the wall begins at normal . p = surface [m]
-    Eigen::Vector3d home{0, 0, 0};    // where the tool stands first, S [m]
+    Eigen::Vector3d home{0, 0, 0};    // where the tool is first, S [m]
     double delay = 0;                 // each way [s]
     double jitter = 0;                // on top, uniform up to it [s]
     double loss = 0;                  // share of messages [-]
@@ -78,7 +78,7 @@ class VirtualSlave {
   Line<SlaveState> states_;
   Eigen::Vector3d entry_;  // where the tip came through the plane, or would
   Eigen::Vector3d tip_, sensed_tip_{0, 0, 0}, sensed_force_{0, 0, 0};
-  std::deque<Eigen::Vector3d> felt_;  // the window's forces
+  std::deque<Eigen::Vector3d> window_forces_;  // the window's forces
   Time sensed_at_{}, sent_at_{};
   Time echo_{}, taken_at_{};  // of the newest command: master's clock, slave's
   std::uint64_t command_sequence_ = 0, state_sequence_ = 0, delivered_ = 0;

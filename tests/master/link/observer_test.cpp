@@ -129,7 +129,7 @@ TEST_F(ObserverTest, LargeMeshesCome) {
   EXPECT_EQ(teller.asked_rate, 120);
 }
 
-TEST_F(ObserverTest, MeshesThatCannotBeAreCountedToldAndNeverHandedOn) {
+TEST_F(ObserverTest, MeshesThatCannotBeAreCountedReportedAndNeverHandedOn) {
   v1::MeshState headless;
   headless.mutable_sensed_at();
   for (int i = 0; i < 3; ++i) headless.add_positions(0);

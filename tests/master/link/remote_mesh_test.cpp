@@ -41,10 +41,10 @@ v1::MeshState Later() {
 
 TEST(RemoteMeshTest, TheTopologyOfTheFirstMessageStaysForThoseThatFollow) {
   std::string reason;
-  v1::MeshState told = Tetrahedron();
-  told.add_fixed_nodes(1);
-  told.add_fixed_nodes(3);
-  const auto first = FromProto(told, nullptr, &reason);
+  v1::MeshState message = Tetrahedron();
+  message.add_fixed_nodes(1);
+  message.add_fixed_nodes(3);
+  const auto first = FromProto(message, nullptr, &reason);
   ASSERT_TRUE(first) << reason;
   EXPECT_EQ(first->topology->fixed_nodes, (std::vector<std::uint32_t>{1, 3}));
   EXPECT_EQ(first->sequence, 7U);
@@ -70,7 +70,7 @@ TEST(RemoteMeshTest, RoundingIsNoDeflection) {
   EXPECT_NEAR(FromProto(message, nullptr, &reason)->LargestDeflection(), 1e-6, 1e-12);
 }
 
-TEST(RemoteMeshTest, TractionIsThereWhereItIsTold) {
+TEST(RemoteMeshTest, TractionIsThereWhereItIsSent) {
   v1::MeshState message = Tetrahedron();
   std::string reason;
   EXPECT_TRUE(FromProto(message, nullptr, &reason)->traction.steps.empty());
@@ -140,7 +140,7 @@ struct Damage {
 
 class DamagedMeshTest : public testing::TestWithParam<Damage> {};
 
-TEST_P(DamagedMeshTest, IsRefusedAndSaidWhy) {
+TEST_P(DamagedMeshTest, IsRefusedWithAReason) {
   v1::MeshState message = Tetrahedron();
   GetParam().apply(&message);
   std::string reason;

@@ -57,9 +57,8 @@ class MalformedSceneTest : public testing::TestWithParam<Malformation> {};
 TEST_P(MalformedSceneTest, IsRefusedAndNamed) {
   v1::SceneDescription scene = GoodScene();
   GetParam().apply(scene.mutable_operator_());
-  EXPECT_THAT(
-      Thrown<std::runtime_error>([&] { ToRemoteScene(scene); }),
-      testing::AllOf(testing::HasSubstr(GetParam().field), testing::HasSubstr("accepted is")));
+  EXPECT_THAT(Thrown<std::runtime_error>([&] { ToRemoteScene(scene); }),
+              testing::AllOf(testing::HasSubstr(GetParam().field), testing::HasSubstr("expected")));
 }
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();

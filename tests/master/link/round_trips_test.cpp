@@ -36,7 +36,7 @@ TEST(RoundTripsTest, TheSlavesClockIsFoundToHalfTheDifferenceOfTheWays) {
 }
 
 // Reference: 5 ms back, of which the clocks' offset misses 1 ms, as above; sensed 20 ms earlier.
-TEST(RoundTripsTest, HowLongAStateTookAndHowOldItAndTheCommandAreIsTold) {
+TEST(RoundTripsTest, HowLongAStateTookAndHowOldItAndTheCommandAreIsReported) {
   RoundTrips trips;
   Exchange exchange(1);
   exchange.state.sensed_at = exchange.state.sent_at - Seconds(20e-3);

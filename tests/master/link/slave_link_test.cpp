@@ -36,7 +36,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// What stands in for the haptic loop: puts commands and takes states, 1000 times a second.
+// What takes the haptic loop's place: puts commands and takes states, 1000 times a second.
 class Loop {
  public:
   LatestValue<ReceivedState> states;
@@ -319,7 +319,7 @@ void Fill(std::uint64_t sequence, v1::SlaveState* state) {
   state->mutable_p_s_tip();
 }
 
-// One that lets whoever calls operate once it is told to.
+// One that lets whoever calls operate once it is asked to.
 class ChoosySlave final : public NearlyASlave {
  public:
   ~ChoosySlave() override { StopServing(); }
@@ -369,8 +369,9 @@ v1::DatagramOffer OfferOf(unsigned port, std::size_t command_key, std::size_t st
   return offer;
 }
 
-// A firewall lets none through, a slave offers what cannot be: the stream goes on, and it is told.
-TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsTold) {
+// A firewall lets none through, a slave offers what cannot be: the stream goes on, and it is
+// reported.
+TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsReported) {
   constexpr unsigned kNobody = 9, kBeyond = 65536 + 9;
   struct Pair {
     explicit Pair(const v1::DatagramOffer& offer) : slave(offer) {}
@@ -398,7 +399,7 @@ TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsTold) {
   }
 }
 
-// States of seconds ago, of another session, of after the end: none of them is felt.
+// States of seconds ago, of another session, of after the end: none of them is rendered.
 TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
   const DatagramLine::Keys keys{*DatagramKeyFrom(std::string(32, 's')),
                                 *DatagramKeyFrom(std::string(32, 'c'))};
@@ -441,7 +442,7 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
 
 // Another certificate is needed, and a new start with it; not so once it was let in, when what it
 // shows may be renewed.
-TEST_F(SlaveLinkTest, WhoMayNotOperateIsToldSo) {
+TEST_F(SlaveLinkTest, WhoMayNotOperateGetsTheReason) {
   ChoosySlave slave;
   SlaveLink link(To(slave.address));
   EXPECT_FALSE(link.denied());
@@ -456,7 +457,7 @@ TEST_F(SlaveLinkTest, WhoMayNotOperateIsToldSo) {
   EXPECT_FALSE(link.denied());
 }
 
-TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedToldAndNeverHandedOn) {
+TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedReportedAndNeverHandedOn) {
   const NearlyASlave peer;
   StartedLink link(To(peer.address), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().refused > 3; }));
@@ -485,7 +486,7 @@ TEST_F(SlaveLinkTest, SettingsAreReadBeforeTheStreamAndWhenTheyChange) {
   EXPECT_EQ(read->force_limit, 0.7);
 }
 
-TEST_F(SlaveLinkTest, TheEndOfTheStreamIsToldAtOnce) {
+TEST_F(SlaveLinkTest, TheEndOfTheStreamIsReportedAtOnce) {
   StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 3; }));
   EXPECT_FALSE(loop_.newest.ended);

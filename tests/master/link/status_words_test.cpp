@@ -7,13 +7,13 @@ namespace {
 
 struct Row {
   grpc::StatusCode code;
-  std::string told, words;
+  std::string message, words;
 };
 
 class StatusWordsTest : public testing::TestWithParam<Row> {};
 
 TEST_P(StatusWordsTest, TellsWhatIsTheCase) {
-  EXPECT_EQ(WordsOf({GetParam().code, GetParam().told}), GetParam().words);
+  EXPECT_EQ(WordsOf({GetParam().code, GetParam().message}), GetParam().words);
 }
 
 // What gRPC 1.51 says of a line, and what slaves say themselves.

@@ -82,7 +82,7 @@ TEST(AxisMapTest, RejectsWhatIsNoSignedPermutation) {
       (void)AxisMap::Parse(text);
       ADD_FAILURE() << text;
     } catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), HasSubstr("accepted are the device's axes for right, up"));
+      EXPECT_THAT(error.what(), HasSubstr("expected the device's axes for right, up"));
     }
   }
   EXPECT_THROW(AxisMap{Eigen::Matrix3d::Ones()}, std::invalid_argument);

@@ -140,7 +140,7 @@ TEST(FixtureTest, RejectsOtherText) {
       (void)Fixture::Parse(text);
       ADD_FAILURE() << text;
     } catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), HasSubstr("accepted is plane:X,Y,Z:NX,NY,NZ")) << text;
+      EXPECT_THAT(error.what(), HasSubstr("expected plane:X,Y,Z:NX,NY,NZ")) << text;
     }
   }
   EXPECT_THROW((void)Fixture::ParseBox("0,0,0"), std::invalid_argument);

@@ -64,30 +64,30 @@ void ExpectNear(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   EXPECT_LE((a - b).norm(), 1e-6 * (1e-30 + b.norm())) << a.transpose() << ", " << b.transpose();
 }
 
-void ExpectSame(const TickRecord& read, const TickRecord& told) {
-  EXPECT_EQ(read.at, told.at);
-  EXPECT_EQ(read.state, told.state);
-  ExpectNear(read.p_M, told.p_M);
-  ExpectNear(read.p_S, told.p_S);
-  EXPECT_EQ(read.chain.force_known, told.chain.force_known);
-  ExpectNear(read.chain.estimated, told.chain.estimated);
-  ExpectNear(read.chain.local, told.chain.local);
-  ExpectNear(read.chain.scaled, told.chain.scaled);
-  ExpectNear(read.chain.passive, told.chain.passive);
-  ExpectNear(read.chain.limited, told.chain.limited);
-  ExpectNear(read.chain.sent, told.chain.sent);
-  EXPECT_EQ(ToString(read.chain.reasons), ToString(told.chain.reasons));
-  EXPECT_EQ(read.epoch, told.epoch);
-  EXPECT_EQ(read.state_sequence, told.state_sequence);
-  EXPECT_FLOAT_EQ(static_cast<float>(read.state_age), static_cast<float>(told.state_age));
-  EXPECT_FLOAT_EQ(static_cast<float>(read.sensed_age), static_cast<float>(told.sensed_age));
-  EXPECT_EQ(read.marks, told.marks);
-  ExpectNear(read.tare, told.tare);
-  ExpectNear(read.torque, told.torque);
-  EXPECT_FLOAT_EQ(static_cast<float>(read.energy), static_cast<float>(told.energy));
-  EXPECT_EQ(read.has_truth, told.has_truth);
-  ExpectNear(read.truth, told.truth);
-  EXPECT_EQ(read.truth_at, told.truth_at);
+void ExpectSame(const TickRecord& read, const TickRecord& recorded) {
+  EXPECT_EQ(read.at, recorded.at);
+  EXPECT_EQ(read.state, recorded.state);
+  ExpectNear(read.p_M, recorded.p_M);
+  ExpectNear(read.p_S, recorded.p_S);
+  EXPECT_EQ(read.chain.force_known, recorded.chain.force_known);
+  ExpectNear(read.chain.estimated, recorded.chain.estimated);
+  ExpectNear(read.chain.local, recorded.chain.local);
+  ExpectNear(read.chain.scaled, recorded.chain.scaled);
+  ExpectNear(read.chain.passive, recorded.chain.passive);
+  ExpectNear(read.chain.limited, recorded.chain.limited);
+  ExpectNear(read.chain.sent, recorded.chain.sent);
+  EXPECT_EQ(ToString(read.chain.reasons), ToString(recorded.chain.reasons));
+  EXPECT_EQ(read.epoch, recorded.epoch);
+  EXPECT_EQ(read.state_sequence, recorded.state_sequence);
+  EXPECT_FLOAT_EQ(static_cast<float>(read.state_age), static_cast<float>(recorded.state_age));
+  EXPECT_FLOAT_EQ(static_cast<float>(read.sensed_age), static_cast<float>(recorded.sensed_age));
+  EXPECT_EQ(read.marks, recorded.marks);
+  ExpectNear(read.tare, recorded.tare);
+  ExpectNear(read.torque, recorded.torque);
+  EXPECT_FLOAT_EQ(static_cast<float>(read.energy), static_cast<float>(recorded.energy));
+  EXPECT_EQ(read.has_truth, recorded.has_truth);
+  ExpectNear(read.truth, recorded.truth);
+  EXPECT_EQ(read.truth_at, recorded.truth_at);
 }
 
 class SessionRecordingTest : public FolderTest {
@@ -107,19 +107,19 @@ class SessionRecordingTest : public FolderTest {
         received.received_at = kBegin + std::chrono::milliseconds(i);
         recording.OnState(received);
       }
-      told_.push_back(AnyTick(&random, i));
-      recording.OnTick(told_.back());
+      ticks_.push_back(AnyTick(&random, i));
+      recording.OnTick(ticks_.back());
     }
   }
 
   const std::filesystem::path file_ = folder_ / "a.mcap";
-  std::vector<TickRecord> told_;
+  std::vector<TickRecord> ticks_;
 };
 
 TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
   Record(500);
   const Replay replay(file_);
-  EXPECT_EQ(replay.span().ticks, told_.size());
+  EXPECT_EQ(replay.span().ticks, ticks_.size());
   EXPECT_EQ(replay.span().session.at("scene"), "block");
   std::vector<TickRecord> read;
   std::vector<std::uint64_t> states;
@@ -127,8 +127,8 @@ TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
   feed.on_tick = [&](const TickRecord& tick) { read.push_back(tick); };
   feed.on_state = [&](const SlaveState& state, Time) { states.push_back(state.sequence); };
   replay.Play(0, 0, feed, {});
-  ASSERT_EQ(read.size(), told_.size());
-  for (std::size_t i = 0; i < read.size(); ++i) ExpectSame(read[i], told_[i]);
+  ASSERT_EQ(read.size(), ticks_.size());
+  for (std::size_t i = 0; i < read.size(); ++i) ExpectSame(read[i], ticks_[i]);
   EXPECT_EQ(states.size(), 167U);
 }
 
@@ -211,7 +211,7 @@ TEST_F(SessionRecordingTest, ReplayBeginsWhereItIsAskedTo) {
   feed.on_tick = [&](const TickRecord& tick) { read.push_back(tick); };
   Replay(file_).Play(0.25, 0, feed, {});
   ASSERT_EQ(read.size(), 250U);
-  ExpectSame(read.front(), told_[250]);
+  ExpectSame(read.front(), ticks_[250]);
 }
 
 }  // namespace

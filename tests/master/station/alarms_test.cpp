@@ -31,22 +31,22 @@ StationMoment Good() {
   return moment;
 }
 
-TEST(AlarmsTest, AFaultOfTheDeviceIsToldWithNameCauseAndNextStep) {
+TEST(AlarmsTest, AFaultOfTheDeviceIsReportedWithNameCauseAndNextStep) {
   StationMoment moment = Good();
   moment.status.device = "touch: Touch";
   moment.ticks.newest.chain.reasons.Add(Reason::kBadDevice);
   moment.ticks.newest.device.fault = DeviceFault::kUnplugged;
   moment.ticks.newest.device.cause = "communication error";
   const std::vector<Alarm> alarms = AlarmsOf(moment);
-  ASSERT_EQ(alarms.size(), 1U) << "what follows from it is not told twice";
+  ASSERT_EQ(alarms.size(), 1U) << "what follows from it is not reported twice";
   EXPECT_EQ(alarms[0].level, Alarm::Level::kStop);
   EXPECT_EQ(alarms[0].text,
             "The device (touch: Touch): unplugged: communication error. Its force is zero.");
   EXPECT_THAT(alarms[0].next, HasSubstr("Plug the device in"));
 }
 
-// What a dead slave leaves behind is one thing to be told, not five.
-TEST(AlarmsTest, ALostLineIsToldOnce) {
+// What a dead slave leaves behind is one thing to report, not five.
+TEST(AlarmsTest, ALostLineIsReportedOnce) {
   StationMoment moment = Good();
   moment.status.link.connected = false;
   moment.status.link.trouble = "no program listens there";
@@ -63,7 +63,7 @@ TEST(AlarmsTest, ALostLineIsToldOnce) {
                                 Field(&Alarm::next, HasSubstr("Is palpate-slave running?")))));
 }
 
-TEST(AlarmsTest, APictureThatStandsStillIsToldUnlessNothingIsSensed) {
+TEST(AlarmsTest, AFrozenPictureIsReportedUnlessNothingIsSensed) {
   StationMoment moment = Good();
   moment.frozen_for = 2.4;
   EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The image has been frozen for 2 s.")));

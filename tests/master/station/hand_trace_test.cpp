@@ -9,7 +9,7 @@ constexpr Time kSensed{std::chrono::seconds(1'700'000'000)};  // slave's clock
 constexpr double kOffset = 3;                                 // slave's minus master's [s]
 
 // Reference: instants that are chosen; each stage lies between two of them.
-TEST(HandTraceTest, EachStageIsToldAndTheyAreAllThereIs) {
+TEST(HandTraceTest, EachStageIsReportedAndTheyAreAllThereIs) {
   const auto after = [](double t) { return kSensed + Seconds(t); };
   const SampleTrace sample{41, kSensed, after(0.001), after(0.006), after(0.0065)};
   TickRecord tick;
@@ -25,13 +25,14 @@ TEST(HandTraceTest, EachStageIsToldAndTheyAreAllThereIs) {
   EXPECT_EQ(trace->state, 900U);
   EXPECT_EQ(trace->t, 12.5);
   EXPECT_NEAR(trace->capture, 0.001, 1e-9);
-  EXPECT_NEAR(trace->eyes, 0.005, 1e-9);
+  EXPECT_NEAR(trace->sensing, 0.005, 1e-9);
   EXPECT_NEAR(trace->model, 0.0005, 1e-9);
   EXPECT_NEAR(trace->wait, 0.002, 1e-9);
   EXPECT_NEAR(trace->wire, 0.001, 1e-9);
   EXPECT_NEAR(trace->tick, 0.0005, 1e-9);
-  EXPECT_NEAR(trace->capture + trace->eyes + trace->model + trace->wait + trace->wire + trace->tick,
-              trace->total, 1e-12);
+  EXPECT_NEAR(
+      trace->capture + trace->sensing + trace->model + trace->wait + trace->wire + trace->tick,
+      trace->total, 1e-12);
 }
 
 TEST(HandTraceTest, NoTickIsGivenTheTraceOfAnotherSample) {

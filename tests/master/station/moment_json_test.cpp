@@ -55,7 +55,7 @@ TEST(MomentJsonTest, SaysWhatTheTickSays) {
 }
 
 // A state is no longer shown as the present one after a quarter of a second.
-TEST(MomentJsonTest, WhatWasToldTooLongAgoIsNotKnown) {
+TEST(MomentJsonTest, WhatWasReportedTooLongAgoIsNotKnown) {
   StationMoment moment = Pressed();
   moment.status.fingers = {{"tool", {.force = Eigen::Vector3f(0, 1.5F, 0)}}};
   moment.observed.state.local_model.revision = 1;
@@ -79,23 +79,23 @@ TEST(MomentJsonTest, WhatWasToldTooLongAgoIsNotKnown) {
 
 TEST(MomentJsonTest, TheLineIsLostConnectedDegradedOrGood) {
   StationMoment moment = Pressed();
-  const auto told = [&moment](const char* key) {
+  const auto link = [&moment](const char* key) {
     return Json::parse(StatusJson(moment))["link"][key].get<std::string>();
   };
-  EXPECT_EQ(told("word"), "lost");
-  EXPECT_EQ(told("role"), "");
+  EXPECT_EQ(link("word"), "lost");
+  EXPECT_EQ(link("role"), "");
   moment.status.link.answers = true;
-  EXPECT_EQ(told("word"), "connected");
-  EXPECT_EQ(told("role"), "observer") << "the lease is another's";
+  EXPECT_EQ(link("word"), "connected");
+  EXPECT_EQ(link("role"), "observer") << "the lease is another's";
   moment.status.link.connected = true;
-  EXPECT_EQ(told("word"), "good");
-  EXPECT_EQ(told("role"), "operator");
+  EXPECT_EQ(link("word"), "good");
+  EXPECT_EQ(link("role"), "operator");
   moment.ticks.late_share = 0.05;
   moment.ticks.rate = 780;
-  EXPECT_EQ(told("word"), "degraded");
-  EXPECT_EQ(told("why"), "5 % of the states late; haptic loop at 780 Hz");
+  EXPECT_EQ(link("word"), "degraded");
+  EXPECT_EQ(link("why"), "5 % of the states late; haptic loop at 780 Hz");
   moment.ticks.newest.state = OperatorState::kDisconnected;
-  EXPECT_EQ(told("word"), "connected") << "no states yet";
+  EXPECT_EQ(link("word"), "connected") << "no states yet";
 }
 
 // Zero newtons and no news are two things.

@@ -21,22 +21,22 @@ TEST(NoticeBoardTest, TellsTheNewestOfEachTopicOnce) {
   EXPECT_EQ(board.Next(second.topic, &seen).bytes, nullptr);
 }
 
-// A topic that is always new does not keep the others from being told.
+// A topic that is always new does not keep the others from being sent.
 TEST(NoticeBoardTest, GoesRoundTheTopics) {
   NoticeBoard board;
   NoticeBoard::Seen seen{};
   Topic last = Topic::kShape;
-  std::array<int, kTopicCount> told{};
+  std::array<int, kTopicCount> sent{};
   for (int i = 0; i < 60; ++i) {
     board.Put(Topic::kStatus, "s");
     board.Put(Topic::kPicture, "p");
     board.Put(Topic::kShape, "m");
     const NoticeBoard::News news = board.Next(last, &seen);
     last = news.topic;
-    ++told[static_cast<std::size_t>(news.topic)];
+    ++sent[static_cast<std::size_t>(news.topic)];
   }
   for (const Topic topic : {Topic::kStatus, Topic::kPicture, Topic::kShape}) {
-    EXPECT_EQ(told[static_cast<std::size_t>(topic)], 20);
+    EXPECT_EQ(sent[static_cast<std::size_t>(topic)], 20);
   }
 }
 

@@ -37,13 +37,13 @@ TEST(PageCommandTest, ReadsWhatThePageSends) {
 }
 
 // A pointer that does not say that it holds, holds nothing.
-TEST(PageCommandTest, EngagingIsSaidOrNotMeant) {
+TEST(PageCommandTest, EngagingIsExplicit) {
   EXPECT_FALSE(std::get<PointerCommand>(ReadPageCommand(R"({"do":"pointer","at":3,"p_M":[0,0,0]})"))
                    .engaged);
 }
 
 TEST(PageCommandTest, RefusesTheRest) {
-  for (const char* said :
+  for (const char* message :
        {"", "stop", "{}", R"({"do":null})", R"({"do":"ping","at":null})",
         R"({"do":"pointer","at":1,"engaged":true})",
         R"({"do":"pointer","at":1,"p_M":[0,0,"0"],"engaged":true})",
@@ -52,7 +52,7 @@ TEST(PageCommandTest, RefusesTheRest) {
         R"({"do":"set","force_limit":-1})", R"({"do":"clutch","on":1})", R"({"do":"record"})",
         R"({"do":"render","mode":1})", R"({"do":"replay","speed":0})",
         R"({"do":"model","kind":"fem; rm"})", "\xff\xfe", R"({"do":"stop")"}) {
-    EXPECT_THROW(ReadPageCommand(said), std::invalid_argument) << said;
+    EXPECT_THROW(ReadPageCommand(message), std::invalid_argument) << message;
   }
   EXPECT_THROW(ReadPageCommand(R"({"do":"model","kind":")" + std::string(41, 'a') + "\"}"),
                std::invalid_argument);

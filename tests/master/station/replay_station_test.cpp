@@ -94,7 +94,7 @@ class ReplayStationTest : public testing::Test {
     }
     return nullptr;
   }
-  static bool Stands(const Json& status) { return !status["replay"]["playing"].get<bool>(); }
+  static bool IsPaused(const Json& status) { return !status["replay"]["playing"].get<bool>(); }
 
   const std::filesystem::path file_ =
       std::filesystem::temp_directory_path() / ("replay." + std::to_string(getpid()) + ".mcap");
@@ -105,28 +105,28 @@ class ReplayStationTest : public testing::Test {
 };
 
 // Reference: the traces recorded: 1 ms, 3 ms and 1 ms, then 2 ms until the state left.
-TEST_F(ReplayStationTest, TheWayFromTheLightToTheHandIsTold) {
+TEST_F(ReplayStationTest, TheWayFromTheLightToTheHandIsReported) {
   Open(0, 4);
   Json status;
   do {
     status = Next("status");
     ASSERT_FALSE(status.is_null());
-  } while (!Stands(status));
+  } while (!IsPaused(status));
   const Json& trace = status["trace"];
   ASSERT_FALSE(trace.is_null());
   EXPECT_EQ(trace["sample"], 46);
   EXPECT_EQ(trace["state"], 6);
   EXPECT_NEAR(trace["t"].get<double>(), 0.5, 1e-6) << "of the first tick that went by it";
-  EXPECT_NEAR(trace["eyes"].get<double>(), 0.003, 1e-6);
+  EXPECT_NEAR(trace["sensing"].get<double>(), 0.003, 1e-6);
   EXPECT_NEAR(trace["wait"].get<double>(), 0.002, 1e-6);
   EXPECT_NEAR(trace["wire"].get<double>(), 0.002, 1e-6);
   EXPECT_NEAR(trace["total"].get<double>(), 0.010, 1e-6);
   EXPECT_NEAR(status["samples"].back()[10].get<double>(), 0.002 * (kTicks - 1), 0.03);
 }
 
-TEST_F(ReplayStationTest, TellsTheTicksThatWereRecordedAndStandsAtTheEnd) {
+TEST_F(ReplayStationTest, SendsTheTicksThatWereRecordedAndPausesAtTheEnd) {
   Open(0, 4);
-  int told = 0;
+  int sent = 0;
   Json status;
   do {
     status = Next("status");
@@ -134,19 +134,19 @@ TEST_F(ReplayStationTest, TellsTheTicksThatWereRecordedAndStandsAtTheEnd) {
     const double t = status["t"];
     EXPECT_NEAR(status["chain"]["sent"][1].get<double>(), t, 1e-6);
     EXPECT_EQ(status["marks"], t >= 0.2995 ? 1 : 0);
-    ++told;
-  } while (!Stands(status));
-  EXPECT_GE(told, 3);
+    ++sent;
+  } while (!IsPaused(status));
+  EXPECT_GE(sent, 3);
   EXPECT_NEAR(status["t"].get<double>(), 0.001 * (kTicks - 1), 1e-9);
   EXPECT_EQ(status["replay"]["seconds"], 0.001 * (kTicks - 1));
 }
 
-TEST_F(ReplayStationTest, StandsAndGoesWhereItIsSent) {
+TEST_F(ReplayStationTest, PausesAndGoesWhereItIsSent) {
   Open(0, 0.1);
   line_->SendText(R"({"do":"replay","playing":false,"to":0.4})");
   const Json there = Next("status", [](const Json& status) { return status["t"] > 0.3; });
   EXPECT_NEAR(there["t"].get<double>(), 0.4, 0.011);
-  EXPECT_TRUE(Stands(there));
+  EXPECT_TRUE(IsPaused(there));
   const auto run = there["replay"]["run"].get<int>();
   line_->SendText(R"({"do":"replay","to":0.1})");
   const Json back = Next("status", [](const Json& status) { return status["t"] < 0.3; });

@@ -24,10 +24,11 @@ inline ShapeMoment PinchedCube(double depth, double turn = 0) {
   const Eigen::Vector3d left(0, kCubeSide / 2, kCubeSide / 2);
   const Eigen::Vector3d right(kCubeSide, kCubeSide / 2, kCubeSide / 2);
   for (Eigen::Vector3d& node : topology->surface.nodes) {
-    const auto dent = [&](const Eigen::Vector3d& at) {
+    const auto indentation = [&](const Eigen::Vector3d& at) {
       return depth * std::exp(-(node - at).squaredNorm() / (2 * 0.012 * 0.012));
     };
-    mesh.positions.push_back(R * (node + Eigen::Vector3d(dent(left) - dent(right), 0, 0)));
+    mesh.positions.push_back(
+        R * (node + Eigen::Vector3d(indentation(left) - indentation(right), 0, 0)));
     node = R * node;
   }
   mesh.topology = topology;

@@ -45,14 +45,14 @@ TEST_F(ShapeFileTest, AVtuHasTheDeformedSurfaceItsDisplacementAndTheFingersForce
   }
   RemoteMesh mesh = *moment_.mesh;
   mesh.nodal_forces.assign(nodes, {0, 0, 1});
-  ShapeMoment told = moment_;
-  told.mesh = std::make_shared<const RemoteMesh>(mesh);
-  ASSERT_TRUE(WriteShape(told, folder_ / "a.vtu"));
+  ShapeMoment moment = moment_;
+  moment.mesh = std::make_shared<const RemoteMesh>(mesh);
+  ASSERT_TRUE(WriteShape(moment, folder_ / "a.vtu"));
   EXPECT_THAT(Read(folder_ / "a.vtu"), HasSubstr("\"nodal_force\""));
   EXPECT_EQ(FilesThere(), 1) << "nothing half written is left";
 }
 
-TEST_F(ShapeFileTest, AFileThatCannotBeWrittenIsTold) {
+TEST_F(ShapeFileTest, AFileThatCannotBeWrittenIsReported) {
   EXPECT_FALSE(WriteShape(moment_, "/nowhere/a.vtu"));
   ShapeFile file("/nowhere/a.vtu", [this] { return moment_.mesh; });
   EXPECT_THAT(file.Finish(), HasSubstr("/nowhere/a.vtu: cannot be written"));

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kTick = 5e-3;  // [s], as states go
 
-// A line, and who answers at its end: what is told of those that came arrives a round trip later.
+// A line, and who answers at its end: feedback on those that came arrives a round trip later.
 class PacedLine {
  public:
   std::function<bool()> loses = [] { return false; };
@@ -29,10 +29,10 @@ class PacedLine {
         if (!loses()) seen_ = {static_cast<std::uint64_t>(sent), seen_.received + 1};
       }
       const double trip = round_trip();
-      told_.push_back({t_ + trip, counts ? seen_ : DatagramCount{}, trip});
-      while (!told_.empty() && told_.front().at <= t_) {
-        pace.Hear(told_.front().seen, told_.front().trip, now);
-        told_.pop_front();
+      feedback_.push_back({t_ + trip, counts ? seen_ : DatagramCount{}, trip});
+      while (!feedback_.empty() && feedback_.front().at <= t_) {
+        pace.Hear(feedback_.front().seen, feedback_.front().trip, now);
+        feedback_.pop_front();
       }
     }
   }
@@ -49,7 +49,7 @@ class PacedLine {
   };
   double t_ = 0;
   DatagramCount seen_;
-  std::deque<LinkFeedback> told_;
+  std::deque<LinkFeedback> feedback_;
 };
 
 class DatagramPaceTest : public testing::Test {
@@ -102,7 +102,7 @@ TEST_F(DatagramPaceTest, TheyYieldWhereTripsWait) {
   EXPECT_EQ(line_.pace.share(), 1);
 }
 
-TEST_F(DatagramPaceTest, TheyYieldWhereTheStreamStands) {
+TEST_F(DatagramPaceTest, TheyYieldWhereTheStreamStalls) {
   line_.Run(5);
   line_.stream_moves = false;
   line_.Run(1);

@@ -24,7 +24,7 @@ TEST(LoopbackTest, WhatIsNoAddressIsRefusedAndNamed) {
                               "::1:50051", "[]:1", "[fe80::1%a b]:1", "[::1:1", "local host:1"}) {
     EXPECT_THAT(
         Thrown<std::invalid_argument>([&] { ParseEndpoint(address); }),
-        testing::AllOf(testing::StartsWith(address), testing::HasSubstr("accepted is HOST:PORT")));
+        testing::AllOf(testing::StartsWith(address), testing::HasSubstr("expected HOST:PORT")));
   }
 }
 

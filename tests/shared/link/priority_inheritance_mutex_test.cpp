@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-// Of the calling thread [s].
+// Processor time of the calling thread [s].
 double ProcessorTime() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);

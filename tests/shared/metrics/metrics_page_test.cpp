@@ -93,7 +93,7 @@ TEST_F(MetricsPageTest, WhoeverLingersIsLeftBehind) {
   for (const int fd : lingering) close(fd);
 }
 
-TEST(MetricsPageAddressTest, BeyondThisMachineOnlyIfToldSo) {
+TEST(MetricsPageAddressTest, BeyondThisMachineOnlyIfAsked) {
   EXPECT_THAT([] { MetricsPage("0.0.0.0:0", false, OneNumber); },
               ThrowsMessage<std::runtime_error>(HasSubstr("--metrics: ")));
   EXPECT_NO_THROW(MetricsPage("0.0.0.0:0", true, OneNumber));

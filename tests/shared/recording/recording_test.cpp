@@ -79,8 +79,8 @@ TEST_F(RecordingTest, WhatIsMadeLateIsMadeByAnotherThread) {
   EXPECT_TRUE(elsewhere);
 }
 
-// More than may wait at all is never taken, so that memory is bounded; and it is said.
-TEST_F(RecordingTest, WhatCannotWaitIsCountedAndSaid) {
+// More than may wait at all is never taken, so that memory is bounded; and it is reported.
+TEST_F(RecordingTest, WhatCannotWaitIsCountedAndReported) {
   Recording recording({.file = file_, .most_waiting = 1000});
   const auto a = recording.Open("/a", v1::SlaveState());
   recording.Put(a, Clock::now(), 5000, [] { return std::string(); });
@@ -113,7 +113,7 @@ TEST_F(RecordingTest, AMessageOfAnotherTypeIsRefusedByName) {
   ASSERT_TRUE(reader.Next());
   v1::ForceTick tick;
   EXPECT_THAT(Thrown<InputError>([&] { reader.Read(&tick); }),
-              HasSubstr("/a is of palpate.v1.SlaveState: accepted is"));
+              HasSubstr("/a is of palpate.v1.SlaveState: expected"));
 }
 
 class PartsTest : public FolderTest {

@@ -59,7 +59,7 @@ TEST(CsvLinesTest, PassesOverWhatIsNoRow) {
 TEST(CsvLinesTest, ReadsNoLineWithoutEnd) {
   CsvLines zeros("/dev/zero");
   EXPECT_EQ(Thrown<InputError>([&] { zeros.Next(); }),
-            "/dev/zero:1: a line of 64 KiB or more: accepted is a CSV file");
+            "/dev/zero:1: a line of 64 KiB or more: expected a CSV file");
   EXPECT_THAT(Thrown<InputError>([] { CsvLines{testing::TempDir()}; }),
               HasSubstr("cannot be read"));
   EXPECT_THAT(Thrown<InputError>([] { CsvLines("/nowhere.csv"); }), HasSubstr("cannot be read"));
@@ -70,13 +70,13 @@ TEST(CsvTableTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
   ASSERT_TRUE(rows.Next());
   EXPECT_EQ(rows.Number(*rows.Find("x"), 2), 1.5);
   EXPECT_THAT(Thrown<InputError>([&] { static_cast<void>(rows.Number(1, 1)); }),
-              EndsWith(".csv:2: x = +1.5: accepted is a finite number"));
+              EndsWith(".csv:2: x = +1.5: expected a finite number"));
   ASSERT_TRUE(rows.Next());
   EXPECT_THAT(Thrown<InputError>([&] { rows.Refuse(1, "a number"); }),
-              EndsWith(":3: x = ?[2J: accepted is "
+              EndsWith(":3: x = ?[2J: expected "
                        "a number"));
   EXPECT_THAT(Thrown<InputError>([&] { rows.Next(); }),
-              EndsWith(":4: 1 cells: accepted is 2, as in the header"));
+              EndsWith(":4: 1 cells: expected 2, as in the header"));
   EXPECT_THAT(Thrown<InputError>([] { CsvTable(Write("a,a\n")); }),
               HasSubstr("column a appears twice"));
 }
@@ -111,7 +111,7 @@ TEST(CsvTableTest, ANumberThatMayMeanTwoThingsIsRefused) {
   };
   EXPECT_THAT(refusal("x,y\n\"1,5\",2\n"), HasSubstr(":2: 1,5: a comma in a number"));
   EXPECT_THAT(refusal("x;y\n1,5;0.5\n"), HasSubstr("decimal commas and decimal points"));
-  EXPECT_THAT(refusal("x,y\n1,5,2,5\n"), HasSubstr("4 cells: accepted is 2"));
+  EXPECT_THAT(refusal("x,y\n1,5,2,5\n"), HasSubstr("4 cells: expected 2"));
   EXPECT_THAT(refusal("x;y\n1.234,5;2\n"), HasSubstr("a finite number"));
   EXPECT_THAT(refusal("x,y\n\"1,2\n"), HasSubstr("a quote that is not closed"));
   EXPECT_THAT(refusal("x (ft),y\n1,2\n"), HasSubstr("unit ft is not understood"));

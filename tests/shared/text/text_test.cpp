@@ -28,7 +28,7 @@ class TextFileTest : public FolderTest {
     return names;
   }
 
-  // What is said of writing to `out` what is read from `input`.
+  // The message on writing to `out` what is read from `input`.
   static std::string Refusal(const fs::path& out, const fs::path& input) {
     const std::array inputs{fs::path(), fs::path("/nowhere"), input};
     return Thrown<std::invalid_argument>([&] { RequireOtherThan("--out", out, inputs); });
@@ -132,11 +132,11 @@ TEST_F(TextFileTest, ResultsHaveTheUsualModeOrKeepTheirOwn) {
   umask(before);
 }
 
-TEST_F(TextFileTest, ReadsNoMoreThanIsSaid) {
+TEST_F(TextFileTest, ReadsNoMoreThanIsStated) {
   WriteWholeFile(folder_ / "a", std::string((1 << 20) + 1, 'a'));
   EXPECT_THAT([&] { ReadWholeFile(folder_ / "a", 1 << 20, "a rig"); },
               testing::ThrowsMessage<InputError>(
-                  HasSubstr("a: too large: accepted is a rig of at most 1 MiB")));
+                  HasSubstr("a: too large: expected a rig of at most 1 MiB")));
   for (const fs::path& file : {fs::path("/dev/zero"), folder_, folder_ / "none"}) {
     EXPECT_THAT([&] { ReadWholeFile(file, 1 << 20, "a rig"); },
                 testing::ThrowsMessage<InputError>(HasSubstr(": cannot be read")));
@@ -150,7 +150,7 @@ TEST_F(TextFileTest, AnInputIsRecognisedByEveryPath) {
   fs::create_hard_link(scene, folder_ / "hard.yaml");
   for (const fs::path& out : {scene, folder_ / ".." / folder_.filename() / "scene.yaml",
                               folder_ / "soft.yaml", folder_ / "hard.yaml"}) {
-    EXPECT_EQ(Refusal(out, scene), "--out " + out.string() + ": accepted is another file than " +
+    EXPECT_EQ(Refusal(out, scene), "--out " + out.string() + ": expected another file than " +
                                        scene.string() + ", which is read");
   }
   WriteWholeFile(folder_ / "other.yaml", "name: a");

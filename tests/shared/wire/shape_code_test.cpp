@@ -44,26 +44,26 @@ std::vector<float> Pressed(const std::vector<float>& rest, double x, double y, d
 
 // Both ends of a stream.
 struct Line {
-  explicit Line(std::vector<float> at_rest) : rest(std::move(at_rest)), told(rest.size(), 0) {
+  explicit Line(std::vector<float> at_rest) : rest(std::move(at_rest)), units(rest.size(), 0) {
     encoder.Restart(rest.size() / 3, kUnit);
   }
   // Bytes that it took.
   std::size_t Send(const std::vector<float>& positions, std::size_t budget) {
     const auto code = encoder.Encode(rest, positions, budget);
     EXPECT_TRUE(code);
-    EXPECT_TRUE(Decode(*code, &told));
+    EXPECT_TRUE(Decode(*code, &units));
     exponent = code->exponent;
     worst = 0;
     for (std::size_t i = 0; i < rest.size(); ++i) {
       const double moved = static_cast<double>(positions[i]) - rest[i];
-      worst = std::max(worst, std::abs(kUnit * told[i] - moved));
+      worst = std::max(worst, std::abs(kUnit * units[i] - moved));
     }
     return code->moves.size();
   }
   [[nodiscard]] double stated() const { return encoder.error(); }
 
   std::vector<float> rest;
-  ShapeUnits told;
+  ShapeUnits units;
   ShapeEncoder encoder;
   int exponent = 0;
   double worst = 0;  // [m]
@@ -71,7 +71,7 @@ struct Line {
 
 constexpr double kRounding = 1 + 1e-9;
 
-// Reference: the sum of what was told against what was to be told, coordinate by coordinate, over
+// Reference: the sum of what was sent against what was to be sent, coordinate by coordinate, over
 // presses that wander. Rounding errors that added up would pass the stated one soon.
 TEST(ShapeCodeTest, ACoordinateIsNeverOffByMoreThanStated) {
   Line line(Square(41));
@@ -100,7 +100,7 @@ TEST(ShapeCodeTest, AHundredThousandTrianglesThatArePressedTravelWithinFiveMegab
   }
 }
 
-// What jumps from end to end costs as much as it may, and is told exactly soon after it rests.
+// What jumps from end to end costs as much as it may, and is sent exactly soon after it rests.
 TEST(ShapeCodeTest, WhatWasCoarseBecomesAsFineAsAskedForWhenItRests) {
   Line line(Square(225));
   std::mt19937 random(5);
@@ -117,7 +117,7 @@ TEST(ShapeCodeTest, WhatWasCoarseBecomesAsFineAsAskedForWhenItRests) {
   EXPECT_EQ(line.stated(), kUnit / 2);
 }
 
-TEST(ShapeCodeTest, WhatCannotBeToldIsNotTold) {
+TEST(ShapeCodeTest, WhatCannotBeCodedIsRefused) {
   ShapeEncoder encoder;
   encoder.Restart(1, kUnit);
   EXPECT_FALSE(encoder.Encode({0, 0, 0}, {0, 0, NAN}, kUnbounded));
@@ -138,21 +138,21 @@ TEST(ShapeCodeTest, DamagedCodesAreRefusedOrAreCodes) {
     ShapeCode cut = code, bent = code;
     cut.moves.resize(i);
     bent.moves[i] = static_cast<char>(bent.moves[i] ^ 0x55);
-    ShapeUnits told = before;
-    EXPECT_FALSE(Decode(cut, &told)) << i;
-    EXPECT_EQ(told, before);
-    const bool is_code = Decode(bent, &told);
-    EXPECT_TRUE(is_code || told == before) << i;
-    EXPECT_EQ(told.size(), before.size());
+    ShapeUnits units = before;
+    EXPECT_FALSE(Decode(cut, &units)) << i;
+    EXPECT_EQ(units, before);
+    const bool is_code = Decode(bent, &units);
+    EXPECT_TRUE(is_code || units == before) << i;
+    EXPECT_EQ(units.size(), before.size());
   }
-  ShapeUnits other(rest.size() + 3, 0), told = before;
+  ShapeUnits other(rest.size() + 3, 0), units = before;
   EXPECT_FALSE(Decode(code, &other)) << "of another number of nodes";
-  EXPECT_FALSE(Decode({21, code.moves}, &told));
-  EXPECT_FALSE(Decode({-1, code.moves}, &told));
+  EXPECT_FALSE(Decode({21, code.moves}, &units));
+  EXPECT_FALSE(Decode({-1, code.moves}, &units));
 }
 
 // Reference: the numbers themselves, at most half a step off. A contact patch on 50 625 nodes costs
-// next to nothing; numbers without any order are told in coarser steps, and still within half of
+// next to nothing; numbers without any order are sent in coarser steps, and still within half of
 // what a message of 30 a second may take.
 TEST(TractionCodeTest, ANodeIsNeverOffByMoreThanHalfAStepAndTheBudgetHolds) {
   std::mt19937 random(4);
@@ -161,16 +161,16 @@ TEST(TractionCodeTest, ANodeIsNeverOffByMoreThanHalfAStepAndTheBudgetHolds) {
   for (std::size_t i = 25'000; i < 25'100; ++i) patch[i] = any(random);
   for (double& pascals : noise) pascals = any(random);
   for (const auto* pascals : {&patch, &noise}) {
-    const NodeTraction told = Quantised(*pascals, kBudget / 2);
-    const std::string packed = Packed(told);
+    const NodeTraction quantised = Quantised(*pascals, kBudget / 2);
+    const std::string packed = Packed(quantised);
     EXPECT_LE(packed.size(), kBudget / 2);
-    const auto back = Unpacked(told.unit, packed, pascals->size());
+    const auto back = Unpacked(quantised.unit, packed, pascals->size());
     ASSERT_TRUE(back);
     double worst = 0;
     for (std::size_t i = 0; i < pascals->size(); ++i) {
       worst = std::max(worst, std::abs(back->steps[i] * back->unit - (*pascals)[i]));
     }
-    EXPECT_LE(worst, told.unit / 2 * kRounding);
+    EXPECT_LE(worst, quantised.unit / 2 * kRounding);
   }
   EXPECT_LE(Packed(Quantised(patch, kBudget / 2)).size(), 300U);
 }

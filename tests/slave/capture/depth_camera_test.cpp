@@ -50,8 +50,8 @@ TEST_F(DepthCameraTest, WhatIsNotThereOrMeasuresNoDepthIsReported) {
 TEST_F(DepthCameraTest, AnotherUnitThanTheScenesIsRefused) {
   TheFakeOpenNi().unit = 1e-4;
   EXPECT_THAT([] { Open(1e-3); },
-              testing::ThrowsMessage<std::runtime_error>(HasSubstr(
-                  "one count is 0.1 mm: accepted is the value of sense.camera.unit, 1 mm")));
+              testing::ThrowsMessage<std::runtime_error>(
+                  HasSubstr("one count is 0.1 mm: expected the value of sense.camera.unit, 1 mm")));
   EXPECT_NO_THROW(Open(1e-4));
 }
 

@@ -168,8 +168,8 @@ TEST(LiveCamerasTest, PicturesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
   const Ending ending({&camera});
   camera.Show(1);
   EXPECT_THAT([&] { source->Next({}); },
-              testing::ThrowsMessage<std::runtime_error>(HasSubstr(
-                  "camera 0: 6 x 4 px: accepted is 640 x 480 px, the size in the scene")));
+              testing::ThrowsMessage<std::runtime_error>(
+                  HasSubstr("camera 0: 6 x 4 px: expected 640 x 480 px, the size in the scene")));
 }
 
 TEST(LiveCamerasTest, WhatTurnsIntoAnotherSizeIsLeftOutAndReportedUntilItIsAsBefore) {
@@ -182,7 +182,7 @@ TEST(LiveCamerasTest, WhatTurnsIntoAnotherSizeIsLeftOutAndReportedUntilItIsAsBef
   camera.Show(2);
   while (source->health()->trouble.empty()) std::this_thread::yield();
   EXPECT_THAT(source->health()->trouble,
-              HasSubstr("camera 0: 8 x 4 px, 1 channel of 8 bit: accepted is the format of the "
+              HasSubstr("camera 0: 8 x 4 px, 1 channel of 8 bit: expected the format of the "
                         "first image, 6 x 4 px, 1 channel of 8 bit"));
   camera.set_size({6, 4});
   camera.Show(3);
@@ -225,7 +225,7 @@ TEST(LiveCamerasTest, SideBySideIsCutInTwo) {
   EXPECT_EQ(LevelOf(pair.left), 1);
   EXPECT_EQ(LevelOf(pair.right), 2);
   EXPECT_THAT([&] { Arranged({.left = both.colRange(0, 5)}, layout, "camera 0"); },
-              testing::ThrowsMessage<std::runtime_error>(HasSubstr("5 px wide: accepted")));
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("5 px wide: side by side, expected")));
 }
 
 }  // namespace

@@ -87,7 +87,7 @@ TEST(ReadPictureTest, SizesAreJudgedBeforePixelsTakeMemory) {
   const Scratch scratch;
   const auto huge = scratch.Write("huge.png", PngHeader(16384, 16384));
   EXPECT_THAT(Thrown<std::runtime_error>([&] { ReadPicture(huge, 2); }),
-              testing::HasSubstr("huge.png: image 2 is 16384 x 16384 px: accepted are at most"));
+              testing::HasSubstr("huge.png: image 2 is 16384 x 16384 px: expected at most"));
   const auto large = scratch.Write("large.png", PngHeader(8192, 8192));
   const AcceptSize refuse = [](const cv::Size& size) {
     throw std::runtime_error("not " + std::to_string(size.width));

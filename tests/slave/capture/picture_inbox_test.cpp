@@ -145,37 +145,37 @@ TEST_F(PictureInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
   };
   const std::string half = grey_.substr(0, 100), cut = png_.substr(0, png_.size() / 2);
   EXPECT_THAT(refused(Mono(), Push(Encoding::kGrey8, half, kWidth, kHeight)),
-              HasSubstr("data of 100 bytes: accepted is 3072 for 64 x 48 px of GREY8"));
+              HasSubstr("data of 100 bytes: expected 3072 for 64 x 48 px of GREY8"));
   EXPECT_THAT(refused(Mono(), Push(Encoding::kPng, wide_)),
-              HasSubstr("80 x 48 px: accepted is the scene's 64 x 48 px"));
-  EXPECT_THAT(refused(Mono(), Push(Encoding::kPng, cut)), HasSubstr("accepted is a complete PNG"));
+              HasSubstr("80 x 48 px: expected the scene's 64 x 48 px"));
+  EXPECT_THAT(refused(Mono(), Push(Encoding::kPng, cut)), HasSubstr("expected a complete PNG"));
   EXPECT_THAT(refused(Mono(), Push(Encoding::kJpeg, png_)), HasSubstr("not a JPEG"));
   EXPECT_THAT(refused(Mono(), Push(Encoding::kGrey8, grey_, 2'000'000, 2'000'000)),
-              HasSubstr("accepted is at least one and at most 100000000 pixels"));
-  EXPECT_THAT(refused(Pair(), Push(Encoding::kPng, png_)), HasSubstr("accepted is a pair"));
+              HasSubstr("expected at least one and at most 100000000 pixels"));
+  EXPECT_THAT(refused(Pair(), Push(Encoding::kPng, png_)), HasSubstr("expected a pair"));
   EXPECT_THAT(refused(Depth(), Push(Encoding::kPng, png_)),
-              HasSubstr("accepted for depth is one channel of 16 bit"));
+              HasSubstr("for depth, expected one channel of 16 bit"));
   PictureInbox inbox(Mono());
   PushedSample two = Sample(Push(Encoding::kPng, png_));
   two.right = two.picture;
-  EXPECT_THAT(Feed(inbox, two), HasSubstr("accepted is one image"));
+  EXPECT_THAT(Feed(inbox, two), HasSubstr("expected one image"));
 }
 
 TEST_F(PictureInboxTest, OneThatIsUnlikeTheFirstIsRefused) {
   PictureInbox inbox(Mono());
   EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kPng, png_))), "");
   EXPECT_THAT(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))),
-              HasSubstr("1 channel of 8 bit: accepted is the format of the first image"));
+              HasSubstr("1 channel of 8 bit: expected the format of the first image"));
 }
 
 TEST_F(PictureInboxTest, OrderAndPaceAreKept) {
   PictureInbox inbox(Mono());
   const PushedSample first = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
   EXPECT_EQ(Feed(inbox, first), "");
-  EXPECT_THAT(Feed(inbox, first), HasSubstr("accepted is a time that increases"));
+  EXPECT_THAT(Feed(inbox, first), HasSubstr("expected a time that increases"));
   PushedSample old = Sample(first.picture);
   old.sequence = 1;
-  EXPECT_THAT(Feed(inbox, old), HasSubstr("sequence = 1: accepted is one above the last"));
+  EXPECT_THAT(Feed(inbox, old), HasSubstr("sequence = 1: expected one above the last"));
   std::string flood;
   for (int i = 0; i < 200 && flood.empty(); ++i) {
     PushedSample sample = Sample(first.picture);

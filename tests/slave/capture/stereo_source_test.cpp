@@ -33,7 +33,7 @@ Scene PairScene(const Scratch& scratch, const std::string& left = "l%d.png",
 Scene DepthScene(const Scratch& scratch, const std::string& pattern) {
   Scene scene;
   scene.name = "depth";
-  scene.sense.Set(PointsOptions{.views = DepthPictures{}});
+  scene.sense.Set(PointsOptions{.cameras = DepthPictures{}});
   scene.sense.Find<DepthPictures>()->pattern = (scratch.path() / pattern).string();
   return scene;
 }

@@ -225,10 +225,10 @@ TEST(TactileInboxTest, SaysWhatItRefuses) {
     const auto refusal = inbox.Feed(finger, sequence, At(t), reading, At(2));
     return refusal ? refusal->why : "taken";
   };
-  EXPECT_EQ(why("rf", 8, 2, Reading(2)), "is not a finger of this scene: accepted is ff, th");
-  EXPECT_THAT(why("ff", 8, 0.5, Reading(2)), HasSubstr("sensed_at: accepted is a time that does"));
+  EXPECT_EQ(why("rf", 8, 2, Reading(2)), "is not a finger of this scene: expected ff, th");
+  EXPECT_THAT(why("ff", 8, 0.5, Reading(2)), HasSubstr("sensed_at: expected a time that does"));
   EXPECT_THAT(why("ff", 8, 0.5, Reading(2)), HasSubstr("decreased by 0.5"));
-  EXPECT_EQ(why("ff", 7, 2, Reading(2)), "sequence = 7: accepted is one above the last, 7");
+  EXPECT_EQ(why("ff", 7, 2, Reading(2)), "sequence = 7: expected one above the last, 7");
   for (const float bad :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1e30F}) {
     FingerReading reading = Reading(2);
@@ -244,10 +244,10 @@ TEST(TactileInboxTest, SaysWhatItRefuses) {
   FingerReading reading = Reading(2);
   reading.X_SF = Eigen::Isometry3d::Identity();
   reading.X_SF->translation().x() = std::nan("");
-  EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("pose: accepted is"));
+  EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("pose: expected"));
   reading.X_SF = Eigen::Isometry3d::Identity();
   reading.X_SF->matrix()(0, 0) = -1;  // a mirror
-  EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("pose: accepted is"));
+  EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("pose: expected"));
   EXPECT_EQ(why("ff", 8, 2, Reading(2)), "taken");  // nothing of it counted
 }
 
@@ -278,7 +278,7 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
   for (std::uint64_t i = 1; i <= 20; ++i) {
     EXPECT_EQ(feed(i, 0.01 * static_cast<double>(i), 7), "taken");
   }
-  EXPECT_THAT(feed(1, 0.21, 8), HasSubstr("is already fed by a stream: accepted is one stream"));
+  EXPECT_THAT(feed(1, 0.21, 8), HasSubstr("is already fed by a stream: expected one stream"));
   inbox.Leave("rf", 8);  // not its own
   EXPECT_EQ(feed(21, 0.22, 7), "taken");
   EXPECT_THAT(feed(1, 1.21, 8), HasSubstr("is already fed"));

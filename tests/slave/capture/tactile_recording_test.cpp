@@ -104,31 +104,31 @@ const std::string kNamed = "t," + Electrodes("ff_E") + "," + Electrodes("rf_E") 
 INSTANTIATE_TEST_SUITE_P(
     Files, BadRecordingTest,
     ::testing::Values(
-        BadRecording{"Empty", "", {}, "1: empty: accepted is a CSV file with a header row"},
+        BadRecording{"Empty", "", {}, "1: empty: expected a CSV file with a header row"},
         BadRecording{"NoTime",
                      Electrodes("E") + "\n" + Counts(0) + "\n",
                      {},
-                     "1: no time: accepted is a column rel_time_s, time_s, t, time or timestamp"},
+                     "1: no time: expected a column rel_time_s, time_s, t, time or timestamp"},
         BadRecording{"ElectrodeMissing",
                      "t," + Electrodes("rf_E", 18) + "\n",
                      {"rf"},
-                     "1: electrode rf_E19 is missing: accepted is rf_E1 to rf_E19"},
+                     "1: electrode rf_E19 is missing: expected rf_E1 to rf_E19"},
         BadRecording{"NoSuchFinger",
                      kNamed,
                      {"th"},
-                     "1: finger = th: accepted is a finger of this recording: ff, rf"},
+                     "1: finger = th: expected a finger of this recording: ff, rf"},
         BadRecording{"NotANumber",
                      kHead + "0,nan" + Counts(0).substr(8) + "\n",
                      {},
-                     "2: E1 = nan: accepted is a finite number"},
+                     "2: E1 = nan: expected a finite number"},
         BadRecording{"ClockBack",
                      kHead + "0.02," + Counts(0) + "\n# here\n0.01," + Counts(0) + "\n",
                      {},
-                     "4: t = 0.01: accepted is a time that increases from row to row, after 0.02"},
+                     "4: t = 0.01: expected a time that increases from row to row, after 0.02"},
         BadRecording{"ClockInNanoseconds",
                      kHead + "1581073084690542596," + Counts(0) + "\n",
                      {},
-                     "2: t = 1581073084690542596: accepted is a time in seconds"}),
+                     "2: t = 1581073084690542596: expected a time in seconds"}),
     [](const auto& row) { return std::string(row.param.name); });
 
 // Whatever is cut off or changed: a recording of finite numbers in rising time, or an error that
@@ -284,10 +284,10 @@ TEST(FingerPosesTest, MistakesAreRefusedWithTheirLine) {
   } kRows[] = {
       {"t,finger,x,y,z,qw,qx,qy\n", "poses.csv:1: column qz is missing"},
       {head, "poses.csv:1: no pose"},
-      {head + "0,rf,0,0,0,1,1,0,0\n", "poses.csv:2: qw,qx,qy,qz of length 1.414214: accepted is"},
-      {head + "0,rf,0,0,nan,1,0,0,0\n", "poses.csv:2: z = nan: accepted is a finite number"},
-      {head + "0,rf,0,0,0,1,0,0\n", "poses.csv:2: 8 cells: accepted is 9"},
-      {head + "1,rf,0,0,0,1,0,0,0\n0.5,rf,0,0,0,1,0,0,0\n", "poses.csv:3: t = 0.5: accepted is a"},
+      {head + "0,rf,0,0,0,1,1,0,0\n", "poses.csv:2: qw,qx,qy,qz of length 1.414214: expected"},
+      {head + "0,rf,0,0,nan,1,0,0,0\n", "poses.csv:2: z = nan: expected a finite number"},
+      {head + "0,rf,0,0,0,1,0,0\n", "poses.csv:2: 8 cells: expected 9"},
+      {head + "1,rf,0,0,0,1,0,0,0\n0.5,rf,0,0,0,1,0,0,0\n", "poses.csv:3: t = 0.5: expected a"},
   };
   for (const auto& row : kRows) {
     scene.sense.Find<Tactile>()->poses = scratch.Write("poses.csv", row.text);

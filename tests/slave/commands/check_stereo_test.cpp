@@ -23,8 +23,8 @@ using ::testing::Not;
 
 const std::filesystem::path kScenes = SourcePath("/deploy/scenes");
 
-std::string Said(const std::filesystem::path& scene,
-                 const std::vector<std::string>& overrides = {}) {
+std::string OutputOf(const std::filesystem::path& scene,
+                     const std::vector<std::string>& overrides = {}) {
   ::testing::internal::CaptureStdout();
   std::string error;
   try {
@@ -37,18 +37,18 @@ std::string Said(const std::filesystem::path& scene,
 
 // Reference: the stated rig: z^2 / (f b) sqrt(2) 0.03 px = 56 um at 250 mm, and all 31 dots in
 // view.
-TEST(CheckStereoTest, TheMembranesEyesAreTold) {
-  const std::string said = Said(kScenes / "rubber-membrane.yaml");
-  EXPECT_THAT(said, HasSubstr("plate-large: set by model.kind"));
-  EXPECT_THAT(said, HasSubstr("simulated pair, 640 x 480 px, focal length 800 px, 60 mm apart"));
+TEST(CheckStereoTest, TheMembranesCamerasAreReported) {
+  const std::string output = OutputOf(kScenes / "rubber-membrane.yaml");
+  EXPECT_THAT(output, HasSubstr("plate-large: set by model.kind"));
+  EXPECT_THAT(output, HasSubstr("simulated pair, 640 x 480 px, focal length 800 px, 60 mm apart"));
   EXPECT_THAT(
-      said,
+      output,
       HasSubstr(
           "250 mm from the object origin: with 0.03 px in the image a point has a sigma of 56"));
-  EXPECT_THAT(said, HasSubstr("31 of 31 with radius 2 mm are visible to both cameras at rest"));
-  EXPECT_THAT(said, HasSubstr("for an indentation of 5 mm below home"));
+  EXPECT_THAT(output, HasSubstr("31 of 31 with radius 2 mm are visible to both cameras at rest"));
+  EXPECT_THAT(output, HasSubstr("for an indentation of 5 mm below home"));
   EXPECT_THAT(
-      said,
+      output,
       HasSubstr(
           "31 of 31 points in the last of 15 images; the rest shape comes from the first 10"));
 }
@@ -56,18 +56,18 @@ TEST(CheckStereoTest, TheMembranesEyesAreTold) {
 // A press within half the thickness is the closed form's, if the tolerance allows.
 TEST(CheckStereoTest, AutoFollowsThePress) {
   const auto scene = kScenes / "rubber-membrane.yaml";
-  EXPECT_THAT(Said(scene, {"model={kind: auto}"}),
+  EXPECT_THAT(OutputOf(scene, {"model={kind: auto}"}),
               HasSubstr("model          plate-large: auto: plate-large"));
   EXPECT_THAT(
-      Said(scene, {"model={kind: auto}", "operator.press.depth=0.2 mm"}),
+      OutputOf(scene, {"model={kind: auto}", "operator.press.depth=0.2 mm"}),
       HasSubstr("model          plate: auto: plate, as in the scene: the cheapest that meets"));
 }
 
 TEST(CheckStereoTest, WhatMovesAsAWholeTellsNoForce) {
-  const std::string said = Said(kScenes / "heart-target.yaml");
-  EXPECT_THAT(said, HasSubstr("none: the object has no fixed boundary"));
-  EXPECT_THAT(said, HasSubstr("up to 31 windows of 31 px"));
-  EXPECT_THAT(said, Not(HasSubstr(" N for ")));
+  const std::string output = OutputOf(kScenes / "heart-target.yaml");
+  EXPECT_THAT(output, HasSubstr("none: the object has no fixed boundary"));
+  EXPECT_THAT(output, HasSubstr("up to 31 windows of 31 px"));
+  EXPECT_THAT(output, Not(HasSubstr(" N for ")));
 }
 
 // The simulated pair's pictures of the membrane at rest, as files.
@@ -90,8 +90,8 @@ class CheckFilesTest : public ::testing::Test {
     wide.X_RL.translation() *= 1.5;
     WriteRig(folder_.path() / "wide.yaml", wide);
   }
-  std::string SaidOfFiles(const std::string& right, const std::string& rig) const {
-    return Said(folder_.Write(
+  std::string OutputOfFiles(const std::string& right, const std::string& rig) const {
+    return OutputOf(folder_.Write(
         "scene.yaml",
         "name: files\nobject:\n  geometry: {membrane: {radius: 39 mm, thickness: 1 mm}}\n"
         "  material: {young_modulus: 27.2 MPa, poisson_ratio: 0.45}\nmodel: {kind: plate-large}\n"
@@ -104,14 +104,14 @@ class CheckFilesTest : public ::testing::Test {
 };
 
 TEST_F(CheckFilesTest, TheirDotsAreLookedFor) {
-  const std::string said = SaidOfFiles("right*.png", "rig.yaml");
-  EXPECT_THAT(said, HasSubstr("pair of image files, 640 x 480 px"));
-  EXPECT_THAT(said, HasSubstr("(12 pairs)"));
-  EXPECT_THAT(said, HasSubstr("31 of 31 points in the last of 12 images"));
+  const std::string output = OutputOfFiles("right*.png", "rig.yaml");
+  EXPECT_THAT(output, HasSubstr("pair of image files, 640 x 480 px"));
+  EXPECT_THAT(output, HasSubstr("(12 pairs)"));
+  EXPECT_THAT(output, HasSubstr("31 of 31 points in the last of 12 images"));
 }
 
 TEST_F(CheckFilesTest, ARigOfOtherCamerasIsSuspected) {
-  EXPECT_THAT(SaidOfFiles("right*.png", "wide.yaml"),
+  EXPECT_THAT(OutputOfFiles("right*.png", "wide.yaml"),
               AllOf(HasSubstr("NOTHING yet"), HasSubstr("check the sides (left, right), the rig")));
 }
 

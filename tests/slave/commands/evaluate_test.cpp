@@ -69,14 +69,14 @@ model: {kind: fem}
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
     EXPECT_EQ(RunEvaluate(options_, {}), exit_code);
-    said_ = testing::internal::GetCapturedStdout();
+    output_ = testing::internal::GetCapturedStdout();
     complained_ = testing::internal::GetCapturedStderr();
     std::ifstream stream(options_.out / "report.json");
     return nlohmann::json::parse(stream);
   }
 
   EvaluateOptions options_;
-  std::string said_, complained_;
+  std::string output_, complained_;
 };
 
 // A body that nothing holds, pulled along z by 100 Pa at its ends: every triangle bears its share.
@@ -157,7 +157,7 @@ TEST_F(EvaluateTest, ShapeUnderTheRightLoadsScoresHighAndTheOneAtRestDoesNot) {
   options_.segment = "no";
   options_.loads = loads;
   const auto right = Run();
-  EXPECT_THAT(said_, HasSubstr("octree score"));
+  EXPECT_THAT(output_, HasSubstr("octree score"));
   EXPECT_GT(right["score"]["octree"], 0.98);
   EXPECT_LT(right["score"]["measured_to_surface_m"]["rms"], 0.0015);
   options_.loads.clear();
@@ -184,7 +184,7 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
   options_.cloud = Picture({});
   auto bad = options_;
   bad.segment = "magic";
-  refuses(bad, "accepted is surfaces, colour or no");
+  refuses(bad, "expected surfaces, colour or no");
   bad = options_;
   bad.leaf = 0;
   refuses(bad, "--leaf");
@@ -205,7 +205,7 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
       "flat.yaml",
       "name: flat\nobject:\n  geometry: {rectangle: {width: 1 m, height: 1 m, "
       "thickness: 1 mm}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\nmodel: {}\n");
-  refuses(bad, "accepted by evaluate is a volume");
+  refuses(bad, "evaluate expects a volume");
 }
 
 }  // namespace

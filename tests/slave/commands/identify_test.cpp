@@ -131,7 +131,7 @@ TEST_F(IdentifyCommand, LeavesATableOfThreeRowsOut) {
   const json report = Run({.data = {"tension=" + few, "tension=" + Write("r.csv", text).string()}});
   EXPECT_THAT(report.at("warnings").at(0).get<std::string>(), HasSubstr("few.csv: 3 rows"));
   EXPECT_EQ(report.at("best"), "neo-hookean");
-  EXPECT_THAT(Refusal({.data = {"tension=" + few}}), HasSubstr("accepted is 4 or more"));
+  EXPECT_THAT(Refusal({.data = {"tension=" + few}}), HasSubstr("expected 4 or more"));
 }
 
 // No law of the list falls and rises again.
@@ -233,7 +233,7 @@ TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
     const std::string refusal = Refusal(options);
     EXPECT_TRUE(refusal.find("Check the units") != std::string::npos ||
                 refusal.find("stretch =") != std::string::npos ||
-                refusal.find("accepted is above 0, up to 2 m") != std::string::npos)
+                refusal.find("expected above 0, up to 2 m") != std::string::npos)
         << options.data.front() << " " << options.diameter << " " << options.height << ": "
         << refusal;
   }
@@ -332,7 +332,7 @@ TEST_F(IdentifyCommand, FindsABeamsModulusFromItsSag) {
   EXPECT_THAT(
       Refusal({.data = {"loads=" + Write("none.csv", header + "a,0.2,0.01,0.01,,,,,,\n").string()},
                .scene = scene}),
-      HasSubstr("accepted is a row with a dx, dy or dz"));
+      HasSubstr("expected a row with a dx, dy or dz"));
   EXPECT_THAT(Refusal({.data = {"loads=" +
                                 Write("up.csv", header + "a,0.2,0.01,0.01,,,,,,0.01\n").string()},
                        .scene = scene}),
@@ -352,7 +352,8 @@ TEST_F(IdentifyCommand, RefusesWithASentence) {
 }
 
 // A block of 127 kPa, pressed before a camera, its true force known: the modulus comes out of the
-// pictures, whatever the scene says of it. Tolerance: what model and eyes are off by in the force.
+// pictures, whatever the scene says of it. Tolerance: what model and cameras are off by in the
+// force.
 TEST_F(IdentifyCommand, PicturesAndAKnownForceTellTheModulus) {
   const path block = SourcePath("/deploy/scenes/silicone-block.yaml");
   const path out = folder_ / "block";
@@ -388,9 +389,9 @@ TEST_F(IdentifyCommand, SaysWhatForcesOfPicturesMustBe) {
     return Refusal(options);
   };
   EXPECT_THAT(refusal("a,b\n1,2\n"), HasSubstr("forces.csv:1: no column force"));
-  EXPECT_THAT(refusal("sequence,force\n1,2\n1,3\n"), HasSubstr(":3: sequence: accepted is each"));
-  EXPECT_THAT(refusal("sequence,force\n1.5,2\n"), HasSubstr(":2: sequence: accepted is a whole"));
-  EXPECT_THAT(refusal("force\n1\n", false), HasSubstr("accepted is a scene with recorded"));
+  EXPECT_THAT(refusal("sequence,force\n1,2\n1,3\n"), HasSubstr(":3: sequence: expected each"));
+  EXPECT_THAT(refusal("sequence,force\n1.5,2\n"), HasSubstr(":2: sequence: expected a whole"));
+  EXPECT_THAT(refusal("force\n1\n", false), HasSubstr("expected a scene with recorded"));
   EXPECT_THAT(Refusal({.data = {"pictures=forces.csv"}}), HasSubstr("needs --scene"));
 }
 

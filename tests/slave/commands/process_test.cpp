@@ -29,7 +29,7 @@ std::string Refusal(const char* scene, double duration) {
 
 TEST(ProcessTest, OnlyATargetThatGoesOnHasADuration) {
   for (const char* scene : {"silicone-block.yaml", "rubber-membrane.yaml"}) {
-    EXPECT_THAT(Refusal(scene, 5), HasSubstr("--duration: accepted for a simulated target"))
+    EXPECT_THAT(Refusal(scene, 5), HasSubstr("--duration: expected for a simulated target"))
         << scene;
   }
 }
@@ -49,7 +49,7 @@ TEST(ProcessTest, WritesOverNothingItReads) {
   std::filesystem::create_directories(folder / "frames");
   std::filesystem::copy(kScenes / "silicone-block.yaml", folder / "summary.json");
   EXPECT_THAT(RefusalInside(folder, "summary.json", false),
-              HasSubstr("summary.json: accepted is another file"));
+              HasSubstr("summary.json: expected another file"));
   std::ofstream(folder / "frames" / "1.png") << "not looked at";
   std::ofstream(folder / "recorded.yaml") << R"(name: recorded
 object:

@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// A terminal or a file that remembers, and a clock that stands still until it is moved.
+// A terminal or a file that remembers, and a clock that stops until it is moved.
 struct Screen {
   bool is_terminal = true;
   int columns = 80;

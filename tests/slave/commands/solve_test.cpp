@@ -158,14 +158,13 @@ TEST_F(SolveTest, SaysWhereAFileIsWrong) {
       {"case,x,y,dx,dy\n", "contacts.csv:2: no rows"},
       {"case,x,y,dx,dy,colour\nA,0,0,0,0,red\n", "contacts.csv:1: column = colour"},
       {"case,x (N),y,dx,dy\nA,0,0,0,0\n", "contacts.csv:1: column x: a unit of another quantity"},
-      {"case,x,y,dx,dy\n\nA,0.044,0.088,0\n", "contacts.csv:3: 4 cells: accepted is 5"},
-      {"case,x,y,dx,dy\nA,0.044,0.088,0,nan\n", "contacts.csv:2: dy = nan: accepted is a finite"},
-      {"case,x,y,dx,dy\n,0.044,0.088,0,0\n", "case = : accepted is a name"},
-      {"case,x,y,dx,dy\nA,0.044,0.080,0,0\n",
-       "contacts.csv:2: x = 0.044: accepted is a position on"},
-      {"case,x,y,dx,dy,width\nA,0.044,0.088,0,0,-1\n", "width = -1: accepted is 0 to "},
-      {"case,x,y,z,dx,dy\nA,0.044,0.088,0.1,0,0\n", "z = 0.1: accepted is 0"},
-      {"case,x,y,dx,dy,dz\nA,0.044,0.088,0,0,1e-3\n", "dz = 1e-3: accepted is 0"}};
+      {"case,x,y,dx,dy\n\nA,0.044,0.088,0\n", "contacts.csv:3: 4 cells: expected 5"},
+      {"case,x,y,dx,dy\nA,0.044,0.088,0,nan\n", "contacts.csv:2: dy = nan: expected a finite"},
+      {"case,x,y,dx,dy\n,0.044,0.088,0,0\n", "case = : expected a name"},
+      {"case,x,y,dx,dy\nA,0.044,0.080,0,0\n", "contacts.csv:2: x = 0.044: expected a position on"},
+      {"case,x,y,dx,dy,width\nA,0.044,0.088,0,0,-1\n", "width = -1: expected 0 to "},
+      {"case,x,y,z,dx,dy\nA,0.044,0.088,0.1,0,0\n", "z = 0.1: expected 0"},
+      {"case,x,y,dx,dy,dz\nA,0.044,0.088,0,0,1e-3\n", "dz = 1e-3: expected 0"}};
   for (const auto& [text, message] : mistakes) {
     const Outcome outcome = RunContacts(text);
     EXPECT_EQ(outcome.exit_code, 2) << text;
@@ -203,7 +202,7 @@ TEST_F(SolveTest, WritesOverNothingItReads) {
     options_.out = out;
     const Outcome outcome = RunContacts(contacts);
     EXPECT_EQ(outcome.exit_code, 2);
-    EXPECT_THAT(outcome.message, HasSubstr("--out " + out.string() + ": accepted is another file"));
+    EXPECT_THAT(outcome.message, HasSubstr("--out " + out.string() + ": expected another file"));
   }
   options_.out = folder_ / "out.csv";
   options_.field = link;

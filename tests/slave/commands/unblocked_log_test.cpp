@@ -66,9 +66,9 @@ TEST_F(UnblockedLogTest, WhatNobodyReadsIsLostAndCounted) {
 
 TEST_F(UnblockedLogTest, ALineThatIsTooLongIsShortened) {
   log_->warn(std::string(3 * kMostUnblocked, 'x'));
-  const std::string said = Read();
-  EXPECT_EQ(said.size(), kMostUnblocked);
-  EXPECT_THAT(said, EndsWith("...\n"));
+  const std::string output = Read();
+  EXPECT_EQ(output.size(), kMostUnblocked);
+  EXPECT_THAT(output, EndsWith("...\n"));
 }
 
 // The signal that ends who writes into a broken pipe.

@@ -158,7 +158,7 @@ TEST(VerifyTest, SwappedAxesAreFound) {
 }
 
 // The force follows the depth, so that it is scaled, too.
-TEST(VerifyTest, AScaleOfThePixelsIsToldFromAModulus) {
+TEST(VerifyTest, AScaleOfThePixelsIsDistinguishedFromAModulus) {
   for (unsigned seed = 1; seed <= 8; ++seed) {
     const double scale = seed % 2 == 0 ? 1.03 : 0.97;
     const ForceCard card = CardOf(Sensor::kCamera, seed,
@@ -176,7 +176,7 @@ TEST(VerifyTest, APixelScaleAndAModulusAreFoundTogether) {
   EXPECT_THAT(Causes(card), HasSubstr("young_modulus"));
 }
 
-// Of fingertips: a random permutation with random signs, and a gain for each axis.
+// The map of fingertips: a random permutation with random signs, and a gain for each axis.
 TEST(VerifyTest, RandomPermutationsSignsAndGainsAreNamed) {
   for (unsigned seed = 1; seed <= 24; ++seed) {
     std::mt19937 random(1000 + seed);
@@ -382,7 +382,7 @@ TEST_F(VerifyFilesTest, TablesGiveOneCardForEachFinger) {
 
 TEST_F(VerifyFilesTest, UnusableInputIsNamed) {
   options_.states = Write("states.csv", "t,fx,fy,fz,sigma,validity\n0,0,1,0,0.1,valid\n");
-  EXPECT_THAT(Refusal(), HasSubstr("--states: accepted with --loads or --sensor"));
+  EXPECT_THAT(Refusal(), HasSubstr("--states: expected with --loads or --sensor"));
   options_.sensor = true;
   EXPECT_THAT(Refusal(), HasSubstr("measured_force"));
   options_.loads = Write("loads.csv", "t,until,fy\n0,1,2\n");
@@ -391,7 +391,7 @@ TEST_F(VerifyFilesTest, UnusableInputIsNamed) {
   options_.loads = Write("loads.csv", "t,until,fy\n5,6,2\n");
   EXPECT_THAT(Refusal(), HasSubstr("none matches"));
   options_.loads = Write("loads.csv", "t,until,fy\n5,4,2\n");
-  EXPECT_THAT(Refusal(), HasSubstr("loads.csv:2: until: accepted is a time after t"));
+  EXPECT_THAT(Refusal(), HasSubstr("loads.csv:2: until: expected a time after t"));
   options_.loads = Write("loads.csv", "until,fy\n5,4\n");
   EXPECT_THAT(Refusal(), HasSubstr("no column t"));
   options_.loads = Write("loads.csv", "t,fy\n1,nan\n");
@@ -500,7 +500,7 @@ TEST_F(VerifyForcesTest, OtherNamesAndUnitsAreOptions) {
               HasSubstr("forces.csv:1: no column none"));
   options_.columns.measured_unit = "stone";
   EXPECT_THAT(Thrown<std::invalid_argument>([&] { RunVerify(options_, {}); }),
-              HasSubstr("--measured-unit = stone: accepted is N"));
+              HasSubstr("--measured-unit = stone: expected N"));
 }
 
 }  // namespace

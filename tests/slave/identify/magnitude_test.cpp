@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// What is said of a neo-Hookean material of this modulus in tension to a stretch: a remark, or why
+// The message on a neo-Hookean material of this modulus in tension to a stretch: a remark, or why
 // it is refused.
 std::string Complaint(double young_modulus, double stretch, bool units_named = true) {
   const HyperLaw law{.name = "", .terms = {{young_modulus / 3, 2}}};
@@ -48,11 +48,11 @@ TEST(Magnitude, OfRareSolidsIsAcceptedWithARemarkWhereTheUnitIsNamed) {
 
 // Each limit alone: the other numbers are those of a solid.
 TEST(Magnitude, OfWrongUnitsIsRejectedWithTheOptionsThatGiveThem) {
-  EXPECT_THAT(Complaint(9, 1.3), HasSubstr("Young's modulus [Pa] 9: accepted is 10 to 1e12"));
+  EXPECT_THAT(Complaint(9, 1.3), HasSubstr("Young's modulus [Pa] 9: expected 10 to 1e12"));
   EXPECT_THAT(Complaint(1.1e12, 1.001), HasSubstr("Young's modulus"));
   EXPECT_THAT(Complaint(9e7, 3), HasSubstr("largest stress"));
-  EXPECT_THAT(Complaint(1e5, 1.005), HasSubstr("largest strain 0.005: accepted is 0.01"));
-  EXPECT_THAT(Complaint(2e9, 1.3), HasSubstr("largest strain 0.3: accepted is at most 0.05"));
+  EXPECT_THAT(Complaint(1e5, 1.005), HasSubstr("largest strain 0.005: expected 0.01"));
+  EXPECT_THAT(Complaint(2e9, 1.3), HasSubstr("largest strain 0.3: expected at most 0.05"));
   for (const char* option : {"header", "--stress-unit", "--height", "--diameter", "--area"}) {
     EXPECT_THAT(Complaint(3, 1.3), HasSubstr(option));
   }

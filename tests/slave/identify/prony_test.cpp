@@ -75,7 +75,7 @@ std::string Complaint(const std::vector<RelaxationTable>& tables) {
 }
 
 // A ramp of a law that stiffens, such as a compression test; with a hold, a return or another rate
-// it could be told from fading.
+// it could be distinguished from fading.
 TEST(Prony, RefusesOneRampAtOneRate) {
   const RelaxationTable ramp = Ramp(2e3, 3e3, 10, 0.01);
   EXPECT_NE(Complaint({ramp}).find("only rises, at one rate"), std::string::npos);

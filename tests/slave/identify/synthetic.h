@@ -17,11 +17,12 @@ inline MaterialTest CurveOf(const HyperLaw& law, TestKind kind, double end, int 
   for (int i = 1; i <= rows; ++i) {
     test.rows.push_back({.abscissa = rest + (end - rest) * i / rows, .measured = {0}});
   }
-  const Eigen::VectorXd said = Predict(law, test);
+  const Eigen::VectorXd predicted = Predict(law, test);
   std::mt19937 engine(seed);
-  std::normal_distribution<double> normal(0, noise * said.cwiseAbs().maxCoeff());
+  std::normal_distribution<double> normal(0, noise * predicted.cwiseAbs().maxCoeff());
   for (std::size_t i = 0; i < test.rows.size(); ++i) {
-    test.rows[i].measured = {said[static_cast<Eigen::Index>(i)] + (noise > 0 ? normal(engine) : 0)};
+    test.rows[i].measured = {predicted[static_cast<Eigen::Index>(i)] +
+                             (noise > 0 ? normal(engine) : 0)};
   }
   return test;
 }

@@ -243,7 +243,7 @@ TEST(TestTable, ManyRowsAreAveraged) {
   EXPECT_NEAR(test.rows.back().measured[0] / (test.rows.back().abscissa - 1), 1e4, 1e-6);
 }
 
-TEST(TestTable, OfTooFewRowsCanBeToldFromABadOne) {
+TEST(TestTable, OfTooFewRowsCanBeDistinguishedFromABadOne) {
   const std::string three = "strain,stress\n0,0\n.1,1\n.2,2\n";
   EXPECT_THROW(Read("tension", three), TooFewRows);
   const std::string hold = "t,shear,stress\n0,0,0\n1,.1,1\n2,.1,1\n";
@@ -259,14 +259,14 @@ TEST(TestTable, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n0.1\n"), HasSubstr(":3: 1 cells"));
   EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n-1.5,1\n0,0\n0,0\n"),
               HasSubstr(":3: stretch = -0.5"));
-  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n0.1,1\n"), HasSubstr("accepted is 4"));
+  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n0.1,1\n"), HasSubstr("expected 4"));
   EXPECT_THAT(Complaint("tension", "0,0\n0.1,1\n"), HasSubstr("without a header"));
   EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n.1,0\n.2,0\n.3,0\n"),
               HasSubstr("every stress is zero"));
   EXPECT_THAT(Complaint("tension", "strain,force\n0,0\n.1,1\n.2,2\n.3,3\n"), HasSubstr("--area"));
   EXPECT_THAT(Complaint("tension", "displacement,stress\n0,0\n.1,1\n.2,2\n.3,3\n"),
               HasSubstr("--height"));
-  EXPECT_THAT(Complaint("bending", "strain,stress\n0,0\n"), HasSubstr("accepted is uniaxial"));
+  EXPECT_THAT(Complaint("bending", "strain,stress\n0,0\n"), HasSubstr("expected uniaxial"));
   EXPECT_THAT(Complaint("biaxial", "stretch,stress\n1,0\n1.1,1\n1.2,2\n1.3,3\n"),
               HasSubstr("second stretch"));
   EXPECT_THAT(Complaint("tension", ""), HasSubstr("no header"));

@@ -278,9 +278,9 @@ TEST_P(RefusedReadingTest, IsRefusedInWords) {
 INSTANTIATE_TEST_SUITE_P(
     All, RefusedReadingTest,
     testing::Values(Refused{"OldSequence", [](ArmReading* r) { r->sequence = 1; },
-                            "sequence = 1: accepted is one above the last"},
+                            "sequence = 1: expected one above the last"},
                     Refused{"ClockBack", [](ArmReading* r) { r->measured_at -= Seconds(1); },
-                            "measured_at: accepted is a time that increases"}),
+                            "measured_at: expected a time that increases"}),
     [](const auto& info) { return info.param.name; });
 
 TEST_F(StreamedManipulatorTest, OneDriverAtATime) {

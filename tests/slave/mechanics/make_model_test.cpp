@@ -71,7 +71,7 @@ Scene PressedMembraneScene(double depth, double tolerance) {
   scene.object.geometry = MembraneGeometry{0.039, 0.001};
   scene.object.material = {.young_modulus = 27.2e6, .poisson_ratio = 0.45};
   scene.operator_options.press_depth = depth;
-  scene.operator_options.press_told = true;
+  scene.operator_options.press_given = true;
   scene.model.tolerance = tolerance;
   return scene;
 }
@@ -96,11 +96,11 @@ TEST(MakeModel, AutoSaysHowDeepAMembraneIsPressed) {
       ChooseModel(PressedMembraneScene(5e-3, 0.05)).reason,
       testing::HasSubstr(
           "an indentation of 5 thicknesses, where the force of bending alone is far too low"));
-  Scene untold = PressedMembraneScene(5e-3, 0.05);
-  untold.operator_options.press_told = false;
-  EXPECT_EQ(ChooseModel(untold).kind, "plate");
-  untold.sense.Set(PointsOptions{});  // two cameras watch the press, however deep by default
-  EXPECT_EQ(ChooseModel(untold).kind, "plate-large");
+  Scene by_default = PressedMembraneScene(5e-3, 0.05);
+  by_default.operator_options.press_given = false;
+  EXPECT_EQ(ChooseModel(by_default).kind, "plate");
+  by_default.sense.Set(PointsOptions{});  // two cameras watch the press, however deep by default
+  EXPECT_EQ(ChooseModel(by_default).kind, "plate-large");
   Scene tight = PressedMembraneScene(0.1e-3, 0.05);
   tight.model.prestress = 12;
   EXPECT_EQ(ChooseModel(tight).kind, "plate-large");
@@ -136,7 +136,7 @@ TEST(MakeModel, RefusesWhatHoldsNothing) {
   scene.object.fixed = {{FixedPlane{1, 0.0200}}};
   EXPECT_THAT(RefusalOf(scene), testing::HasSubstr("plane"));
   scene.object.fixed = {{FixedNodes{{60}}}};
-  EXPECT_THAT(RefusalOf(scene), testing::HasSubstr("accepted is 0 to 59"));
+  EXPECT_THAT(RefusalOf(scene), testing::HasSubstr("expected 0 to 59"));
 }
 
 TEST(MakeModel, NeedsAnOutlineForAPictureContour) {

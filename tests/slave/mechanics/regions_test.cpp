@@ -186,7 +186,7 @@ TEST(Regions, ARegionWithoutATetrahedronIsRefusedByItsLine) {
   scene.object.regions = {Layer(0.01, 0.02, 2 * kModulus),
                           {Ball{{0.02, 0.02, 0.01}, 1e-4}, 7 * kModulus, 12}};
   const std::string what = Thrown<std::invalid_argument>([&] { MeshObject(scene, std::nullopt); });
-  EXPECT_THAT(what, HasSubstr("organ.yaml:12: object.regions.1: accepted is"));
+  EXPECT_THAT(what, HasSubstr("organ.yaml:12: object.regions.1: expected"));
 }
 
 }  // namespace

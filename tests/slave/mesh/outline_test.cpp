@@ -60,7 +60,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 INSTANTIATE_TEST_SUITE_P(
     Outlines, CheckOutlineTest,
     ::testing::Values(
-        BadOutline{"Empty", {}, "0 points: accepted is three or more"},
+        BadOutline{"Empty", {}, "0 points: expected three or more"},
         BadOutline{"NaN", {{{0, 0}, {1, 0}, {1, kNan}}, {}}, "point 2 is not finite"},
         BadOutline{"OnePlace", {{{1, 1}, {1, 1}, {1, 1}}, {}}, "all points coincide"},
         BadOutline{"Repeated", {{{0, 0}, {1, 0}, {1, 0}, {0, 1}}, {}}, "points 1 and 2"},

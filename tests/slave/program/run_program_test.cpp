@@ -64,7 +64,7 @@ TEST_F(RunProgramTest, KillsWhatTakesTooLong) {
   EXPECT_TRUE(gone());
 }
 
-TEST_F(RunProgramTest, StopsWhenToldTo) {
+TEST_F(RunProgramTest, StopsWhenAskedTo) {
   std::stop_source source;
   const std::jthread later([&] {
     std::this_thread::sleep_for(100ms);

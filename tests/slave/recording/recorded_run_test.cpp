@@ -98,7 +98,7 @@ class RecordedRunTest : public ::testing::Test {
   static inline std::filesystem::path folder_;
 };
 
-TEST_F(RecordedRunTest, EveryStateIsFeltAgainBitForBit) {
+TEST_F(RecordedRunTest, EveryStateIsEstimatedAgainBitForBit) {
   const RecordedRun run = Process(folder_ / "slave.mcap");
   EXPECT_GE(run.differences.states, 15U);
   EXPECT_EQ(run.differences.different, 0U) << InWords(run)[1];
@@ -160,7 +160,7 @@ TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
                 if (step->has_estimate()) step->mutable_estimate()->mutable_p_s_arm()->set_x(kNan);
               })),
-              HasSubstr("accepted is a finite number"));
+              HasSubstr("expected a finite number"));
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
                 if (step->has_settings()) step->mutable_settings()->set_decided("torn");
               })),

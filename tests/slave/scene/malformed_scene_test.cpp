@@ -31,7 +31,7 @@ int LineCount(const std::string& text) {
   return static_cast<int>(std::count(text.begin(), text.end(), '\n')) + (text.empty() ? 0 : 1);
 }
 
-// What stands in a line of SmallScene, and the key that is its value; behind them, a line of its
+// The text of a line of SmallScene, and the key that is its value; behind them, a line of its
 // own.
 struct Place {
   const char* begins;
@@ -73,17 +73,17 @@ TEST_P(BadLineTest, IsReportedOnceWithItsPlace) {
   const std::string begins = fmt::format("{}:{}: {}{} = ", file.string(), line, place.key, key);
   ASSERT_THAT(mistakes, HasSubstr(begins));
   const std::string quoted =
-      mistakes.substr(begins.size(), mistakes.find(": accepted is ") - begins.size());
+      mistakes.substr(begins.size(), mistakes.find(": expected ") - begins.size());
   EXPECT_TRUE(quoted == "(missing)" || std::string(value).find(quoted) != std::string::npos)
       << mistakes;
-  EXPECT_THAT(mistakes, HasSubstr(std::string(": accepted is ") + accepted));
+  EXPECT_THAT(mistakes, HasSubstr(std::string(": expected ") + accepted));
   EXPECT_EQ(LineCount(mistakes), 1) << mistakes;
 }
 
 const BadLine kBadLines[] = {
     {1, "[a]", "", "a name"},
     {3, "{rectangle: {width: 80 kPa, height: 1, thickness: 1}}", ".rectangle.width",
-     "a length in m mm um nm km, > 0"},
+     "a length > 0 (m, mm, um, nm, km)"},
     {3, "{rectangle: {width: .nan, height: 1, thickness: 1}}", ".rectangle.width", "a length"},
     {3, "{rectangle: {width: 1, height: 1}, disc: {radius: 1 mm}}", "", ""},
     {3, "{disk: {radius: 1 mm, thickness: 1 mm}}", ".disk", "`disc` (nearest)"},
@@ -93,7 +93,7 @@ const BadLine kBadLines[] = {
      "a list of 2 numbers"},
     {3, "{contour: missing.csv, thickness: 9 mm}", ".contour", "from-image, or a CSV file of x,y"},
     {4, "{young_modulus: 127 kPa, poisson_ratio: -1}", ".poisson_ratio", ""},
-    {4, "{poisson_ratio: 0.4}", ".young_modulus", "a pressure in Pa kPa MPa GPa TPa"},
+    {4, "{poisson_ratio: 0.4}", ".young_modulus", "a pressure > 0 (Pa, kPa, MPa, GPa, TPa)"},
     {4, "{young_modulus: 1, poisson_ratio: 0.4, young_modulus: 2}", ".young_modulus",
      "each key once: it is already in line 4"},
     {5, "{side: front}", ".side", "bottom, top, left, right or rim"},
@@ -116,11 +116,11 @@ const BadLine kBadLines[] = {
     {9, "{source: simulated, pixel: 1 mm, intrinsics: a.yaml}", ".intrinsics",
      "a file that exists"},
     {9, "{source: simulated, pixel: 1 mm, size: [640]}", ".size",
-     "a list of 2 numbers, each a number of pixels in px"},
+     "a list of 2 numbers, each a number of pixels"},
     {10, "{track: ssd}", ".track", "template in this version"},
     {11, "{start: somewhere}", ".start", "auto, {circle"},
     {12, "manipulator: {silence: 50 ms}", "manipulator.silence", "nothing here"},
-    {12, "link: {dead_after: 9 ms}", "link.dead_after", "a time in s ms us, 10 to 500 ms"},
+    {12, "link: {dead_after: 9 ms}", "link.dead_after", "a time, 10 to 500 ms (s, ms, us)"},
     {12, "manipulator: {home: [9 m, 0, 0]}", "manipulator.home",
      "a position inside the manipulator's workspace"},
     {12, "manipulator: {home: [40 mm, 20 mm, 0]}", "manipulator.home",
@@ -165,14 +165,14 @@ std::string AliasBomb() {
 }
 
 const BadFile kBadFiles[] = {
-    {"Empty", "", "empty: accepted is a map of name, object, model"},
-    {"Word", "hello", "not a scene: accepted is a map"},
+    {"Empty", "", "empty: expected a map of name, object, model"},
+    {"Word", "hello", "not a scene: expected a map"},
     {"BrokenYaml", "name: a\nobject: {geometry: [\n", "not YAML"},
     {"TwoDocuments", "name: a\n---\nname: b\n", ":2: a second document"},
     // The library makes documents of it without end.
     {"CommaAlone", "name: a\n ,b: c\n", "not YAML"},
-    {"NotUtf8", "name: M\xFCller\n", ":1: byte 0xFC is not UTF-8: accepted is a scene in UTF-8"},
-    {"Tab", "name: a\nobject:\n\tgeometry: 1\n", "line 3 begins with a tab: accepted are blanks"},
+    {"NotUtf8", "name: M\xFCller\n", ":1: byte 0xFC is not UTF-8: expected a scene in UTF-8"},
+    {"Tab", "name: a\nobject:\n\tgeometry: 1\n", "line 3 begins with a tab: expected blanks"},
     {"Binary", std::string("name: \0\1\2", 9), "not text"},
     {"TooLarge", std::string((1 << 20) + 1, '#'), "at most 1 MiB"},
     {"Deep", "name: " + std::string(100, '[') + std::string(100, ']'), "at most 32 levels"},
@@ -197,7 +197,7 @@ TEST_F(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
 }
 
 // A fuzzer found that a membrane held by a word ended the program.
-TEST_F(MalformedSceneTest, WhateverStandsInPlaceOfASectionIsReadOrRefused) {
+TEST_F(MalformedSceneTest, WhateverIsInPlaceOfASectionIsReadOrRefused) {
   const std::string sections =
       "object object.geometry object.material object.fixed object.pose tool sense sense.camera "
       "sense.contour sense.tip sense.points sense.tactile model operator operator.press "
@@ -212,13 +212,13 @@ TEST_F(MalformedSceneTest, WhateverStandsInPlaceOfASectionIsReadOrRefused) {
       for (const char* instead : {"rim", "3", "[]", "{}", "[1, 2]", "{side: 3}", "[rim]"}) {
         const std::string mistakes = MistakesOf(file, {section + "=" + instead});
         if (std::string_view(instead) != "rim") continue;
-        EXPECT_THAT(mistakes, HasSubstr(section + " = rim: accepted is")) << name;
+        EXPECT_THAT(mistakes, HasSubstr(section + " = rim: expected")) << name;
       }
     }
   }
   const std::string mistakes =
       MistakesOf(SourcePath("/deploy/scenes/rubber-membrane.yaml"), {"object.fixed=rim"});
-  EXPECT_THAT(mistakes, HasSubstr("object.fixed = rim: accepted is a map of `key: value`"));
+  EXPECT_THAT(mistakes, HasSubstr("object.fixed = rim: expected a map of `key: value`"));
 }
 
 TEST_F(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
@@ -227,10 +227,10 @@ TEST_F(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
   const struct {
     const char* csv;
     const char* message;
-  } kRows[] = {{"x,y\n0,0\n1,zero\n", "outline.csv:3: y = zero: accepted is a finite number"},
-               {"0,0,0\n1,1,0\n2,1,1\n", "outline.csv:1: 3 cells: accepted is 2"},
-               {"u,v\n0,0\n1,0\n", "outline.csv:1: no column x: accepted is x,y"},
-               {"0,0\n1,0\n", "outline.csv: 2 points: accepted is 3 to 4000"},
+  } kRows[] = {{"x,y\n0,0\n1,zero\n", "outline.csv:3: y = zero: expected a finite number"},
+               {"0,0,0\n1,1,0\n2,1,1\n", "outline.csv:1: 3 cells: expected 2"},
+               {"u,v\n0,0\n1,0\n", "outline.csv:1: no column x: expected x,y"},
+               {"0,0\n1,0\n", "outline.csv: 2 points: expected 3 to 4000"},
                {"0,0\n2,2\n2,0\n0,1\n", "cross or touch"}};
   for (const auto& row : kRows) {
     Write("outline.csv", row.csv);
@@ -246,18 +246,17 @@ TEST_F(MalformedSceneTest, OverridesAreReportedByTheirKey) {
     const char* override_pair;
     const char* message;
   } kRows[] = {
-      {"model.elements=x",
-       "--override model.elements = x: accepted is a whole number from 3 to 4000"},
-      {"model.elments=60", "--override model.elments = 60: accepted is `elements` (nearest)"},
-      {"nothing.here=1", "--override nothing = {here: 1}: accepted is one of name"},
-      {"model.elements", "--override model.elements: accepted is key.path=value"},
-      {"=60", "--override =60: accepted is key.path=value"},
-      {"name.first=x", "--override name.first = x: accepted is a key path"},
-      {"object.fixed.side.0=x", "--override object.fixed.side.0 = x: accepted is a key path"},
-      {"model.elements=[", "--override model.elements = [: accepted is a YAML value"},
-      {"model.elements=", "--override model.elements = (nothing): accepted is a whole number"},
+      {"model.elements=x", "--override model.elements = x: expected a whole number from 3 to 4000"},
+      {"model.elments=60", "--override model.elments = 60: expected `elements` (nearest)"},
+      {"nothing.here=1", "--override nothing = {here: 1}: expected one of name"},
+      {"model.elements", "--override model.elements: expected key.path=value"},
+      {"=60", "--override =60: expected key.path=value"},
+      {"name.first=x", "--override name.first = x: expected a key path"},
+      {"object.fixed.side.0=x", "--override object.fixed.side.0 = x: expected a key path"},
+      {"model.elements=[", "--override model.elements = [: expected a YAML value"},
+      {"model.elements=", "--override model.elements = (nothing): expected a whole number"},
       {"manipulator.home=[40 mm, 20 mm, 0]",
-       "--override manipulator.home = [40 mm, 20 mm, 0]: accepted"},
+       "--override manipulator.home = [40 mm, 20 mm, 0]: expected"},
   };
   for (const auto& row : kRows) {
     const std::string mistakes = MistakesOf(file, {row.override_pair});
@@ -288,11 +287,11 @@ TEST_F(MalformedSceneTest, NoSingleChangedByteCrashes) {
 using HostileSceneTest = FolderTest;
 
 // 1000 aliases of 10 kB are 10 MB, from a file of 16 kB.
-TEST_F(HostileSceneTest, AliasesSpellOutNoMoreTextThanIsSaid) {
+TEST_F(HostileSceneTest, AliasesSpellOutNoMoreTextThanIsStated) {
   std::string text = "name: &a " + std::string(10'000, 'x') + "\nobject: [*a";
   for (int i = 1; i < 1000; ++i) text += ", *a";
   EXPECT_THAT(MistakesOf(Write("scene.yaml", text + "]\n")),
-              HasSubstr("too large: accepted is at most 32 levels, 100000 values and 4 MiB"));
+              HasSubstr("too large: expected at most 32 levels, 100000 values and 4 MiB"));
 }
 
 // Most of a minute where every key is compared with every other.
@@ -312,15 +311,15 @@ TEST_F(HostileSceneTest, LongListsAreReadItemByItem) {
   const auto file =
       Write("scene.yaml",
             SmallSceneWith(3, "  geometry: {polygon: {points: " + points + "], thickness: 9 mm}}"));
-  EXPECT_THAT(MistakesOf(file), HasSubstr("accepted is at most 4000 points, holes included"));
+  EXPECT_THAT(MistakesOf(file), HasSubstr("expected at most 4000 points, holes included"));
 }
 
-// A scene may come from anywhere: it must not show what stands in files that are no contour.
+// A scene may come from anywhere: it must not show what is in files that are no contour.
 TEST_F(HostileSceneTest, QuotesLittleOfAFileThatIsNoContour) {
   Write("secret", "user:password\nroot:\x1b]0;title\x07$6$saltsaltsaltsalt:19000\n");
   const std::string mistakes = MistakesOf(
       Write("scene.yaml", SmallSceneWith(3, "  geometry: {contour: secret, thickness: 9 mm}")));
-  EXPECT_THAT(mistakes, HasSubstr("secret:1: no column x: accepted is x,y"));
+  EXPECT_THAT(mistakes, HasSubstr("secret:1: no column x: expected x,y"));
   EXPECT_THAT(mistakes, testing::Not(HasSubstr("salt")));
 }
 

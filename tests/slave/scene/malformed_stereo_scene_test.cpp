@@ -36,7 +36,7 @@ TEST_P(BadStereoSceneTest, IsReportedOnceWithItsPlace) {
 using Words = const std::string&;
 
 BadScene Row(const Lines& lines, Words mistake, Words accepted) {
-  return {lines, mistake + ": accepted is " + accepted};
+  return {lines, mistake + ": expected " + accepted};
 }
 
 BadScene Camera(Words camera, Words mistake, Words accepted) {
@@ -105,7 +105,7 @@ const BadScene kCameras[] = {
     Camera("depth: pairs, fx: 600, fy: 600, cx: 320, cy: 240", "pose = (missing)",
            "a map of translation, rotation"),
     Posed("depth: pairs, fy: 600, cx: 320, cy: 240", "fx = (missing)",
-          "a number of pixels in px, 1 to 1e6"),
+          "a number of pixels, 1 to 1e6 (px)"),
 };
 INSTANTIATE_TEST_SUITE_P(Cameras, BadStereoSceneTest, ::testing::ValuesIn(kCameras));
 

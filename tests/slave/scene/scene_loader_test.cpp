@@ -110,7 +110,7 @@ TEST(SceneLoaderTest, AcceptsEverySizeAndStiffness) {
   }
 }
 
-TEST(SceneLoaderTest, ARoundToolIsTwiceItsRadiusWideUnlessBothAreTold) {
+TEST(SceneLoaderTest, ARoundToolIsTwiceItsRadiusWideUnlessBothAreGiven) {
   const Scratch folder;
   const auto tool = [&](const std::string& line) {
     return LoadScene(folder.Write("scene.yaml", SmallSceneWith(7, line))).tool.value();

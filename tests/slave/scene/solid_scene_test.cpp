@@ -73,14 +73,14 @@ TEST(SolidSceneTest, ANamedMaterialGivesWhatItsRowStates) {
   EXPECT_DOUBLE_EQ(own.poisson_ratio, 0.499);
   EXPECT_EQ(own.young_modulus_tolerance, 0) << "that of the table is of its own modulus";
   EXPECT_THAT(MistakesOf(scene_with("{name: ecoflex-00-30}")), HasSubstr("poisson_ratio"));
-  EXPECT_THAT(MistakesOf(scene_with("{name: jelly}")), HasSubstr("accepted is dragon-skin-10, "));
+  EXPECT_THAT(MistakesOf(scene_with("{name: jelly}")), HasSubstr("expected dragon-skin-10, "));
 }
 
 TEST(SolidSceneTest, FrictionDeadlineAndOtherElementsAreRefusedWhereTheyMeanNothing) {
   for (const auto& [model, mistake] :
-       {std::pair{"{kind: fem-green, contact: friction}", "accepted is bonded or frictionless"},
-        std::pair{"{kind: fem, contact: friction}", "accepted is bonded with this kind"},
-        std::pair{"{kind: auto, contact: friction}", "accepted is bonded or frictionless"},
+       {std::pair{"{kind: fem-green, contact: friction}", "expected bonded or frictionless"},
+        std::pair{"{kind: fem, contact: friction}", "expected bonded with this kind"},
+        std::pair{"{kind: auto, contact: friction}", "expected bonded or frictionless"},
         std::pair{"{kind: fem-green, friction: 0.5}", "nothing with this kind: use fem-zone"},
         std::pair{"{kind: fem, time: dynamic, deadline: 5 ms}", "nothing here: use fem with"},
         std::pair{"{kind: fem-green, deadline: 5 ms}", "nothing here: use fem with"},
@@ -88,8 +88,8 @@ TEST(SolidSceneTest, FrictionDeadlineAndOtherElementsAreRefusedWhereTheyMeanNoth
         std::pair{"{kind: fem-zone, contact: friction}", "model.friction"},
         std::pair{"{kind: fem-zone, contact: friction, friction: -1}", "> 0"},
         std::pair{"{kind: fem-zone, deadline: 0 us}", "> 0"},
-        std::pair{"{kind: fem-zone, element: tet10}", "accepted is tet4 with this kind"},
-        std::pair{"{kind: fem-zone, law: ogden}", "accepted is neo-hookean with this kind"},
+        std::pair{"{kind: fem-zone, element: tet10}", "expected tet4 with this kind"},
+        std::pair{"{kind: fem-zone, law: ogden}", "expected neo-hookean with this kind"},
         std::pair{"{kind: fem-zone, gravity: [0, 0, -9.81]}", "gravity"}}) {
     const std::string text = MistakesOf(SolidScene(kBox, kBottom, model));
     EXPECT_THAT(text, HasSubstr(mistake)) << model;
@@ -159,7 +159,7 @@ TEST(SolidSceneTest, AMeshFilesUnitMayStandAlone) {
                     folder.Write("scene.yaml", SolidScene(dozen, kBottom, "{kind: fem-green}")), {},
                     SceneUse::kSolve);
               }),
-              HasSubstr("unit = dozen: accepted is a unit such as mm"));
+              HasSubstr("unit = dozen: expected a unit such as mm"));
 }
 
 struct Refusal {
@@ -177,19 +177,19 @@ TEST_P(SolidRefusalTest, SaysWhatIsAccepted) {
 
 const Refusal kRefusals[] = {
     {"CellsNotWhole", "{box: {size: [1, 1, 1], cells: [1.5, 1, 1]}}", kBottom, "{kind: fem}",
-     "cells = [1.5, 1, 1]: accepted is three whole numbers"},
+     "cells = [1.5, 1, 1]: expected three whole numbers"},
     {"TooManyCells", "{box: {size: [1, 1, 1], cells: [100, 100, 100]}}", kBottom, "{kind: fem}",
      "4 million tetrahedra"},
     {"NoSuchMesh", "{mesh: absent.node}", kBottom, "{kind: fem}",
-     "mesh = absent.node: accepted is a file that can be read"},
+     "mesh = absent.node: expected a file that can be read"},
     {"PlateOfABox", kBox, kBottom, "{kind: plate}",
-     "model.kind = plate: accepted is auto, fem, fem-green or fem-zone"},
+     "model.kind = plate: expected auto, fem, fem-green or fem-zone"},
     {"RemovedBem3d", kBox, kBottom, "{kind: bem3d}",
-     "model.kind = bem3d: accepted is fem-green, with element: tet10"},
+     "model.kind = bem3d: expected fem-green, with element: tet10"},
     {"MembraneHeldElsewhere", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "{nodes: [1]}",
-     "{kind: plate}", "accepted is {side: rim}"},
+     "{kind: plate}", "expected {side: rim}"},
     {"SideOfABox", kBox, "{side: bottom}", "{kind: fem}",
-     "object.fixed.side = bottom: accepted is no side, because this is a volume"},
+     "object.fixed.side = bottom: expected no side, because this is a volume"},
     {"OgdenWithoutTerms", kBox, kBottom, "{kind: fem, law: ogden}", "model.terms"},
     {"OgdenShares", kBox, kBottom, "{kind: fem, law: ogden, terms: [[0.5, 2]]}",
      "one to six terms whose shares add up to 1"},
@@ -197,12 +197,12 @@ const Refusal kRefusals[] = {
      "a share (0 to 1)"},
     {"MooneyWithoutShare", kBox, kBottom, "{kind: fem, law: mooney-rivlin}", "model.second_share"},
     {"DampingInWords", kBox, kBottom, "{kind: fem, damping: much}",
-     "model.damping = much: accepted is none or {mass: 1.0 /s, stiffness: 0.01 s}"},
+     "model.damping = much: expected none or {mass: 1.0 /s, stiffness: 0.01 s}"},
     {"ResidualOfNothing", kBox, kBottom, "{kind: fem, residual: 0}", "1e-14 to 0.1"},
     {"FrictionlessFem", kBox, kBottom, "{kind: fem, contact: frictionless}",
-     "model.contact = frictionless: accepted is bonded with this kind"},
+     "model.contact = frictionless: expected bonded with this kind"},
     {"HalfClampedMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}",
-     "{side: rim, components: z}", "{kind: plate}", "components = z: accepted is nothing here"},
+     "{side: rim, components: z}", "{kind: plate}", "components = z: expected nothing here"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SolidRefusalTest, ::testing::ValuesIn(kRefusals),

@@ -20,7 +20,7 @@ std::string RigText(const std::string& cameras) {
 }  // namespace
 
 std::string StereoScene(const Lines& lines) {
-  return "name: eyes\n"  // 1
+  return "name: pair\n"  // 1
          "object:\n"     // 2
          "  geometry: " +
          lines.geometry +                                                             // 3

@@ -1,4 +1,4 @@
-// Scenes of two cameras and of depth pictures: their keys and what stands there without them.
+// Scenes of two cameras and of depth pictures: their keys and their defaults.
 #include "tests/slave/scene/stereo_scene.h"
 
 #include <filesystem>
@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 // Reference: paper C, 5.1: about 250 mm from the membrane; the left camera is half the baseline to
 // the left of the axis, and both look at the middle, so that O lies on the optical axis.
-TEST_F(StereoSceneTest, ThePairStandsInsideAndLooksAtTheMembranesCentreWhereverItIs) {
+TEST_F(StereoSceneTest, ThePairIsInsideAndLooksAtTheMembranesCentreWhereverItIs) {
   Lines lines;
   lines.camera =
       "{source: simulated, rate: 60 Hz, size: [800, 600], pair: {baseline: 100 mm, "
@@ -61,36 +61,36 @@ TEST_F(StereoSceneTest, StreamsAreRead) {
   EXPECT_EQ(Load(lines).sense.Find<DepthPictures>()->eye.kind, Eye::Kind::kOpenNi);
 }
 
-TEST_F(StereoSceneTest, WhatIsNoLivePairIsSaid) {
+TEST_F(StereoSceneTest, WhatIsNoLivePairIsReported) {
   const auto mistake = [&](const std::string& stereo) {
     return MistakesOf({"{stereo: " + stereo + ", pose: {translation: [0, 0, -1]}}"});
   };
   using testing::HasSubstr;
   EXPECT_THAT(mistake("{left: {device: 0, url: \"http://x\"}, right: {device: 1}, rig: rig.yaml}"),
-              HasSubstr("accepted is exactly one of `device: NUMBER`, `file` (a video) and `url`"));
+              HasSubstr("expected exactly one of `device: NUMBER`, `file` (a video) and `url`"));
   EXPECT_THAT(mistake("{left: {url: nowhere}, right: {device: 1}, rig: rig.yaml}"),
-              HasSubstr("accepted is an address such as rtsp://"));
+              HasSubstr("expected an address such as rtsp://"));
   EXPECT_THAT(mistake("{left: {device: 0}, rig: rig.yaml}"), HasSubstr("stereo.right"));
   EXPECT_THAT(mistake("{device: 0, layout: top-bottom, rig: rig.yaml}"), HasSubstr("side-by-side"));
   EXPECT_THAT(mistake("{left: \"pairs/left_%02d.png\", right: \"pairs/right*.png\", sync: 5 ms, "
                       "rig: rig.yaml}"),
-              HasSubstr("accepted is nothing with files"));
+              HasSubstr("expected nothing with files"));
   EXPECT_THAT(mistake("{left: {device: 1}, right: {device: 1}, rig: rig.yaml}"),
-              HasSubstr("stereo.right = {device: 1}: accepted is another camera than `left`"));
+              HasSubstr("stereo.right = {device: 1}: expected another camera than `left`"));
   EXPECT_EQ(mistake("{device: 0, layout: side-by-side, sync: 5 ms, rig: rig.yaml}"), "");
 }
 
 // OpenCV makes 8 bit of whatever it reads without being asked otherwise.
-TEST_F(StereoSceneTest, WhatGivesNoDepthOf16BitIsSaid) {
+TEST_F(StereoSceneTest, WhatGivesNoDepthOf16BitIsReported) {
   const auto mistake = [&](const std::string& depth) {
     return MistakesOf({"{depth: " + depth +
                        ", fx: 600, fy: 600, cx: 320, cy: 240, pose: {translation: [0, 0, -1]}}"});
   };
   using testing::HasSubstr;
   EXPECT_THAT(mistake("{url: \"tcp://127.0.0.1:5000\"}"),
-              HasSubstr("accepted is a GStreamer pipeline that ends in"));
+              HasSubstr("expected a GStreamer pipeline that ends in"));
   EXPECT_THAT(mistake("{url: \"v4l2src ! appsink\"}"), HasSubstr("format=GRAY16_LE"));
-  EXPECT_THAT(mistake("{device: 0}"), HasSubstr("accepted is exactly one of `openni: NUMBER`"));
+  EXPECT_THAT(mistake("{device: 0}"), HasSubstr("expected exactly one of `openni: NUMBER`"));
   EXPECT_EQ(mistake("{url: \"v4l2src ! video/x-raw,format=GRAY16_LE ! appsink\"}"), "");
 }
 
@@ -128,7 +128,7 @@ TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
   }
 }
 
-// What nothing holds is followed; no force is told, so no camera's place need be known.
+// What nothing holds is followed; no force is reported, so no camera's place need be known.
 TEST_F(StereoSceneTest, WhatNothingHoldsIsFollowedByItsTexture) {
   Lines lines;
   lines.geometry = kBox;
@@ -142,7 +142,7 @@ TEST_F(StereoSceneTest, WhatNothingHoldsIsFollowedByItsTexture) {
   EXPECT_TRUE(
       Load(lines).sense.Find<StereoCameras>()->X_SL.isApprox(Eigen::Isometry3d::Identity()));
   lines.fixed = "{plane: {axis: z, at: 0 m}}";
-  EXPECT_THAT(MistakesOf(lines), HasSubstr(":9: sense.camera.pose = (missing): accepted is a map"));
+  EXPECT_THAT(MistakesOf(lines), HasSubstr(":9: sense.camera.pose = (missing): expected a map"));
 }
 
 // Reference: sections.h; the press goes along -z of O from outside, with a clearance of 7 % of the

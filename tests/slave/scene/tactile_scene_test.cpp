@@ -102,9 +102,8 @@ TEST_F(TactileSceneTest, AMeshIsMeasuredByItsNodes) {
   EXPECT_LT((scene.manipulator.home - Eigen::Vector3d(0.005, 0.01, 0.04 + 0.07 * 0.04)).norm(),
             1e-15);
   folder_.Write("tet.veg", "*VERTICES\n4 3 0 0\n1 0 0\n");
-  EXPECT_THAT(
-      MistakesOf(Tactile8("source: simulated", "{mesh: tet.veg, unit: mm}")),
-      HasSubstr("3: object.geometry.mesh = tet.veg: accepted is a mesh that can be read; "));
+  EXPECT_THAT(MistakesOf(Tactile8("source: simulated", "{mesh: tet.veg, unit: mm}")),
+              HasSubstr("3: object.geometry.mesh = tet.veg: expected a mesh that can be read; "));
 }
 
 TEST_F(TactileSceneTest, FingertipsTouchVolumesAndNothingElse) {
@@ -118,7 +117,7 @@ TEST_F(TactileSceneTest, FingertipsTouchVolumesAndNothingElse) {
   flat.replace(flat.find("kind: fem"), 9, "kind: auto");
   EXPECT_THAT(MistakesOf(flat),
               HasSubstr("3: object.geometry = {rectangle: {width: 80 mm, height: 40 mm, thickness: "
-                        "9 mm}}: accepted is box or mesh with fingertips"));
+                        "9 mm}}: expected box or mesh with fingertips"));
   EXPECT_EQ(MistakesOf(flat, SceneUse::kSolve), "");
 }
 
@@ -137,65 +136,64 @@ TEST_P(BadTactileTest, IsReportedOnceWithItsPlace) {
 }
 
 const BadTactile kBad[] = {
-    {"NoSource", "finger: rf",
-     "sense.tactile.source = (missing): accepted is stream, simulated, or"},
+    {"NoSource", "finger: rf", "sense.tactile.source = (missing): expected stream, simulated, or"},
     {"NoSuchRecording", "source: none.csv",
-     "sense.tactile.source = none.csv: accepted is stream, simulated, or a CSV recording; there is "
+     "sense.tactile.source = none.csv: expected stream, simulated, or a CSV recording; there is "
      "no file"},
     {"NoSuchNetwork", "source: stream, network: none",
-     "sense.tactile.network = none: accepted is a folder with network.json; there"},
+     "sense.tactile.network = none: expected a folder with network.json; there"},
     {"PosesOfAStream", "source: stream, poses: poses.csv",
-     "sense.tactile.poses = poses.csv: accepted is nothing here: only a recording"},
+     "sense.tactile.poses = poses.csv: expected nothing here: only a recording"},
     {"NoSuchLocaliser", "source: stream, localise: polarity-free",
-     "sense.tactile.localise = polarity-free: accepted is auto, paper or pressure-weighted"},
+     "sense.tactile.localise = polarity-free: expected auto, paper or pressure-weighted"},
     {"ThinFinger", "source: stream, radius: 0.5 mm",
-     "sense.tactile.radius = 0.5 mm: accepted is a length in m mm um nm km, 1 mm to 50 mm"},
+     "sense.tactile.radius = 0.5 mm: expected a length, 1 mm to 50 mm (m, mm, um, nm, km)"},
     {"RestAsNumber", "source: stream, rest: 50",
-     "sense.tactile.rest = 50: accepted is `first N`, N from 1 to 10000 samples"},
+     "sense.tactile.rest = 50: expected `first N`, N from 1 to 10000 samples"},
     {"FingerAndFingers", "source: stream, finger: rf, fingers: {rf: {}}",
-     "sense.tactile.finger = rf: accepted is nothing with `fingers`"},
+     "sense.tactile.finger = rf: expected nothing with `fingers`"},
     {"SixFingers", "source: stream, fingers: {a: {}, b: {}, c: {}, d: {}, e: {}, f: {}}",
-     "sense.tactile.fingers = {a: {}, b: {}, c: {}, d: {}, e: {}, f: {}}: accepted is a map of 1 "
+     "sense.tactile.fingers = {a: {}, b: {}, c: {}, d: {}, e: {}, f: {}}: expected a map of 1 "
      "to "
      "5 fingers"},
-    {"FirstStands", "source: stream, fingers: {rf: {motion: stands}, th: {}}",
-     "sense.tactile.fingers.rf.motion = stands: accepted is hand for the first finger"},
+    {"FirstAtRest", "source: stream, fingers: {rf: {motion: stands}, th: {}}",
+     "sense.tactile.fingers.rf.motion = stands: expected hand for the first finger"},
     {"NameWithSpace", "source: stream, finger: ring finger",
-     "sense.tactile.finger = ring finger: accepted is a finger's name of 1 to 32 letters"},
+     "sense.tactile.finger = ring finger: expected a finger's name of 1 to 32 letters"},
     {"FingerInside", "source: stream, pose: {translation: [30 mm, 20 mm, 10 mm]}",
-     "sense.tactile.pose = {translation: [30 mm, 20 mm, 10 mm]}: accepted is a fingertip whose "
+     "sense.tactile.pose = {translation: [30 mm, 20 mm, 10 mm]}: expected a fingertip whose "
      "centre lies outside the object"},
 };
 INSTANTIATE_TEST_SUITE_P(Scenes, BadTactileTest, ::testing::ValuesIn(kBad),
                          [](const auto& row) { return std::string(row.param.name); });
 
-TEST_F(TactileSceneTest, HomeIsSaidByThePoseAlone) {
+TEST_F(TactileSceneTest, HomeIsGivenByThePoseAlone) {
   EXPECT_THAT(MistakesOf(Tactile8("source: stream") + "manipulator: {home: [0, 0, 1]}\n"),
-              HasSubstr("9: manipulator.home = [0, 0, 1]: accepted is nothing here"));
+              HasSubstr("9: manipulator.home = [0, 0, 1]: expected nothing here"));
   EXPECT_THAT(MistakesOf(Tactile8("source: stream, pose: {translation: [0, 0, 1]}") +
                          "manipulator: {workspace: {max: [1, 1, 0.1]}}\n"),
-              HasSubstr("9: manipulator.workspace = {max: [1, 1, 0.1]}: accepted is a workspace "
+              HasSubstr("9: manipulator.workspace = {max: [1, 1, 0.1]}: expected a workspace "
                         "that contains the pad"));
 }
 
 TEST_F(TactileSceneTest, ASceneSensesInOneWay) {
   const std::string mistakes = MistakesOf(
       Tactile8("source: stream") + "  camera: {source: simulated, pixel: 1 mm}\n  tip: {}\n");
-  EXPECT_THAT(mistakes, HasSubstr("9: sense.camera = {source: simulated, pixel: 1 mm}: accepted is "
+  EXPECT_THAT(mistakes, HasSubstr("9: sense.camera = {source: simulated, pixel: 1 mm}: expected "
                                   "nothing with `tactile`"));
-  EXPECT_THAT(mistakes, HasSubstr("10: sense.tip = {}: accepted is nothing with `tactile`"));
+  EXPECT_THAT(mistakes, HasSubstr("10: sense.tip = {}: expected nothing with `tactile`"));
 }
 
-TEST_F(TactileSceneTest, ADepthCamerasMistakesAreSaid) {
+TEST_F(TactileSceneTest, ADepthCamerasMistakesAreReported) {
   const struct {
     const char* keys;
     const char* message;
   } kRows[] = {
-      {"size: [640, 480]", "depth_camera.pose = (missing): accepted is a map of translation"},
+      {"size: [640, 480]", "depth_camera.pose = (missing): expected a map of translation"},
       {"pose: {translation: [0, 0, 1]}, focal: 0 px",
-       "depth_camera.focal = 0 px: accepted is a number of pixels"},
+       "depth_camera.focal = 0 px: expected a number of pixels"},
       {"pose: {translation: [0, 0, 1]}, size: [640, 480.5]",
-       "depth_camera.size = [640, 480.5]: accepted is whole"},
+       "depth_camera.size = [640, 480.5]: expected whole"},
   };
   for (const auto& row : kRows) {
     EXPECT_THAT(MistakesOf(TouchScene("  tactile: {source: simulated}\n  depth_camera: {" +

@@ -58,7 +58,7 @@ TEST_F(PicturesTest, OfAnotherSizeEndTheStreamInWords) {
   wrong.mutable_image()->set_width(32);
   EXPECT_THAT(Feed(*Connect(), {Picture(0), wrong}, &reply_),
               EndedWith(grpc::StatusCode::INVALID_ARGUMENT,
-                        HasSubstr("sample 2: data of 3072 bytes: accepted is 1536")));
+                        HasSubstr("sample 2: data of 3072 bytes: expected 1536")));
 }
 
 // A driver of the arm as a client sees it.
@@ -161,11 +161,11 @@ INSTANTIATE_TEST_SUITE_P(
                                 r->mutable_p_s_tip()->set_x(
                                     std::numeric_limits<double>::quiet_NaN());
                               },
-                              "p_S_tip.x = nan: accepted is"},
+                              "p_S_tip.x = nan: expected"},
                     BadReport{"HalfAQuaternion", [](v1::ArmReport* r) { r->add_orientation(0); },
-                              "accepted is a unit quaternion"},
+                              "expected a unit quaternion"},
                     BadReport{"OldSequence", [](v1::ArmReport* r) { r->set_sequence(1); },
-                              "sequence = 1: accepted is one above the last"}),
+                              "sequence = 1: expected one above the last"}),
     [](const auto& info) { return info.param.name; });
 
 }  // namespace

@@ -160,7 +160,7 @@ void FakeSlave::SetModel(const ModelChange& change, Progress* progress) {
   }
   const std::scoped_lock lock(mutex_);
   if (!change.kind.empty() && change.kind != "bem2d") {
-    throw std::invalid_argument("kind = " + change.kind + ": accepted is bem2d");
+    throw std::invalid_argument("kind = " + change.kind + ": expected bem2d");
   }
   if (state_.phase == Phase::kFollowing) throw std::logic_error("an operator follows");
 }

@@ -109,7 +109,7 @@ TEST_P(BadSampleTest, EndsTheStreamWithASentence) {
   const grpc::Status status = feed.WaitForEnd();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_THAT(status.error_message(), HasSubstr(GetParam().message));
-  EXPECT_THAT(status.error_message(), HasSubstr("accepted is"));
+  EXPECT_THAT(status.error_message(), HasSubstr("expected"));
   EXPECT_TRUE(NextFrame()->fingers[0].present);
 }
 
@@ -124,20 +124,20 @@ INSTANTIATE_TEST_SUITE_P(
     Samples, BadSampleTest,
     testing::Values(
         BadSample{"Eighteen", [](auto* s) { s->mutable_electrodes()->RemoveLast(); },
-                  "finger rf: 18 electrodes: accepted is 19"},
+                  "finger rf: 18 electrodes: expected 19"},
         BadSample{"NotANumber", [](auto* s) { s->set_electrodes(6, kNan); },
-                  "finger rf electrode E7 = nan: accepted is a finite number"},
+                  "finger rf electrode E7 = nan: expected a finite number"},
         BadSample{"NoSuchFinger", [](auto* s) { s->set_finger("mf"); },
-                  "finger mf is not a finger of this scene: accepted is rf, th"},
+                  "finger mf is not a finger of this scene: expected rf, th"},
         BadSample{"NoStamp", [](auto* s) { s->clear_sensed_at(); }, "sensed_at is absent"},
         BadSample{"ClockBack", [](auto* s) { s->mutable_sensed_at()->set_seconds(999'999); },
-                  "finger rf sensed_at: accepted is a time that does not decrease"},
+                  "finger rf sensed_at: expected a time that does not decrease"},
         BadSample{"SequenceBack", [](auto* s) { s->set_sequence(1); },
                   "finger rf sequence = 1: acc"},
         BadSample{"HalfAPose", [](auto* s) { s->mutable_p_s_finger()->set_x(1); },
-                  "orientation is absent: accepted is an orientation"},
+                  "orientation is absent: expected an orientation"},
         BadSample{"NoUnitQuaternion", [](auto* s) { Pose(s, 0, 1, 1); },
-                  "orientation: accepted is a unit quaternion"},
+                  "orientation: expected a unit quaternion"},
         BadSample{"PlaceOfNaN", [](auto* s) { Pose(s, std::nan(""), 1, 0); },
                   "p_S_finger.x = nan"}),
     [](const auto& row) { return std::string(row.param.name); });
@@ -176,8 +176,7 @@ TEST_F(FeedTactileTest, ASecondStreamOfAFingerIsRefusedWhileTheFirstFeedsIt) {
   second.Send(Sample("rf", 20));
   const grpc::Status status = second.WaitForEnd();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_THAT(status.error_message(),
-              HasSubstr("finger rf is already fed by a stream: accepted is"));
+  EXPECT_THAT(status.error_message(), HasSubstr("finger rf is already fed by a stream: expected"));
   Feed other(Connect());
   ASSERT_TRUE(other.Send(Sample("th", 0)));
   EXPECT_TRUE(other.Finish().ok());

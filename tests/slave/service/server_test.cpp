@@ -22,7 +22,7 @@ std::string WhyNot(FakeSlave* slave, const std::string& address, bool insecure =
 
 TEST_F(ServerTest, PlainTextIsServedOnLoopbackOnly) {
   FakeSlave other;
-  EXPECT_THAT(WhyNot(&other, "0.0.0.0:0"), HasSubstr("accepted without --insecure is a loopback"));
+  EXPECT_THAT(WhyNot(&other, "0.0.0.0:0"), HasSubstr("without --insecure, expected a loopback"));
   EXPECT_EQ(WhyNot(&other, "0.0.0.0:0", true), "");
 }
 
@@ -50,7 +50,7 @@ TEST_F(ServerTest, ErrorsOfTheSlaveArriveAsACodeAndTheSameSentence) {
   };
   EXPECT_TRUE(set_model(*stub, "bem2d").ok());
   EXPECT_THAT(set_model(*stub, "magic"),
-              EndedWith(grpc::StatusCode::INVALID_ARGUMENT, "kind = magic: accepted is bem2d"));
+              EndedWith(grpc::StatusCode::INVALID_ARGUMENT, "kind = magic: expected bem2d"));
 
   Operator ada(Connect());
   ada.Hold(0);

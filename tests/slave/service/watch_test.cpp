@@ -43,7 +43,7 @@ TEST_F(WatchTest, OnlyRatesThatCanBeKeptAreAccepted) {
     const grpc::Status status = Watch(rate);
     EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << rate;
     EXPECT_THAT(status.error_message(), HasSubstr("max_rate = "));
-    EXPECT_THAT(status.error_message(), HasSubstr("accepted is 0, or 1 to 1000"));
+    EXPECT_THAT(status.error_message(), HasSubstr("expected 0, or 1 to 1000"));
   }
 }
 

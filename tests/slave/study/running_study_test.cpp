@@ -30,7 +30,7 @@ Scene Shipped(const std::string& name, const std::vector<std::string>& overrides
   return scene;
 }
 
-// Of one camera the model's answer at the true depth, which leaves the image out.
+// The error with one camera is of the model's answer at the true depth, which leaves the image out.
 double RunningError(const Scene& scene) {
   const auto environment = MakeSimulatedEnvironment(scene);
   EnvironmentPlayer player(*environment, scene, {.is_live = false});
@@ -41,13 +41,13 @@ double RunningError(const Scene& scene) {
   while (sense->Acquire({})) {
     const Truth truth = environment->truth();
     sense->Process();
-    const ContactEstimate felt = sense->Estimate(truth.p_S_tip);
-    report->Add(felt.sensed_at, &truth);
-    if (!felt.force || truth.force.norm() <= deepest) continue;
+    const ContactEstimate estimate = sense->Estimate(truth.p_S_tip);
+    report->Add(estimate.sensed_at, &truth);
+    if (!estimate.force || truth.force.norm() <= deepest) continue;
     deepest = truth.force.norm();
-    const double told =
-        scene.sense.Find<Camera>() ? report->compared().back().model_at_truth : felt.force->norm();
-    error = std::abs(told / deepest - 1);
+    const double estimated = scene.sense.Find<Camera>() ? report->compared().back().model_at_truth
+                                                        : estimate.force->norm();
+    error = std::abs(estimated / deepest - 1);
   }
   return error;
 }

@@ -133,7 +133,7 @@ TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
   EXPECT_THAT(with_template("tracking-flat.png", cv::Mat(20, 20, CV_8UC1, cv::Scalar(7))),
               testing::HasSubstr("tracking-flat.png: the template has no contrast"));
   EXPECT_THAT(with_template("tracking-tiny.png", cv::Mat(2, 2, CV_8UC1, cv::Scalar(7))),
-              testing::HasSubstr("2 x 2 px: accepted are"));
+              testing::HasSubstr("2 x 2 px: expected"));
   cv::Mat wide(40, 700, CV_8UC1);
   cv::randu(wide, 0, 255);
   EXPECT_THAT(with_template("tracking-wide.png", wide), testing::HasSubstr("700 x 40 px"));

@@ -169,7 +169,7 @@ TEST(Extremes, SimultaneousContacts) {
   }
 }
 
-// Corners can be pressed; what is held can be told to stay where it is, and not to move; one place
+// Corners can be pressed; what is held can be asked to stay where it is, and not to move; one place
 // cannot be in two.
 TEST(Extremes, CornersHeldNodesAndTheSamePlaceTwice) {
   for (const Family& f : Volumes()) {

@@ -159,7 +159,7 @@ def parse_argument(text: str) -> DataArgument:
 
 
 def parse_arguments(texts: Sequence[str]) -> list[DataArgument]:
-    """A folder stands for its CSV files in alphabetical order."""
+    """A folder means its CSV files in alphabetical order."""
     arguments: list[DataArgument] = []
     for text in texts:
         if pathlib.Path(text).is_dir():

@@ -54,7 +54,7 @@ void RequireSupported(const SolidMesh& mesh, const HeldNodes& held) {
   for (int p = 0; p < parts; ++p) {
     if (motions[Index(p)].Free().cols() == 0) continue;
     throw std::invalid_argument(
-        "object.fixed: fem-green needs a fixed body: accepted are supports that prevent all six "
+        "object.fixed: fem-green needs a fixed body: expected supports that prevent all six "
         "rigid motions of every part; the part with node " +
         std::to_string(std::ranges::find(part, p) - part.begin()) + " is free to move");
   }

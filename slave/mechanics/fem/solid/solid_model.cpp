@@ -48,7 +48,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
       statics_(equilibrium_, supports_, progress_, params_.linear(), layout_.size()) {
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {
     throw std::invalid_argument(
-        "pressure = mixed or averaged: accepted while the factorisation fits in memory; this mesh "
+        "pressure = mixed or averaged: expected while the factorisation fits in memory; this mesh "
         "needs " +
         std::to_string(equilibrium_.solver().memory_bytes() >> 20U) + " MiB: use a coarser mesh");
   }

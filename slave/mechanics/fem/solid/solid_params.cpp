@@ -22,11 +22,11 @@ void CheckPressure(const SolidParams& params) {
   const double nu = params.poisson_ratio;
   if (o.pressure == Pressure::kMixed && o.element != Element::kTet10) {
     throw std::invalid_argument(
-        "pressure = mixed: accepted with element = tet10; tet4 takes averaged");
+        "pressure = mixed: expected with element = tet10; tet4 takes averaged");
   }
   if (o.pressure == Pressure::kAveraged && o.element != Element::kTet4) {
     throw std::invalid_argument(
-        "pressure = averaged: accepted with element = tet4; tet10 takes mixed");
+        "pressure = averaged: expected with element = tet4; tet10 takes mixed");
   }
   if (!params.TakesPressure()) {
     if (nu <= kNearlyIncompressible) return;
@@ -64,7 +64,7 @@ SolidParams Checked(const SolidParams& params) {
   if (!(params.poisson_ratio > -1 && params.poisson_ratio <= 0.5)) {
     RefuseValue("poisson_ratio", params.poisson_ratio, "-1 < nu <= 0.5");
   }
-  if (!o.gravity_O.allFinite()) throw std::invalid_argument("gravity: accepted is finite");
+  if (!o.gravity_O.allFinite()) throw std::invalid_argument("gravity: expected finite numbers");
   if (o.time == Time::kDynamic || !o.gravity_O.isZero(0))
     RequirePositive("density", params.density);
   if (o.time == Time::kDynamic) {

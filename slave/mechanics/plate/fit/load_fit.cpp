@@ -24,12 +24,12 @@ constexpr double kSmallStep = 0.02;   // radii, share of the force: derivatives 
 constexpr double kDamping = 1e-3, kMostDamping = 1e8;
 constexpr double kGoodFit = 3;          // residual that a start from the last answer must reach
 constexpr double kInwards = 0.6;        // of a second start
-constexpr double kStandsOut = 25;       // misfit that the load must explain: five sigma squared
+constexpr double kSignificant = 25;     // misfit that the load must explain: five sigma squared
 constexpr double kTrusted = 0.7;        // a residual below it says that the sigmas are too large
 constexpr int kTelling = 10;            // degrees of freedom from which on it does
 constexpr double kLeastResidual = 0.1;  // by which sigmas may be too large
-constexpr double kBarely = 0.5;         // of kStandsOut: by the small-deflection shape alone
-constexpr double kFaint = 4;            // times kStandsOut: the place may be open
+constexpr double kBarely = 0.5;         // of kSignificant: by the small-deflection shape alone
+constexpr double kFaint = 4;            // times kSignificant: the place may be open
 constexpr double kFaintInside = 0.7;    // where such a load is taken to be [radii]
 constexpr double kVague = 0.25;         // standard deviation of a place not known [radii]
 constexpr std::string_view kNothing = "no load exceeds the noise";
@@ -83,7 +83,7 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
   const double unexplained = std::max(0.0, values_.squaredNorm() - seek.explained);
   fit.residual = std::sqrt(unexplained / Freedom());
   const double doubt = SigmaScale(fit.residual, Freedom());
-  fit.nothing = seek.explained < kBarely * kStandsOut * doubt * doubt;
+  fit.nothing = seek.explained < kBarely * kSignificant * doubt * doubt;
   if (fit.nothing) {
     last_.reset();
     fit.reason = kNothing;
@@ -104,7 +104,7 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
   }
   const bool known = found && fit.validity != Validity::kFailed;
   last_ = known ? std::optional(coarse) : std::nullopt;
-  const bool faint = seek.explained < kFaint * kStandsOut * doubt * doubt;
+  const bool faint = seek.explained < kFaint * kSignificant * doubt * doubt;
   const bool placed = known && !(faint && guess.place.norm() > kFaintInside);
   if (placed || fit.nothing) return fit;
   if (faint && FitFaint(&fit)) return fit;
@@ -299,7 +299,7 @@ bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* gue
   return false;
 }
 
-// Of the plate as it is pressed at the guess.
+// Whether the plate as it is pressed at the guess needs more modes.
 bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
   const double w = std::abs(plate_.Displacement(solution_, plate_.radius() * guess.place));
   return w > plate_.thickness() * plate::ResolvedDeflection(guess.place.norm());
@@ -371,7 +371,7 @@ void LoadFitter::FillResult(const Guess& guess, LoadFit* fit) noexcept {
   fit->covariance = unit.asDiagonal() * normal.inverse() * unit.asDiagonal();
   const double vague = doubt * std::sqrt(fit->covariance.topLeftCorner<2, 2>().trace()) / a;
   fit->rim_motion = RimMotion();
-  if (explained < kStandsOut * doubt * doubt) {
+  if (explained < kSignificant * doubt * doubt) {
     fit->nothing = true;
     fit->reason = kNothing;
   } else if (guess.place.norm() > margin_ - kRim) {

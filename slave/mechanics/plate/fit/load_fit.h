@@ -21,7 +21,7 @@ namespace palpate {
 struct LoadFit {
   Eigen::Vector2d p_O{0, 0};  // centre of the load [m]
   double force = 0;           // along z, of the tool on the plate [N]: negative pushes
-  // Of x, y [m] and force [N], from the points' sigmas, linear at the solution.
+  // Covariance of x, y [m] and force [N], from the points' sigmas, linear at the solution.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   // rms of (measured - fitted) / sigma, by points - 3, or - 6 with Rim::kMayMove; about 1 if all is
   // well.

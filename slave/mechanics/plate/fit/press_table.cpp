@@ -12,7 +12,7 @@ constexpr int kColumns = 16, kRows = 17;  // radii, depths
 constexpr double kOuter = 0.9;            // largest radius of the tool's edge [radii]
 constexpr double kDeepest = 0.3;          // at the centre [radii]: rotations are moderate
 constexpr int kBisections = 12;
-constexpr double kFirst = 1e-6;  // of the deepest: stands for the first touch
+constexpr double kFirst = 1e-6;  // of the deepest: taken as the first touch
 
 ContactResponse PressAt(PlateSurface& plate, double x, double width, double depth) {
   const Contact press =

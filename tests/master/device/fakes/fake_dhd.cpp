@@ -46,7 +46,7 @@ int On(const char* function, int id, Work work) {
   return code > 0 && result >= 0 ? code : result;
 }
 
-// A property, with which no error is told apart from "no".
+// A property, with which no error is distinguished from "no".
 template <class What>
 bool Is(const char* function, int id, What what) {
   const Guard guard(dhd.mutex);

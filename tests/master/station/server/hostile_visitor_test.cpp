@@ -45,8 +45,8 @@ class HostileVisitorTest : public testing::Test {
   NoticeBoard board_;
   PageServer server_{{"127.0.0.1", 0},
                      &board_,
-                     {[](std::uint64_t /*page*/, std::string_view said) -> std::string {
-                        ReadPageCommand(said);
+                     {[](std::uint64_t /*page*/, std::string_view message) -> std::string {
+                        ReadPageCommand(message);
                         return "pong";
                       },
                       [](std::uint64_t /*page*/) {}}};
@@ -90,15 +90,15 @@ TEST_F(HostileVisitorTest, BadRequestsAreAnsweredAndForgotten) {
 }
 
 TEST_F(HostileVisitorTest, WhatIsNoWishClosesThePageWithTheReason) {
-  for (const char* said :
+  for (const char* message :
        {"", "{", "[]", "1", R"({"do":"fly"})", R"({"do":5})", R"({"do":"ping","at":1e999})",
         R"({"do":"pointer","at":1,"p_M":[0,0,1e9],"engaged":true})"}) {
     PageClient page(server_.endpoint());
     page.Upgrade(Host(), "");
-    page.SendText(said);
+    page.SendText(message);
     const auto close = page.ReadFrame(kClose);
-    ASSERT_TRUE(close) << said;
-    EXPECT_THAT(close->reason(), HasSubstr("not understood")) << said;
+    ASSERT_TRUE(close) << message;
+    EXPECT_THAT(close->reason(), HasSubstr("not understood")) << message;
   }
   ExpectSound();
 }

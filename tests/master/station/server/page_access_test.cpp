@@ -52,7 +52,7 @@ class PageAccessTest : public testing::Test {
 
 TEST_F(PageAccessTest, BeyondItIsRefusedWithoutTls) {
   for (const char* view : {"10.0.0.5:8080", "0.0.0.0:0", "[::]:0", "station.example:80"}) {
-    EXPECT_THAT(WordsOf(view, {}), HasSubstr("it needs TLS: accepted is with --tls DIR")) << view;
+    EXPECT_THAT(WordsOf(view, {}), HasSubstr("it needs TLS: expected --tls DIR")) << view;
   }
 }
 

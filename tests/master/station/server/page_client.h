@@ -39,7 +39,7 @@ class PageClient {
   struct Frame {
     int opcode = 0;  // 1 text, 2 binary, 8 close, 9 ping
     std::string payload;
-    // Of a close frame: its reason in words.
+    // The reason of a close frame, in words.
     [[nodiscard]] std::string reason() const { return payload.size() > 2 ? payload.substr(2) : ""; }
   };
   // nullopt: the line ended.

@@ -38,9 +38,9 @@ class PageServerTest : public testing::Test {
   std::atomic<int> left_{0};
   PageServer server_{{"127.0.0.1", 0},
                      &board_,
-                     {[](std::uint64_t /*page*/, std::string_view said) -> std::string {
-                        if (said == "nonsense") throw std::invalid_argument("not understood");
-                        return "heard " + std::string(said);
+                     {[](std::uint64_t /*page*/, std::string_view message) -> std::string {
+                        if (message == "nonsense") throw std::invalid_argument("not understood");
+                        return "heard " + std::string(message);
                       },
                       [this](std::uint64_t /*page*/) { ++left_; }}};
 };
@@ -128,10 +128,10 @@ TEST_F(PageServerTest, APageThatSaysWhatItTookGetsTheNewestNext) {
 }
 
 TEST_F(PageServerTest, ACountThatIsNoneEndsTheLineWithTheReason) {
-  for (const std::string& said : {std::string("123"), Count(1'000'000)}) {
+  for (const std::string& message : {std::string("123"), Count(1'000'000)}) {
     PageClient page(server_.endpoint());
     ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
-    page.SendBinary(said);
+    page.SendBinary(message);
     const auto frame = page.ReadFrame(kClose);
     ASSERT_TRUE(frame);
     EXPECT_THAT(frame->reason(), HasSubstr("the number of messages received"));

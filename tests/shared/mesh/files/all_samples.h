@@ -19,7 +19,7 @@ struct Sample {
   }
 };
 
-// Of Pair(). TetGen's two files are not among them.
+// Files of Pair(). TetGen's two files are not among them.
 inline std::vector<Sample> Solids() {
   const SolidMesh mesh = Pair();
   return {{"vega from 0", "a.veg", Veg(mesh, 0)},
@@ -32,7 +32,7 @@ inline std::vector<Sample> Solids() {
           {"gmsh 4 big", "h.msh", Gmsh4Binary(mesh, false)}};
 }
 
-// Of Tetrahedron().
+// Files of Tetrahedron().
 inline std::vector<Sample> Surfaces() {
   const SurfaceMesh mesh = Tetrahedron();
   return {{"stl text", "a.stl", StlText(mesh)},

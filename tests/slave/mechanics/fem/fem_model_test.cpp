@@ -512,7 +512,7 @@ TEST(FemModel, RefusesWhatMakesNoSense) {
               HasSubstr("density"));
   EXPECT_THAT(message(mesh, [](auto&, P& p) { p.options.residual = 0; }), HasSubstr("residual"));
   EXPECT_THAT(message(mesh, [](auto& m, P&) { std::swap(m.tets[4][0], m.tets[4][1]); }),
-              HasSubstr("tetrahedron 4: accepted is a volume > 0"));
+              HasSubstr("tetrahedron 4: expected a volume > 0"));
   EXPECT_THAT(message(mesh, [](auto& m, P&) { m.tets[2][1] = 99; }),
               HasSubstr("element 2 has a node"));
   EXPECT_THAT(message(mesh, [](auto& m, P&) { m.nodes[3].x() = kNaN; }), HasSubstr("node 3"));

@@ -49,7 +49,7 @@ inline Ellipsoid EllipsoidOf(const Quadric& q) {
 inline Ellipsoid FitEllipsoid(std::span<const Eigen::Vector3d> points, double scatter) {
   if (points.size() < 9) {
     throw std::invalid_argument("membrane: " + std::to_string(points.size()) +
-                                " points at rest: accepted is at least 9");
+                                " points at rest: expected at least 9");
   }
   if (!(scatter > 0)) RefuseValue("scatter", scatter, "> 0");
   // About the mean, in units of the cloud's size, so that the squares are of order one.

@@ -168,14 +168,14 @@ TEST(FillSurfaceRefusalTest, RefusesResolutionsThatAreNoneOrTooFine) {
     FillOptions options;
     options.resolution = resolution;
     // cbrt(6 sqrt(2) / 4e6).
-    EXPECT_THAT(Failure(box, options), HasSubstr("accepted is 0, or at least 0.01285 m"));
+    EXPECT_THAT(Failure(box, options), HasSubstr("expected 0, or at least 0.01285 m"));
   }
 }
 
 TEST(FillSurfaceRefusalTest, NamesThePackagesIfNoProgramIsThere) {
   const PathGuard nowhere("/nowhere");
   EXPECT_THAT(Failure(Box({0, 0, 0}, {1, 1, 1}), {}),
-              HasSubstr("accepted is one of the packages tetgen and gmsh to be installed "
+              HasSubstr("expected one of the packages tetgen and gmsh to be installed "
                         "(deploy/install.sh mesher)"));
 }
 

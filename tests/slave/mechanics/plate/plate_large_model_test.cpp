@@ -230,7 +230,7 @@ TEST(PlateLargeModel, FailsBeyondAThousandThicknessesAndRecovers) {
 
 // Reference: linear theory at small loads: an answer divided by its load is the same at every size,
 // from rest and after a large press alike. Below 1e-290 units and at subnormal numbers digits are
-// lost, and that is said.
+// lost, and that is reported.
 TEST(PlateLargeModel, SmallLoadsAreAnsweredOrFlaggedAtEverySize) {
   PlateLargeModel model(Unit(0.45));
   for (const bool moved : {false, true}) {

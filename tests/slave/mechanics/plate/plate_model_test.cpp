@@ -101,7 +101,7 @@ TEST(PlateModel, SaysWhatItIsAndRefusesImpossibleParams) {
     return Thrown<std::invalid_argument>([&] { const PlateModel refused(params); });
   };
   const double nan = std::nan("");
-  EXPECT_THAT(refusal({0, 1e-3, 1e6, 0.3}), HasSubstr("radius = 0: accepted is"));
+  EXPECT_THAT(refusal({0, 1e-3, 1e6, 0.3}), HasSubstr("radius = 0: expected"));
   EXPECT_THAT(refusal({0.039, 5e-3, 1e6, 0.3}), HasSubstr("0 < t <= 0.0039 (radius / 10)"));
   EXPECT_THAT(refusal({0.039, nan, 1e6, 0.3}), HasSubstr("thickness"));
   EXPECT_THAT(refusal({0.039, 1e-3, -1, 0.3}), HasSubstr("young_modulus"));

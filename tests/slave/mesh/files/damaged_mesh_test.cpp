@@ -32,7 +32,7 @@ class DamagedMeshTest : public ::testing::TestWithParam<samples::Sample> {
           read.mesh);
       return true;
     } catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), HasSubstr("accepted is"));
+      EXPECT_THAT(error.what(), HasSubstr("expected"));
       return false;
     }
   }

@@ -45,57 +45,55 @@ INSTANTIATE_TEST_SUITE_P(
     Files, MalformedMeshTest,
     ::testing::Values(
         Malformed{"a.vtu", "",
-                  ": unknown kind of file: accepted is .veg .node .ele .msh, for a "
+                  ": unknown kind of file: expected .veg .node .ele .msh, for a "
                   "surface .stl .ply .msh; meshio converts others"},
         Malformed{"a.veg", "",
-                  ":1: no element was found: accepted is tetrahedra, or triangles for "
+                  ":1: no element was found: expected tetrahedra, or triangles for "
                   "a surface"},
         Malformed{"a.veg", "*VERTICES\n2 3 0 0\n0 0 0 0\n",
-                  ":4: the file ends: accepted is a node `number x y z` here"},
+                  ":4: the file ends: expected a node `number x y z` here"},
         Malformed{"a.veg", "*VERTICES\n-3 3 0 0\n",
-                  ":2: count of nodes '-3': accepted is a whole number from 1 to 2000000000"},
+                  ":2: count of nodes '-3': expected a whole number from 1 to 2000000000"},
         Malformed{"a.veg", "*VERTICES\n1 3 0 0\n0 0 nan 0\n",
-                  ":3: y 'nan': accepted is a finite number"},
-        Malformed{"a.veg", "*VERTICES\n2 3 0 0\n0 0 0 0\n2 0 0 0\n",
-                  ":4: node 2: accepted is 1 here"},
+                  ":3: y 'nan': expected a finite number"},
+        Malformed{"a.veg", "*VERTICES\n2 3 0 0\n0 0 0 0\n2 0 0 0\n", ":4: node 2: expected 1 here"},
         Malformed{"a.veg", "*VERTICES\n1 3 0 0\n1 0 0 0\n*ELEMENTS\nTET\n1 4 0\n1 1 1 1 0\n",
-                  ":7: node 0: accepted is a node of the file, from 1 to 1"},
+                  ":7: node 0: expected a node of the file, from 1 to 1"},
         Malformed{"a.veg", "*VERTICES\n*INCLUDE nowhere.node\n",
-                  ":2: *INCLUDE 'nowhere.node' cannot be read: accepted is a file beside this one"},
+                  ":2: *INCLUDE 'nowhere.node' cannot be read: expected a file beside this one"},
         Malformed{"a.veg", "*MATERIAL A\nENU, 45, 3800, 0.6\n",
-                  ":2: Poisson's ratio 0.6: accepted is -1 < nu <= 0.5"},
+                  ":2: Poisson's ratio 0.6: expected -1 < nu <= 0.5"},
         Malformed{"a.msh", "solid\n",
-                  ":1: the file does not begin with $MeshFormat: accepted is a Gmsh file"},
+                  ":1: the file does not begin with $MeshFormat: expected a Gmsh file"},
         Malformed{"a.msh", GMSH "$Nodes\n1999999999\n1 0 0 0\n",
-                  ":5: count of nodes 1999999999: accepted is at most 1, what the rest of the file "
+                  ":5: count of nodes 1999999999: expected at most 1, what the rest of the file "
                   "has room for"},
         Malformed{"a.msh", GMSH "$Nodes\n2\n1 0 0 0\n1 0 0 0\n$EndNodes\n",
-                  ":7: node 1 again: accepted is every number once"},
+                  ":7: node 1 again: expected every number once"},
         Malformed{"a.msh",
                   GMSH "$Nodes\n1\n1 0 0 0\n$EndNodes\n$Elements\n1\n7 5 0 1 1 1 1 1 1 1 "
                        "1\n$EndElements\n",
-                  ":10: element 7 is a hexahedron: accepted is tetrahedra, or triangles for a "
+                  ":10: element 7 is a hexahedron: expected tetrahedra, or triangles for a "
                   "surface"},
         Malformed{"a.msh", GMSH "$Comments\nnever ends\n",
-                  ":4: the file ends: accepted is $EndComments before it"},
+                  ":4: the file ends: expected $EndComments before it"},
         Malformed{"a.stl", "solid a\n facet normal 0 0 0\n outer loop\n vertex 0 0\n endloop\n",
-                  ":5: z 'endloop': accepted is a finite number"},
+                  ":5: z 'endloop': expected a finite number"},
         Malformed{"a.stl",
                   "solid a\nfacet normal 0 0 0\nouter loop\nvertex 1.7976931348623157e308 0 0\n"
                   "vertex 0 1 0\nvertex 0 0 1\nendloop\nendfacet\nendsolid\n",
-                  ":9: a coordinate of 1.798e+308 m: accepted is at most 1e+15 m"},
-        Malformed{"a.ply", "plx\n",
-                  ":1: the file does not begin with `ply`: accepted is a PLY file"},
+                  ":9: a coordinate of 1.798e+308 m: expected at most 1e+15 m"},
+        Malformed{"a.ply", "plx\n", ":1: the file does not begin with `ply`: expected a PLY file"},
         Malformed{"a.ply", PLY "end_header\n0 0\n0 1\n1 0\n",
-                  ":7: vertices without x, y and z: accepted is these three properties"}));
+                  ":7: vertices without x, y and z: expected these three properties"}));
 
 TEST(MeshUnitTest, RefusesUnitsThatAreNone) {
   const Scratch folder;
   const auto file = folder.Write("a.veg", samples::Veg(samples::Pair(), 0));
   for (const double unit : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
-    EXPECT_THAT(Refusal(file, unit), HasSubstr("accepted is a finite length > 0"));
+    EXPECT_THAT(Refusal(file, unit), HasSubstr("expected a finite length > 0"));
   }
-  EXPECT_THAT(Refusal(file, 1e300), HasSubstr("accepted is at most 1e+15 m"));
+  EXPECT_THAT(Refusal(file, 1e300), HasSubstr("expected at most 1e+15 m"));
   EXPECT_THAT(Refusal(folder / "none.veg"), HasSubstr("cannot be read"));
   EXPECT_THAT(Refusal((folder / "a.veg").parent_path() / ""), HasSubstr("unknown kind of file"));
 }

@@ -272,7 +272,7 @@ TEST_F(CameraSenseTest, AChangeThatIsStoppedHasChangedNothing) {
   StopAfter never(1000);
   slave_->SetModel({.elements = 60}, &never);
   slave_->TakeEvents();
-  EXPECT_THAT(never.stated(),
+  EXPECT_THAT(never.stages(),
               testing::IsSupersetOf({"boundary integrals", "factorising", "ready"}));
   const SlaveDescription before = slave_->Describe();
   ModelChange finer;
@@ -280,7 +280,7 @@ TEST_F(CameraSenseTest, AChangeThatIsStoppedHasChangedNothing) {
   ParameterChange softer;
   softer.young_modulus = 1e4;
   softer.force_scale = 2;
-  for (int reports = 0; reports < static_cast<int>(never.stated().size()); ++reports) {
+  for (int reports = 0; reports < static_cast<int>(never.stages().size()); ++reports) {
     StopAfter for_model(reports), for_modulus(reports);
     EXPECT_THROW(slave_->SetModel(finer, &for_model), Interrupted);
     EXPECT_THROW(slave_->SetParameters(softer, &for_modulus), Interrupted);

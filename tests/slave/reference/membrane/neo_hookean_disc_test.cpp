@@ -25,7 +25,7 @@ class NeoHookeanDiscTest : public testing::TestWithParam<double> {
 };
 
 // Reference: central differences of the forces in a random direction from a random, strained state
-// (steps of 1e-6 of the thickness: their error is 1e-9). The stored triangle stands for both, so
+// (steps of 1e-6 of the thickness: their error is 1e-9). The stored triangle represents both, so
 // this also says that the derivative is symmetric: the forces have a potential.
 TEST_P(NeoHookeanDiscTest, StiffnessIsTheDerivativeOfTheForces) {
   std::mt19937 random(1);

@@ -60,7 +60,7 @@ TEST(ElectrodeLayoutTest, SaysWhatIsWrongAndInWhichLine) {
               HasSubstr("layout.csv:24: E3 occurs twice"));
   EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3,0,0\n"), HasSubstr("layout.csv:1: E3,1,2,3,0,0"));
   EXPECT_THAT(ComplaintAbout(scratch, "\nE3,1,2,3,0,0,1,5\n"), HasSubstr("layout.csv:2: E3"));
-  EXPECT_THAT(ComplaintAbout(scratch, "E3\n"), HasSubstr("accepted is NAME,x,y,z,nx,ny,nz"));
+  EXPECT_THAT(ComplaintAbout(scratch, "E3\n"), HasSubstr("expected NAME,x,y,z,nx,ny,nz"));
   EXPECT_THAT(ComplaintAbout(scratch, "E3,1,nan,3,0,0,1\n"), HasSubstr("layout.csv:1: E3"));
   EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3e4,0,0,1\n"), HasSubstr("farther than 1 m"));
   EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3,0,0,0\n"), HasSubstr("not a unit vector"));

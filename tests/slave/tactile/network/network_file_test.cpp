@@ -127,7 +127,7 @@ TEST_F(BrokenNetworkTest, TensorsOfTheWrongShapeAreNamedWithWhatIsExpected) {
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["architecture"] = "rnn_19"; }),
               "inputs = 21: rnn_19 has 19");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["architecture"] = "cnn"; }),
-              "architecture = cnn: accepted is rnn_21, rnn_19, dnn_21, dnn_19, tnn_21, tnn_19");
+              "architecture = cnn: expected rnn_21, rnn_19, dnn_21, dnn_19, tnn_21, tnn_19");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["lstm"][0]["kernel"] = json::array(); }),
               "lstm[0].kernel: not a list of rows");
 }
@@ -145,27 +145,26 @@ TEST_F(BrokenNetworkTest, NumbersThatAreNoneAreNamed) {
   }();
   EXPECT_NE(ErrorOfText(beyond), "");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["window"] = 1e9; }), "window");
-  EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["window"] = 0; }),
-              "window = 0: accepted is 1 to");
+  EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["window"] = 0; }), "window = 0: expected 1 to");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["inputs"] = -1; }), "inputs");
-  EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["outputs"] = 2; }), "outputs = 2: accepted is 3");
+  EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["outputs"] = 2; }), "outputs = 2: expected 3");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["rate"] = 0; }), "rate");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["gain"] = 0; }), "gain");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["sigma"] = {1, 2}; }), "sigma");
   EXPECT_SAYS(ErrorAfter([](json* root) {
                 (*root)["sigma"] = {1, -2, 3};
               }),
-              "sigma: accepted are three numbers >= 0");
+              "sigma: expected three numbers >= 0");
   for (const char* key : {"rest_sigma", "learnt_force", "growing_variance", "relative_sigma"}) {
     EXPECT_SAYS(ErrorAfter([&](json* root) { (*root)[key] = -1; }),
-                std::string(key) + ": accepted is a number >= 0");
+                std::string(key) + ": expected a number >= 0");
   }
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["input"]["scale"][20] = 0; }),
               "input.scale contains a 0");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["palpate_force_network"] = 2; }),
-              "palpate_force_network: accepted is 1");
+              "palpate_force_network: expected 1");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["activation"] = "selu"; }),
-              "activation = selu: accepted is tanh, relu");
+              "activation = selu: expected tanh, relu");
 }
 
 }  // namespace

@@ -98,9 +98,9 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
       "camera_matrix: {data: [800, 0, 320, 0, 800, 240, 0, 0, 1]}\n";
   EXPECT_THAT(Refusal(lens), HasSubstr("rig.yaml: has no `distortion_coefficients`"));
   EXPECT_THAT(Refusal("left: {image_width: 640}"), HasSubstr("has no `left.image_height`"));
-  EXPECT_THAT(Refusal("image_width: -3"), HasSubstr("accepted is 1 to 16384"));
+  EXPECT_THAT(Refusal("image_width: -3"), HasSubstr("expected 1 to 16384"));
   EXPECT_THAT(Refusal("image_width: 16384\nimage_height: 16385"),
-              HasSubstr("image_height = 16385: accepted is 1 to 16384"));
+              HasSubstr("image_height = 16385: expected 1 to 16384"));
   EXPECT_THAT(Refusal("image_width: 640\nimage_height: 480\n"
                       "camera_matrix: {data: [0, 0, 320, 0, 800, 240, 0, 0, 1]}\n"),
               HasSubstr("focal > 0"));
@@ -112,8 +112,8 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
   const std::string four = lens + "distortion_coefficients: {data: [0, 0, 0, 0]}\n";
   EXPECT_EQ(Refusal(four), "");
   EXPECT_THAT(Refusal(four + "distortion_model: equidistant"),
-              HasSubstr("distortion_model = equidistant: accepted is plumb_bob"));
-  EXPECT_THAT(Refusal(four + "distortion_model: [plumb_bob]"), HasSubstr("accepted is plumb_bob"));
+              HasSubstr("distortion_model = equidistant: expected plumb_bob"));
+  EXPECT_THAT(Refusal(four + "distortion_model: [plumb_bob]"), HasSubstr("expected plumb_bob"));
   EXPECT_THAT(Refusal("a: [1"), HasSubstr("rig.yaml: "));
   EXPECT_THAT(Refusal("just words"), HasSubstr("not a map"));
   EXPECT_THAT(Refusal(""), HasSubstr("not a map"));
@@ -127,7 +127,7 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
               HasSubstr("two cameras apart"));
   const std::string identity = "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n";
   EXPECT_THAT(Refusal(pair + identity + "T: {data: [1e-300, 0, 0]}"),
-              HasSubstr("length of T = 1e-300: accepted is two cameras apart [m], 1e-12 to 1000"));
+              HasSubstr("length of T = 1e-300: expected two cameras apart [m], 1e-12 to 1000"));
   EXPECT_EQ(Refusal(pair + identity + "T: {data: [0.06, 0, 0]}"), "");
   EXPECT_THROW(ReadRig(folder_), std::runtime_error);
   EXPECT_THROW(ReadRig(folder_ / "missing.yaml"), std::runtime_error);
@@ -145,11 +145,11 @@ TEST_F(RigFileTest, IntrinsicsOutsideTheRangeOfLensesAreRefused) {
   EXPECT_EQ(refusal("800, 0, 320, 0, 800, 240"), "");
   EXPECT_THAT(
       refusal("5e-324, 0, 320, 0, 800, 240"),
-      HasSubstr("camera_matrix: fx = 4.94066e-324: accepted is a focal > 0 [px], 0.001 to 1e+09"));
+      HasSubstr("camera_matrix: fx = 4.94066e-324: expected a focal > 0 [px], 0.001 to 1e+09"));
   EXPECT_THAT(refusal("800, 0, 320, 0, 1e300, 240"), HasSubstr("camera_matrix: fy = 1e+300"));
   EXPECT_THAT(refusal("800, 0, -1e9, 0, 800, 240"), HasSubstr("camera_matrix: cx = -1e+09"));
   EXPECT_THAT(refusal("800, 0, 320, 0, 800, 240", "1e200"),
-              HasSubstr("distortion_coefficients = 1e+200: accepted is a number, -1e+06 to 1e+06"));
+              HasSubstr("distortion_coefficients = 1e+200: expected a number, -1e+06 to 1e+06"));
 }
 
 }  // namespace
