@@ -17,7 +17,7 @@ inline double StudentReach(double freedom) {
   constexpr double kZ = 1.959964;
   const double z2 = kZ * kZ, v = freedom;
   return kZ * (1 + (z2 + 1) / (4 * v) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * v * v) +
-              (3 * z2 * z2 * z2 + 19 * z2 * z2 + 17 * z2 - 15) / (384 * v * v * v));
+               (3 * z2 * z2 * z2 + 19 * z2 * z2 + 17 * z2 - 15) / (384 * v * v * v));
 }
 
 // Probability of at most `hits` out of `trials` with probability `p` each.

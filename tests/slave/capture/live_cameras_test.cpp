@@ -224,8 +224,9 @@ TEST(LiveCamerasTest, SideBySideIsCutInTwo) {
   EXPECT_EQ(pair.left.size(), cv::Size(3, 4));
   EXPECT_EQ(LevelOf(pair.left), 1);
   EXPECT_EQ(LevelOf(pair.right), 2);
-  EXPECT_THAT([&] { Arranged({.left = both.colRange(0, 5)}, layout, "camera 0"); },
-              testing::ThrowsMessage<std::runtime_error>(HasSubstr("5 px wide: side by side, expected")));
+  EXPECT_THAT(
+      [&] { Arranged({.left = both.colRange(0, 5)}, layout, "camera 0"); },
+      testing::ThrowsMessage<std::runtime_error>(HasSubstr("5 px wide: side by side, expected")));
 }
 
 }  // namespace
