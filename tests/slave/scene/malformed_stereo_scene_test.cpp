@@ -136,7 +136,7 @@ const BadScene kRest[] = {
     More("manipulator: {home: [0, 0, -5 mm]}", "manipulator.home = [0, 0, -5 mm]",
          "a position in front of the membrane"),
     Model("kind: plate-large, prestress: -1 N/m", "prestress = -1 N/m",
-          "a tension in N/m mN/m N/mm, >= 0"),
+          "a tension >= 0 (N/m, mN/m, N/mm)"),
     Model("kind: plate, prestress: 12 N/m", "prestress = 12 N/m",
           "nothing with this kind: use plate-large"),
     Row({kFiles, "{}", kBox, kHeld, "{prestress: 1}"}, "6: model.prestress = 1",
