@@ -118,7 +118,7 @@ TEST(ObbTreeTest, APathThatOnlyTouchesDoesNotEnter) {
   EXPECT_FALSE(square.FirstEntry({2, 1}, {-1, 1}));
   EXPECT_FALSE(square.FirstEntry({0.5, 2}, {0.5, 1}));  // ends on it
   EXPECT_FALSE(square.FirstEntry({0.5, 1}, {0.5, 2}));  // leaves it
-  EXPECT_FALSE(square.FirstEntry({0.5, 2}, {0.5, 2}));  // stands still
+  EXPECT_FALSE(square.FirstEntry({0.5, 2}, {0.5, 2}));  // does not move
 }
 
 TEST(ObbTreeTest, EntersThroughACornerWithBothOfItsElements) {

@@ -194,7 +194,7 @@ void FemZoneModel::Prescribe(std::span<const Contact> contacts, double part) {
   }
 }
 
-// Of every contact, by its own force and a little of the largest.
+// For every contact, by its own force and a little of the largest.
 bool FemZoneModel::HasConverged(double within, bool* finite) const {
   double largest = 0;
   *finite = true;

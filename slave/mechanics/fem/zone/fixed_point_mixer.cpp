@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-// Of the Gram matrix's diagonal: steps that hardly differ do not count [-].
+// Share of the Gram matrix's diagonal: steps that hardly differ do not count [-].
 constexpr double kRegular = 1e-10;
 
 }  // namespace

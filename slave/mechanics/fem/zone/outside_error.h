@@ -28,7 +28,7 @@ class OutsideError {
     Eigen::Vector3d centre{0, 0, 0};
     double radius = 0, reach = 0;  // of the zone; of what is looked at
   };
-  // Of parts[own]. `taken`: tetrahedra of the zones. Keeps references to the parts.
+  // For parts[own]. `taken`: tetrahedra of the zones. Keeps references to the parts.
   OutsideError(NearGreen& green, const SolidMesh& mesh, double nu, const std::vector<char>& taken,
                std::span<ZonePart* const> parts, std::size_t own, const Region& region);
 

@@ -24,7 +24,7 @@ std::vector<int> NodesOf(const ZonePart& part) {
   return nodes;
 }
 
-// Of three columns per node those of three per point.
+// From three columns per node those of three per point.
 MatrixXf AtPoints(const ZoneContact& contact, const MatrixXf& at_nodes) {
   MatrixXf columns = MatrixXf::Zero(at_nodes.rows(), contact.unknowns());
   int node = 0, point = 0;

@@ -26,7 +26,7 @@ class ZoneCoupling {
   void AddAtSamples(const Eigen::VectorXd& forces, Eigen::VectorXd* samples) noexcept {
     samples_.Add(forces, samples);
   }
-  // Of the force of `to` by a force of `from`, as it is distributed when that contact moves; both
+  // For the force of `to` by a force of `from`, as it is distributed when that contact moves; both
   // held otherwise.
   [[nodiscard]] double Gain(const ZonePart& to) const;
 

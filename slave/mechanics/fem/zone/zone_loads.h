@@ -14,7 +14,7 @@ namespace palpate {
 
 class ZoneLoads {
  public:
-  // Of so many numbers; `green`: displacements of the nodes by forces on them.
+  // For so many numbers; `green`: displacements of the nodes by forces on them.
   ZoneLoads(int size, Eigen::MatrixXf green);
 
   [[nodiscard]] const Eigen::MatrixXf& green() const { return green_; }

@@ -66,7 +66,7 @@ class ZonePart {
   [[nodiscard]] const FieldSamples& samples() const { return samples_; }
   [[nodiscard]] const ContactForces& contact_forces() const { return *forces_; }
   [[nodiscard]] Eigen::Vector3d Force() const { return forces_->Sum(); }
-  // Of the contact's points.
+  // For the contact's points.
   [[nodiscard]] Eigen::Vector3d MeanDisplacement() const;
   // What further steps will change the force by about, or a load's displacement.
   [[nodiscard]] double Remaining() const;

@@ -51,7 +51,7 @@ class ZoneSet {
   // Goes on with the estimates of the contacts' errors, in turn; a first one is completed.
   // Nondimensional. Does not allocate but where a zone is new.
   void EstimateErrors();
-  // Of the last estimate: true value minus value, to first order.
+  // From the last estimate: true value minus value, to first order.
   [[nodiscard]] const Eigen::Vector3d& error(int contact) const {
     return members_[static_cast<std::size_t>(contact)].outside->error();
   }

@@ -68,7 +68,7 @@ int ZoneTouches::NodeNear(const Vector3d& p_O) const {
   return surface_.triangles[Index(found->triangle)][Index(nearest)];
 }
 
-// Of the part of the surface that the tool may touch at such a depth: half its width, or where a
+// For the part of the surface that the tool may touch at such a depth: half its width, or where a
 // sphere would cut the undeformed surface, which is farther out than it touches.
 double ZoneTouches::ToolRadius(double width, double depth) const {
   const RigidTool& tool = params_.tool;

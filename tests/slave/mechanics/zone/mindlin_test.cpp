@@ -35,7 +35,7 @@ class HalfSpaceContact : public testing::Test {
     for (int k = 0; k < forces_.size(); k += 3) sum += forces_.segment<3>(k);
     return sum;
   }
-  // Of the cells that touch and have less than a share of the friction that they could have.
+  // Among the cells that touch and have less than a share of the friction that they could have.
   [[nodiscard]] double RadiusOf(double share) const {
     int count = 0;
     const double least = 0.02 * forces_.cwiseAbs().maxCoeff();  // beyond the solver's tolerance

@@ -17,8 +17,8 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 
 constexpr double kReach = 0.4;  // [larger sides]
-// Of the largest entry. Half a step of two bytes is 1.54e-5 of the largest of a tile, which other
-// nodes of the group may make a little larger.
+// Share of the largest entry. Half a step of two bytes is 1.54e-5 of the largest of a tile, which
+// other nodes of the group may make a little larger.
 constexpr double kTwoBytes = 2e-5;
 const std::size_t kEnough = 1 << 30;  // [bytes]
 

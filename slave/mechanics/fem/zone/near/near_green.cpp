@@ -27,7 +27,7 @@ constexpr std::size_t kNodes = NearGreen::kGroup, kTile = 9 * kNodes * kNodes;  
 constexpr double kLargest = 127;                                                // number
 constexpr float kPart = 0x1p-8;  // of a number: what the next byte counts
 
-// Of groups that lie after each other, halves along the longer side, again and again.
+// For groups that lie after each other, halves along the longer side, again and again.
 void Halve(const std::vector<Vector3d>& positions, std::span<int> nodes) {
   if (nodes.size() <= kNodes) {
     std::ranges::sort(nodes);
@@ -385,7 +385,7 @@ bool NearGreen::GatherTile(const Bucket& to, const Bucket& from, MatrixXf* G) co
   return true;
 }
 
-// Of the anchors, nine numbers each.
+// For the anchors, nine numbers each.
 std::vector<float> NearGreen::AtAnchors(int node) const {
   const Group& group = groups_[Index(GroupOf(node))];
   const std::size_t in_group = Index(place_[Index(node)]) % kNodes;

@@ -86,7 +86,7 @@ class NearGreen {
     [[nodiscard]] std::size_t bytes() const { return sizeof(Tile) * tiles.size() + numbers.size(); }
     void Add(Tile tile);
   };
-  // Of a displacement at a node by those of anchors near it.
+  // For a displacement at a node by those of anchors near it.
   struct Interpolation {
     std::array<int, 12> anchors{};
     std::array<float, 12> weights{};
