@@ -46,8 +46,8 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   VolumeLoadIdentifier(const Scene& scene, double width, const ObjectMesh& mesh,
                        SurfaceMesh surface, Progress* progress)
       : surface_(std::move(surface)),
-        model_(MakeModel(scene, mesh, stated.Listen(progress))),
-        at_rest_(MakeModelAtRest(scene, mesh, stated.Listen(progress))),
+        model_(MakeModel(scene, mesh, progress_.Listen(progress))),
+        at_rest_(MakeModelAtRest(scene, mesh, progress_.Listen(progress))),
         contact_(surface_),
         stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
         larger_side_(LargerSide(surface_.nodes)),
@@ -58,7 +58,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
                 VolumeLimits::kLinearLoad * scene.object.material.young_modulus * larger_side_ *
                     larger_side_,
                 width_) {
-    stated.Finish();
+    progress_.Finish();
   }
 
   SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
@@ -85,7 +85,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   bool Load(const SurfaceLoad& load) noexcept;  // and field_
 
   SurfaceMesh surface_;
-  PrecomputeProgress stated{true};
+  PrecomputeProgress progress_{true};
   std::unique_ptr<DeformationModel> model_;
   std::unique_ptr<DeformationModel> at_rest_;  // null: `model_` answers the search as well
   SurfaceContact contact_;

@@ -22,9 +22,9 @@ class ArmConsistencyCheck {
   bool Agree(const Eigen::Vector3d& p_S_seen, const EncoderReading& reported,
              double tolerance) noexcept {
     const Eigen::Vector3d offset = p_S_seen - reported.p_S_tip;
-    if (!offset_) offset_ = slow_offset_ = offset, reported = reported.p_S_tip;
-    const double way = (reported.p_S_tip - reported).norm();
-    reported = reported.p_S_tip;
+    if (!offset_) offset_ = slow_offset_ = offset, p_S_reported_ = reported.p_S_tip;
+    const double way = (reported.p_S_tip - p_S_reported_).norm();
+    p_S_reported_ = reported.p_S_tip;
     parting_ = offset - slow_offset_;
     apart_ = (offset - *offset_).norm() - reported.lag * way;
     const bool agree = apart_ < tolerance;  // false for NaN
@@ -50,7 +50,7 @@ class ArmConsistencyCheck {
   // PicturesThatAreOneLatePartByAStepThoughBothAgree]
   static constexpr double kFollowSlowly = kFollow / 4;
   std::optional<Eigen::Vector3d> offset_;
-  Eigen::Vector3d reported{0, 0, 0};
+  Eigen::Vector3d p_S_reported_{0, 0, 0};
   double apart_ = 0;
   Eigen::Vector3d slow_offset_{0, 0, 0}, parting_{0, 0, 0};
 };
