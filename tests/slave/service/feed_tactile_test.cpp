@@ -133,7 +133,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadSample{"ClockBack", [](auto* s) { s->mutable_sensed_at()->set_seconds(999'999); },
                   "finger rf sensed_at: expected a time that does not decrease"},
         BadSample{"SequenceBack", [](auto* s) { s->set_sequence(1); },
-                  "finger rf sequence = 1: acc"},
+                  "finger rf sequence = 1: expected"},
         BadSample{"HalfAPose", [](auto* s) { s->mutable_p_s_finger()->set_x(1); },
                   "orientation is absent: expected an orientation"},
         BadSample{"NoUnitQuaternion", [](auto* s) { Pose(s, 0, 1, 1); },
