@@ -278,7 +278,7 @@ void CheckBeforehand(const Arguments& a) {
   RequireDistinct("--record", a.record, "--log", a.log);
   if (a.views) ViewPlace(a.view, a.link.tls);
   if (IsPointer(a) && !a.views) {
-    throw std::invalid_argument("--device pointer: expected with --view, which serves its page");
+    throw std::invalid_argument("--device pointer: only with --view, which serves its page");
   }
   RequireWritable(a.report);
   RequireWritable(a.log);

@@ -93,7 +93,7 @@ bool IsQuicklyGraded(const Scene& scene) {
   return solid != nullptr && solid->tets.size() <= kMostTets;
 }
 
-// The solid takes a second for each radius: a few radii, all around.
+// The solid that cameras see takes a second for each radius: a few radii, all around.
 void KeepToFewRadii(const Geometry& geometry, std::vector<Eigen::Vector3d>* places) {
   const auto* membrane = std::get_if<MembraneGeometry>(&geometry);
   if (membrane == nullptr) return;
@@ -150,7 +150,7 @@ std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
   const Geometry& geometry = scene.object.geometry;
   const int count = IsPlanar(geometry) ? kOnOutline : kFewest;
   auto places = ReachablePlaces(scene, scene.tool->width, SpreadShares(count));
-  KeepToFewRadii(geometry, &places);
+  if (HasStereoOrDepth(scene.sense)) KeepToFewRadii(geometry, &places);
   return places;
 }
 

@@ -55,7 +55,7 @@ std::array<int, 2> TwoCounts(const std::string& option, const std::string& text,
 Board BoardOf(const CalibrateOptions& options) {
   if (options.board.empty() || options.square.empty()) {
     throw std::invalid_argument(
-        "--left: expected with --board, for example 9x6, and --square, for example 25mm");
+        "--left: needs --board, for example 9x6, and --square, for example 25mm");
   }
   Board board;
   board.pattern = PatternOf(options.pattern);
@@ -77,16 +77,16 @@ void RequireUsable(const CalibrateOptions& options) {
   const bool has_left = !options.left.empty(), registers = !options.tip_places.empty();
   require(has_left || registers, "calibrate: expected --left, --register, or both");
   require(has_left || options.right.empty(),
-          "--right: expected with --left; for a single camera use --left");
-  require(has_left || options.distance.empty(), "--distance: expected with --left");
-  require(!has_left || !options.out.empty(), "--left: expected with --out, the file to write");
-  require(!has_left || options.rig.empty(), "--rig: expected without --left, which computes a rig");
+          "--right: only with --left; for a single camera use --left");
+  require(has_left || options.distance.empty(), "--distance: only with --left");
+  require(!has_left || !options.out.empty(), "--left: needs --out, the file to write");
+  require(!has_left || options.rig.empty(), "--rig: only without --left, which computes a rig");
   require(!has_left || options.size.empty(),
-          "--size: expected without --left, whose images have a size");
+          "--size: only without --left, whose images have a size");
   require(options.rig.empty() || options.size.empty(),
-          "--size: expected without --rig, which has a size");
+          "--size: only without --rig, which has a size");
   require(registers || (options.rig.empty() && options.size.empty() && !options.plane),
-          "--rig, --size, --plane: expected with --register");
+          "--rig, --size, --plane: only with --register");
   if (has_left) BoardOf(options);  // before any picture is looked for
 }
 
@@ -169,7 +169,7 @@ std::string PlaneLines(const CameraRegistration& found) {
 Registered RegisterSize(const CalibrateOptions& options, const std::vector<TipPlace>& places) {
   if (options.size.empty()) {
     throw std::invalid_argument(
-        "--register: expected with --left, --rig, or --size of a camera that looks straight "
+        "--register: only with --left, --rig, or --size of a camera that looks straight "
         "down on z = 0");
   }
   Registered out{RegisterPlane(TwoCounts("--size", options.size, 1, 100000, "640x480"), places),
@@ -185,11 +185,11 @@ Registered RegisterWith(const CalibrateOptions& options, const StereoRig* rig,
   const bool is_pair = rig->baseline() > 0;
   const bool in_both = !places.empty() && places.front().right_I;
   if (options.plane && is_pair) {
-    throw std::invalid_argument("--plane: expected with one camera; this rig has two");
+    throw std::invalid_argument("--plane: only with one camera; this rig has two");
   }
   if (in_both && !is_pair) {
     throw std::invalid_argument(
-        "--register: u_right, v_right: expected with a rig of two "
+        "--register: u_right, v_right: only with a rig of two "
         "cameras");
   }
   Registered out;

@@ -35,8 +35,8 @@ TableRequest ParseData(const std::string& argument) {
   request.kind.resize(colon);
   if (!ratio || request.kind != "biaxial" || !(std::abs(*ratio) <= 10) || *ratio == 0) {
     throw std::invalid_argument(Shown(argument) +
-                                ": before the colon, expected biaxial, after it the ratio of the "
-                                "second strain to the first, for example 0.5");
+                                ": expected biaxial:RATIO, the second strain by the first, for "
+                                "example biaxial:0.5");
   }
   request.across = *ratio;
   return request;

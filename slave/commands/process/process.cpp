@@ -108,7 +108,7 @@ double Duration(const ProcessOptions& options, const Scene& scene) {
   }
   if (!HasStereoOrDepth(scene.sense)) {
     throw std::invalid_argument(
-        fmt::format("--duration: expected for a simulated target that moves on a path; {} has none",
+        fmt::format("--duration: only for a simulated target that moves on a path; {} has none",
                     scene.file.string()));
   }
   return duration;

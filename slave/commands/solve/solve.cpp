@@ -203,7 +203,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   std::vector<SolveRow> rows = ReadRows(options, mesh, rules);
   const std::vector<Case> cases = GroupByCase(rows, options.independent);
   if (dynamic && options.independent) {
-    throw InputError("--independent: expected with a static model, whose rows are no history");
+    throw InputError("--independent: only with a static model, whose rows are no history");
   }
   if (!options.independent) RequireAlone(rows);
   if (!dynamic) ReportTogether(rows, cases);

@@ -122,7 +122,7 @@ Scene SceneOf(const VerifyOptions& options, const std::stop_token& stop) {
     return LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
   }
   if (!options.overrides.empty()) {
-    throw std::invalid_argument("--override: expected with a scene; a recording contains its own");
+    throw std::invalid_argument("--override: only with a scene; a recording contains its own");
   }
   const RecordedBeginning beginning(options.scene);
   return LoadScene(UnpackSceneFiles(beginning.files, options.out / "scene"), beginning.overrides());
@@ -136,7 +136,7 @@ void Check(const VerifyOptions& options) {
     throw std::invalid_argument("--states, --connect: expected one of them");
   }
   if (!options.states.empty() && !options.sensor && options.loads.empty()) {
-    throw std::invalid_argument("--states: expected with --loads or --sensor");
+    throw std::invalid_argument("--states: only with --loads or --sensor");
   }
   if (IsRecording(options) && options.loads.empty()) {
     throw std::invalid_argument(options.scene.string() +
@@ -159,7 +159,7 @@ int VerifyForces(const VerifyOptions& options) {
   if (!options.scene.empty() || !options.loads.empty() || !options.states.empty() ||
       !options.connect.empty() || options.sensor) {
     throw std::invalid_argument(
-        "--forces: expected without a scene, --loads, --states, --connect "
+        "--forces: only without a scene, --loads, --states, --connect "
         "and --sensor");
   }
   RequireOtherThan("--out", options.out, {"report.json", "forces.svg"}, std::array{options.forces});

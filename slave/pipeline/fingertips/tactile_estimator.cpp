@@ -43,8 +43,8 @@ void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
     const std::string missing = finger.MissingColumn();
     if (missing.empty()) continue;
     throw std::runtime_error(
-        fmt::format("{}: no column {}: {} needs E1 to E19, pac0 and pdc (expected without them: a "
-                    "network that uses only the electrodes)",
+        fmt::format("{}: no column {}: {} needs E1 to E19, pac0 and pdc; without them expected a "
+                    "network that uses only the electrodes",
                     tactile.file.string(), missing, tactile.network.string()));
   }
 }

@@ -129,7 +129,7 @@ class OfflineReport {
   // From here on Add writes the points that are followed. Throws std::runtime_error: not writable;
   // std::invalid_argument: this sense follows none.
   virtual void OpenPoints(const std::filesystem::path& /*file*/) {
-    throw std::invalid_argument("--points: expected for a stereo pair or depth images");
+    throw std::invalid_argument("--points: only for a stereo pair or depth images");
   }
   // Throws std::runtime_error if `samples`, the number of all samples, are too few for an estimate.
   virtual void RequireComplete(std::uint64_t /*samples*/) const {}

@@ -31,8 +31,7 @@ std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeomet
                                 KindsFor(ObjectClass::kMembrane));
   }
   if (!kind.takes_tension && scene.model.prestress > 0) {
-    throw std::invalid_argument(
-        "model.prestress: expected with kind: plate-large, which stretches");
+    throw std::invalid_argument("model.prestress: only with kind: plate-large, which stretches");
   }
   return MakePlateModel(scene, {membrane.radius, membrane.thickness}, progress);
 }

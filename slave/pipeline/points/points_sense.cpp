@@ -21,7 +21,7 @@ std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const Pace& pace) {
   if (pace.player != nullptr) return pace.player->OpenPairs();
   if (pace.duration > 0) {
     throw std::invalid_argument(fmt::format(
-        "--duration: expected for a simulated target that moves on a path; the files of {} end on "
+        "--duration: only for a simulated target that moves on a path; the files of {} end on "
         "their own",
         scene.file.string()));
   }

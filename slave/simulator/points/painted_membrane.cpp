@@ -28,8 +28,9 @@ constexpr float kGrey = 120, kContrast = 90;
 
 }  // namespace
 
-Eigen::Vector3d MembraneView::Place(const Eigen::Vector2d& p_O, const Indentation& dent) const {
-  return Eigen::Vector3d(p_O.x(), p_O.y(), -thickness) + DisplacementOf(dent, p_O);
+Eigen::Vector3d MembraneView::Place(const Eigen::Vector2d& p_O,
+                                    const Indentation& indentation) const {
+  return Eigen::Vector3d(p_O.x(), p_O.y(), -thickness) + DisplacementOf(indentation, p_O);
 }
 
 cv::Mat MembraneView::PlainFace() const {
@@ -54,14 +55,15 @@ DottedMembrane::DottedMembrane(const MembraneView& view, const PrintedDots& dots
 }
 
 // A polygon with the area of its disc: an inscribed one has less.
-bool DottedMembrane::Outline(const Vector2d& p_O, const Indentation& dent,
+bool DottedMembrane::Outline(const Vector2d& p_O, const Indentation& indentation,
                              std::vector<Vector2d>* outline) const {
   const double nearby = kNearby * dots_.radius, turn = 2 * std::numbers::pi / kCorners;
   const auto along = [&](const Vector2d& way) -> Vector3d {
-    return view_.Place(p_O + nearby * way, dent) - view_.Place(p_O - nearby * way, dent);
+    return view_.Place(p_O + nearby * way, indentation) -
+           view_.Place(p_O - nearby * way, indentation);
   };
   const Vector3d x = along({1, 0}).normalized(), n = x.cross(along({0, 1})).normalized();
-  const Vector3d y = n.cross(x), middle = view_.Place(p_O, dent);
+  const Vector3d y = n.cross(x), middle = view_.Place(p_O, indentation);
   const double corner = dots_.radius * std::sqrt(turn / std::sin(turn));
   outline->clear();
   for (int k = 0; k < kCorners; ++k) {
@@ -74,11 +76,11 @@ bool DottedMembrane::Outline(const Vector2d& p_O, const Indentation& dent,
 }
 
 // Blur is linear, and dots do not overlap: blurred coverage is taken off the blurred ground.
-const cv::Mat& DottedMembrane::Paint(const Indentation& dent) {
+const cv::Mat& DottedMembrane::Paint(const Indentation& indentation) {
   ground_.copyTo(seen_);
   std::vector<Vector2d> outline;
   for (const Vector2d& p_O : dots_.places_O) {
-    if (!Outline(p_O, dent, &outline)) continue;
+    if (!Outline(p_O, indentation, &outline)) continue;
     const cv::Rect window = WindowAround(outline, exposure_.reach() + 1, seen_.size());
     if (window.empty()) continue;
     cv::Mat covered = CoverageOf({outline}, window);
@@ -120,12 +122,12 @@ void TexturedMembrane::LayGrid() {
   }
 }
 
-const cv::Mat& TexturedMembrane::Paint(const Indentation& dent) {
+const cv::Mat& TexturedMembrane::Paint(const Indentation& indentation) {
   ground_.copyTo(seen_);
   std::vector<std::optional<Vector2d>> p_I;
   p_I.reserve(nodes_O_.size());
   for (const Vector2d& p_O : nodes_O_)
-    p_I.push_back(Project(view_.lens, view_.X_CO * view_.Place(p_O, dent)));
+    p_I.push_back(Project(view_.lens, view_.X_CO * view_.Place(p_O, indentation)));
   texture_.FillFacets(seen_, triangles_, p_I, on_texture_);
   exposure_.Blur(seen_);
   return seen_;

@@ -26,7 +26,8 @@ struct MembraneView {
   double radius = 0, thickness = 0;                        // [m]
 
   // Where the inner face's point that rests at p_O [m] is, frame O [m].
-  [[nodiscard]] Eigen::Vector3d Place(const Eigen::Vector2d& p_O, const Indentation& dent) const;
+  [[nodiscard]] Eigen::Vector3d Place(const Eigen::Vector2d& p_O,
+                                      const Indentation& indentation) const;
   // Plain rubber within the clamp, CV_32F of the lens's size, each pixel by its exact share.
   [[nodiscard]] cv::Mat PlainFace() const;
 };
@@ -49,11 +50,11 @@ class DottedMembrane {
   // covers its exact share of each pixel. (Ink that bends with the rubber would show the mean of
   // the surface under it: under the middle of a tool as wide as the dots, 5 mm deep, 0.2 mm less
   // than the point at the dot's middle, elsewhere hundredths.)
-  const cv::Mat& Paint(const Indentation& dent);
+  const cv::Mat& Paint(const Indentation& indentation);
 
  private:
   // Corners of the outline of the disc at p_O in the image [px]; false: not all are visible.
-  bool Outline(const Eigen::Vector2d& p_O, const Indentation& dent,
+  bool Outline(const Eigen::Vector2d& p_O, const Indentation& indentation,
                std::vector<Eigen::Vector2d>* outline) const;
 
   MembraneView view_;
@@ -71,7 +72,7 @@ class TexturedMembrane {
   // `exposure` must outlive this.
   TexturedMembrane(const MembraneView& view, std::uint32_t seed, const Exposure& exposure);
   // As DottedMembrane's. The face is drawn in facets, finest in the middle between centre and rim.
-  const cv::Mat& Paint(const Indentation& dent);
+  const cv::Mat& Paint(const Indentation& indentation);
 
  private:
   void LayGrid();

@@ -64,14 +64,14 @@ class MembraneStage final : public Stage {
   void SolveEverywhere() override { membrane_.SolveEverywhere(); }
   [[nodiscard]] Truth truth() const override {
     const auto now = membrane_.now();
-    const Vector3d f_O(0, 0, -site::ForceOf(now.dent));
-    return {now.p_S_tip, now.in_contact, membrane_.X_SO().linear() * f_O, now.dent.depth,
+    const Vector3d f_O(0, 0, -site::ForceOf(now.indentation));
+    return {now.p_S_tip, now.in_contact, membrane_.X_SO().linear() * f_O, now.indentation.depth,
             now.solved};
   }
   [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override {
-    return site::DisplacementOf(membrane_.now().dent, p_O);
+    return site::DisplacementOf(membrane_.now().indentation, p_O);
   }
-  void Hold(double) override { held_ = membrane_.now().dent; }
+  void Hold(double) override { held_ = membrane_.now().indentation; }
   const cv::Mat& Paint(std::size_t eye) override { return painters_[eye].Paint(held_); }
 
  private:

@@ -41,7 +41,7 @@ TrueMembrane::TrueMembrane(const Scene& scene, const MembraneResolution& resolut
       rim_(GeometryOf(scene).radius),
       presses_(PlanOf(scene, X_SO_, resolution)) {
   now_.p_S_tip = scene.manipulator.home;
-  now_.dent.rim = rim_;
+  now_.indentation.rim = rim_;
 }
 
 void TrueMembrane::MoveTool(const Vector3d& p_S_tip, Patience patience) {
@@ -56,21 +56,21 @@ void TrueMembrane::Move(const Vector3d& p_S_tip, Patience patience) {
   const double radius = p_O.head<2>().norm();
   Now next;
   next.p_S_tip = p_S_tip;
-  next.dent.rim = rim_;
+  next.indentation.rim = rim_;
   next.in_contact = radius < rim_ && p_O.z() < 0;
   const double pressed = std::min(radius, presses_.farthest());
   if (next.in_contact) {
-    Indentation& dent = next.dent;
-    dent.depth = -p_O.z();
-    dent.place_O = radius > 0 ? Vector2d(pressed / radius * p_O.head<2>()) : Vector2d(0, 0);
+    Indentation& indentation = next.indentation;
+    indentation.depth = -p_O.z();
+    indentation.place_O = radius > 0 ? Vector2d(pressed / radius * p_O.head<2>()) : Vector2d(0, 0);
     const PressCache::Presses presses = patience == Patience::kWaits
-                                            ? presses_.Await(pressed, dent.depth)
-                                            : presses_.Find(pressed, dent.depth);
-    dent.parts = presses.parts;
+                                            ? presses_.Await(pressed, indentation.depth)
+                                            : presses_.Find(pressed, indentation.depth);
+    indentation.parts = presses.parts;
     next.solved = presses.solved && radius <= presses_.farthest();
-    for (const Indentation::Part& part : dent.parts) {
+    for (const Indentation::Part& part : indentation.parts) {
       const auto& rungs = part.press->rungs;
-      next.solved = next.solved && !rungs.empty() && rungs.back()->depth >= dent.depth;
+      next.solved = next.solved && !rungs.empty() && rungs.back()->depth >= indentation.depth;
     }
   } else if (radius < kNear * rim_) {
     presses_.Expect(pressed);

@@ -20,7 +20,7 @@ class TrueMembrane {
     Eigen::Vector3d p_S_tip{0, 0, 0};
     bool in_contact = false;
     bool solved = true;  // as Truth has it
-    Indentation dent;
+    Indentation indentation;
   };
 
   // Throws std::invalid_argument naming the key: no membrane, no tool, scenes that PressedMembrane

@@ -56,7 +56,7 @@ void AddOptions(CLI::App* app, Options* options) {
 
 int Run(const Options& options, const std::stop_token& stop) {
   if (options.slave.address.empty() && options.record.folder.empty()) {
-    throw std::invalid_argument("--slave, --record: expected is one of them");
+    throw std::invalid_argument("--slave, --record: expected one of them");
   }
   const Scene scene = LoadScene(options.scene, options.overrides);
   const auto environment = MakeSimulatedEnvironment(scene);

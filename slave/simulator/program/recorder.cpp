@@ -65,7 +65,7 @@ void Record(const Scene& scene, SimulatedEnvironment& environment, const RecordO
             const std::stop_token& stop) {
   if (options.duration > 0 && !environment.target()) {
     throw std::invalid_argument(
-        "--duration: expected for a simulated target that moves on a path; the scripted contacts "
+        "--duration: only for a simulated target that moves on a path; the scripted contacts "
         "of " +
         scene.file.string() + " end on their own");
   }

@@ -29,8 +29,7 @@ std::string Refusal(const char* scene, double duration) {
 
 TEST(ProcessTest, OnlyATargetThatGoesOnHasADuration) {
   for (const char* scene : {"silicone-block.yaml", "rubber-membrane.yaml"}) {
-    EXPECT_THAT(Refusal(scene, 5), HasSubstr("--duration: expected for a simulated target"))
-        << scene;
+    EXPECT_THAT(Refusal(scene, 5), HasSubstr("--duration: only for a simulated target")) << scene;
   }
 }
 

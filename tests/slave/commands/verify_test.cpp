@@ -382,7 +382,7 @@ TEST_F(VerifyFilesTest, TablesGiveOneCardForEachFinger) {
 
 TEST_F(VerifyFilesTest, UnusableInputIsNamed) {
   options_.states = Write("states.csv", "t,fx,fy,fz,sigma,validity\n0,0,1,0,0.1,valid\n");
-  EXPECT_THAT(Refusal(), HasSubstr("--states: expected with --loads or --sensor"));
+  EXPECT_THAT(Refusal(), HasSubstr("--states: only with --loads or --sensor"));
   options_.sensor = true;
   EXPECT_THAT(Refusal(), HasSubstr("measured_force"));
   options_.loads = Write("loads.csv", "t,until,fy\n0,1,2\n");

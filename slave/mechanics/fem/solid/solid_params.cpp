@@ -21,12 +21,10 @@ void CheckPressure(const SolidParams& params) {
   const auto& o = params.options;
   const double nu = params.poisson_ratio;
   if (o.pressure == Pressure::kMixed && o.element != Element::kTet10) {
-    throw std::invalid_argument(
-        "pressure = mixed: expected with element = tet10; tet4 takes averaged");
+    throw std::invalid_argument("pressure = mixed: only with element = tet10; tet4 takes averaged");
   }
   if (o.pressure == Pressure::kAveraged && o.element != Element::kTet4) {
-    throw std::invalid_argument(
-        "pressure = averaged: expected with element = tet4; tet10 takes mixed");
+    throw std::invalid_argument("pressure = averaged: only with element = tet4; tet10 takes mixed");
   }
   if (!params.TakesPressure()) {
     if (nu <= kNearlyIncompressible) return;

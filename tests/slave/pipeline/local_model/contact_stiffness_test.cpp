@@ -81,16 +81,15 @@ TEST(ContactStiffnessTest, EveryPlaceHasAStiffness) {
 }
 
 // Two patches of a standing cube, on opposite sides, pressed towards each other or both the same
-// way. Reference: both held at once, by the model with Green's functions, which corrects patches of
-// five nodes as the stiffness does; tolerance: the stiffness is symmetric, the forces are not
-// quite. Alone it is off by what the cube leans.
+// way. Reference: both held at once, by the co-rotational solver; tolerance: its residual. Alone it
+// is off by what the cube leans.
 TEST(ContactStiffnessTest, AnotherFingerHoldsAgainstWhatThisOneLeans) {
   Scene scene = CubeScene(kAbove);
   constexpr double kSize = 0.06, kFar = 1e-5;
-  constexpr double kWidth = 2.2 * 0.01 * (2 + std::numbers::sqrt2) / 3;  // of the mesh's patches
-  scene.object.geometry = BoxGeometry{{kSize, kSize, kSize}, {6, 6, 6}};
-  scene.model.kind = "fem-green";
-  const SolidMesh mesh = MeshBox({kSize, kSize, kSize}, {6, 6, 6});
+  constexpr double kWidth = 0.0204;  // of the mesh's patches, seven nodes: no model corrects these
+  scene.object.geometry = BoxGeometry{{kSize, kSize, kSize}, {6, 12, 6}};
+  scene.model.kind = "fem";
+  const SolidMesh mesh = MeshBox({kSize, kSize, kSize}, {6, 12, 6});
   const SurfaceMesh surface = SurfaceOf(mesh);
   const Vector3d right(kSize, 0.03, 0.04), left(0, 0.03, 0.04), along(-1, 0, 0);
   const int at_right = FindPlace(surface, right)->triangle;
