@@ -233,7 +233,7 @@ TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
     const std::string refusal = Refusal(options);
     EXPECT_TRUE(refusal.find("Check the units") != std::string::npos ||
                 refusal.find("stretch =") != std::string::npos ||
-                refusal.find("expected above 0, up to 2 m") != std::string::npos)
+                refusal.find("expected a length, above 0, up to 2 m") != std::string::npos)
         << options.data.front() << " " << options.diameter << " " << options.height << ": "
         << refusal;
   }
