@@ -138,7 +138,7 @@ void OperatorPort::Follow(const OperatorCommand& command) noexcept {
 void OperatorPort::Engage(const OperatorCommand& command) noexcept {
   view_.epoch = command.epoch;
   needs_new_epoch_ = false;
-  transform_.ZeroOffset(command.p_M, manipulator_.Tip() + eyes_minus_encoders_);
+  transform_.ZeroOffset(command.p_M, manipulator_.Tip() + image_minus_encoders_);
   view_.offset = transform_.offset;
   transform_.begin.reset();
 }
@@ -261,10 +261,10 @@ void OperatorPort::SetScales(std::optional<double> position_scale,
   if (force_scale) transform_.force_scale = *force_scale;
 }
 
-void OperatorPort::SetRegistration(const Eigen::Vector3d& eyes_minus_encoders) noexcept {
+void OperatorPort::SetRegistration(const Eigen::Vector3d& image_minus_encoders) noexcept {
   const std::lock_guard lock(mutex_);
   // Moving the registration while following would move the tool under the operator's hand.
-  if (view_.phase != Phase::kFollowing) eyes_minus_encoders_ = eyes_minus_encoders;
+  if (view_.phase != Phase::kFollowing) image_minus_encoders_ = image_minus_encoders;
 }
 
 OperatorView OperatorPort::view() const {

@@ -108,8 +108,8 @@ class Slave {
   // nullopt: the scene has no camera, or no image yet.
   [[nodiscard]] virtual std::optional<JpegPicture> Picture(bool overlays, int quality) = 0;
 
-  // Of the samples after the one of `sensed_at`, the oldest first; of many, the newest.
-  // Thread-safe.
+  // Traces of the samples after the one of `sensed_at`, oldest first; the newest ones if there are
+  // too many. Thread-safe.
   [[nodiscard]] virtual std::vector<SampleTrace> TracesSince(Time sensed_at) const = 0;
 
   // The present local contact model: kept up to date while it is requested. Null: none.

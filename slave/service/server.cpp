@@ -29,7 +29,7 @@ namespace {
 constexpr int kMaxRequestBytes = 64 * 1024;
 constexpr int kMaxPictureBytes = 32 * 1024 * 1024;  // a raw pair of 2448 x 2048 px in colour
 constexpr int kMaxStreams = 2 * TeleoperationService::kSeats;  // of a connection; also threads
-// Of a handshake, over 5 s of round trip.
+// Longest handshake, for round trips above 5 s.
 constexpr int kHandshakeMs = 15000;
 // [bytes] of commands on their way at most: 500 a second of 128 bytes for 5 s of round trip, with
 // what each is wrapped in.
@@ -87,8 +87,8 @@ void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
 }
 
 // gRPC's own log blocks if nobody reads it.
-void LogGrpc(gpr_log_func_args* said) {
-  spdlog::warn("gRPC: {}", said->message);
+void LogGrpc(gpr_log_func_args* entry) {
+  spdlog::warn("gRPC: {}", entry->message);
 }
 
 }  // namespace

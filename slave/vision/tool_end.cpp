@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Distance of the end, and of a side, from where it is told [px]. [tuned:
+// Distance of the end, and of a side, from its stated place [px]. [tuned:
 // IsMissedWhereTheToolGoesOn]
 constexpr double kReach = 8;
 // The ground is looked at so far beside the tool [px]. [tuned: OfAWidthReportedWrongByAFifthIsSeen]

@@ -110,13 +110,13 @@ grpc::Status TeleoperationService::WatchTrace(grpc::ServerContext* context,
                                               const v1::WatchTraceRequest* request,
                                               grpc::ServerWriter<v1::TraceUpdate>* writer) {
   const auto prepare = [&] { return GapOf(*request); };
-  Time told{};
+  Time sent{};
   return Watch(context, prepare, nullptr, writer,
                [&](const SlaveState& /*state*/, v1::TraceUpdate* message) {
-                 const std::vector<SampleTrace> traces = slave_.TracesSince(told);
+                 const std::vector<SampleTrace> traces = slave_.TracesSince(sent);
                  message->Clear();
                  for (const SampleTrace& trace : traces) ToProto(trace, message->add_samples());
-                 if (!traces.empty()) told = traces.back().sensed_at;
+                 if (!traces.empty()) sent = traces.back().sensed_at;
                  return !traces.empty();
                });
 }

@@ -29,7 +29,7 @@ class FakeSlave : public Slave {
   // Something new was sensed: a state follows at once.
   void TakeSample();
   // The next states carry `event`.
-  void Happen(Event event) { felt_.Add(event); }
+  void Happen(Event event) { estimate_.Add(event); }
   [[nodiscard]] int begins() const { return Locked(begins_); }
   [[nodiscard]] int ends() const { return Locked(ends_); }
   [[nodiscard]] std::vector<OperatorCommand> commands() const {
@@ -61,9 +61,9 @@ class FakeSlave : public Slave {
   bool Command(const OperatorCommand& command) noexcept override;
   void EndOperating() override;
   SlaveState Compose(Time now) override;
-  Events TakeEvents() override { return felt_.TakeEvents(); }
+  Events TakeEvents() override { return estimate_.TakeEvents(); }
   bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
-    return felt_.WaitForNewer(sensed_at, patience);
+    return estimate_.WaitForNewer(sensed_at, patience);
   }
   SlaveDescription Describe() const override;
   SlaveStatus Status() const override;
@@ -74,7 +74,7 @@ class FakeSlave : public Slave {
   void ReinitializeTracking() override { ++reinitialized_; }
   void EmergencyStop(const std::string& reason) override;
   std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
-    return felt_.TracesSince(sensed_at);
+    return estimate_.TracesSince(sensed_at);
   }
   BoundaryShape Shape(bool nodal_forces) override;
   std::optional<JpegPicture> Picture(bool overlays, int quality) override;
@@ -98,7 +98,7 @@ class FakeSlave : public Slave {
 
   std::atomic<bool> makes_for_ever_{false}, is_making_{false};
   std::atomic<int> reinitialized_{0};
-  LatestEstimate felt_{30, {0, kHome, 0}};
+  LatestEstimate estimate_{30, {0, kHome, 0}};
   mutable std::mutex mutex_;  // guards everything below
   SlaveState state_;
   TeleopTransform transform_;

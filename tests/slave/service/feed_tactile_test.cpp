@@ -1,4 +1,4 @@
-// Drivers feed tactile samples; what they are told if something is wrong with them.
+// Drivers feed tactile samples; the errors they receive for bad ones.
 #include <cmath>
 #include <limits>
 

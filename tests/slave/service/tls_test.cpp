@@ -128,7 +128,8 @@ TEST_F(TlsTest, AStreamOutlivesNoCertificate) {
   ada.Hold(0, "Ada");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
   EXPECT_FALSE(ada.Finish().ok());
-  EXPECT_TRUE(Eventually([&] { return slave_.Status().phase == Phase::kReady; })) << "it stands";
+  EXPECT_TRUE(Eventually([&] { return slave_.Status().phase == Phase::kReady; }))
+      << "the tool is at rest";
   EXPECT_EQ(Stop(*As("brief")), grpc::StatusCode::UNAVAILABLE);
 }
 
@@ -311,7 +312,7 @@ TEST_F(TlsTest, AnEmergencyStopIsClearedByWhoOperatesOrByAnAdmin) {
     static_cast<void>(stream->Finish());
   }
   EXPECT_EQ(slave_.Status().phase, Phase::kReady);
-  EXPECT_EQ(reset(*ada), grpc::StatusCode::OK) << "no stop stands";
+  EXPECT_EQ(reset(*ada), grpc::StatusCode::OK) << "no stop is active";
   ASSERT_EQ(Stop(*ada), grpc::StatusCode::OK);
   EXPECT_EQ(reset(*admin), grpc::StatusCode::OK);
   EXPECT_EQ(slave_.Status().phase, Phase::kReady);

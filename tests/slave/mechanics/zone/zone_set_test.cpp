@@ -103,7 +103,7 @@ TEST(ZoneSet, TheEstimateIsTheErrorOfDeepPresses) {
 }
 
 // What a step still lacks is known: the force after many more steps.
-TEST(ZoneSet, TheRemainingChangeOfTheForceIsTold) {
+TEST(ZoneSet, TheRemainingChangeOfTheForceIsReported) {
   const Slab slab(10, 0.4);
   NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, {});
   const PressedZones zones(slab, green, {kThree[1]}), converged(slab, green, {kThree[1]});
