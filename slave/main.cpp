@@ -108,7 +108,7 @@ int Main(int argc, char** argv) {
 
   RecordingExport exported;
   CLI::App* export_command = app.add_subcommand(
-      "export", "Convert a recording to NumPy arrays, images and the files of its scene");
+      "export", "Write the images and the scene of a recording as files");
   Add(export_command, "file", &exported.file, "FILE",
       "Recording that `serve --record` wrote (FILE.mcap)")
       ->required();
