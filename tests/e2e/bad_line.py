@@ -1,5 +1,6 @@
 """A line between two network namespaces that delays, shakes and loses packets: a TUN device at each end, and a process that
 carries what comes. For tests: `permitted()` tells whether the machine lets one."""
+import bisect
 import contextlib
 import ctypes
 import fcntl
@@ -46,14 +47,24 @@ def tun(namespace):
     return device
 
 
+def recorded_delay(file, begin):
+    """The delay one way [s] over time [s], from recorded round trips in ms, one a line below a header. The first request left
+    at the share `begin` of the file, each other one when the answer before it had come. Half of a round trip is each way's."""
+    trips = [float(line) / 1000 for line in file.read_text().split()[1:]]
+    trips = trips[int(begin * len(trips)):]
+    ends = list(itertools.accumulate(trips))
+    return lambda t: trips[min(bisect.bisect(ends, t), len(trips) - 1)] / 2
+
+
 def carry(ends, ready, delay, jitter, loss, seed, rate):
-    """One way each `delay` [s], shaken by up to the share `jitter`, in order; the share `loss` never comes. A line of `rate`
-    [bytes/s] each way keeps what it cannot carry yet for QUEUE, and loses the rest."""
+    """One way each `delay` [s] at a time since the start [s], shaken by up to the share `jitter`, in order; the share `loss`
+    never comes. A line of `rate` [bytes/s] each way keeps what it cannot carry yet for QUEUE, and loses the rest."""
     with contextlib.suppress(PermissionError):  # the line, not what else the machine does
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(90))
     dice = random.Random(seed)
     devices = [tun(namespace) for namespace in ends]
     ready.set()
+    start = time.monotonic()
     on_their_way, count, last = [], 0, {device: 0.0 for device in devices}
     free = dict(last)  # when the line has carried what it has
     while True:
@@ -67,7 +78,7 @@ def carry(ends, ready, delay, jitter, loss, seed, rate):
             if free[other] - now > QUEUE:
                 continue
             free[other] = max(free[other], now) + len(packet) / rate
-            due = max(last[other], free[other] + delay * (1 + jitter * dice.uniform(-1, 1)))
+            due = max(last[other], free[other] + delay(now - start) * (1 + jitter * dice.uniform(-1, 1)))
             last[other] = due
             count += 1
             heapq.heappush(on_their_way, (due, count, other, packet))
@@ -78,17 +89,19 @@ def carry(ends, ready, delay, jitter, loss, seed, rate):
 
 
 class BadLine:
-    """`at_slave` and `at_master` go before the commands of the two sides. Several may stand beside each other."""
+    """`at_slave` and `at_master` go before the commands of the two sides. Several may run beside each other. `delay` replaces
+    half of `round_trip`: a function of the time since the start, both in s."""
 
     numbers = itertools.count()
 
-    def __init__(self, round_trip, jitter=0.0, loss=0.0, seed=1, rate=float("inf")):
+    def __init__(self, round_trip=0.0, jitter=0.0, loss=0.0, seed=1, rate=float("inf"), delay=None):
         number = next(BadLine.numbers)
         self.ends = [f"palpate-{os.getpid()}-{number}-{side}" for side in ("slave", "master")]
         self.at_slave, self.at_master = (["ip", "netns", "exec", end] for end in self.ends)
         self.ready = multiprocessing.Event()
         self.carrier = multiprocessing.Process(
-            target=carry, args=(self.ends, self.ready, round_trip / 2, jitter, loss, seed, rate), daemon=True)
+            target=carry, daemon=True,
+            args=(self.ends, self.ready, delay or (lambda _: round_trip / 2), jitter, loss, seed, rate))
 
     def __enter__(self):
         for end in self.ends:

@@ -89,19 +89,19 @@ def drift(rows):
     return min(back[-1], 1.0) if back else 0.0
 
 
-def session(kind, render, trip, jitter, loss, seed, seconds, folder, datagrams):
+def session(line, kind, render, seconds, trip, folder, datagrams):
+    """Report and rows of the log of a session of `seconds` over `line`, a BadLine with round trips of about `trip` [s]."""
     scene = ROOT / "deploy/scenes" / f"{OBJECTS[kind]}.yaml"
     report, log = folder / "report.json", folder / "log.csv"
-    with BadLine(trip / 1000, jitter / 100, loss / 100, seed) as line:
+    with line:
         serve = [*line.at_slave, SLAVE, "serve", scene, "--listen", f"{SLAVE_AT}:50051", "--insecure",
                  *(MOTION if kind == "moving" else [])]
         with Slave(command=serve):
             report.unlink(missing_ok=True)
             subprocess.run([*line.at_master, MASTER, "connect", f"{SLAVE_AT}:50051", "--insecure", "--render", render,
-                            "--wait", str(20 + 8 * trip / 1000), "--duration", str(seconds), "--report", report, "--log", log,
+                            "--wait", str(20 + 8 * trip), "--duration", str(seconds), "--report", report, "--log", log,
                             *([] if datagrams else ["--no-datagrams"])],
-                           stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, env=BARE,
-                           timeout=seconds + 90 + 16 * trip / 1000)
+                           stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, env=BARE, timeout=seconds + 90 + 16 * trip)
     if not report.exists():
         return None, []
     return json.loads(report.read_text()), list(csv.DictReader(log.open()))
@@ -111,7 +111,8 @@ def cell(kind, render, trip, jitter, loss, seed, datagrams):
     # A line that was idle takes some round trips to carry 200 states a second; a pinch takes its time.
     seconds = (20 if kind == "soft" else 8) + 16 * trip / 1000
     with tempfile.TemporaryDirectory() as folder:
-        printed, rows = session(kind, render, trip, jitter, loss, seed, seconds, pathlib.Path(folder), datagrams)
+        line = BadLine(trip / 1000, jitter / 100, loss / 100, seed)
+        printed, rows = session(line, kind, render, seconds, trip / 1000, pathlib.Path(folder), datagrams)
     if printed is None:  # nobody was found, and nothing reached the hand
         return dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, [kind, render, trip, jitter, loss, seed, seconds])) | {
             "served": 0, "safe": 1, "datagrams": 0}
