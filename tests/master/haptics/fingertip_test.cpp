@@ -163,27 +163,5 @@ TEST(LaggingForceTest, ShowsInTheErrorOfInterpolationAndNotInThatOfTheLocalModel
   }
 }
 
-// States that tell of fingers that cannot be are ignored as a whole.
-TEST(SeveralFingersTest, ImpossibleOnesAreNeverTaken) {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  for (int damage = 0; damage < 4; ++damage) {
-    LatestValue<ReceivedState> states;
-    LatestValue<OperatorCommand> commands;
-    SpscRing<TickRecord> records(8);
-    HapticLoop loop({}, {&states, &commands, &records});
-    ReceivedState received;
-    received.state.sequence = 1;
-    received.state.finger_count = damage == 0 ? 6 : damage == 1 ? -1 : 2;
-    if (damage == 2) received.state.fingers[1].p_S_contact.x() = nan;
-    if (damage == 3) received.state.fingers[1].force = Eigen::Vector3f(0, 0, nan);
-    const Time now{std::chrono::hours(1)};
-    received.received_at = now;
-    states.Put(received);
-    loop.Tick({}, now);
-    EXPECT_TRUE(loop.record().chain.reasons.Has(Reason::kBadState)) << damage;
-    EXPECT_EQ(loop.record().finger_count, 0) << damage;
-  }
-}
-
 }  // namespace
 }  // namespace palpate

@@ -111,22 +111,6 @@ TEST_F(SlaveLinkTest, StatesThatTheLoopRejectsAreNotReportedAsUsed) {
   EXPECT_FALSE(slave_.commands().back().echo.has_value());
 }
 
-// Both ends share one clock here, so the true offset is zero. Tolerance: half a round trip
-// (RFC 5905), taken as the largest seen.
-TEST_F(SlaveLinkTest, RoundTripsAndTheOtherClockAreMeasured) {
-  StartedLink link(To(server_->address()), loop_);
-  ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
-  EXPECT_TRUE(link.stats().connected);
-  link.Stop();
-  const LinkStats stats = link.stats();
-  if (const ReceivedState* last = loop_.states.Take()) loop_.newest = *last;
-  EXPECT_GT(stats.rtt_p50_us, 0);
-  EXPECT_GE(stats.rtt_p99_us, stats.rtt_p50_us);
-  EXPECT_GE(stats.rtt_max_us, stats.rtt_p99_us);
-  EXPECT_LE(std::abs(stats.clock_offset), 0.5e-6 * stats.rtt_max_us);
-  EXPECT_EQ(loop_.newest.clock_offset, stats.clock_offset);
-}
-
 // A loop that stops renewing its command must be noticed by the slave: nothing is sent in its
 // place.
 TEST_F(SlaveLinkTest, ACommandThatIsNotRenewedIsNotRepeated) {
@@ -154,20 +138,6 @@ TEST_F(SlaveLinkTest, AfterTheSlaveCameBackTheLinkIsThereAgain) {
   EXPECT_GT(next.commands().front().sequence, 1U) << "the loop goes on counting";
   link.Stop();
   server_.reset();
-}
-
-TEST_F(SlaveLinkTest, WhoeverHoldsTheLeaseIsNamedAndTheLeaseIsTakenWhenFree) {
-  auto first = std::make_unique<StartedLink>(To(server_->address()), loop_);
-  // The slave knows the name from the first command.
-  ASSERT_TRUE(loop_.Until([&] { return !slave_.commands().empty(); }));
-  Loop second_loop;
-  StartedLink second(To(server_->address()), second_loop);
-  ASSERT_TRUE(loop_.Until([&] { return !second.stats().trouble.empty(); }));
-  EXPECT_THAT(second.stats().trouble, HasSubstr("the lease is held by Ada (ipv4:127.0.0.1:"));
-  EXPECT_FALSE(second.stats().connected);
-  EXPECT_TRUE(second.stats().answers);
-  first.reset();
-  EXPECT_TRUE(second_loop.Until([&] { return second.stats().connected; }));
 }
 
 TEST_F(SlaveLinkTest, TheEmergencyStopReachesTheSlaveBesideTheStream) {
@@ -213,21 +183,6 @@ TEST_F(DatagramLinkTest, StatesAndCommandsTravelBothWaysAndTheNewestCounts) {
   EXPECT_EQ(slave_.ends(), 1);
 }
 
-// An address of one link alone, `fe80::...%eth0`; empty: this machine has none.
-std::string LinkLocalAddress() {
-  ifaddrs* all = nullptr;
-  if (getifaddrs(&all) != 0) return {};
-  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owned(all, freeifaddrs);
-  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET6) continue;
-    const auto& at = reinterpret_cast<const sockaddr_in6&>(*one->ifa_addr).sin6_addr;
-    std::array<char, INET6_ADDRSTRLEN> text{};
-    if (!IN6_IS_ADDR_LINKLOCAL(&at)) continue;
-    return inet_ntop(AF_INET6, &at, text.data(), text.size()) + ("%" + std::string(one->ifa_name));
-  }
-  return {};
-}
-
 TEST_F(DatagramLinkTest, EventsArriveThoughDatagramsCarryNone) {
   for (const Event event : {Event::kContact, Event::kPuncture, Event::kRelease, Event::kLimit}) {
     std::atomic<bool> arrived{false};
@@ -241,22 +196,6 @@ TEST_F(DatagramLinkTest, EventsArriveThoughDatagramsCarryNone) {
     slave_.Happen(event);
     EXPECT_TRUE(loop_.Until([&] { return arrived.load(); }));
   }
-}
-
-TEST_F(DatagramLinkTest, BeyondLoopbackTheyAreTriedUnlessRefused) {
-  const std::string address = LinkLocalAddress();
-  if (address.empty()) GTEST_SKIP() << "no IPv6 address of a link here";
-  server_ = std::make_unique<Server>(slave_, "[" + address + "]:0", true);
-  SlaveLink::Options options = To(server_->address());
-  options.insecure = true;
-  {
-    StartedLink link(options, loop_);
-    EXPECT_TRUE(loop_.Until([&] { return link.stats().states_by_datagram > 5; }));
-  }
-  options.datagrams = false;
-  StartedLink link(options, loop_);
-  ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
-  EXPECT_EQ(link.stats().states_by_datagram, 0U);
 }
 
 // A peer that is not what it seems: gRPC, but another service, or states that cannot be.
