@@ -1,6 +1,6 @@
 """Every example of deploy/examples against a real slave, and what the client libraries promise beyond them.
 
-  test_examples.py Python|Cpp    needs PALPATE_BIN; Cpp PALPATE_TEST_OUTPUT, PALPATE_BUILD
+  test_examples.py Python|Cpp|Node    needs PALPATE_BIN; Cpp and Node PALPATE_TEST_OUTPUT, Cpp PALPATE_BUILD
 """
 import json
 import os
@@ -116,6 +116,10 @@ class Python(Examples):
 
     def test_driving(self):
         self.check_driving("--duration", "1", "--home", HOME)
+
+    def test_watching_fingers(self):
+        with Slave(CUBE) as slave:
+            self.assertRegex(self.run_example("watch", slave.address), r"finger 2: (in contact|free), [0-9.]+ N, VALID")
 
     def test_record_to_numpy(self):
         import numpy as np
@@ -317,6 +321,27 @@ class Cpp(Examples):
 
     def test_driving(self):
         self.check_driving("1")
+
+
+class Node(Examples):
+    @classmethod
+    def setUpClass(cls):
+        node, npm = shutil.which("node"), shutil.which("npm")
+        if not (node and npm):
+            skip("no node and npm")
+        folder = pathlib.Path(os.environ["PALPATE_TEST_OUTPUT"]) / "node-examples"
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copy(EXAMPLES / "package.json", folder)
+        if subprocess.run([npm, "install", "--no-audit", "--no-fund", "--ignore-scripts", "--silent"], cwd=folder).returncode != 0:
+            skip("npm could not install the packages")
+        cls.node, cls.environment = node, {**BARE, "NODE_PATH": str(folder / "node_modules")}
+
+    def command(self, name):
+        return self.node, EXAMPLES / f"{name}.js"
+
+    def test_watching(self):
+        with Slave() as slave:
+            self.assertIn("100 states, ", self.run_example("watch", slave.address))
 
 
 if __name__ == "__main__":
