@@ -1,31 +1,22 @@
 """When anything dies, stalls or is stopped: what the hand gets, and what must be done to go on."""
 import csv
-import json
 import pathlib
 import signal
-import subprocess
 import tempfile
 import unittest
 
-from programs import BARE, BLOCK, MASTER, PATIENCE, SLAVE, Slave, wait_until
+from programs import BLOCK, PATIENCE, SLAVE, FolderTest, Slave, operate, read_json, wait_until
 
 # By design the force is gone 80 ms after the last state; what the machine keeps the loop waiting comes on top.
 LONGEST = 0.100  # [s]
 TICK = 0.001     # [s]
 
 
-class Death(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
-
+class Death(FolderTest):
     def operate(self, address, seconds):
         with open(self.out / "output", "w") as printed:
-            master = subprocess.Popen(
-                [MASTER, "connect", address, "--duration", str(seconds), "--report", str(self.out / "report.json"),
-                 "--log", str(self.out / "log.csv")],
-                stdin=subprocess.DEVNULL, stdout=printed, stderr=subprocess.DEVNULL, env=BARE)
+            master = operate(address, "--duration", seconds, "--report", self.out / "report.json", "--log", self.out / "log.csv",
+                             stdout=printed)
         self.addCleanup(master.kill)
         return master
 
@@ -53,7 +44,7 @@ class Death(unittest.TestCase):
         for k, row in enumerate(rows):
             if self.force(row) > 0:
                 self.assertLessEqual(float(row["age_s"]), LONGEST + sum(lost[max(0, k - 200):k + 1]), row)
-        return json.loads((self.out / "report.json").read_text())
+        return read_json(self.out / "report.json")
 
     def again(self, address):
         """The address of a slave that listens where another did."""
@@ -123,7 +114,7 @@ class Death(unittest.TestCase):
             self.assertIn("READY", states[:states.index("FOLLOWING")], "and only by an engagement of her own")
             bea.send_signal(signal.SIGINT)
             self.finish(bea)
-            self.assertEqual(json.loads((first / "report.json").read_text())["reconnects"], 0)
+            self.assertEqual(read_json(first / "report.json")["reconnects"], 0)
 
     def test_an_emergency_stop_of_the_operator_outlives_the_slave(self):
         state = self.out / "state"

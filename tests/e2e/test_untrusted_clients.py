@@ -5,27 +5,19 @@
 import argparse
 import csv
 import fcntl
-import json
 import multiprocessing
 import pathlib
 import re
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 
-from programs import BARE, MASTER, PATIENCE, Slave, wait_until
+from programs import PATIENCE, Slave, memory, operate, read_json, wait_until
 from untrusted_clients import ATTACKS, Stopper, answers
 
 MOST_MEMORY = 300       # [MB]
 ATTACKERS = 2           # processes
-
-
-def memory(pid):
-    """Largest resident size so far [MB]."""
-    lines = pathlib.Path(f"/proc/{pid}/status").read_text().splitlines()
-    return int(next(line for line in lines if line.startswith("VmHWM")).split()[1]) / 1024
 
 
 def stolen():
@@ -57,9 +49,7 @@ def attack(name, seconds, out):
         fcntl.fcntl(slave.process.stderr, fcntl.F_SETPIPE_SZ, 4096)  # nobody reads its log, which is full at once
         log, report = out / "log.csv", out / "report.json"
         log.unlink(missing_ok=True)
-        master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "600", "--log", log,
-                                   "--report", report], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.DEVNULL, env=BARE)
+        master = operate(slave.address, "--duration", "600", "--log", log, "--report", report)
         if not wait_until(lambda: any(row["state"] == "FOLLOWING" for row in rows(log)[-50:])):
             raise AssertionError("nobody follows")
         stopper, stolen_before = Stopper(address), stolen()
@@ -79,9 +69,9 @@ def attack(name, seconds, out):
         answered = answers(address, PATIENCE)
         master.send_signal(signal.SIGINT)
         master.wait(timeout=PATIENCE)
-        printed = json.loads(report.read_text())
+        printed = read_json(report)
         kept, passed = (b - a for a, b in zip(stolen_before, stolen()))
-        return {"alive": slave.process.poll() is None, "memory": memory(slave.process.pid), "answered": answered,
+        return {"alive": slave.process.poll() is None, "memory": memory(slave.process.pid, "VmHWM"), "answered": answered,
                 "stop": sorted(stops)[len(stops) // 2], "stop_max": max(stops), "held": held(log),
                 "reconnects": printed["reconnects"], "trouble": printed["trouble"],
                 "stolen": kept / passed}
