@@ -122,9 +122,9 @@ class DriverBench {
   [[nodiscard]] long allocations() const { return allocations_; }
   // The newest command that the device took: when [s], and its force [N].
   [[nodiscard]] std::pair<double, Eigen::Vector3d> Asked() const {
-    FakeForce newest{};
-    fake.force_log(&newest, 1);
-    return {newest.t, kind_.to_M({newest.asked[0], newest.asked[1], newest.asked[2]})};
+    double f[3] = {};
+    const double t = fake.last_command(f);
+    return {t, kind_.to_M({f[0], f[1], f[2]})};
   }
   // Force that the motors make now, M [N].
   [[nodiscard]] Eigen::Vector3d Made() const {
