@@ -3,7 +3,6 @@
 // same run (below one: ours is faster); `factor_us` and `solve_us` what ours takes.
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <random>
 #include <vector>
 

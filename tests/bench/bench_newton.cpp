@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include <Eigen/Core>
 #include <benchmark/benchmark.h>

@@ -1,6 +1,5 @@
 // Plane elasticity against a_elastostatics2d.json: exact solutions where there are some, and the
 // numbers of another constant-element solver where both must agree.
-#include <array>
 #include <cmath>
 #include <functional>
 #include <string>

@@ -1,5 +1,4 @@
 // The references through `solve`: scene, contacts and loads as files, answers read back.
-#include <algorithm>
 #include <cmath>
 #include <string>
 

@@ -1,9 +1,7 @@
 #include "master/device/haptic_device.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
-#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

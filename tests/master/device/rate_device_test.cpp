@@ -1,7 +1,5 @@
 #include "master/device/rate/rate_device.h"
 
-#include <string_view>
-
 #include <gtest/gtest.h>
 
 #include "master/device/gamepad/gamepad_source.h"

@@ -2,9 +2,6 @@
 // 100 Hz, forces that lag by half of a network's window.
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <limits>
 #include <tuple>
 #include <vector>
 

@@ -1,8 +1,5 @@
 #include "master/haptics/force_chain.h"
 
-#include <cmath>
-#include <limits>
-
 #include <gtest/gtest.h>
 
 namespace palpate {

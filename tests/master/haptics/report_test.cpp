@@ -1,6 +1,4 @@
 #include <cmath>
-#include <fstream>
-#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

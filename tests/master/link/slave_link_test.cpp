@@ -2,11 +2,9 @@
 #include "master/link/slave_link.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -15,7 +13,6 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <ifaddrs.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
@@ -29,7 +26,6 @@
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
 #include "tests/support/eventually.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {

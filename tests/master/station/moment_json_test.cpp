@@ -1,9 +1,7 @@
 #include "master/station/moment_json.h"
 
-#include <algorithm>
 #include <limits>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

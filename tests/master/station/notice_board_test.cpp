@@ -1,7 +1,6 @@
 #include "master/station/server/notice_board.h"
 
 #include <array>
-#include <cstring>
 
 #include <gtest/gtest.h>
 

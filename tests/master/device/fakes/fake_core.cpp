@@ -4,9 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
-#include <limits>
-#include <utility>
 
 namespace palpate::fakes {
 namespace {

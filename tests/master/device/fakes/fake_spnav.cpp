@@ -5,7 +5,6 @@
 // holes.
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <deque>
 
