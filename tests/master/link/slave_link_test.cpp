@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -194,10 +195,19 @@ TEST_F(DatagramLinkTest, EventsArriveThoughDatagramsCarryNone) {
   }
 }
 
-// A peer that is not what it seems: gRPC, but another service, or states that cannot be.
-class StrangePeer : public v1::Teleoperation::Service {
+void Fill(std::uint64_t sequence, v1::SlaveState* state) {
+  const Time now = Clock::now();
+  state->set_sequence(sequence);
+  ToProto(now, state->mutable_sensed_at());
+  ToProto(now, state->mutable_sent_at());
+  state->mutable_p_s_tip();
+}
+
+// A slave whose states are as `alter` makes them, for whoever calls while it lets them operate.
+class ScriptedPeer final : public v1::Teleoperation::Service {
  public:
-  StrangePeer() {
+  using Alter = std::function<void(v1::SlaveState*)>;
+  explicit ScriptedPeer(Alter alter) : alter_(std::move(alter)) {
     grpc::ServerBuilder builder;
     int port = 0;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
@@ -209,29 +219,16 @@ class StrangePeer : public v1::Teleoperation::Service {
       grpc::ServerContext* context,
       grpc::ServerReaderWriter<v1::SlaveState, v1::OperatorCommand>* stream) override {
     ++opened;
+    if (!lets) return {grpc::StatusCode::PERMISSION_DENIED, "role 'sensor' may not call this"};
     v1::SlaveState state;
-    state.mutable_sensed_at();
-    state.mutable_sent_at();
-    state.mutable_p_s_tip()->set_x(std::numeric_limits<double>::quiet_NaN());
-    while (stream->Write(state) && !context->IsCancelled()) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    while (lets && !context->IsCancelled()) {
+      Fill(state.sequence() + 1, &state);
+      alter_(&state);
+      stream->Write(state);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
-    return grpc::Status::CANCELLED;
+    return grpc::Status::OK;
   }
-
-  std::string address;
-  std::atomic<int> opened{0};  // streams
-
- protected:
-  // Before what serves is gone.
-  void StopServing() { server_.reset(); }
-
- private:
-  std::unique_ptr<grpc::Server> server_;
-};
-
-// One that at least tells of a scene.
-class NearlyASlave : public StrangePeer {
   grpc::Status GetScene(grpc::ServerContext*, const v1::GetSceneRequest*,
                         v1::SceneDescription* scene) override {
     auto* mapping = scene->mutable_operator_();
@@ -244,58 +241,20 @@ class NearlyASlave : public StrangePeer {
   grpc::Status GetStatus(grpc::ServerContext*, const v1::GetStatusRequest*, v1::Status*) override {
     return grpc::Status::OK;
   }
-};
 
-void Fill(std::uint64_t sequence, v1::SlaveState* state) {
-  const Time now = Clock::now();
-  state->set_sequence(sequence);
-  ToProto(now, state->mutable_sensed_at());
-  ToProto(now, state->mutable_sent_at());
-  state->mutable_p_s_tip();
-}
-
-// One that lets whoever calls operate once it is asked to.
-class ChoosySlave final : public NearlyASlave {
- public:
-  ~ChoosySlave() override { StopServing(); }
-  grpc::Status Operate(
-      grpc::ServerContext* context,
-      grpc::ServerReaderWriter<v1::SlaveState, v1::OperatorCommand>* stream) override {
-    if (!lets) return {grpc::StatusCode::PERMISSION_DENIED, "role 'sensor' may not call this"};
-    v1::SlaveState state;
-    while (lets && !context->IsCancelled()) {
-      Fill(state.sequence() + 1, &state);
-      stream->Write(state);
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    return grpc::Status::OK;
-  }
-  std::atomic<bool> lets{false};
-};
-
-// One whose states can be read, and who offers datagrams as `offer` says: again with each state.
-class OfferingSlave final : public NearlyASlave {
- public:
-  explicit OfferingSlave(v1::DatagramOffer offer) : offer_(std::move(offer)) {}
-  ~OfferingSlave() override { StopServing(); }
-  grpc::Status Operate(
-      grpc::ServerContext* context,
-      grpc::ServerReaderWriter<v1::SlaveState, v1::OperatorCommand>* stream) override {
-    v1::SlaveState state;
-    while (!ends && !context->IsCancelled()) {
-      Fill(state.sequence() + 1, &state);
-      *state.mutable_datagrams() = offer_;
-      stream->Write(state);
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    return grpc::Status::OK;
-  }
-  std::atomic<bool> ends{false};
+  std::string address;
+  std::atomic<bool> lets{true};
+  std::atomic<int> opened{0};  // streams
 
  private:
-  const v1::DatagramOffer offer_;
+  const Alter alter_;
+  std::unique_ptr<grpc::Server> server_;
 };
 
+// Offers datagrams with each state.
+ScriptedPeer::Alter Offers(const v1::DatagramOffer& offer) {
+  return [offer](v1::SlaveState* state) { *state->mutable_datagrams() = offer; };
+}
 v1::DatagramOffer OfferOf(unsigned port, std::size_t command_key, std::size_t state_key) {
   v1::DatagramOffer offer;
   offer.set_port(port);
@@ -309,8 +268,8 @@ v1::DatagramOffer OfferOf(unsigned port, std::size_t command_key, std::size_t st
 TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsReported) {
   constexpr unsigned kNobody = 9, kBeyond = 65536 + 9;
   struct Pair {
-    explicit Pair(const v1::DatagramOffer& offer) : slave(offer) {}
-    OfferingSlave slave;
+    explicit Pair(const v1::DatagramOffer& offer) : slave(Offers(offer)) {}
+    ScriptedPeer slave;
     Loop loop;
     std::unique_ptr<SlaveLink> link;
   };
@@ -330,7 +289,7 @@ TEST_F(DatagramLinkTest, WhereNoneComeThroughTheStreamGoesOnAndItIsReported) {
     EXPECT_TRUE(pair->loop.Until([&] { return link.stats().states > states + 10; }));
     EXPECT_TRUE(link.stats().connected);
     EXPECT_EQ(link.stats().states_by_datagram, 0U);
-    pair->slave.ends = true;
+    pair->slave.lets = false;
   }
 }
 
@@ -346,7 +305,7 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
     ++commands;
     return DatagramLine::LinkFeedback{};
   });
-  OfferingSlave slave(OfferOf(line.port(), 32, 32));
+  ScriptedPeer slave(Offers(OfferOf(line.port(), 32, 32)));
   StartedLink link(WithDatagrams(slave.address), loop_);
   ASSERT_TRUE(loop_.Until([&] { return commands > 0 && loop_.newest.state.sequence > 20; }));
   const auto send = [&](std::uint64_t sequence) {
@@ -367,7 +326,7 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
     return loop_.newest.state.sequence == 1'000'000;
   }));
   EXPECT_EQ(link.stats().states_by_datagram, 1U);
-  slave.ends = true;
+  slave.lets = false;
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.ended; }));
   for (std::uint64_t sequence = 1'000'001; sequence < 1'000'100; ++sequence) send(sequence);
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -378,7 +337,8 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
 // Another certificate is needed, and a new start with it; not so once it was let in, when what it
 // shows may be renewed.
 TEST_F(SlaveLinkTest, WhoMayNotOperateGetsTheReason) {
-  ChoosySlave slave;
+  ScriptedPeer slave([](v1::SlaveState*) {});
+  slave.lets = false;
   SlaveLink link(To(slave.address));
   EXPECT_FALSE(link.denied());
   link.Start(&loop_.states, &loop_.commands, &loop_.settings);
@@ -393,7 +353,9 @@ TEST_F(SlaveLinkTest, WhoMayNotOperateGetsTheReason) {
 }
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedReportedAndNeverHandedOn) {
-  const NearlyASlave peer;
+  const ScriptedPeer peer([](v1::SlaveState* state) {
+    state->mutable_p_s_tip()->set_x(std::numeric_limits<double>::quiet_NaN());
+  });
   StartedLink link(To(peer.address), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().refused > 3; }));
   EXPECT_THAT(link.stats().trouble, HasSubstr("a state was rejected: p_S_tip.x = nan"));
