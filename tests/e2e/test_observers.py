@@ -127,6 +127,15 @@ class Observers(FolderTest):
             for words in cut:
                 self.assertIn(words, slave.log)
 
+    def test_what_is_too_large_for_the_server_is_not_published_and_reported(self):
+        small = self.out / "small.conf"
+        small.write_text("max_payload: 4KB\n")
+        with Server("-c", small) as server, publishing(server) as slave, Crowd(server, STATES, 1) as crowd:
+            for _ in range(30):
+                crowd.all_read()
+            self.assertEqual(slave.stop(), 0)
+        self.assertIn("palpate.silicone-block.image is not published", slave.log)
+
     def test_an_absent_or_stalled_server_stops_nothing(self):
         server = Server()
         with publishing(server) as slave:
