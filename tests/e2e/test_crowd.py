@@ -16,6 +16,7 @@ import sys
 import tempfile
 
 from programs import BLOCK, MASTER, ROOT, Slave, read_json, read_rows, run
+from tick_log import times_held
 from untrusted_clients import OURS, PREFACE, SETTINGS, WINDOW_UPDATE, call, connect, frame
 
 OBSERVERS = 16
@@ -44,8 +45,7 @@ def session(slave, seconds, folder):
     """Command age p99 [us], how often the operator was held, states."""
     report, log = folder / "report.json", folder / "log.csv"
     run(MASTER, "connect", slave.address, "--duration", seconds, "--report", report, "--log", log).check_returncode()
-    states = [row["state"] for row in read_rows(log)]
-    held = sum(b in ("HOLD", "DISCONNECTED") and a == "FOLLOWING" for a, b in zip(states, states[1:]))
+    held = times_held([row["state"] for row in read_rows(log)])
     return read_json(report)["command_age_us"]["p99"], held
 
 

@@ -1,12 +1,11 @@
 """When anything dies, stalls or is stopped: what the hand gets, and what must be done to go on."""
-import csv
 import pathlib
 import signal
 import tempfile
 import unittest
 
 from programs import BLOCK, PATIENCE, SLAVE, FolderTest, Slave, operate, read_json, wait_until
-from tick_log import TICK, force
+from tick_log import TICK, force, whole_rows
 
 # By design the force is gone 80 ms after the last state; what the machine keeps the loop waiting comes on top.
 LONGEST = 0.100  # [s]
@@ -21,12 +20,7 @@ class Death(FolderTest):
         return master
 
     def rows(self):
-        """What is whole of the log so far."""
-        try:
-            text = (self.out / "log.csv").read_text()
-        except FileNotFoundError:
-            return []
-        return list(csv.DictReader(text[:text.rfind("\n") + 1].splitlines()))
+        return whole_rows(self.out / "log.csv")
 
     def pressed(self, since=0):
         return wait_until(lambda: any(force(row) > 0.3 for row in self.rows()[-200:])

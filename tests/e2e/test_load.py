@@ -9,7 +9,6 @@ Fails if the slave ends, a new client has no answer, or the operator loses the l
 import argparse
 import collections
 import contextlib
-import csv
 import multiprocessing
 import pathlib
 import re
@@ -27,6 +26,7 @@ sys.path.insert(0, str(PACKAGE))
 import grpc
 import palpate
 from palpate.v1 import teleoperation_pb2 as messages
+from tick_log import times_held, whole_rows
 from untrusted_clients import DATA, OURS, PING, PREFACE, SETTINGS, WINDOW_UPDATE, answers, call, frame, message
 
 PERIOD = 0.01        # of what each sends [s]
@@ -189,8 +189,7 @@ def under(name, load, seconds, folder):
         master = operate(slave.address, "--duration", "600", "--log", log, "--report", report, *secure)
 
         def states():
-            text = log.read_text() if log.exists() else ""
-            return [row["state"] for row in csv.DictReader(text[:text.rfind("\n") + 1].splitlines())]
+            return [row["state"] for row in whole_rows(log)]
         if not wait_until(lambda: "FOLLOWING" in states()[-50:]):
             raise AssertionError("nobody follows")
         watching = connected(slave.address, certificates)
@@ -204,8 +203,7 @@ def under(name, load, seconds, folder):
             time.sleep(min(2, seconds / 4))
             answered.append(newcomer(slave.address, certificates, PATIENCE))
         loaded = len(periods.times)
-        held = states()[began:]
-        held = sum(b in ("HOLD", "DISCONNECTED") and a == "FOLLOWING" for a, b in zip(held, held[1:]))
+        held = times_held(states()[began:])
         stops = []
         for _ in range(100):
             start = time.monotonic()

@@ -3,7 +3,6 @@
   test_untrusted_clients.py [--seconds 2] [--only REGEX]    prints a table; --seconds 30 for the figures of SECURITY.md
 """
 import argparse
-import csv
 import fcntl
 import multiprocessing
 import pathlib
@@ -14,6 +13,7 @@ import tempfile
 import time
 
 from programs import PATIENCE, Slave, memory, operate, read_json, wait_until
+from tick_log import times_held, whole_rows
 from untrusted_clients import ATTACKS, Stopper, answers
 
 MOST_MEMORY = 300       # [MB]
@@ -26,20 +26,14 @@ def stolen():
     return times[7], sum(times)
 
 
-def rows(log):
-    text = log.read_text() if log.exists() else ""
-    return list(csv.DictReader(text[:text.rfind("\n") + 1].splitlines()))
-
-
 def held(log):
     """How often the operator was held or thrown out between the first following and the emergency stop, and the oldest
     state of that time [s]: who is held goes on by the next engagement, seconds later."""
-    ticks = rows(log)
+    ticks = whole_rows(log)
     states = [row["state"] for row in ticks]
     first = states.index("FOLLOWING")
     last = states.index("ESTOP") if "ESTOP" in states else len(states)
-    out = [state in ("HOLD", "DISCONNECTED") for state in states[first:last]]
-    return sum(b > a for a, b in zip(out, out[1:])), max(float(row["age_s"]) for row in ticks[first:last])
+    return times_held(states[first:last]), max(float(row["age_s"]) for row in ticks[first:last])
 
 
 def attack(name, seconds, out):
@@ -50,7 +44,7 @@ def attack(name, seconds, out):
         log, report = out / "log.csv", out / "report.json"
         log.unlink(missing_ok=True)
         master = operate(slave.address, "--duration", "600", "--log", log, "--report", report)
-        if not wait_until(lambda: any(row["state"] == "FOLLOWING" for row in rows(log)[-50:])):
+        if not wait_until(lambda: any(row["state"] == "FOLLOWING" for row in whole_rows(log)[-50:])):
             raise AssertionError("nobody follows")
         stopper, stolen_before = Stopper(address), stolen()
         end = time.monotonic() + seconds
