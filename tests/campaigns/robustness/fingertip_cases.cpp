@@ -28,12 +28,6 @@ Alteration Reads(Change change) {
   alteration.touch = std::move(change);
   return alteration;
 }
-Alteration Shows(std::function<std::size_t(const Moment&)> shows) {
-  Alteration alteration;
-  alteration.shows = std::move(shows);
-  return alteration;
-}
-
 // Every present finger's reading.
 template <typename Each>
 Change OfEach(const Each& each) {
@@ -60,15 +54,16 @@ class Rest {
 };
 
 // Electrodes and pressure `factor` times as far from rest as they are.
-Alteration Amplified(double factor) {
-  return Reads(OfEach([factor, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
-                                                                FingerReading& reading) {
+Alteration Amplified(std::function<double(const Moment&)> factor) {
+  return Reads(OfEach([factor = std::move(factor), rest = std::make_shared<Rest>()](
+                          const Moment& moment, std::size_t f, FingerReading& reading) {
     const FingerReading& from = rest->Of(moment, f, reading);
+    const auto gain = static_cast<float>(factor(moment));
     for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-      reading.electrodes[e] = static_cast<float>(
-          from.electrodes[e] + factor * (reading.electrodes[e] - from.electrodes[e]));
+      reading.electrodes[e] =
+          from.electrodes[e] + gain * (reading.electrodes[e] - from.electrodes[e]);
     }
-    reading.pdc = static_cast<float>(from.pdc + factor * (reading.pdc - from.pdc));
+    reading.pdc = from.pdc + gain * (reading.pdc - from.pdc);
   }));
 }
 
@@ -137,7 +132,7 @@ void AddElectrodes(CaseTable* table) {
                reading.pdc = *held;
              })));
   table->Add("gain of all wrong", "%", {}, {-30, -10, 10, 30},
-             [](double s) { return Amplified(1 + s / 100); });
+             [](double s) { return Amplified([s](const Moment&) { return 1 + s / 100; }); });
 }
 
 void AddSamples(CaseTable* table) {
@@ -201,32 +196,21 @@ void AddUnseen(CaseTable* table) {
         [s](const Moment&, std::size_t, double away) { return std::clamp(away, -s, s); });
   });
   table->Add("gain drifts", "%", {}, {-30, -10, 10, 30}, [](double s) {
-    return Reads(OfEach([s, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
-                                                             FingerReading& reading) {
-      const FingerReading& from = rest->Of(moment, f, reading);
-      const auto gain = static_cast<float>(1 + s / 100 * moment.share());
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-        reading.electrodes[e] =
-            from.electrodes[e] + gain * (reading.electrodes[e] - from.electrodes[e]);
-      }
-      reading.pdc = from.pdc + gain * (reading.pdc - from.pdc);
-    }));
+    return Amplified([s](const Moment& moment) { return 1 + s / 100 * moment.share(); });
   });
   table->Add("E3 and E12 swap while pressed", Demand::kFlag,
              Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
                if (!IsSo(When::kPressed, moment)) return;
                std::swap(reading.electrodes[2], reading.electrodes[11]);
              })));
-  table->Add("all electrodes step at rest", "counts", {5}, {20, 60}, [](double s) {
-    return EachElectrode([s](const Moment& moment, std::size_t, double away) {
-      return away + (IsSo(When::kAtRest, moment) ? s : 0);
+  for (const When when : {When::kAtRest, When::kPressed}) {
+    const std::string name = when == When::kAtRest ? "at rest" : "while pressed";
+    table->Add("all electrodes step " + name, "counts", {5}, {20, 60}, [when](double s) {
+      return EachElectrode([=](const Moment& moment, std::size_t, double away) {
+        return away + (IsSo(when, moment) ? s : 0);
+      });
     });
-  });
-  table->Add("all electrodes step while pressed", "counts", {5}, {20, 60}, [](double s) {
-    return EachElectrode([s](const Moment& moment, std::size_t, double away) {
-      return away + (IsSo(When::kPressed, moment) ? s : 0);
-    });
-  });
+  }
   table->Add("samples come again in bursts", "of 12", {2}, {5, 10}, [](double s) {
     return Shows([s](const Moment& moment) {
       const std::size_t into = moment.index % 12;
@@ -354,14 +338,10 @@ void AddGeometry(CaseTable* table) {
   table->Add("object moved at rest", "mm", {}, {2, 5},
              [](double s) { return PoseOff(-1e-3 * s, 0, When::kAtRest); });
   table->Add("object elsewhere than stated", "mm", {}, {2, 5}, [](double s) {
-    Alteration alteration;
-    alteration.tell = [s](Scene& scene) { scene.object.X_SO.translation().x() += 1e-3 * s; };
-    return alteration;
+    return AlterScene([s](Scene& scene) { scene.object.X_SO.translation().x() += 1e-3 * s; });
   });
   table->Add("object softer than stated", "times", {}, {2}, [](double s) {
-    Alteration alteration;
-    alteration.tell = [s](Scene& scene) { scene.object.material.young_modulus *= s; };
-    return alteration;
+    return AlterScene([s](Scene& scene) { scene.object.material.young_modulus *= s; });
   });
   // Another sensor answers the same force with other counts.
   table->Add("network of another sensor", "gain and order", {}, {1}, [](double) {
