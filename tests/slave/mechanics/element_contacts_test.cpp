@@ -66,36 +66,5 @@ TEST(ElementContacts, EqualADirectSolutionWhereOnlyContactsHold) {
                        {{5, {0.2, 0}}, {17, {-0.1, -0.2}}, {30, {0, 0.3}}});
 }
 
-// On the block of 60 elements whose sides are 1: a patch of `count` from `first` on.
-Contact Wide(Contact contact, int first, int count, const GreensFunctions& greens) {
-  const auto& elements = greens.problem().mesh.elements;
-  const auto at = [&](int i) { return elements[static_cast<std::size_t>(i)]; };
-  contact.element = first + count / 2;
-  contact.p_O.head<2>() = 0.5 * (at(first).a + at(first + count - 1).b);
-  contact.width = (count - 0.5) * at(first).length();
-  return contact;
-}
-
-// Reference: loads and contacts are linear, a load's answer under a held neighbour equals the
-// boundary solution's mean over the patch, and the answer is the force that the tractions sum to.
-TEST(ElementContacts, AnswersAreSumsAndMeansOfTheBoundarySolution) {
-  Bem2dModel model(bodies::Block(60), kPlain);
-  const GreensFunctions& greens = model.greens_functions();
-  const std::vector<Contact> contacts{Wide(bodies::Move(0, {0.01, -0.02}), 36, 3, greens),
-                                      Wide(bodies::Load(0, {0.003, 0.001}), 20, 2, greens)};
-  Solution solution;
-  const auto answer = bodies::Respond(model, contacts, &solution);
-  const auto [displacement, traction] = model.Boundary(solution);
-  Vector2d force = Vector2d::Zero();
-  for (const std::size_t i : {36U, 37U, 38U}) {
-    force += greens.lengths()[i] * traction[i];
-    EXPECT_LT((displacement[i] - Vector2d(0.01, -0.02)).norm(), 1e-14);
-  }
-  EXPECT_LT((force - answer[0].force_O.head<2>()).norm(), 1e-13);
-  const Vector2d mean = 0.5 * (displacement[20] + displacement[21]);
-  EXPECT_LT((mean - answer[1].displacement_O.head<2>()).norm(), 1e-13);
-  EXPECT_NEAR(traction[20].x() * (greens.lengths()[20] + greens.lengths()[21]), 0.003, 1e-15);
-}
-
 }  // namespace
 }  // namespace palpate

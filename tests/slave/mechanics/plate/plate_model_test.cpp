@@ -59,26 +59,6 @@ TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
   EXPECT_EQ(field.back(), Eigen::Vector3d::Zero());
 }
 
-// Reference: the difference of two answers, exact for a linear plate. The two moved contacts are of
-// different stiffness.
-TEST(PlateModel, StiffnessBesideMovedContactsIsTheDerivative) {
-  PlateModel model(kRubber);
-  const auto answer = [&](double force) {
-    return Respond(model, {Loaded({0.01, 0}, force), Moved({-0.01, 0.004}, 1e-4),
-                           Moved({0.03, -0.01}, 1e-4)})[0];
-  };
-  const ContactResponse less = answer(0.01), more = answer(0.02);
-  const double change = (more.displacement_O - less.displacement_O).z();
-  EXPECT_NEAR(less.stiffness_O(2, 2) * change / -0.01, 1, 1e-9);
-}
-
-TEST(PlateModel, HalfAThicknessIsItsRange) {
-  PlateModel model(kRubber);
-  EXPECT_EQ(Respond(model, {Moved({0, 0}, 4.9e-4)})[0].validity, Validity::kValid);
-  EXPECT_EQ(Respond(model, {Moved({0, 0}, 5.1e-4)})[0].validity, Validity::kExtrapolated);
-  EXPECT_EQ(Respond(model, {Loaded({0.01, 0}, 10)})[0].validity, Validity::kExtrapolated);
-}
-
 TEST(PlateModel, FailsWithItsReasonAndRecovers) {
   PlateModel model(kRubber);
   Solution solution;

@@ -97,15 +97,4 @@ inline std::vector<Contact> SquareLoad(const SolidMesh& mesh, double force) {
   return contacts;
 }
 
-// Mean depth of contacts that share one load in proportion to their areas.
-inline double MeanDepth(const std::vector<Contact>& contacts,
-                        const std::vector<ContactResponse>& responses) {
-  double depth = 0, force = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    depth += contacts[i].prescribed_O.z() * responses[i].displacement_O.z();
-    force -= contacts[i].prescribed_O.z();
-  }
-  return depth / force;
-}
-
 }  // namespace palpate::solid_tests

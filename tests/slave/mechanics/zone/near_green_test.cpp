@@ -89,26 +89,6 @@ TEST(NearGreen, WhatIsBeyondReachIsInterpolatedBetweenAnchors) {
             kTwoBytes * expected.cwiseAbs().maxCoeff());
 }
 
-// One column of a pair is enough, and what was asked first does not matter.
-TEST(NearGreen, OfAPairEitherColumnWillDo) {
-  const Slab slab(8, 0.4);
-  const std::array centres{Vector3d(0.4, 0.5, 0.5), Vector3d(0.6, 0.5, 0.45)};
-  std::vector<MatrixXf> got(3);
-  for (int order = 0; order < 3; ++order) {
-    NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, {});
-    const std::vector<int> first = NodesWithin(green, centres[0], 0.15),
-                           second = NodesWithin(green, centres[1], 0.15);
-    if (order != 1) ASSERT_TRUE(green.Prepare(first, kReach));
-    if (order != 0) ASSERT_TRUE(green.Prepare(second, kReach));
-    if (order == 1) ASSERT_TRUE(green.Prepare(first, kReach));
-    ASSERT_TRUE(green.Gather(first, first, &got[Index(order)]));
-    EXPECT_TRUE(green.Gather(second, first, &got[Index(order)]));
-    const MatrixXd expected = Expected(green, second, first);
-    EXPECT_LT((got[Index(order)].cast<double>() - expected).cwiseAbs().maxCoeff(),
-              kTwoBytes * expected.cwiseAbs().maxCoeff());
-  }
-}
-
 // What is on disk is not solved again and has the same digits; another body does not take it.
 TEST(NearGreen, ColumnsAreKeptOnDisk) {
   const Scratch folder;

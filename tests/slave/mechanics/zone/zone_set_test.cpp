@@ -137,23 +137,5 @@ TEST(ZoneSet, AZoneThatMovesKeepsTheForce) {
   EXPECT_LT((zones.set->part(0).Force() - before).norm(), 0.01 * before.norm());
 }
 
-// An update takes nothing from the heap.
-TEST(ZoneSet, UpdatesTakeNoMemory) {
-  const Slab slab(8, 0.4);
-  NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, {});
-  const PressedZones zones(slab, green, kThree);
-  zones.set->Begin(zones.targets);
-  zones.set->Step(true);
-  zones.set->EstimateErrors();
-  const long before = AllocationCount();
-  for (int k = 0; k < 10; ++k) {
-    zones.set->Begin(zones.targets);
-    zones.set->Step(false);
-    zones.set->Step(true);
-    for (int piece = 0; piece < 20; ++piece) zones.set->EstimateErrors();
-  }
-  EXPECT_EQ(AllocationCount(), before);
-}
-
 }  // namespace
 }  // namespace palpate
