@@ -54,19 +54,6 @@ class IdentifyCommand : public testing::Test {
   path folder_ = BinaryPath("/identify-command");
 };
 
-// A neo-Hookean rubber of 0.3 MPa: the law, its modulus, and lines of a scene.
-TEST_F(IdentifyCommand, TellsALawItsModulusAndTheScenesLines) {
-  std::string text = "stretch,P_MPa\n";
-  for (int i = 1; i <= 30; ++i) {
-    const double l = 1 + 0.03 * i;
-    text += Formatted("%.4f,%.9f\n", l, 0.3 * (l - 1 / (l * l)));
-  }
-  const json report = Run({.data = {"tension=" + Write("rubber.csv", text).string()}});
-  EXPECT_EQ(report.at("best"), "neo-hookean");
-  EXPECT_NEAR(report.at("laws").at(0).at("shear_modulus_Pa").get<double>(), 3e5, 30);
-  EXPECT_THAT(report.at("laws").at(0).at("scene").get<std::string>(), HasSubstr("law: ogden"));
-}
-
 // The lines of a scene for a fit, put into a scene: what `LoadScene` accepts.
 Scene SceneOf(const path& folder, const std::string& lines) {
   WriteWholeFile(folder / "base.yaml",
@@ -131,6 +118,7 @@ TEST_F(IdentifyCommand, LeavesATableOfThreeRowsOut) {
   const json report = Run({.data = {"tension=" + few, "tension=" + Write("r.csv", text).string()}});
   EXPECT_THAT(report.at("warnings").at(0).get<std::string>(), HasSubstr("few.csv: 3 rows"));
   EXPECT_EQ(report.at("best"), "neo-hookean");
+  EXPECT_NEAR(report.at("laws").at(0).at("shear_modulus_Pa").get<double>(), 3e4, 3);
   EXPECT_THAT(Refusal({.data = {"tension=" + few}}), HasSubstr("expected 4 or more"));
 }
 

@@ -173,16 +173,5 @@ TEST(AutoModelTest, AModelWithContactsOfItsOwnIsTakenForFlatToolsOnly) {
   EXPECT_EQ(decided_kind(), "fem-zone");
 }
 
-TEST(AutoModelTest, TensionMakesALargePlate) {
-  Scene drum = fake::Square();
-  drum.object.geometry = MembraneGeometry{0.04, 0.001};
-  drum.object.material = {27e6, 0.45, 0, 0};
-  drum.operator_options.press_depth = 0.0001;
-  drum.model = {.kind = "auto", .prestress = 12};
-  const auto plate = DecideQuickly(drum, RealWorkshop());
-  ASSERT_TRUE(plate);
-  EXPECT_EQ(plate->model.kind, "plate-large");
-}
-
 }  // namespace
 }  // namespace palpate::study

@@ -59,6 +59,20 @@ TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
   EXPECT_EQ(field.back(), Eigen::Vector3d::Zero());
 }
 
+// Reference: a regular 144-gon's area, and Euler's formula for a disc.
+TEST(MembraneGrid, CoversTheDiscOnce) {
+  const SurfaceMesh grid = MembraneGrid(1);
+  double area = 0;
+  for (const auto& [i, j, k] : grid.triangles) {
+    const auto node = [&](int n) { return grid.nodes.at(static_cast<std::size_t>(n)); };
+    const double twice = (node(j) - node(i)).cross(node(k) - node(i)).z();
+    EXPECT_GT(twice, 0);
+    area += twice / 2;
+  }
+  EXPECT_NEAR(area, 72 * std::sin(2 * std::numbers::pi / 144), 1e-12);
+  EXPECT_EQ(grid.triangles.size(), 2 * grid.nodes.size() - 2 - 144);
+}
+
 TEST(PlateModel, FailsWithItsReasonAndRecovers) {
   PlateModel model(kRubber);
   Solution solution;
