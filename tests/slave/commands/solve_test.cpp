@@ -311,28 +311,11 @@ TEST_F(SolveTest, AHistoryGivesOneRowPerStepAndPlace) {
   EXPECT_LT(Number(outcome, 8, "dz"), Number(outcome, 2, "dz")) << "pressed on and on";
 }
 
-constexpr const char* kSoftBox = R"(name: box
-object:
-  geometry: {box: {size: [80 mm, 80 mm, 40 mm], cells: [10, 10, 5]}}
   material: {young_modulus: 5 kPa, poisson_ratio: 0.4}
   fixed: {plane: {axis: z, at: 0 m}}
 tool: {shape: flat, width: 20 mm}
 model: {kind: fem-zone}
 )";
-
-// The bound itself is held against the full model by FemZone. A load's displacement has one too.
-TEST_F(SolveTest, AModelThatBoundsItsErrorWritesTheBound) {
-  options_.scene = Write("box.yaml", kSoftBox);
-  options_.loads = Write("loads.csv", "case,x,y,z,fx,fy,fz\nC,0.04,0.04,0.04,0,0,-0.3\n");
-  const Outcome zone =
-      RunContacts(std::string(kHeader) + "A,0.038,0.042,0.04,1e-3,0,-5e-3\n");
-  EXPECT_EQ(zone.exit_code, 0) << zone.message;
-  ASSERT_EQ(zone.rows.size(), 2U);
-  for (const auto& [row, column] : {std::pair{0U, "fz"}, {1U, "dz"}}) {
-    EXPECT_GT(Number(zone, row, "error"), 0);
-    EXPECT_LT(Number(zone, row, "error"), 0.05 * std::abs(Number(zone, row, column)));
-  }
-}
 
 }  // namespace
 }  // namespace palpate

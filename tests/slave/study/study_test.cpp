@@ -258,35 +258,6 @@ TEST(StudyTest, AModelThatBoundsItsErrorIsMeasuredAndMeasuresNone) {
   EXPECT_TRUE(std::isnan(finder.Find(alone).presses.at(0).full.value));
 }
 
-// The bound that the model states reaches the row, and holds against the full model of the same
-// mesh under the same press. Models without one state none.
-TEST(StudyTest, AStatedBoundIsThatOfThePressAtFullDepth) {
-  Scene scene = HeldBox();
-  scene.object.geometry = BoxGeometry{{0.08, 0.08, 0.04}, {10, 10, 5}};
-  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
-  scene.object.material.density = 1000;
-  scene.model.range = 0.1;
-  scene.model.contact = ContactLaw::kBonded;
-  scene.tool->width = 0.02;
-  scene.operator_options.press_depth = 0.004;
-  CandidateLimits limits{.residuals = false};
-  limits.families = {"fem tet4 neo-hookean", "fem-zone"};
-  const PressSpec question = AskedOf(scene);
-  std::map<std::string, StudyRow> rows;
-  for (const Candidate& c : CandidatesFor(scene, question, limits)) {
-    if (c.own) rows[c.family] = Measure(c, question, RealWorkshop(), nullptr, 0);
-  }
-  const StudyRow &zone = rows.at("fem-zone"), &full = rows.at("fem tet4 neo-hookean");
-  ASSERT_EQ(zone.outcome, Outcome::kAnswered) << zone.reason;
-  ASSERT_EQ(full.outcome, Outcome::kAnswered) << full.reason;
-  const double force = zone.answers.at(0).full.value;
-  const double error = std::abs(full.answers.at(0).full.value - force);
-  EXPECT_LE(error, zone.stated_error * force);
-  EXPECT_LT(zone.stated_error, 0.05);
-  EXPECT_EQ(zone.validity, full.validity) << zone.reason;
-  EXPECT_TRUE(std::isnan(full.stated_error));
-}
-
 // An element longer than the tool sees a wider one. Where the stiffness grows with the width, an
 // answer that happens to be right is no sign of accuracy.
 TEST(StudyTest, LuckyCancellationIsNotAccuracy) {

@@ -147,26 +147,6 @@ class StopAfter final : public Progress {
   int left_;
 };
 
-TEST(GreenColumns, InterruptedWorkResumesFromTheCache) {
-  const Body body = ShakenBox({4, 4, 3}, 1, 0.3);
-  const Scratch scratch;
-  const FemGreenModel::Options options{.cache = scratch.path()};
-  int computed = 0;
-  {
-    FemGreenModel model(body.mesh, body.held, body.E, body.nu, options);
-    StopAfter progress(4);
-    EXPECT_THROW(model.PrefetchNodes({}, &progress), Interrupted);
-    computed = model.columns().groups_computed();
-    EXPECT_GE(computed, 4);
-  }
-  FemGreenModel model(body.mesh, body.held, body.E, body.nu, options);
-  StopAfter progress(1000);
-  EXPECT_TRUE(model.PrefetchNodes({}, &progress));
-  EXPECT_EQ(progress.done_, 1);
-  const int groups = (model.columns().places() + GreenColumns::kGroup - 1) / GreenColumns::kGroup;
-  EXPECT_EQ(model.columns().groups_computed(), groups - computed);
-}
-
 TEST(GreenColumns, TellsWhatToExpectAndStopsBeforeTheFactor) {
   const Body body = ShakenBox({3, 3, 3}, 1, 0.3);
   StopAfter progress(0);

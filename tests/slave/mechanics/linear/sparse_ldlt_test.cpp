@@ -136,21 +136,6 @@ TYPED_TEST(SparseLdltTest, SolvesWhatIsDefiniteAndWhatIsNot) {
   }
 }
 
-// Loads of one row, of all, and none, more than are solved at once. Reference: the equation.
-TYPED_TEST(SparseLdltTest, SolvesManyRightSidesTogether) {
-  const auto grid = Grid(8);
-  const Sparse matrix = Matrix(grid, EliminationOrder(grid), 64);
-  auto factor = this->Allocated(matrix);
-  ASSERT_TRUE(factor.Factorize(matrix, false));
-  MatrixXd B = MatrixXd::Zero(matrix.cols(), 70);
-  for (int k = 0; k < 40; ++k) B(7 * k, k) = 1;
-  B.rightCols(29).setOnes();
-  typename TestFixture::Columns X = B.cast<TypeParam>();
-  factor.Solve(X);
-  EXPECT_LT((Full(matrix) * X.template cast<double>() - B).norm(), this->kTolerance * B.norm());
-  EXPECT_TRUE(X.col(40).isZero(0));
-}
-
 // Reference: the same factor made at once, to the last bit. No part may be a large share.
 TYPED_TEST(SparseLdltTest, AFactorMadeInPartsIsTheSame) {
   using Progress = typename SparseLdlt<TypeParam>::Progress;

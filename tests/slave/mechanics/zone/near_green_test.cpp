@@ -89,48 +89,6 @@ TEST(NearGreen, WhatIsBeyondReachIsInterpolatedBetweenAnchors) {
             kTwoBytes * expected.cwiseAbs().maxCoeff());
 }
 
-// What is on disk is not solved again and has the same digits; another body does not take it.
-TEST(NearGreen, ColumnsAreKeptOnDisk) {
-  const Scratch folder;
-  const Slab slab(6, 0.4), other(6, 0.3);
-  MatrixXf first, second;
-  std::vector<int> nodes;
-  for (MatrixXf* got : {&first, &second}) {
-    NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, folder.path());
-    nodes = NodesWithin(green, {0.5, 0.5, 0.5}, 0.2);
-    ASSERT_TRUE(green.Prepare(nodes, kReach));
-    EXPECT_EQ(green.columns_solved() > 0, got == &first);
-    ASSERT_TRUE(green.Gather(nodes, nodes, got));
-  }
-  EXPECT_EQ(first, second);
-  NearGreen green(other.mesh, other.held, other.nu, kEnough, folder.path());
-  ASSERT_TRUE(green.Prepare(nodes, kReach));
-  EXPECT_GT(green.columns_solved(), 0);
-}
-
-// A computation that is stopped goes on where it was.
-TEST(NearGreen, AStoppedComputationGoesOn) {
-  struct Stop : Progress {
-    int reports = 0;
-    bool Report(std::string_view, double) override { return ++reports <= 5; }
-  };
-  const Scratch folder;
-  const Slab slab(8, 0.4);
-  const auto prepare = [&](Progress* progress) {
-    NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, folder.path());
-    try {
-      green.Prepare(NodesWithin(green, {0.5, 0.5, 0.5}, 2), kReach, progress);
-    } catch (const Interrupted&) {
-    }
-    return green.columns_solved();
-  };
-  Stop stop;
-  EXPECT_EQ(prepare(&stop), 5 * 3 * NearGreen::kGroup);
-  const int groups = static_cast<int>((slab.mesh.nodes.size() + 7) / 8);
-  EXPECT_EQ(prepare(nullptr), (groups - 5) * 3 * NearGreen::kGroup);
-  EXPECT_EQ(prepare(nullptr), 0);
-}
-
 TEST(NearGreen, TheMemoryLimitIsKept) {
   const Slab slab(8, 0.4);
   NearGreen green(slab.mesh, slab.held, slab.nu, 100'000, {});
