@@ -13,7 +13,6 @@
 #include <nlohmann/json.hpp>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/text.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/program/run_program.h"
@@ -188,9 +187,12 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
   using O = EvaluateOptions*;
   refuses([](O o) { o->segment = "magic"; }, "expected surfaces, colour or no");
   refuses([](O o) { o->leaf = 0; }, "--leaf");
-  refuses([](O o) { o->at = {0, 0, HUGE_VAL}; }, "--at");
-  refuses([](O o) { o->at = {0, 0.3, 0.44}; },
-          "--at 0,0.3,0.44: the nearest point of an object is 0.2");
+  refuses([](O o) { o->at = std::vector{0.0, 0.0, HUGE_VAL}; }, "--at");
+  refuses(
+      [](O o) {
+        o->at = std::vector{0.0, 0.3, 0.44};
+      },
+      "--at 0,0.3,0.44: the nearest point of an object is 0.2");
   refuses([&](O o) { o->cloud = folder_ / "no.pcd"; }, "no.pcd: there is no such file");
   const auto outside = Write("outside.csv", "case,x,y,z,fx,fy,fz\na,0.03,0.03,0.5,0,0,1\n");
   refuses([&](O o) { o->loads = outside; }, "outside.csv:2");

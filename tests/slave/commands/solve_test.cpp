@@ -311,11 +311,5 @@ TEST_F(SolveTest, AHistoryGivesOneRowPerStepAndPlace) {
   EXPECT_LT(Number(outcome, 8, "dz"), Number(outcome, 2, "dz")) << "pressed on and on";
 }
 
-  material: {young_modulus: 5 kPa, poisson_ratio: 0.4}
-  fixed: {plane: {axis: z, at: 0 m}}
-tool: {shape: flat, width: 20 mm}
-model: {kind: fem-zone}
-)";
-
 }  // namespace
 }  // namespace palpate

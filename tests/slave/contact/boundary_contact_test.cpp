@@ -2,7 +2,6 @@
 
 #include <limits>
 #include <random>
-#include <stdexcept>
 
 #include <gtest/gtest.h>
 

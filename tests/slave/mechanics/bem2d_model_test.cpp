@@ -1,8 +1,5 @@
 #include "slave/mechanics/bem/bem2d_model.h"
 
-#include <array>
-#include <limits>
-
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -81,9 +81,9 @@ Kind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress,
             ReferenceProblem problem = bodies::Block(60, size, 0.4, plane);
             problem.order = order;
             return std::make_unique<Bem2dModel>(
-                problem, Bem2dModel::Params{.young_modulus = modulus,
-                                            .thickness = 0.1 * size,
-                                            .contact = contact});
+                problem,
+                Bem2dModel::Params{
+                    .young_modulus = modulus, .thickness = 0.1 * size, .contact = contact});
           },
           0.03};
 }
@@ -456,7 +456,8 @@ TEST_P(FrictionlessConformance, ContactsPushAlongTheNormalOnly) {
   for (const Vector3d& place : {GetParam().presses->p_O, GetParam().presses->other_p_O}) {
     for (const double width : {0.0, 0.4}) {
       const auto press = [&](double across) {
-        Contact contact = At(place, Contact::Kind::kDisplacement, kSize * across * Vector3d::UnitX());
+        Contact contact =
+            At(place, Contact::Kind::kDisplacement, kSize * across * Vector3d::UnitX());
         contact.prescribed_O -= 0.002 * kSize * normal;
         contact.width = width * kSize;
         return Answer(*model, {contact}).front();

@@ -1,12 +1,13 @@
 // Models of linear elements against solutions of the same elements by another formulation. A model
 // joins by one line in Cases().
+#include "tests/slave/mechanics/direct_solution.h"
+
 #include <algorithm>
 #include <functional>
 #include <memory>
 #include <ostream>
 #include <string>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -16,7 +17,6 @@
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "slave/mesh/index.h"
 #include "tests/slave/mechanics/contacts.h"
-#include "tests/slave/mechanics/direct_solution.h"
 
 namespace palpate {
 namespace {
@@ -132,11 +132,10 @@ Contacts Mixed(const Body& body) {
 
 // Corners, middles of edges, discs and loads on the box.
 Contacts OnTenNodes() {
-  return {Move({0.06, 0.05, 0.04}, {1e-4, -2e-4, -3e-4}),
-          Move({0, 0.05 / 6, 0.04}, {0, 1e-4, -2e-4}),
-          Move({0.04, 0.018, 0.04}, {1e-4, 0, -5e-4}, 0.03),
-          Push({0.015, 0.035, 0.04}, {0.02, 0.01, -0.05}, 0.02),
-          Push({0.06, 0, 0.04}, {0, 0.01, 0})};
+  return {
+      Move({0.06, 0.05, 0.04}, {1e-4, -2e-4, -3e-4}), Move({0, 0.05 / 6, 0.04}, {0, 1e-4, -2e-4}),
+      Move({0.04, 0.018, 0.04}, {1e-4, 0, -5e-4}, 0.03),
+      Push({0.015, 0.035, 0.04}, {0.02, 0.01, -0.05}, 0.02), Push({0.06, 0, 0.04}, {0, 0.01, 0})};
 }
 
 double Largest(const std::vector<Vector3d>& vectors) {

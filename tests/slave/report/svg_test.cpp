@@ -13,7 +13,6 @@ namespace palpate {
 namespace {
 
 using testing::HasSubstr;
-using testing::Not;
 
 TEST(SvgTest, EveryShapeIsWellFormedWhateverTheWords) {
   const std::string nasty = "<a> & \"b\" \n\x01";

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/scene/stereo_scene.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {

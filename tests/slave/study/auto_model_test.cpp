@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/factory/make_model.h"
 #include "tests/slave/study/fake_model_factory.h"
 
 namespace palpate::study {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 #include <stdexcept>
 #include <stop_token>
@@ -12,7 +11,6 @@
 
 #include "slave/scene/model_kinds.h"
 #include "slave/study/candidate.h"
-#include "slave/study/measurement.h"
 #include "slave/study/reference.h"
 #include "slave/study/width_mismatch.h"
 #include "tests/slave/study/fake_model_factory.h"

@@ -3,14 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/disc_patch.h"
-#include "slave/contact/surface_contact.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "tests/slave/mechanics/fem/solids.h"
 #include "tests/support/allocation_count.h"
@@ -22,7 +19,6 @@ namespace {
 using Eigen::Vector3d;
 using solids::Displacement;
 using solids::Respond;
-
 
 SolidMesh Block(int n = 4) {
   return MeshBox({0.06, 0.06, 0.06}, {n, n, n});
@@ -266,9 +262,8 @@ TEST(FemModel, RefusesWhatMakesNoSense) {
     SolidMesh mesh = Block(1);
     auto params = solids::Foam();
     change(&mesh, &params);
-    EXPECT_THAT(Thrown<std::invalid_argument>([&] {
-                  const FemModel model(mesh, solids::Held(mesh.nodes.size()), params);
-                }),
+    EXPECT_THAT(Thrown<std::invalid_argument>(
+                    [&] { const FemModel model(mesh, solids::Held(mesh.nodes.size()), params); }),
                 testing::HasSubstr(word));
   }
 }

@@ -13,7 +13,6 @@
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "slave/mesh/index.h"
 #include "tests/slave/mechanics/fem/solids.h"
-#include "tests/support/allocation_count.h"
 
 namespace palpate::fem {
 namespace {

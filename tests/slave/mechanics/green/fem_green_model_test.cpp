@@ -1,18 +1,14 @@
 #include "slave/mechanics/fem/green/fem_green_model.h"
 
-#include <algorithm>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "tests/slave/mechanics/contacts.h"
 #include "tests/slave/mechanics/direct_solution.h"
-#include "tests/support/allocation_count.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 

@@ -1,4 +1,3 @@
-#include <numeric>
 #include <random>
 
 #include <gtest/gtest.h>

@@ -10,13 +10,10 @@
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/allocation_count.h"
-
 namespace palpate {
 namespace {
 
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 constexpr int kWidth = DenseLu::kWidth;
 

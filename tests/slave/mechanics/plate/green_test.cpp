@@ -6,14 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/reference/reference_file.h"
-
 namespace palpate::plate {
 namespace {
 
 using Eigen::Vector2d;
-using reference::CaseOf;
-using reference::json;
 
 Vector2d Polar(double r, double angle) {
   return {r * std::cos(angle), r * std::sin(angle)};

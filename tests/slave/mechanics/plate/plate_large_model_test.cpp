@@ -21,7 +21,6 @@ using contacts::Respond;
 using Eigen::Vector2d;
 using plates::Loaded;
 using plates::Moved;
-using reference::CaseOf;
 using reference::json;
 using testing::HasSubstr;
 

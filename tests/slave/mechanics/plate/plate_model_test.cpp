@@ -16,7 +16,6 @@ namespace palpate {
 namespace {
 
 using contacts::Respond;
-using Eigen::Vector2d;
 using plates::Loaded;
 using plates::Moved;
 using testing::HasSubstr;

@@ -2,7 +2,6 @@
 #include "slave/mechanics/plate/plate_modes.h"
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include <gtest/gtest.h>

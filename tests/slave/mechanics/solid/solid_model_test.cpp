@@ -1,7 +1,6 @@
 // SolidModel against discrete answers that have one solution, and its promises as a model.
 #include "slave/mechanics/fem/solid/solid_model.h"
 
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -9,9 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/disc_patch.h"
 #include "tests/slave/mechanics/solid/bodies.h"
-#include "tests/support/allocation_count.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {

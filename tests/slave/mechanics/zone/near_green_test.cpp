@@ -1,13 +1,11 @@
 // Green's functions between near nodes against whole solutions of the same body.
 #include "slave/mechanics/fem/zone/near/near_green.h"
 
-#include <filesystem>
 #include <numeric>
 
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/zone/pressed_slab.h"
-#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

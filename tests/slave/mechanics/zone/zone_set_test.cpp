@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/zone/pressed_slab.h"
-#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {

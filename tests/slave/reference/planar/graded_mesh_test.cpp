@@ -1,7 +1,6 @@
 #include "slave/reference/planar/graded_mesh.h"
 
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <string>
 
