@@ -21,6 +21,7 @@
 #include "slave/mechanics/plate/plate_model.h"
 #include "tests/slave/mechanics/bodies.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/fixed_nodes.h"
 
 namespace palpate {
 namespace {
@@ -63,12 +64,8 @@ struct Cube {
   HeldNodes held;  // its bottom
 };
 Cube MakeCube(double size) {
-  Cube cube{MeshBox({size, size, size}, {4, 4, 4}), {}};
-  for (const Vector3d& p : cube.mesh.nodes) {
-    const bool is_held = p.z() < 1e-6 * size;
-    cube.held.push_back({is_held, is_held, is_held});
-  }
-  return cube;
+  const SolidMesh mesh = MeshBox({size, size, size}, {4, 4, 4});
+  return {mesh, FixedWhere(mesh, [&](const Vector3d& p) { return p.z() < 1e-6 * size; })};
 }
 
 Kind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress,
@@ -396,7 +393,7 @@ TEST_P(Conformance, ImpossibleContactsFailWithAReason) {
 
 TEST_P(Conformance, AModulusThatIsNoneIsRefused) {
   for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
-    EXPECT_THROW(Make(kSize, bad), std::invalid_argument) << bad;
+    EXPECT_THROW(const Model refused = Make(kSize, bad), std::invalid_argument) << bad;
   }
 }
 

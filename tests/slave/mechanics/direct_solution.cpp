@@ -11,6 +11,7 @@
 #include "shared/mesh/disc_patch.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/mesh/index.h"
+#include "tests/support/fixed_nodes.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -106,12 +107,8 @@ Body Standing(SolidMesh mesh, int axis, double E, double nu) {
   double low = mesh.nodes.front()[axis];
   for (const auto& p : mesh.nodes) low = std::min(low, p[axis]);
   const double near = 1e-6 * Diagonal(mesh.nodes);
-  Body body{std::move(mesh), {}, E, nu};
-  for (const auto& p : body.mesh.nodes) {
-    const bool held = p[axis] <= low + near;
-    body.held.push_back({held, held, held});
-  }
-  return body;
+  HeldNodes held = FixedWhere(mesh, [&](const Vector3d& p) { return p[axis] <= low + near; });
+  return {std::move(mesh), std::move(held), E, nu};
 }
 
 Body ShakenBox(std::array<int, 3> cells, double E, double nu) {

@@ -31,7 +31,7 @@ using Contacts = std::vector<Contact>;
 constexpr double kResidual = 1e-12;
 constexpr double kRange = 10;
 
-Model Fem(const Body& body) {
+Model LinearFem(const Body& body) {
   FemModel::Params params;
   params.material = {.young_modulus = body.E, .poisson_ratio = body.nu, .density = 1};
   params.options.law = FemOptions::Law::kLinear;
@@ -40,7 +40,7 @@ Model Fem(const Body& body) {
   return std::make_unique<FemModel>(body.mesh, body.held, params);
 }
 
-Model Solid(const Body& body, Element element) {
+Model LinearSolid(const Body& body, Element element) {
   SolidModel::Params params;
   params.options.element = element;
   params.options.law = FemOptions::Law::kLinear;
@@ -51,7 +51,7 @@ Model Solid(const Body& body, Element element) {
   return std::make_unique<SolidModel>(body.mesh, body.held, params);
 }
 
-Model Green(const Body& body, Element element, ContactLaw law = ContactLaw::kBonded) {
+Model LinearGreen(const Body& body, Element element, ContactLaw law = ContactLaw::kBonded) {
   const FemGreenModel::Options options{.element = element, .contact = law, .range = kRange};
   return std::make_unique<FemGreenModel>(body.mesh, body.held, body.E, body.nu, options);
 }
@@ -74,7 +74,7 @@ DirectAnswer Bonded(const Body& body, const Contacts& contacts) {
 
 // SolidModel solves for all nodes of the body, in quadratic elements with their pressure.
 DirectAnswer WholeBody(const Body& body, const Contacts& contacts) {
-  const Model model = Solid(body, Element::kTet10);
+  const Model model = LinearSolid(body, Element::kTet10);
   Solution solution;
   model->Solve(contacts, &solution);
   DirectAnswer answer;
@@ -88,16 +88,17 @@ DirectAnswer WholeBody(const Body& body, const Contacts& contacts) {
 
 std::vector<Case> Cases() {
   std::vector<Case> cases{
-      {"fem", Fem, Bonded},
-      {"solid", [](const Body& body) { return Solid(body, Element::kTet4); }, Bonded},
-      {"green", [](const Body& body) { return Green(body, Element::kTet4); }, Bonded},
+      {"fem", LinearFem, Bonded},
+      {"solid", [](const Body& body) { return LinearSolid(body, Element::kTet4); }, Bonded},
+      {"green", [](const Body& body) { return LinearGreen(body, Element::kTet4); }, Bonded},
       {.name = "green_frictionless",
-       .make = [](const Body& b) { return Green(b, Element::kTet4, ContactLaw::kFrictionless); },
+       .make =
+           [](const Body& b) { return LinearGreen(b, Element::kTet4, ContactLaw::kFrictionless); },
        .solve = [](const Body& b, const Contacts& c) { return SolveDirectly(b, c, true); },
        .frictionless = true}};
   for (const double nu : {0.3, 0.49, 0.499, 0.5}) {
     const std::string name = "green_ten_nodes_" + std::to_string(static_cast<int>(1000 * nu));
-    const auto make = [](const Body& body) { return Green(body, Element::kTet10); };
+    const auto make = [](const Body& body) { return LinearGreen(body, Element::kTet10); };
     cases.push_back({name, make, WholeBody, nu, false, true});
   }
   return cases;

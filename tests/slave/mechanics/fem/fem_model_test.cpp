@@ -24,7 +24,7 @@ SolidMesh Block(int n = 4) {
   return MeshBox({0.06, 0.06, 0.06}, {n, n, n});
 }
 solids::Held OnFloor(const SolidMesh& mesh) {
-  return solids::HeldWhere(mesh, [](const Vector3d& p) { return p.z() < 1e-9; });
+  return FixedWhere(mesh, [](const Vector3d& p) { return p.z() < 1e-9; });
 }
 Contact Press(const Vector3d& p, double width, const Vector3d& displacement) {
   return {
@@ -140,7 +140,7 @@ TEST(FemModel, ThreadsDoNotChangeABit) {
 // residual are up to 1e-4 of the displacement at the end. Nothing is allocated on the way.
 TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
   const SolidMesh mesh = Block(6);
-  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
   const auto swing = [&](double residual, double* most_iterations) {
     auto params = solids::Foam();
     params.options.time = FemOptions::Time::kDynamic;
@@ -182,7 +182,7 @@ struct Listener final : Progress {
 // The factor alone takes longer than the tenth of a second that is silent.
 TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   const SolidMesh mesh = MeshBox({1, 0.1, 0.1}, {64, 9, 9});
-  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
   auto params = solids::Foam();
   params.material.young_modulus = 1e5;
   params.options.residual = 1e-6;

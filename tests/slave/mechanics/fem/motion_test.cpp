@@ -157,7 +157,7 @@ class DenseTrajectory {
 // 1e-6 leaves less than 1e-6.
 TEST(FemMotion, OneLinearSolvePerStepFollowsTheIndependentTrajectory) {
   const SolidMesh mesh = MeshBox({0.06, 0.06, 0.06}, {3, 2, 2});
-  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
   auto params = Dynamic(solids::Foam(), 0.02);
   params.options.damping_mass = 1;
   params.options.damping_stiffness = 0.01;
@@ -185,7 +185,7 @@ TEST(FemMotion, OneLinearSolvePerStepFollowsTheIndependentTrajectory) {
 // know that. The same motion in the linear law gains nothing.
 TEST(FemMotion, EnergyFromNowhereIsFlagged) {
   const SolidMesh mesh = MeshBox({0.12, 0.03, 0.03}, {8, 2, 2});
-  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
   const int tip = solids::NodeAt(mesh, {0.12, 0.015, 0.03});
   struct Count {
     int jumps = 0, flagged = 0;
@@ -219,7 +219,7 @@ TEST(FemMotion, EnergyFromNowhereIsFlagged) {
 // Reference: the static answer; a heavily damped motion ends there.
 TEST(FemMotion, MotionSettlesInTheStaticEquilibrium) {
   const SolidMesh mesh = MeshBox({0.06, 0.06, 0.06}, {3, 3, 3});
-  const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
+  const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
   const Contact patch{.kind = Contact::Kind::kDisplacement,
                       .p_O = {0.06, 0.03, 0.03},
                       .width = 0.04,

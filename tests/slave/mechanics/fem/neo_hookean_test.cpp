@@ -32,7 +32,7 @@ SolidMesh Block(int cells) {
 }
 
 solids::Held OnFloor(const SolidMesh& mesh) {
-  return solids::HeldWhere(mesh, [](const auto& p) { return p.z() == 0; });
+  return FixedWhere(mesh, [](const auto& p) { return p.z() == 0; });
 }
 
 NodeVector RandomMotion(const FemBody& body, double size) {

@@ -225,7 +225,7 @@ struct Beam {
   // Mean displacement of the loaded end.
   [[nodiscard]] Vector3d Bend(const std::vector<Vector3d>& forces) const {
     const SolidMesh mesh = MeshBox({L, h, h}, cells);
-    SolidModel model(mesh, HeldWhere(mesh, [](const Vector3d& p) { return p.x() == 0; }), params);
+    SolidModel model(mesh, FixedWhere(mesh, [](const Vector3d& p) { return p.x() == 0; }), params);
     Vector3d mean = Vector3d::Zero();
     for (const Vector3d& force : forces) {  // one after the other, each from the last one's answer
       const auto contacts = EndLoad(model.mesh(), force);

@@ -33,7 +33,7 @@ SolidModel::Params Rod() {
 TEST(Rod, SwingsAtItsFrequency) {
   const double L = 0.2, w = 0.02, f1 = std::sqrt(3000.0 / 26) / (4 * L);
   const SolidMesh mesh = MeshBox({L, w, w}, {10, 1, 1});
-  const auto held = HeldWhere(mesh, [](const Vector3d& p) { return p.x() == 0; });
+  const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() == 0; });
   auto params = Rod();
   // A body force at the mode's period excites it alone to first order: weight along x, kept on.
   params.options.gravity_O = {1, 0, 0};

@@ -132,7 +132,7 @@ TEST(SolidModel, IterationsComeThroughIndefiniteTangents) {
 // factor answers, like the model that had it from the start.
 TEST(SolidModel, SlowIterationsGiveWayToAFactor) {
   const SolidMesh mesh = MeshBox({1, 0.004, 0.004}, {250, 1, 1});
-  const HeldNodes held = HeldWhere(mesh, [](const Vector3d& p) { return p.x() == 0; });
+  const HeldNodes held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() == 0; });
   auto params = Foam(Element::kTet4, Law::kNeoHookean);
   params.options.residual = 1e-8;
   SolidModel direct(mesh, held, params);
