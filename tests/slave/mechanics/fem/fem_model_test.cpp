@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/mechanics/fem/solid/solid_model.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "tests/slave/mechanics/fem/solids.h"
 #include "tests/support/allocation_count.h"
@@ -178,6 +179,24 @@ struct Listener final : Progress {
   bool stop = false;
 };
 
+void ExpectThatItStopsAndGoesOn(DeformationModel& model, const Contact& contact,
+                                Listener* listener) {
+  listener->stop = true;
+  listener->calls = 0;
+  Solution solution;
+  EXPECT_EQ(Respond(model, {contact}, &solution).front().validity, Validity::kFailed);
+  EXPECT_EQ(model.failure(), "interrupted");
+  EXPECT_EQ(listener->calls, 1);
+  for (const auto& u : Displacement(model, solution)) ASSERT_EQ(u, Vector3d(0, 0, 0));
+  listener->stop = false;
+  listener->shares.clear();
+  EXPECT_NE(Respond(model, {contact}).front().validity, Validity::kFailed) << model.failure();
+  EXPECT_GT(listener->calls, 1);
+  ASSERT_FALSE(listener->shares.empty());
+  EXPECT_TRUE(std::is_sorted(listener->shares.begin(), listener->shares.end()));
+  EXPECT_LE(listener->shares.back(), 1);
+}
+
 // Law: a search that takes long reports its progress, stops on request, and may be begun again.
 // The factor alone takes longer than the tenth of a second that is silent.
 TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
@@ -188,22 +207,23 @@ TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   params.options.residual = 1e-6;
   Listener listener;
   FemModel model(mesh, held, params, &listener);
-  listener.stop = true;
-  const Contact load = Load({1, 0.05, 0.05}, 0.05, {0, 0, -0.05});
-  listener.calls = 0;
-  Solution solution;
-  EXPECT_EQ(Respond(model, {load}, &solution).front().validity, Validity::kFailed);
-  EXPECT_EQ(model.failure(), "interrupted");
-  EXPECT_EQ(listener.calls, 1);
-  for (const auto& u : Displacement(model, solution)) ASSERT_EQ(u, Vector3d(0, 0, 0));
+  ExpectThatItStopsAndGoesOn(model, Load({1, 0.05, 0.05}, 0.05, {0, 0, -0.05}), &listener);
+}
 
-  listener.stop = false;
-  listener.shares.clear();
-  EXPECT_NE(Respond(model, {load}).front().validity, Validity::kFailed) << model.failure();
-  EXPECT_GT(listener.calls, 1);
-  ASSERT_FALSE(listener.shares.empty());
-  EXPECT_TRUE(std::is_sorted(listener.shares.begin(), listener.shares.end()));
-  EXPECT_LE(listener.shares.back(), 1);
+// With iterations, and with a factor.
+TEST(SolidModel, LongSearchesTellHowFarTheyAreAndStop) {
+  for (const auto& [nu, cells] : {std::pair{0.3, 12}, {0.499, 6}}) {
+    const SolidMesh mesh = MeshBox({1, 1, 1}, {cells, cells, cells});
+    SolidModel::Params params;
+    params.options.element = FemOptions::Element::kTet10;
+    params.options.law = FemOptions::Law::kNeoHookean;
+    params.options.residual = 1e-8;
+    params.young_modulus = 3800;
+    params.poisson_ratio = nu;
+    Listener listener;
+    SolidModel model(mesh, OnFloor(mesh), params, &listener);
+    ExpectThatItStopsAndGoesOn(model, Press({0.5, 0.5, 1}, 0.4, {0.02, 0, -0.08}), &listener);
+  }
 }
 
 // Law: slivers of aspect 1 to 1e4 under uniform tension stretch by F L / (E A).

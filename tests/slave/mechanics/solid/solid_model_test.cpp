@@ -145,40 +145,6 @@ TEST(SolidModel, SlowIterationsGiveWayToAFactor) {
   EXPECT_LT((a.displacement_O - b.displacement_O).norm(), 1e-5 * a.displacement_O.norm());
 }
 
-struct Listener final : Progress {
-  bool Report(std::string_view /*stage*/, double done) override {
-    ++calls;
-    last = done;
-    return !stop;
-  }
-  int calls = 0;
-  double last = 0;
-  bool stop = false;
-};
-
-// A search that takes long reports its progress, stops on request, and may be begun again: with
-// iterations and with a factor that takes longer than the tenth of a second that is silent.
-TEST(SolidModel, LongSearchesReportProgressAndStop) {
-  for (const auto& [nu, cells] : {std::pair{0.3, 12}, {0.499, 6}}) {
-    const SolidMesh mesh = MeshBox({1, 1, 1}, {cells, cells, cells});
-    auto params = Foam(Element::kTet10, Law::kNeoHookean);
-    params.poisson_ratio = nu;
-    params.options.residual = 1e-8;
-    Listener listener;
-    SolidModel model(mesh, Bottom(mesh), params, &listener);
-    const Contact contact = Move({0.5, 0.5, 1}, {0.02, 0, -0.08}, 0.4);
-    listener.calls = 0;
-    listener.stop = true;
-    EXPECT_EQ(Answer(&model, contact).validity, Validity::kFailed);
-    EXPECT_EQ(model.failure(), "interrupted");
-    EXPECT_EQ(listener.calls, 1);
-    listener.stop = false;
-    EXPECT_NE(Answer(&model, contact).validity, Validity::kFailed) << model.failure();
-    EXPECT_GT(listener.calls, 1);
-    EXPECT_LE(listener.last, 1);
-  }
-}
-
 // An incompressible body whose whole surface is moved inwards cannot follow, and says so.
 TEST(SolidModel, IncompressibleBodiesKeepTheirVolume) {
   const SolidMesh mesh = MeshBox({1, 1, 1}, {2, 2, 2});
