@@ -94,32 +94,6 @@ int Iterations(const Springs& springs, TwoGrid* grids) {
   return steps;
 }
 
-// M is symmetric and positive: of all columns of M^-1 on a small grid. Single precision rounds.
-TEST(TwoGrid, IsSymmetricPositiveAndLeavesFixedComponentsAlone) {
-  Springs springs(4, 0);
-  TwoGrid grids(springs.points, springs.pattern);
-  ASSERT_TRUE(grids.Factor(springs.matrix, springs.free));
-  const int size = static_cast<int>(3 * springs.points.size());
-  Eigen::MatrixXd inverse(size, size);
-  NodeVector r(springs.points.size()), z(springs.points.size());
-  for (int j = 0; j < size; ++j) {
-    SetZero(r);
-    At(r, j / 3).v[j % 3] = 1;
-    grids.Solve(r, z);
-    for (int i = 0; i < size; ++i) inverse(i, j) = At(z, i / 3).v[i % 3];
-    if (At(springs.free, j / 3).v[j % 3] == 0) {
-      EXPECT_TRUE(inverse.col(j).isZero(0));
-    }
-  }
-  const double largest = inverse.cwiseAbs().maxCoeff();
-  EXPECT_LT((inverse - inverse.transpose()).cwiseAbs().maxCoeff(), 1e-5 * largest);
-  for (int j = 0; j < size; ++j) {
-    if (At(springs.free, j / 3).v[j % 3] == 0) inverse(j, j) = largest;
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse);
-  EXPECT_GT(eigen.eigenvalues().minCoeff(), 0);
-}
-
 // The point of a coarse grid: four times as many nodes along a side cost few more iterations, and
 // no memory.
 TEST(TwoGrid, NeedsAboutAsManyIterationsOnFinerGrids) {

@@ -58,6 +58,19 @@ TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
   EXPECT_EQ(field.back(), Eigen::Vector3d::Zero());
 }
 
+// Reference: the difference of two answers, exact for a linear plate. The two moved contacts are of
+// different stiffness.
+TEST(PlateModel, StiffnessBesideMovedContactsIsTheDerivative) {
+  PlateModel model(kRubber);
+  const auto answer = [&](double force) {
+    return Respond(model, {Loaded({0.01, 0}, force), Moved({-0.01, 0.004}, 1e-4),
+                           Moved({0.03, -0.01}, 1e-4)})[0];
+  };
+  const ContactResponse less = answer(0.01), more = answer(0.02);
+  const double change = (more.displacement_O - less.displacement_O).z();
+  EXPECT_NEAR(less.stiffness_O(2, 2) * change / -0.01, 1, 1e-9);
+}
+
 // Reference: a regular 144-gon's area, and Euler's formula for a disc.
 TEST(MembraneGrid, CoversTheDiscOnce) {
   const SurfaceMesh grid = MembraneGrid(1);

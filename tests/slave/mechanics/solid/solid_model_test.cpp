@@ -17,8 +17,6 @@ namespace {
 using namespace solid_tests;  // NOLINT(google-build-using-namespace): its helpers are for here
 using Eigen::Vector3d;
 
-INSTANTIATE_TEST_SUITE_P(Cells, DiscreteCube, testing::Values(3, 6));
-
 ContactResponse Answer(SolidModel* model, const Contact& contact) {
   ContactResponse response;
   model->Respond({&contact, 1}, {&response, 1});
