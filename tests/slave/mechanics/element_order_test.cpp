@@ -334,51 +334,6 @@ TEST(ElementOrder, StressFollowsFromTheDisplacement) {
   }
 }
 
-// Reference: the definition of a contact on elements of several nodes, and equilibrium: the force
-// is what the reactions of the held side carry, to the discretisation error at the punch's edges.
-TEST(ElementOrder, AContactMovesAllNodesOfItsElementsAndReportsTheirForce) {
-  for (const ElementOrder order : {ElementOrder::kLinear, ElementOrder::kQuadratic}) {
-    ReferenceProblem problem = bodies::Block(60, 0.088, 0.49, Plane::kStress);
-    problem.order = order;
-    Bem2dModel model(problem, {.young_modulus = 127e3, .thickness = 9e-3});
-    Contact wide = bodies::Move(37, {0.2e-3, -1e-3});
-    wide.p_O = {0.044, 0.088, 0};
-    wide.width = 3 * 0.088 / 15;
-    Solution solution;
-    const auto patch = bodies::Respond(model, {wide}, &solution).front();
-    ASSERT_EQ(patch.validity, Validity::kValid);
-    const auto& greens = model.greens_functions();
-    const BoundaryState state = model.Boundary(solution);
-    Vector2d pressed = Vector2d::Zero(), carried = Vector2d::Zero();
-    for (int i = 0; i < greens.size(); ++i) {
-      const auto node = static_cast<std::size_t>(i);
-      const Vector2d force =
-          127e3 * 9e-3 * 0.088 * greens.node(i).length * state.traction[node] / 127e3;
-      const int element = greens.node(i).element;
-      if (element >= 36 && element <= 38) {
-        EXPECT_LT((state.displacement[node] - Vector2d(0.2e-3, -1e-3)).norm(), 1e-15);
-        pressed += force;
-      } else if (greens.held(i, 0)) {
-        carried += force;
-      } else {
-        EXPECT_LT(force.norm(), 1e-12);
-      }
-    }
-    EXPECT_LT((patch.force_O.head<2>() - pressed).norm(), 1e-9 * pressed.norm());
-    EXPECT_LT((pressed + carried).norm(), 0.005 * pressed.norm());
-    const auto loaded = bodies::Respond(model, {bodies::Load(37, {0, -0.1})}, &solution).front();
-    const BoundaryState pushed = model.Boundary(solution);
-    Vector2d mean = Vector2d::Zero();
-    const ElementNodes& local = greens.element_nodes();
-    const auto count = static_cast<std::size_t>(local.count);
-    for (std::size_t m = 0; m < count; ++m) {
-      mean += local.weight[m] * pushed.displacement[37 * count + m];
-    }
-    EXPECT_LT((loaded.displacement_O.head<2>() - mean).norm(), 1e-12 * mean.norm());
-    EXPECT_EQ(model.info().dof, 2 * 60 * count);
-  }
-}
-
 // Reference: uniform tension of a square that nothing holds, u = p / E (x, -nu y) from its centre.
 // It is linear, so in reach of linear and quadratic elements; constant ones miss it by their own
 // error of some percent and in a corner by the half element between it and the midpoints.
