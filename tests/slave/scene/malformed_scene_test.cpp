@@ -93,12 +93,15 @@ const BadLine kBadLines[] = {
     {3, "{contour: missing.csv, thickness: 9 mm}", ".contour", "from-image, or a CSV file of x,y"},
     {4, "{young_modulus: 1, poisson_ratio: 0.4, young_modulus: 2}", ".young_modulus",
      "each key once: it is already in line 4"},
+    {5, "{side: front}", ".side", "bottom, top, left, right or rim"},
     {5, "{arc: {centre: 0 deg, half_angle: 10 deg}}", ".arc", "no arc with this geometry"},
     {5, "{side: top, nodes: [1]}", "", "exactly one of side, arc, plane, nodes"},
     {5, "{nodes: [0, 180]}", "", "nodes from 0 to 179"},
     {5, "{plane: {at: 0 m}}", ".plane.axis", "x or y"},
+    {6, "{kind: fem}", ".kind", "auto or bem2d for a planar outline"},
     {6, "{kind: bem2d, order: cubic}", ".order", "constant or linear or quadratic"},
     {7, "{shape: flat}", ".width", "a length"},
+    {7, "{width: 1 mm, radius: 1 mm}", ".radius", "nothing with a flat tool"},
     {7, "{shape: round, width: 5 mm, radius: 2 mm}", ".radius", "at least half of tool.width"},
     {9, "{source: simulated, device: 0, pixel: 1 mm}", ".source",
      "exactly one of `source: simulated`, `file`, `device`, `stereo` and `depth`, or `url` or "
@@ -108,6 +111,7 @@ const BadLine kBadLines[] = {
     {9, "{source: simulated, pixel: 1 mm, size: [640]}", ".size",
      "a list of 2 numbers, each a number of pixels"},
     {10, "{track: ssd}", ".track", "template in this version"},
+    {12, "manipulator: {silence: 50 ms}", "manipulator.silence", "nothing here"},
     {12, "link: {dead_after: 9 ms}", "link.dead_after", "a time, 10 to 500 ms (s, ms, us)"},
     {12, "manipulator: {home: [9 m, 0, 0]}", "manipulator.home",
      "a position inside the manipulator's workspace"},
@@ -116,6 +120,7 @@ const BadLine kBadLines[] = {
     {12, "manipulator: {workspace: {min: [1, 0, 0], max: [0, 1, 0]}}", "manipulator.workspace.max",
      "a corner with no coordinate below"},
     {12, "site: {embryo: {debris: 3}}", "site.embryo", "a disc, or a contour from the image"},
+    {12, "sites: {}", "sites", "`site` (nearest) or another of name, object"},
 };
 INSTANTIATE_TEST_SUITE_P(Scene, BadLineTest, ::testing::ValuesIn(kBadLines));
 

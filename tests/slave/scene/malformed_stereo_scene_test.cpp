@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/scene/stereo_scene.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -73,6 +74,7 @@ Lines Volume(Words camera, Words points, Words fixed) {
   return {camera, points, kBox, fixed, "{kind: fem}"};
 }
 constexpr const char* kHeld = "{plane: {axis: z, at: 0 m}}";
+constexpr const char* kPlate = "{rectangle: {width: 1, height: 1, thickness: 1 mm}}";
 constexpr const char* kDepth =
     "{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, -1]}}";
 
@@ -83,7 +85,10 @@ const BadScene kCameras[] = {
            "a pose with the object's origin in front of the camera"),
     Camera("depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, 0]}",
            "pose = {translation: [0, 0, 0]}", "a pose with the object's"),
+    Camera("pair: {}", "source = (missing)", "exactly one of `source: simulated`"),
     Camera("file: pairs, pair: {}", "pair = {}", "nothing with `file`"),
+    Camera("source: simulated, stereo: {}, rate: 30 Hz, pixel: 1 mm", "source = simulated",
+           "exactly one of"),
     Posed("size: [640, 480], stereo: {left: pairs, right: pairs, rig: rig.yaml}",
           "size = [640, 480]", ""),
     Left("pairs/none*.png", "a pattern that matches a file"),
@@ -94,6 +99,8 @@ const BadScene kCameras[] = {
     Rig("left.yaml",
         "a rig of two cameras, written by `calibrate --left ... --right ...`; this one has no "
         "`right`"),
+    Camera("depth: pairs, fx: 600, fy: 600, cx: 320, cy: 240", "pose = (missing)",
+           "a map of translation, rotation"),
 };
 INSTANTIATE_TEST_SUITE_P(Cameras, BadStereoSceneTest, ::testing::ValuesIn(kCameras));
 
@@ -107,9 +114,13 @@ const BadScene kPoints[] = {
         "texture: a simulated pair shows dots on a membrane"),
     Row({kDepth, "{track: dots}"}, "10: sense.points.track = dots", "surface with depth images"),
     Points("layout: words.csv", "layout = words.csv", "a CSV file of positions x,y [m];"),
+    Points("layout: dots.csv, count: 4", "count = 4", "nothing with `layout`"),
+    Points("layout: wide.csv", "layout = wide.csv", "dots that all fit inside"),
     InFiles("track: texture, window: 30 px", "window = 30 px", "an odd number of pixels"),
+    InFiles("track: texture, at: []", "at = []", "1 to 10000 positions"),
     InFiles("track: texture, at: [[300, 200], [640, 100]]", "at = [[300, 200], [640, 100]]",
             "positions whose windows lie inside the image of 640 x 480 px"),
+    InFiles("track: texture, at: [[100, 100]], count: 1", "count = 1", "nothing with `at`"),
 };
 INSTANTIATE_TEST_SUITE_P(Points, BadStereoSceneTest, ::testing::ValuesIn(kPoints));
 
@@ -122,6 +133,8 @@ const BadScene kRest[] = {
           "nothing with this kind: use plate-large"),
     Row({kFiles, "{}", kBox, kHeld, "{prestress: 1}"}, "6: model.prestress = 1",
         "nothing here: only a membrane"),
+    Row({kPair, "{track: texture}", kPlate, "{side: bottom}", "{kind: bem2d}"},
+        "3: object.geometry = " + std::string(kPlate), ""),
     Row(Volume(kPair, "{}", kHeld), "5: object.fixed = {plane: {axis: z, at: 0 m}}",
         "nothing with a simulated textured target"),
     Row(Volume(kFiles, "{track: dots}", kHeld), "10: sense.points.track = dots",

@@ -140,8 +140,12 @@ const BadTactile kBad[] = {
     {"NoSuchRecording", "source: none.csv",
      "sense.tactile.source = none.csv: expected stream, simulated, or a CSV recording; there is "
      "no file"},
+    {"NoSuchNetwork", "source: stream, network: none",
+     "sense.tactile.network = none: expected a folder with network.json; there"},
     {"PosesOfAStream", "source: stream, poses: poses.csv",
      "sense.tactile.poses = poses.csv: expected nothing here: only a recording"},
+    {"RestAsNumber", "source: stream, rest: 50",
+     "sense.tactile.rest = 50: expected `first N`, N from 1 to 10000 samples"},
     {"FingerAndFingers", "source: stream, finger: rf, fingers: {rf: {}}",
      "sense.tactile.finger = rf: expected nothing with `fingers`"},
     {"SixFingers", "source: stream, fingers: {a: {}, b: {}, c: {}, d: {}, e: {}, f: {}}",
