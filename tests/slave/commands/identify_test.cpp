@@ -18,6 +18,8 @@
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -26,14 +28,8 @@ using nlohmann::json;
 using std::filesystem::path;
 using testing::HasSubstr;
 
-class IdentifyCommand : public testing::Test {
+class IdentifyCommand : public FolderTest {
  protected:
-  IdentifyCommand() { std::filesystem::create_directories(folder_); }
-
-  path Write(const std::string& name, const std::string& text) {
-    WriteWholeFile(folder_ / name, text);
-    return folder_ / name;
-  }
   json Run(IdentifyOptions options) {
     options.out = folder_ / "out";
     EXPECT_EQ(RunIdentify(options, {}), 0);
@@ -42,15 +38,8 @@ class IdentifyCommand : public testing::Test {
   }
   std::string Refusal(IdentifyOptions options) {
     options.out = folder_ / "refused";
-    try {
-      RunIdentify(options, {});
-    } catch (const std::exception& e) {
-      return e.what();
-    }
-    return {};
+    return Thrown<std::exception>([&] { RunIdentify(options, {}); });
   }
-
-  path folder_ = BinaryPath("/identify-command");
 };
 
 // The lines of a scene for a fit, put into a scene: what `LoadScene` accepts.

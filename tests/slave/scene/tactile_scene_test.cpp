@@ -9,6 +9,7 @@
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
 #include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -48,12 +49,7 @@ class TactileSceneTest : public ::testing::Test {
     return LoadScene(folder_.Write("scene.yaml", text), overrides, use);
   }
   std::string MistakesOf(const std::string& text, SceneUse use = SceneUse::kFull) const {
-    try {
-      Load(text, {}, use);
-      return {};
-    } catch (const SceneError& error) {
-      return error.what();
-    }
+    return Thrown<SceneError>([&] { Load(text, {}, use); });
   }
   Scratch folder_;
 };

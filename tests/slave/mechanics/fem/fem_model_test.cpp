@@ -17,6 +17,8 @@
 namespace palpate {
 namespace {
 
+using contacts::Move;
+using contacts::Push;
 using Eigen::Vector3d;
 using solids::Displacement;
 using solids::Respond;
@@ -27,21 +29,14 @@ SolidMesh Block(int n = 4) {
 solids::Held OnFloor(const SolidMesh& mesh) {
   return FixedWhere(mesh, [](const Vector3d& p) { return p.z() < 1e-9; });
 }
-Contact Press(const Vector3d& p, double width, const Vector3d& displacement) {
-  return {
-      .kind = Contact::Kind::kDisplacement, .p_O = p, .width = width, .prescribed_O = displacement};
-}
-Contact Load(const Vector3d& p, double width, const Vector3d& force) {
-  return {.kind = Contact::Kind::kForce, .p_O = p, .width = width, .prescribed_O = force};
-}
 
 // At a tenth of a triangle's height above the floor its free node moves ten times as far.
 TEST(FemModel, APointThatLiesMostlyOnASupportIsDoubted) {
   const SolidMesh mesh = Block();
   FemModel model(mesh, OnFloor(mesh), solids::Linear(solids::Foam()));
   const Vector3d d(-1e-5, 0, 0);
-  EXPECT_EQ(Respond(model, {Press({0.06, 0.032, 0.012}, 0, d)}).front().validity, Validity::kValid);
-  const auto low = Respond(model, {Press({0.06, 0.032, 0.0015}, 0, d)}).front();
+  EXPECT_EQ(Respond(model, {Move({0.06, 0.032, 0.012}, d)}).front().validity, Validity::kValid);
+  const auto low = Respond(model, {Move({0.06, 0.032, 0.0015}, d)}).front();
   EXPECT_EQ(low.validity, Validity::kExtrapolated);
   EXPECT_EQ(low.doubt, kOnSupport);
 }
@@ -58,7 +53,7 @@ TEST(FemModel, AskingForMoreDigitsThanThereAreIsHarmless) {
       FemModel model(mesh, OnFloor(mesh), params);
       for (const double size : {0.5, 0.9, 1.0, 1.01}) {
         const auto r =
-            Respond(model, {Press(place, 0, size * Vector3d(0.001, -0.002, -0.003))}).front();
+            Respond(model, {Move(place, size * Vector3d(0.001, -0.002, -0.003))}).front();
         ASSERT_EQ(r.validity, Validity::kValid) << model.failure();
         if (per_size.isZero()) per_size = r.force_O / size;
         EXPECT_LT((r.force_O / size - per_size).norm(), 1e-8 * per_size.norm()) << residual;
@@ -78,7 +73,7 @@ TEST(FemModel, AnUnsupportedBodyTakesBalancedLoadsOnly) {
     const Vector3d low(3.0, -1.97, 1.03), high(3.06, -1.97, 1.03);
     Solution solution;
     const auto r =
-        Respond(model, {Load(low, 0.03, {-0.2, 0, 0}), Load(high, 0.03, {0.2, 0, 0})}, &solution);
+        Respond(model, {Push(low, {-0.2, 0, 0}, 0.03), Push(high, {0.2, 0, 0}, 0.03)}, &solution);
     ASSERT_NE(r[0].validity, Validity::kFailed) << model.failure();
     EXPECT_GT(r[1].displacement_O.x(), 1e-4);
     Vector3d mean = Vector3d::Zero();
@@ -90,9 +85,9 @@ TEST(FemModel, AnUnsupportedBodyTakesBalancedLoadsOnly) {
       volume += V;
     }
     EXPECT_LT(mean.norm() / volume, 1e-9 * r[1].displacement_O.norm());
-    EXPECT_EQ(Respond(model, {Load(low, 0, {1, 0, 0})}).front().validity, Validity::kFailed);
+    EXPECT_EQ(Respond(model, {Push(low, {1, 0, 0})}).front().validity, Validity::kFailed);
     EXPECT_THAT(std::string(model.failure()), testing::HasSubstr("balance"));
-    EXPECT_EQ(Respond(model, {Load(low, 0, {0, 1, 0}), Load(high, 0, {0, -1, 0})})[0].validity,
+    EXPECT_EQ(Respond(model, {Push(low, {0, 1, 0}), Push(high, {0, -1, 0})})[0].validity,
               Validity::kFailed);  // a couple
   }
 }
@@ -104,8 +99,8 @@ TEST(FemModel, ResetForgetsTheHistory) {
     auto params = solids::Foam();
     params.options.time = time;
     FemModel used(mesh, OnFloor(mesh), params), fresh(mesh, OnFloor(mesh), params);
-    const Contact first = Press({0.03, 0.03, 0.06}, 0.03, {0, 0.01, -0.02});
-    const Contact second = Load({0.06, 0.03, 0.03}, 0, {-0.05, 0, 0});
+    const Contact first = Move({0.03, 0.03, 0.06}, {0, 0.01, -0.02}, 0.03);
+    const Contact second = Push({0.06, 0.03, 0.03}, {-0.05, 0, 0});
     for (int i = 0; i < 3; ++i) Respond(used, {first});
     used.Reset();
     Solution of_used, of_fresh;
@@ -127,7 +122,7 @@ TEST(FemModel, ThreadsDoNotChangeABit) {
       FemModel model(mesh, OnFloor(mesh), params);
       Solution solution;
       for (int i = 0; i < 3; ++i) {
-        Respond(model, {Load({0.03, 0.03, 0.06}, 0.02, {0, 0.03 * i, -0.1})}, &solution);
+        Respond(model, {Push({0.03, 0.03, 0.06}, {0, 0.03 * i, -0.1}, 0.02)}, &solution);
       }
       const auto u = Displacement(model, solution);
       if (one.empty()) one = u;
@@ -147,7 +142,7 @@ TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
     params.options.time = FemOptions::Time::kDynamic;
     params.options.residual = residual;
     FemModel model(mesh, held, params);
-    std::vector<Contact> contacts{Load({0.06, 0.03, 0.03}, 0.02, Vector3d::Zero())};
+    std::vector<Contact> contacts{Push({0.06, 0.03, 0.03}, Vector3d::Zero(), 0.02)};
     std::vector<ContactResponse> responses(1);
     model.Respond(contacts, responses);
     const long before = AllocationCount();
@@ -207,7 +202,7 @@ TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   params.options.residual = 1e-6;
   Listener listener;
   FemModel model(mesh, held, params, &listener);
-  ExpectThatItStopsAndGoesOn(model, Load({1, 0.05, 0.05}, 0.05, {0, 0, -0.05}), &listener);
+  ExpectThatItStopsAndGoesOn(model, Push({1, 0.05, 0.05}, {0, 0, -0.05}, 0.05), &listener);
 }
 
 // With iterations, and with a factor.
@@ -222,7 +217,7 @@ TEST(SolidModel, LongSearchesTellHowFarTheyAreAndStop) {
     params.poisson_ratio = nu;
     Listener listener;
     SolidModel model(mesh, OnFloor(mesh), params, &listener);
-    ExpectThatItStopsAndGoesOn(model, Press({0.5, 0.5, 1}, 0.4, {0.02, 0, -0.08}), &listener);
+    ExpectThatItStopsAndGoesOn(model, Move({0.5, 0.5, 1}, {0.02, 0, -0.08}, 0.4), &listener);
   }
 }
 
@@ -256,11 +251,11 @@ TEST(FemModel, SliversStretchAsTheirBarDoes) {
 TEST(FemModel, InversionIsFlaggedAndRecoveredFrom) {
   const SolidMesh mesh = Block(3);
   FemModel model(mesh, OnFloor(mesh), solids::Foam());
-  const auto deep = Respond(model, {Load({0.02, 0.02, 0.06}, 0, {0, 0, -3})}).front();
+  const auto deep = Respond(model, {Push({0.02, 0.02, 0.06}, {0, 0, -3})}).front();
   EXPECT_EQ(deep.validity, Validity::kExtrapolated) << model.failure();
   EXPECT_GT(model.inverted(), 0);
   EXPECT_THAT(model.info().remark, testing::HasSubstr("inside out"));
-  const auto back = Respond(model, {Load({0.02, 0.02, 0.06}, 0, {0, 0, 0})}).front();
+  const auto back = Respond(model, {Push({0.02, 0.02, 0.06}, {0, 0, 0})}).front();
   EXPECT_LT(back.displacement_O.norm(), 1e-9) << model.failure();
   EXPECT_EQ(back.validity, Validity::kValid);
 }
@@ -300,7 +295,7 @@ TEST(FemModel, NodeOrderDanglingNodesAndFullSupportAreNoMatter) {
     for (int& i : t) i = last - i;
   }
   turned.nodes.emplace_back(0.03, 0.03, 0.7);
-  const Contact contact = Load({0.06, 0.06, 0.06}, 0, {0, 0.01, -0.02});
+  const Contact contact = Push({0.06, 0.06, 0.06}, {0, 0.01, -0.02});
   FemModel a(mesh, OnFloor(mesh), solids::Foam()), b(turned, OnFloor(turned), solids::Foam());
   const Vector3d ua = Respond(a, {contact}).front().displacement_O;
   const Vector3d ub = Respond(b, {contact}).front().displacement_O;
