@@ -13,6 +13,7 @@
 #include "tests/slave/scene/scene_file.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -26,12 +27,7 @@ const std::filesystem::path kScenes = SourcePath("/deploy/scenes");
 std::string OutputOf(const std::filesystem::path& scene,
                      const std::vector<std::string>& overrides = {}) {
   ::testing::internal::CaptureStdout();
-  std::string error;
-  try {
-    RunCheck({scene, overrides});
-  } catch (const std::exception& e) {
-    error = e.what();
-  }
+  const std::string error = Thrown<std::exception>([&] { RunCheck({scene, overrides}); });
   return ::testing::internal::GetCapturedStdout() + error;
 }
 
