@@ -450,7 +450,8 @@ TEST_P(FrictionlessConformance, ContactsPushAlongTheNormalOnly) {
   const Model model = Make();
   const bool is_plane = GetParam().presses == &kOnBlock;
   const Vector3d normal = is_plane ? Vector3d::UnitY() : Vector3d::UnitZ();
-  for (const Vector3d& place : {GetParam().presses->p_O, GetParam().presses->other_p_O}) {
+  const Vector3d &one = GetParam().presses->p_O, &other = GetParam().presses->other_p_O;
+  for (const Vector3d& place : {one, other, Vector3d((one + other) / 2)}) {
     for (const double width : {0.0, 0.4}) {
       const auto press = [&](double across) {
         Contact contact =

@@ -156,6 +156,13 @@ DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, 
     std::vector<Vector3d> directions{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
     if (frictionless) directions = {NodeNormal(surface, FindPlace(surface, contact.p_O)->node)};
     for (const Vector3d& direction : directions) {
+      Eigen::Index axis = 0;
+      direction.maxCoeff(&axis);
+      const bool is_node = point && shares.back().size() == 1 && !frictionless;
+      if (is_node &&
+          body.held[Index(shares.back().begin()->first)][Index(static_cast<int>(axis))]) {
+        continue;  // fixed already
+      }
       Constraint together{{}, direction.dot(contact.prescribed_O), i, direction};
       for (const auto& [n, w] : shares.back()) {
         Constraint alone{{}, together.value, i, direction};
