@@ -54,7 +54,7 @@ export function divideAt(outline, marks) {
   return places.map((from, k) => {
     const to = places[(k + 1) % places.length], line = [from.at], count = outline.length;
     for (let i = from.i, steps = (to.i - from.i + count) % count || (k + 1 === places.length ? count : 0); steps > 0; --steps) line.push(outline[(i = (i + 1) % count)]);
-    return [...line, to.at];
+    return [...line, to.at].filter((point, i, all) => i === 0 || distance(point, all[i - 1]) > 1e-9);
   });
 }
 

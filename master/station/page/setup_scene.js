@@ -177,7 +177,7 @@ const CHECKS = {
     if (kind === 'disc') found.push(positive(object.diameter, 'Diameter', 'mm'));
     if (kind === 'rectangle') found.push(positive(object.width, 'Width', 'mm'), positive(object.height, 'Height', 'mm'));
     const sides = numbers(object.sides);
-    if (kind === 'polygon' && sides.length && (sides.length !== points.length || !sides.every((side) => side > 0))) found.push(`Sides: expected ${points.length} lengths in mm with a space between, in the order of your clicks, or none.`);
+    if (kind === 'polygon' && sides.length && (sides.length !== points.length || !sides.every((side) => side > 0))) found.push(`Sides: expected ${points.length} lengths in mm with semicolons between, in the order of your clicks, or none.`);
     found.push(positive(object.thickness, 'Thickness', 'mm'));
     const wrong = found.filter(Boolean);
     return wrong.length ? wrong : [...sizeProblems(answers), ...skewProblems(answers, outline), ...thicknessProblems(answers, outline)];
