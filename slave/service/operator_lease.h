@@ -48,7 +48,8 @@ class OperatorLease {
       : slave_(slave), silence_(silence), on_round_trip_(std::move(on_round_trip)) {}
 
   // Begins operating for `peer`, or says why not. `name`: from the certificate, or in plain text
-  // from the client's commands; nullopt: not known yet.
+  // from the client's commands; nullopt: not known yet. Throws RejectedCall: there is no
+  // manipulator.
   Answer RequestTicket(const std::string& peer, const std::optional<std::string>& name,
                        Dismiss dismiss);
   // Passes on a command. False: malformed, counted, not followed (commands that the slave rejects
@@ -96,6 +97,7 @@ class OperatorLease {
   };
 
   // With mutex_ held, all of these functions.
+  void RequireManipulator() const;
   [[nodiscard]] std::string DescribeHolder() const;
   [[nodiscard]] std::string NameOfHolder() const { return holder_.known_as.value_or(holder_.name); }
   // Why the lease is not for `name` at present; nullopt: it is.

@@ -112,6 +112,7 @@ void PrintChecks(const std::string& which) {
 }
 
 void PrintHand(const Scene& scene) {
+  if (scene.manipulator.source == ManipulatorOptions::Source::kNone) return;
   PrintLine("operator", fmt::format("position scale {:g}, force scale {:g}, force limit {:g} N",
                                     scene.operator_options.transform.position_scale,
                                     scene.operator_options.transform.force_scale,
