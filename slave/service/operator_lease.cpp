@@ -116,6 +116,18 @@ void OperatorLease::RefuseOthers(const std::string& peer) const {
                      "only the operator may change settings: " + DescribeHolder());
 }
 
+void OperatorLease::WhileFree(const std::function<void()>& work) const {
+  const std::scoped_lock lock(mutex_);
+  const bool is_reserved = reserved_.Left() > 0;
+  if (holder_.ticket != 0 || is_reserved) {
+    throw RejectedCall(v1::ERROR_REASON_LEASE_HELD,
+                       "a scene can be set up only while nobody operates: the lease is " +
+                           (holder_.ticket != 0 ? "held by " + DescribeHolder()
+                                                : "reserved for " + NameOr(reserved_.name)));
+  }
+  work();
+}
+
 void OperatorLease::RequireHeldBy(const std::string& peer, const std::string& what) const {
   RefuseOthers(peer);
   const std::scoped_lock lock(mutex_);

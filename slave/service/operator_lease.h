@@ -70,6 +70,12 @@ class OperatorLease {
   // The same, and also throws without an operator, for actions that only a connected operator may
   // perform: `what`.
   void RequireHeldBy(const std::string& peer, const std::string& what) const;
+  // Throws RejectedCall: somebody holds the lease, or it is reserved.
+  void RequireFree() const {
+    WhileFree([] {});
+  }
+  // The same, and runs `work` before anybody gets it.
+  void WhileFree(const std::function<void()>& work) const;
   // Whether a call of `peer`, or of a client that is named `name`, is the operator's.
   [[nodiscard]] bool IsHeldBy(const std::string& peer,
                               const std::optional<std::string>& name) const;
