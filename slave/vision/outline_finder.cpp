@@ -83,7 +83,9 @@ std::optional<Vector2d> Corner(const Line& a, const Line& b) {
 }
 
 // Straight sides meet in corners, across the short pieces that cut these off.
-Curve WithCorners(const Curve& edge, const std::vector<Side>& sides) {
+Curve WithCorners(const Curve& edge, std::vector<Side> sides) {
+  const auto straight = std::ranges::find_if(sides, [](const Side& side) { return !!side.line; });
+  if (straight != sides.end()) std::ranges::rotate(sides, straight);
   Curve polygon;
   for (std::size_t k = 0; k < sides.size(); ++k) {
     const Side& side = sides[k];

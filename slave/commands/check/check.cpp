@@ -101,9 +101,35 @@ void PrintOff(const Scene& scene) {
 
 }  // namespace
 
-void PrintLine(const std::string& what, const std::string& text) {
-  fmt::print("  {:<14} {}\n", what, text);
+namespace {
+
+thread_local ReportCollector* collector = nullptr;
+
+}  // namespace
+
+ReportCollector::ReportCollector() {
+  collector = this;
+}
+
+ReportCollector::~ReportCollector() {
+  collector = nullptr;
+}
+
+ReportCollector* ReportCollector::present() {
+  return collector;
+}
+
+void PrintText(const std::string& line) {
+  if (collector != nullptr) {
+    collector->text += line + "\n";
+    return;
+  }
+  fmt::print("{}\n", line);
   std::fflush(stdout);  // what comes next may take a while
+}
+
+void PrintLine(const std::string& what, const std::string& text) {
+  PrintText(fmt::format("  {:<14} {}", what, text));
 }
 
 void PrintChecks(const std::string& which) {
@@ -127,7 +153,7 @@ void PrintHand(const Scene& scene) {
 
 void PrintObject(const Scene& scene) {
   const Material& m = scene.object.material;
-  fmt::print("{} ({})\n", scene.name, scene.file.string());
+  PrintText(fmt::format("{} ({})", scene.name, scene.file.string()));
   PrintLine("object", InWords(scene.object.geometry));
   PrintLine("material", fmt::format("E = {:.4g} Pa, nu = {:g}{}", m.young_modulus, m.poisson_ratio,
                                     m.density > 0 ? fmt::format(", {:g} kg/m^3", m.density) : ""));
