@@ -146,13 +146,13 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   hello.pointer = IsPointer(a);
   hello.certificate_until = CertificateUntil(a.link.tls);
   LiveStation::Controls controls{
-      [] { g_emergency = true; }, [link] { return link->Reset(); },
+      [] { g_emergency = true; },
+      [link] { return link->Reset(); },
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
       [link](const std::string& kind) { return link->SetModel(kind); },
       [link] { return link->ReinitializeTracking(); },
-      [calls = std::make_shared<SetupCalls>(a.link)](const std::string& call,
-                                                     const std::string& json,
-                                                     const std::stop_token& stop) {
+      [calls = std::make_shared<SetupCalls>(a.link)](
+          const std::string& call, const std::string& json, const std::stop_token& stop) {
         return calls->Make(call, json, stop);
       }};
   if (recorder != nullptr) {

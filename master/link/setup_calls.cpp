@@ -12,8 +12,9 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::seconds kCallWithin(90);  // a scene whose model is chosen takes long to check
-constexpr std::uint32_t kBestQuality = 100;      // of a JPEG: the tip's template is cut from it
+constexpr std::chrono::seconds kCallWithin(
+    90);                                     // a scene whose model is chosen takes long to check
+constexpr std::uint32_t kBestQuality = 100;  // of a JPEG: the tip's template is cut from it
 
 using Stub = v1::Teleoperation::Stub;
 
@@ -58,7 +59,8 @@ class TimedCall {
 
 template <class Request, class Reply>
 SetupCalls::Answer MakeCall(Stub* stub,
-                            grpc::Status (Stub::*call)(grpc::ClientContext*, const Request&, Reply*),
+                            grpc::Status (Stub::*call)(grpc::ClientContext*, const Request&,
+                                                       Reply*),
                             const std::string& json, const std::stop_token& stop) {
   Request request;
   const auto read = google::protobuf::util::JsonStringToMessage(json, &request);

@@ -205,8 +205,7 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
     RemoteScene scene;
     grpc::Status status = RequestScene(&scene, true, call_deadline);
     if (!status.ok()) return status;
-    const bool is_other =
-        first && (scene.name != first->name || scene.geometry != first->geometry);
+    const bool is_other = first && (scene.name != first->name || scene.geometry != first->geometry);
     if (is_other && !first->accepts_setup) {
       return {grpc::StatusCode::ABORTED, "another scene is served there now, " + scene.name +
                                              " instead of " + first->name +

@@ -127,7 +127,7 @@ struct LiveStation::Parts {
   TaskQueue tasks;
   std::unique_ptr<PageServer> server;
   TaskQueue setup_calls;  // answers through the server
-  std::jthread editor;  // last: it uses all of the above
+  std::jthread editor;    // last: it uses all of the above
 };
 
 void LiveStation::Parts::Run(const std::stop_token& stop) {
@@ -324,7 +324,8 @@ void LiveStation::Parts::SetUp(const std::string& call, std::string json,
   const bool is_queued =
       setup_calls.Submit([this, call, json = std::move(json), done](const std::stop_token& stop) {
         SetupCalls::Answer answer = controls.set_up(call, json, stop);
-        if (call == "use" && answer.status == 200) Log(false, "the slave uses the scene of the page");
+        if (call == "use" && answer.status == 200)
+          Log(false, "the slave uses the scene of the page");
         done(answer.status, std::move(answer.json));
       });
   if (!is_queued) done(503, SetupErrorJson("too many requests: wait until they are done"));
@@ -344,14 +345,14 @@ LiveStation::LiveStation(Options options, Controls controls)
   Parts* parts = parts_.get();
   parts->server = std::make_unique<PageServer>(
       parts->options.at.endpoint, &parts->board,
-      PageServer::Listener{[parts](std::uint64_t page, std::string_view message) {
-                             return parts->Do(page, ReadPageCommand(message));
-                           },
-                           [parts](std::uint64_t page) { parts->OnPageLeft(page); },
-                           [parts](const std::string& call, std::string json,
-                                   PageServer::Listener::Done done) {
-                             parts->SetUp(call, std::move(json), std::move(done));
-                           }},
+      PageServer::Listener{
+          [parts](std::uint64_t page, std::string_view message) {
+            return parts->Do(page, ReadPageCommand(message));
+          },
+          [parts](std::uint64_t page) { parts->OnPageLeft(page); },
+          [parts](const std::string& call, std::string json, PageServer::Listener::Done done) {
+            parts->SetUp(call, std::move(json), std::move(done));
+          }},
       parts->options.at.access);
   parts->editor = std::jthread([parts](const std::stop_token& stop) { parts->Run(stop); });
 }

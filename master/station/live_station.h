@@ -39,8 +39,8 @@ class LiveStation {
     std::function<SetupCalls::Answer(const std::string& call, const std::string& json,
                                      const std::stop_token& stop)>
         set_up;
-    std::function<void(bool on)> record = {};                       // empty: no recording
-    std::function<RecordingMoment()> recording = {};                // empty: no recording
+    std::function<void(bool on)> record = {};         // empty: no recording
+    std::function<RecordingMoment()> recording = {};  // empty: no recording
   };
 
   // Throws std::runtime_error if the address cannot be used.

@@ -18,7 +18,7 @@ namespace palpate {
 class PageServer {
  public:
   static constexpr std::size_t kMostPages = 8, kMostConnections = 64;
-  static constexpr int kMostCommands = 500;  // per page and second
+  static constexpr int kMostCommands = 500;              // per page and second
   static constexpr std::size_t kLongestSetup = 8 << 20;  // body of a request of the set-up [bytes]
 
   // Events of pages. Called on the server's thread; must return at once.
