@@ -22,7 +22,7 @@ export class Setup {
   constructor(picture) {
     Object.assign(this, { picture, answers: new Answers(), step: 'image', frozen: null, scene: null, wanted: null, drag: null, trouble: {}, report: null, curve: new PressCurve(), state: null, busy: '' });
     this.canvas = byId('setup-canvas');
-    this.pen = this.canvas.getContext('2d');
+    this.pen = this.canvas.getContext('2d', { willReadFrequently: true });
     byId('setup-steps').replaceChildren(...NAMES.map((name, i) => this.stepItem(name, i)));
     byId('setup-material').replaceChildren(new Option('choose', ''), ...MATERIALS.map((name) => new Option(name, name)));
     byId('setup-open').addEventListener('click', () => this.show(true));
@@ -288,6 +288,7 @@ export class Setup {
     for (const part of document.querySelectorAll('#setup-form [data-step]')) part.hidden = part.dataset.step !== this.step;
     for (const part of document.querySelectorAll('#setup-form [data-kind]')) part.hidden = !part.dataset.kind.split(' ').includes(part.closest('[data-step=material]') ? now.material.by : now.object.kind);
     for (const field of byId('setup-form').elements) this.fillField(field);
+    byId('setup-freeze').dataset.count = now.image?.number || 0;
     write(byId('setup-hint'), this.busy || HINTS[this.step]);
     byId('setup-undo').disabled = !this.answers.canUndo(this.step);
     byId('setup-back').hidden = this.step === 'image';
