@@ -19,7 +19,9 @@ const BLOCK = [[0, 0], [88, 0], [88, 88], [0, 88]].map(toImage);
 const noisy = (seed) => () => ((seed = (seed * 1103515245 + 12345) % 2147483648) / 2147483648 - 0.5);
 
 // An image of the block and a flat tool of 5.87 mm whose end is at `tip` [px]: each pixel by the part of it that they cover.
-function draw(tip, { block = 170, tool = 60, ground = 20, noise = 2, marks = 0 } = {}) {
+const drawn = new Map();
+const draw = (...what) => drawn.get(JSON.stringify(what)) || drawn.set(JSON.stringify(what), paint(...what)).get(JSON.stringify(what));
+function paint(tip, { block = 170, tool = 60, ground = 20, noise = 2, marks = 0 } = {}) {
   const levels = new Float32Array(640 * 480), half = 5.87 / PIXEL / 2, random = noisy(1);
   const part = (low, high, i) => Math.max(0, Math.min(high, i + 0.5) - Math.max(low, i - 0.5));
   for (let v = 0; v < 480; ++v) {
