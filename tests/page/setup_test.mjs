@@ -99,6 +99,26 @@ test('the tip is found within 0.1 px, wherever the box is, with and without mark
   }
 });
 
+test('the tip of a tilted tool is found with its direction', () => {
+  for (const turn of [-0.26, 0.15, 0.26]) {
+    const tip = [320.3, 120.6], d = [Math.sin(turn), Math.cos(turn)], half = 5.87 / PIXEL / 2, grey = draw([320, -50]);
+    const levels = Float32Array.from(grey.levels);
+    for (let v = 0; v < 150; ++v) {
+      for (let u = 200; u < 440; ++u) {
+        let part = 0;  // of the pixel that the tool covers
+        for (let i = 0; i < 16; ++i) {
+          const [x, y] = [u - tip[0] + ((i % 4) - 1.5) / 4, v - tip[1] + (Math.floor(i / 4) - 1.5) / 4];
+          if (x * d[0] + y * d[1] < 0 && Math.abs(x * d[1] - y * d[0]) < half) part += 1 / 16;
+        }
+        levels[640 * v + u] += part * (90 - 20);
+      }
+    }
+    const seen = findTip({ ...grey, levels }, [[tip[0] - 35, tip[1] - 60], [tip[0] + 35, tip[1] + 9]], BLOCK, 5.87 / PIXEL);
+    assert.ok(!seen.why && Math.hypot(seen.tip[0] - tip[0], seen.tip[1] - tip[1]) < 0.3, `${turn}: ${JSON.stringify(seen)}`);
+    assert.ok(Math.abs(seen.direction[0] - d[0]) < 0.02 && Math.abs(seen.width - 2 * half) < 0.4, `${turn}: ${JSON.stringify(seen)}`);
+  }
+});
+
 test('the scene of the silicone block is that of the hand-written one', () => {
   const { answers, tip } = blockAnswers(2, edgeOf(BLOCK));
   assert.equal(firstProblem(answers), null, JSON.stringify(Object.keys(STEPS).map((step) => problemsAt(step, answers))));
@@ -108,7 +128,9 @@ test('the scene of the silicone block is that of the hand-written one', () => {
   assert.ok(Math.hypot(x - 44, y - 54) < 0.1, scene);
   const [u, v] = figures(scene, 'tip'), [low] = answers.tool.seen.box;
   assert.ok(Math.hypot(u + low[0] - tip[0], v + low[1] - tip[1]) < 0.1, scene);
-  for (const words of ['rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}', 'fixed: [{side: bottom}]', 'direction: [0, -1]', 'source: stream', 'manipulator: none', 'young_modulus: 127 kPa']) assert.ok(scene.includes(words), words);
+  for (const words of ['rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}', 'fixed: [{side: bottom}]', 'source: stream', 'manipulator: none', 'young_modulus: 127 kPa']) assert.ok(scene.includes(words), words);
+  const [, right, up] = scene.match(/direction: \[(\S+), (\S+)\]/);
+  assert.ok(Math.abs(right) < 0.01 && Number(up) < -0.999, scene);
   assert.deepEqual(Object.keys(files), ['tip.png']);
 });
 

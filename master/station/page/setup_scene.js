@@ -271,7 +271,7 @@ export function sceneOf(answers, cameraLines, template) {
     ...(Math.abs(frame.turn) > 1e-6 ? [`  pose: {rotation: [0, 0, ${digits(frame.turn, 8)} rad]}`] : []),
     `  material: ${materialText(answers.material)}`,
     `  fixed: [${fixedOf(answers, frame).join(', ')}]`,
-    `tool: {shape: ${tool.shape}, width: ${length(mm(tool.width))}, direction: [${direction[0]}, ${-direction[1]}]}`,
+    `tool: {shape: ${tool.shape}, width: ${length(mm(tool.width))}, direction: [${digits(direction[0], 4)}, ${digits(-direction[1] || 0, 4)}]}`,
     'sense:', '  camera:', ...cameraLines.map((line) => `    ${line}`),
     `    pixel: ${digits(1e3 * pixel, 8)} mm`,
     `    pose: {translation: [${centre.map((value) => `${digits(1e3 * value, 8)} mm`).join(', ')}, 0]}`,

@@ -6,6 +6,8 @@ import { contains } from './setup_geometry.js';
 const DARK = 60, BRIGHT_SHARE = 0.35, LEAST_SPREAD = 8;  // levels
 const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
 const LEAST_STEP = 12;  // levels across an edge of the tool
+const SLAB_PX = 6;  // rows that are taken together, in the search for the tool's sides
+const LEAST_MARKS = 200;  // squared changes along the tool, summed [levels^2]
 const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;  // of the template, as the slave cuts its own
 
 export function greyOf({ width, height, data }) {
@@ -67,32 +69,47 @@ function sidesIn(profile, width) {
   return best && [peakAt(changes, best.i), peakAt(changes, best.j)];
 }
 
-// The tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v], direction, width: as seen [px], box: of the
-// template [[u, v], [u, v]] in whole pixels, beyond: whether it shows what lies before the tip}. What is wrong comes as {why}.
+// The axis of the tool in the box, from the sides in slabs across it: {at: a point on it where the tool enters the box, d: unit vector
+// towards the tip, width}; null: there is no tool. `place(a, s)`: a point of the box, a px from there and s px across.
+function axisOf(grey, place, d, length, across, width) {
+  const slabs = Math.max(2, Math.floor((0.6 * length) / SLAB_PX)), found = [];
+  for (let slab = 0; slab < slabs; ++slab) {
+    const rows = Array.from({ length: SLAB_PX }, (_, i) => slab * SLAB_PX + i);
+    const sides = sidesIn(Array.from({ length: across }, (_, s) => median(rows.map((a) => levelAt(grey, ...place(a, s))))), width);
+    if (sides) found.push([(slab + 0.5) * SLAB_PX - 0.5, (sides[0] + sides[1]) / 2, sides[1] - sides[0]]);
+  }
+  if (found.length < Math.max(2, slabs / 2)) return null;
+  // The median slope of all pairs, which one slab that shows something else does not turn.
+  const slopes = found.flatMap(([a, s], i) => found.slice(i + 1).map(([b, t]) => (t - s) / (b - a)));
+  const slope = median(slopes), start = median(found.map(([a, s]) => s - slope * a)), tall = Math.hypot(1, slope);
+  const [from, to] = [place(0, start), place(1, start + slope)];
+  return { at: from, d: [0, 1].map((i) => (to[i] - from[i]) / tall), width: median(found.map(([, , wide]) => wide)) / tall };
+}
+
+// The tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v], direction: unit vector in the image, width: as
+// seen [px], box: of the template [[u, v], [u, v]] in whole pixels, beyond: whether it shows what lies before the tip}. What is wrong
+// comes as {why}.
 export function findTip(grey, box, outline, width, isRound = false) {
   const d = directionTo(box, outline), n = [Math.abs(d[1]), Math.abs(d[0])], k = d[0] ? 0 : 1;
   const low = [0, 1].map((i) => Math.round(Math.min(box[0][i], box[1][i]))), high = [0, 1].map((i) => Math.round(Math.max(box[0][i], box[1][i])));
   const [length, across] = [high[k] - low[k] + 1, high[1 - k] - low[1 - k] + 1];
   const back = d[k] > 0 ? low[k] : high[k], side = low[1 - k];  // where the tool enters, and the left or upper side
-  const place = (a, s) => [0, 1].map((i) => (i === k ? back + a * d[k] : side + s * n[i]));
-  const level = (a, s) => levelAt(grey, ...place(a, s));
-  if (length < 8 || across < 8) return { why: 'The box is too small: drag it around the tip, with some of the tool and of the background.' };
+  if (length < 3 * SLAB_PX || across < 8) return { why: 'The box is too small: drag it around the tip, with some of the tool and of the background.' };
 
-  const half = Math.max(3, Math.floor(length / 3)), profile = Array.from({ length: across }, (_, s) => median(Array.from({ length: half }, (__, a) => level(a, s))));
-  const sides = sidesIn(profile, width);
-  if (!sides) return { why: `No tool is seen in the box: expected a bar about ${Math.round(width)} px wide that enters the box opposite to the object. Drag the box around the tip, or correct the tool's width.` };
-  const middle = (sides[0] + sides[1]) / 2, seen = sides[1] - sides[0];
-  const within = Math.max(1, Math.floor((isRound ? 0.15 : 0.35) * seen));
-  const along = Array.from({ length }, (_, a) => {
+  const axis = axisOf(grey, (a, s) => [0, 1].map((i) => (i === k ? back + a * d[k] : side + s * n[i])), d, length, across, width);
+  if (!axis) return { why: `No tool is seen in the box: expected a bar about ${Math.round(width)} px wide that enters the box opposite to the object. Drag the box around the tip, or correct the tool's width.` };
+  const place = (a, s) => [axis.at[0] + a * axis.d[0] - s * axis.d[1], axis.at[1] + a * axis.d[1] + s * axis.d[0]];
+  const within = Math.max(1, Math.floor((isRound ? 0.15 : 0.35) * axis.width)), long = Math.floor(length * Math.hypot(1, axis.d[1 - k] / axis.d[k]));
+  const along = Array.from({ length: long }, (_, a) => {
     let sum = 0;
-    for (let s = -within; s <= within; ++s) sum += level(a, middle + s);
+    for (let s = -within; s <= within; ++s) sum += levelAt(grey, ...place(a, s));
     return sum / (2 * within + 1);
   });
-  const end = endOf(along, length);
+  const end = endOf(along, long);
   if (end === null) return { why: "The tool's end is not seen in the box: enlarge it by 10 px towards the object, but not onto the object." };
-  const tip = place(end, middle);
-  if (outline.length && contains(outline, tip)) return { why: 'The tip lies on the object: in the frozen image the tool must not touch it. Lift the tool and freeze again.' };
-  return { tip, direction: d, width: seen, ...templateAt(grey, { place, along, end, middle, seen }) };
+  const tip = place(end, 0);
+  if (contains(outline, tip)) return { why: 'The tip lies on the object: in the frozen image the tool must not touch it. Lift the tool and freeze again.' };
+  return { tip, direction: axis.d, width: axis.width, ...templateAt(grey, place, along, end, axis) };
 }
 
 // Where the tool ends: from the front of the box backwards, the first place that is half way from the background to the tool.
@@ -109,15 +126,15 @@ function endOf(along, length) {
 
 // The template as the slave cuts its own: the tool with a little background on either side, and nothing beyond the tip, where the
 // object will be, unless the tool has no marks that show where along itself it is.
-function templateAt(grey, { place, along, end, middle, seen }) {
+function templateAt(grey, place, along, end, { d, width }) {
   const before = along.slice(0, Math.max(0, Math.floor(end) - 1));
   const noise = 1.4826 * median(before.slice(2).map((value, i) => Math.abs(value - 2 * before[i + 1] + before[i]))) / Math.sqrt(6);
-  const marks = changesOf(before).slice(1, -1).reduce((sum, change) => sum + seen * change * change, 0);
-  const isMarked = before.length > 8 && marks > Math.max(200, 100 * seen * noise * noise);
-  const front = end + (isMarked ? -1 : BEYOND_PX), rear = Math.min(Math.max(0, end - LENGTH_PX), end - LENGTH_PX / 2);
-  const corners = [place(Math.ceil(rear), middle - seen / 2 - SIDE_PX), place(Math.floor(front), middle + seen / 2 + SIDE_PX)];
-  const size = [grey.width, grey.height];
-  const low = [0, 1].map((i) => Math.max(0, Math.ceil(Math.min(corners[0][i], corners[1][i]))));
-  const high = [0, 1].map((i) => Math.min(size[i] - 1, Math.floor(Math.max(corners[0][i], corners[1][i]))));
+  const marks = changesOf(before).slice(1, -1).reduce((sum, change) => sum + width * change * change, 0);
+  const isMarked = before.length > 8 && marks > Math.max(LEAST_MARKS, 100 * width * noise * noise);
+  const half = width / 2 + SIDE_PX, slant = 2 * half * Math.abs(d[0] * d[1]);  // the upright box around a turned piece is longer
+  const front = end + (isMarked ? -1 : BEYOND_PX) - slant, rear = front - LENGTH_PX + slant;
+  const corners = [rear, front].flatMap((a) => [place(a, -half), place(a, half)]), size = [grey.width, grey.height];
+  const low = [0, 1].map((i) => Math.max(0, Math.ceil(Math.min(...corners.map((p) => p[i])))));
+  const high = [0, 1].map((i) => Math.min(size[i] - 1, Math.floor(Math.max(...corners.map((p) => p[i])))));
   return { box: [low, high], beyond: !isMarked };
 }
