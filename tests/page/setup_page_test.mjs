@@ -19,7 +19,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     await stage.shows('state', /OBSERVING/);
     const began = Date.now();
 
-    // Wrong answers are told at their step, and nothing is lost.
+    // Wrong answers are reported at their step, and nothing is lost.
     await person.next();
     await person.shows('setup-problems', /Freeze an image first/);
     await person.freezeAtRest(TIP);

@@ -101,8 +101,8 @@ for (let i = 0; i < count; ++i) {
     met += isMet;
     words = `${isMet ? 'met' : 'NOT MET'}: ${seconds.toFixed(1)} s, rms ${(100 * rms).toFixed(2)} %, worst ${(100 * worst).toFixed(2)} %, valid ${(100 * valid).toFixed(0)} %, within one and two sigma ${sigmas.map((share) => `${(100 * share).toFixed(0)} %`).join(', ')}`;
   } catch (error) {
-    const told = await person?.stage.text('setup-problems').catch(() => '');
-    words = `NOT MET: ${String(error.message).split('\n')[0]} ${told}`;
+    const problems = await person?.stage.text('setup-problems').catch(() => '');
+    words = `NOT MET: ${String(error.message).split('\n')[0]} ${problems}`;
     await person?.stage.shoot(`random-${seed}-${i}`).catch(() => {});
   }
   await person?.standUp();

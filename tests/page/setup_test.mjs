@@ -151,7 +151,7 @@ test('a disc and an outline hold arcs that contain the held parts and no others'
   assert.equal(new TextDecoder().decode(files['outline.csv']).trim().split('\n').length, 121);
 });
 
-test('each wrong answer is told at its step', () => {
+test('each wrong answer is reported at its step', () => {
   const with_ = (step, part) => {
     const { answers } = blockAnswers(0, edgeOf(BLOCK));
     answers[step] = step === 'held' ? part : { ...answers[step], ...part };
@@ -190,8 +190,8 @@ test('each wrong answer is told at its step', () => {
     [...with_('tool', { width: '9' }), /the image shows 5.8/],
   ];
   for (const [answers, step, words] of cases) {
-    const told = problemsAt(step, answers);
-    assert.ok(told.some((text) => words.test(text)), `${words}: ${JSON.stringify(told)}`);
+    const reported = problemsAt(step, answers);
+    assert.ok(reported.some((text) => words.test(text)), `${words}: ${JSON.stringify(reported)}`);
     assert.equal(firstProblem(answers), step, `${words}`);
   }
 });

@@ -20,7 +20,7 @@ const base64Of = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode
 
 export class Setup {
   constructor(picture) {
-    Object.assign(this, { picture, answers: new Answers(), step: 'image', frozen: null, scene: null, wanted: null, drag: null, trouble: {}, report: null, curve: new PressCurve(), state: null, busy: '' });
+    Object.assign(this, { picture, answers: new Answers(), step: 'image', frozen: null, scene: null, wanted: null, drag: null, trouble: {}, report: null, curve: new PressCurve(), state: null, busy: '', images: 0 });
     this.canvas = byId('setup-canvas');
     this.pen = this.canvas.getContext('2d', { willReadFrequently: true });
     byId('setup-steps').replaceChildren(...NAMES.map((name, i) => this.stepItem(name, i)));
@@ -32,6 +32,7 @@ export class Setup {
     byId('setup-next').addEventListener('click', () => this.next());
     byId('setup-pull').addEventListener('click', () => this.pull());
     byId('setup-freeze').addEventListener('click', () => this.freeze());
+    byId('setup-live').addEventListener('click', () => (this.answers.set('image', null), this.changed()));
     byId('setup-use').addEventListener('click', () => this.use());
     byId('setup-download').addEventListener('click', () => this.download());
     byId('setup-clear').addEventListener('click', () => { this.curve = new PressCurve(); });
@@ -157,7 +158,7 @@ export class Setup {
       pen.drawImage(bitmap, 0, 0);
       const grey = greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height));
       this.frozen = { still, grey, jpeg: reply.jpeg };
-      this.answers.set('image', { width: bitmap.width, height: bitmap.height, number: (this.answers.now.image?.number || 0) + 1, trouble: imageTrouble(grey), frozen: this.frozen });
+      this.answers.set('image', { width: bitmap.width, height: bitmap.height, number: ++this.images, trouble: imageTrouble(grey), frozen: this.frozen });
     } catch {
       this.trouble.image = ['The image cannot be decoded. Freeze again.'];
     }
@@ -278,7 +279,8 @@ export class Setup {
   draw() {
     if (!this.isShown) return;
     const { now } = this.answers;
-    if (now.image?.frozen && now.image.frozen !== this.frozen) this.frozen = now.image.frozen;
+    this.frozen = now.image?.frozen || null;
+    byId('setup-live').hidden = !this.frozen;
     this.drawImage();
     for (const button of document.querySelectorAll('#setup-steps button')) {
       const name = button.dataset.step, isDone = NAMES.indexOf(name) < NAMES.indexOf('check') && !problemsAt(name, now).length;
@@ -310,8 +312,8 @@ export class Setup {
     if (this.step === 'image' && this.answers.now.image?.trouble && !own.length) list.push(this.answers.now.image.trouble);
     if (this.step === 'tool' && this.answers.now.tool.seen?.why && !own.length) list.push(this.answers.now.tool.seen.why);
     const text = JSON.stringify(list);
-    if (text === this.told) return;
-    this.told = text;
+    if (text === this.shownProblems) return;
+    this.shownProblems = text;
     byId('setup-problems').replaceChildren(...list.map((words) => Object.assign(document.createElement('li'), { textContent: words })));
   }
   reportText() {
