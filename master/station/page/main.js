@@ -103,6 +103,7 @@ function showHint() {
 }
 
 function hint(status) {
+  if (status?.link.observes) return 'The slave has no manipulator: it observes a tool that somebody else moves.';
   if (status?.state === 'ESTOP') return 'Stopped: dragging moves nothing until the stop is reset (R).';
   if (pointer.isLedElsewhere) return 'Another page controls the tool: engage here after it has disengaged.';
   if (pointer.isIdle && status?.state === 'READY') return 'Engaged, but the tool does not follow: disengage, then engage again.';

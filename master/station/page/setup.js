@@ -102,7 +102,7 @@ export class Setup {
     event.preventDefault();
     this.undo();
   }
-  // After each change: the tip is searched again, because the outline and the scale tell where and how wide it is.
+  // After each change: the tip is searched again, because it depends on outline and scale.
   changed() {
     const { tool, object } = this.answers.now;
     this.report = null;
@@ -192,10 +192,11 @@ export class Setup {
     if (!reply) return;
     this.scene = proposal;
     if (!reply.errors?.length) this.report = reply;
-    else this.tell(reply.errors);
+    else this.assign(reply.errors);
     this.draw();
   }
-  tell(errors) {
+  // Errors of the slave to the steps that own their keys, and to the first of these.
+  assign(errors) {
     for (const { key, value, message, expected } of errors) {
       const step = stepOfKey(key || ''), words = [key && `${key}${value ? ` = ${value}` : ''}`, message, expected && `expected ${expected}`].filter(Boolean).join(': ');
       (this.trouble[step] ||= []).push(words);
