@@ -38,6 +38,21 @@ struct ProposalReport {
   std::optional<Contact> contact;  // a typical one
 };
 
+// Images of a printed chessboard; the last one shows it in the plane of tool and object.
+struct BoardImages {
+  std::vector<cv::Mat> images;
+  int columns = 0, rows = 0;  // inner corners
+  double square = 0;          // [m]
+};
+struct FoundBoard {
+  std::vector<Eigen::Vector2d> corners;  // in the last image, row after row [px]
+  double pixel = 0;                      // in the plane of the board [m/px]
+  double rms_px = 0;                     // of the corners about an even grid
+  std::string lens;                      // text of the lens file; empty: undetermined
+  cv::Mat straight;                      // with a lens: the last image, undistorted
+  std::string remark;                    // why there is no lens
+};
+
 // Calls do not overlap.
 class SceneSetup {
  public:
@@ -47,6 +62,8 @@ class SceneSetup {
   // Checks and saves the scene and builds its slave; the result takes that into use, at once.
   // Throws std::invalid_argument: the mistakes; nothing has changed then.
   virtual std::function<void()> Prepare(const SceneProposal& proposal, Progress* progress) = 0;
+  // Throws std::runtime_error: the board is not in the last image, or calibration is not installed.
+  virtual FoundBoard FindBoard(const BoardImages& board) = 0;
   // The image with which a scene would start. Throws std::runtime_error: there is none.
   [[nodiscard]] virtual cv::Mat StartImage() = 0;
 };

@@ -11,6 +11,7 @@
 #include "slave/service/status.h"
 #include "slave/service/teleoperation_service.h"
 #include "slave/vision/outline_finder.h"
+#include "slave/vision/tool_end.h"
 
 namespace palpate {
 namespace {
@@ -57,6 +58,38 @@ cv::Mat Decoded(const std::string& bytes) {
   throw std::invalid_argument("image: expected a PNG or JPEG file");
 }
 
+cv::Mat ImageOf(const std::string& bytes, SceneSetup& setup) {
+  return bytes.empty() ? setup.StartImage() : Decoded(bytes);
+}
+
+Eigen::Vector2d FromProto(const v1::ImagePoint& p) {
+  return {p.u(), p.v()};
+}
+
+void ToProto(const Eigen::Vector2d& p_I, v1::ImagePoint* message) {
+  message->set_u(p_I.x());
+  message->set_v(p_I.y());
+}
+
+BoardImages ToBoard(const v1::FindBoardRequest& request, SceneSetup& setup) {
+  constexpr std::uint32_t kFewest = 3, kMost = 100;
+  constexpr double kLargest = 1;  // [m]
+  const auto is_count = [](std::uint32_t n) { return n >= kFewest && n <= kMost; };
+  if (!is_count(request.columns()) || !is_count(request.rows())) {
+    throw std::invalid_argument("columns, rows = " + std::to_string(request.columns()) + ", " +
+                                std::to_string(request.rows()) + ": expected 3 to 100 each");
+  }
+  if (!(request.square() >= 1e-6 && request.square() <= kLargest)) {
+    throw std::invalid_argument(
+        Formatted("square = %g m: expected 1e-6 to %g", request.square(), kLargest));
+  }
+  BoardImages board{
+      {}, static_cast<int>(request.columns()), static_cast<int>(request.rows()), request.square()};
+  for (const std::string& image : request.images()) board.images.push_back(Decoded(image));
+  if (board.images.empty()) board.images.push_back(setup.StartImage());
+  return board;
+}
+
 // What a person can correct is an error of the request.
 template <class Work>
 auto AsRequest(const Work& work) {
@@ -99,18 +132,52 @@ grpc::Status TeleoperationService::FindOutline(grpc::ServerContext* context,
                                                const v1::FindOutlineRequest* request,
                                                v1::FindOutlineReply* reply) {
   return SetUp(context, [&](SceneSetup& setup, Progress* /*progress*/) {
-    const cv::Mat image = request->image().empty() ? setup.StartImage() : Decoded(request->image());
+    const cv::Mat image = ImageOf(request->image(), setup);
     Curve near;
-    for (const v1::ImagePoint& p : request->near()) near.emplace_back(p.u(), p.v());
+    for (const v1::ImagePoint& p : request->near()) near.push_back(FromProto(p));
     const FoundOutline found = AsRequest([&] { return FindOutlineNear(image, near); });
-    for (const Eigen::Vector2d& p : found.polygon) {
-      auto* point = reply->add_outline();
-      point->set_u(p.x());
-      point->set_v(p.y());
-    }
+    for (const Eigen::Vector2d& p : found.polygon) ToProto(p, reply->add_outline());
     reply->set_clear(found.clear);
     reply->set_width(static_cast<std::uint32_t>(image.cols));
     reply->set_height(static_cast<std::uint32_t>(image.rows));
+  });
+}
+
+grpc::Status TeleoperationService::FindTool(grpc::ServerContext* context,
+                                            const v1::FindToolRequest* request,
+                                            v1::FindToolReply* reply) {
+  return SetUp(context, [&](SceneSetup& setup, Progress* /*progress*/) {
+    const cv::Mat image = ImageOf(request->image(), setup);
+    const double width = request->width();
+    if (!(width > 0 && width < image.cols)) {
+      throw std::invalid_argument(
+          Formatted("width = %g px: expected > 0, and less than the image has", width));
+    }
+    const auto tool =
+        palpate::FindTool(image, FromProto(request->tip()), width, FromProto(request->towards()));
+    if (!tool) {
+      throw std::invalid_argument(
+          "no end of a tool here: expected a bar with straight sides that ends within 8 px of the "
+          "point, in front of a plain background");
+    }
+    ToProto(tool->p_I_tip, reply->mutable_tip());
+    ToProto(tool->d_I, reply->mutable_direction());
+    reply->set_width(tool->width);
+  });
+}
+
+grpc::Status TeleoperationService::FindBoard(grpc::ServerContext* context,
+                                             const v1::FindBoardRequest* request,
+                                             v1::FindBoardReply* reply) {
+  return SetUp(context, [&](SceneSetup& setup, Progress* /*progress*/) {
+    const BoardImages board = ToBoard(*request, setup);
+    const FoundBoard found = AsRequest([&] { return setup.FindBoard(board); });
+    for (const Eigen::Vector2d& p : found.corners) ToProto(p, reply->add_corners());
+    reply->set_pixel(found.pixel);
+    reply->set_rms_px(found.rms_px);
+    reply->set_lens(found.lens);
+    reply->set_remark(found.remark);
+    if (!found.straight.empty()) reply->set_straight(EncodePng(found.straight));
   });
 }
 

@@ -28,6 +28,7 @@ class SetupSession final : public SceneSetup {
 
   ProposalReport Check(const SceneProposal& proposal, Progress* progress) override;
   std::function<void()> Prepare(const SceneProposal& proposal, Progress* progress) override;
+  FoundBoard FindBoard(const BoardImages& board) override;
   [[nodiscard]] cv::Mat StartImage() override;
 
   [[nodiscard]] Slave& slave() { return slave_; }

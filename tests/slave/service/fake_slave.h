@@ -52,6 +52,8 @@ class FakeSlave : public Slave {
 
   // From now on pictures of one grey camera of 64 x 48 px at 30 Hz are streamed.
   void TakePictures();
+  // From now on the scene has no manipulator.
+  void TakeNoManipulator() { Set(ManipulatorOptions::Source::kNone, &manipulator_); }
   void TakeScenes(SceneSetup* setup) { setup_ = setup; }
   // From now on a driver moves an arm, which nobody here commands but by `arm()`.
   void TakeArm(const ManipulatorOptions& options);
@@ -116,7 +118,8 @@ class FakeSlave : public Slave {
   std::unique_ptr<TactileInbox> inbox_;
   std::unique_ptr<PictureInbox> pushed_;
   std::unique_ptr<StreamedManipulator> arm_;
-  SceneSetup* setup_ = nullptr;
+  std::atomic<SceneSetup*> setup_ = nullptr;
+  ManipulatorOptions::Source manipulator_ = ManipulatorOptions::Source::kSimulated;
 };
 
 }  // namespace palpate
