@@ -161,7 +161,7 @@ function showFacts() {
   set('late', line ? `late ${fixed(100 * line.late_share, 1)} %` : '', line?.late_share > 0.01 ? 'warn' : '');
   set('rate', status?.rate && !lost ? `${Math.round(status.rate)} Hz` : '-', status?.rate < 900 ? 'warn' : '');
   set('missed', status && !lost ? `${status.missed} ticks late` : '');
-  set('scene', hello?.scene || '-');
+  set('scene', latest.health?.scene?.name || hello?.scene || '-');
   set('source', hello ? `${latest.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated' : 'real'}` : '');
   const isReplay = hello?.badge === 'REPLAY';
   set('role', isReplay ? 'replay' : line?.role || '-', line?.role === 'observer' ? 'warn' : '');

@@ -176,7 +176,8 @@ export class Setup {
     const [[u0, v0], [u1, v1]] = this.answers.now.tool.seen.box, cut = new OffscreenCanvas(u1 - u0 + 1, v1 - v0 + 1);
     cut.getContext('2d').drawImage(this.frozen.still, -u0, -v0);
     const template = new Uint8Array(await (await cut.convertToBlob({ type: 'image/png' })).arrayBuffer());
-    return sceneOf(this.answers.now, this.cameraLines, template);
+    const { scene, files } = sceneOf(this.answers.now, this.cameraLines, template);
+    return { scene, files: { ...files, 'image.jpg': bytesOf(this.frozen.jpeg) } };
   }
   requestOf({ scene, files }) {
     return { scene, files: Object.fromEntries(Object.entries(files).map(([name, bytes]) => [name, base64Of(bytes)])) };
@@ -214,8 +215,7 @@ export class Setup {
   async download() {
     const scene = this.scene || (firstProblem(this.answers.now) ? null : await this.proposal());
     if (!scene) return this.go('check');
-    const picture = new Uint8Array(await (await this.frozen.still.convertToBlob({ type: 'image/png' })).arrayBuffer());
-    save(new Blob([zipOf({ [`${this.answers.now.name}.yaml`]: new TextEncoder().encode(scene.scene), ...scene.files, 'image.png': picture })], { type: 'application/zip' }), `${this.answers.now.name}.zip`);
+    save(new Blob([zipOf({ 'scene.yaml': new TextEncoder().encode(scene.scene), ...scene.files })], { type: 'application/zip' }), `${this.answers.now.name}.zip`);
   }
 
   // Clicks. Places are in the frozen image [px].
