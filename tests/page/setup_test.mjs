@@ -8,7 +8,7 @@ import { test } from 'node:test';
 
 const ROOT = path.resolve(import.meta.dirname, '../..'), PAGE = path.join(ROOT, 'master/station/page');
 const load = (name) => import(path.join(PAGE, name));
-const { contains, crossesItself, divideAt, fitCircle, fitRectangle, nearestOn, orderCorners, refineCorners, simplify } = await load('setup_geometry.js');
+const { contains, crossesItself, denser, divideAt, fitCircle, fitRectangle, nearestOn, orderCorners, refineCorners, simplify } = await load('setup_geometry.js');
 const { findTip, imageTrouble } = await load('setup_tip.js');
 const { Answers, MATERIALS, PressCurve, STEPS, emptyAnswers, firstProblem, pixelOf, problemsAt, runsOf, sceneOf, stepOfKey } = await load('setup_scene.js');
 const { zipOf } = await load('save.js');
@@ -67,6 +67,14 @@ test('clicks that are 3 px off come within 0.1 px of the corners by the edge, al
   const random = noisy(5), clicks = BLOCK.map((corner) => corner.map((value) => value + 6 * random()));
   const edge = edgeOf(BLOCK).map(([u, v]) => (Math.abs(u - 319) < 15 && v < 150 ? [u, v - 4] : [u, v]));
   refineCorners(clicks, edge).forEach((corner, i) => assert.ok(Math.hypot(corner[0] - BLOCK[i][0], corner[1] - BLOCK[i][1]) < 0.1, `${corner} for ${BLOCK[i]}`));
+});
+
+test('an outline that comes as its corners alone gives the corners, and one of short sides its circle', () => {
+  const random = noisy(5), clicks = BLOCK.map((corner) => corner.map((value) => value + 6 * random()));
+  refineCorners(clicks, denser(BLOCK, 3)).forEach((corner, i) => assert.ok(Math.hypot(corner[0] - BLOCK[i][0], corner[1] - BLOCK[i][1]) < 1e-6, `${corner}`));
+  // Sides that are fitted to a circle of radius 100 cross it: half of each lies within it, half without.
+  const corners = Array.from({ length: 26 }, (_, i) => [320 + 100.49 * Math.cos((i * Math.PI) / 13), 240 + 100.49 * Math.sin((i * Math.PI) / 13)]);
+  assert.ok(Math.abs(fitCircle(denser(corners, 3)).radius - 100) < 0.2, `${fitCircle(denser(corners, 3)).radius}`);
 });
 
 test('a circle is fitted to an arc of it; points on a line have none', () => {

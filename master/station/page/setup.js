@@ -1,6 +1,6 @@
 // The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
 import { CHECK_HELP } from './setup_words.js';
-import { crossesItself, distance, nearestOn } from './setup_geometry.js';
+import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js';
 import { Answers, MATERIALS, PressCurve, STEPS, edgesOf, firstProblem, isComplete, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
 import { findTip, greyOf, imageTrouble } from './setup_tip.js';
 import { save, zipOf } from './save.js';
@@ -13,6 +13,7 @@ const HINTS = {
   object: 'Click around the object. The slave then pulls the outline to the edge.', held: 'Click the edges where the object is held. Click again to free an edge.', material: 'How soft is the object?',
   tool: 'Drag a box around the tip: some of the tool, some background on both sides, and a little before the tip.', check: 'The slave checks the scene.', press: 'Press the object with the tool.',
 };
+const SPACING_PX = 3;  // of the points of an outline
 const EDGE_PX = 14;  // from a click to the edge that it means [px on the screen]
 
 const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
@@ -168,7 +169,7 @@ export class Setup {
     const { points } = this.answers.now.object, near = points.map(([u, v]) => ({ u, v }));
     const reply = await this.call('outline', 'object', { image: this.frozen.jpeg, near }, 'The slave looks for the edge ...');
     if (!reply) return;
-    const found = reply.outline.map(({ u, v }) => [u, v]);
+    const found = denser(reply.outline.map(({ u, v }) => [u, v]), SPACING_PX);  // straight sides come as their ends alone
     this.answers.now = { ...this.answers.now, object: { ...this.answers.now.object, found, clear: reply.clear } };  // belongs to the click before
     this.changed();
   }

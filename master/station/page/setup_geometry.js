@@ -37,6 +37,12 @@ export function crossesItself(points) {
 
 export const contains = (points, [u, v]) => sidesOf(points).filter(([a, b]) => (a[1] > v) !== (b[1] > v) && u < a[0] + ((v - a[1]) / (b[1] - a[1])) * (b[0] - a[0])).length % 2 === 1;
 
+// Points of the closed polygon about every `spacing` px, its corners too.
+export const denser = (points, spacing) => sidesOf(points).flatMap(([a, b]) => {
+  const parts = Math.max(1, Math.round(distance(a, b) / spacing));
+  return Array.from({ length: parts }, (_, i) => along(a, b, i / parts));
+});
+
 // The nearest point of a line of points to `p`, as {distance, at: [u, v], i: number of its first point, part}.
 export function nearestOn(points, p, isClosed = true) {
   const sides = isClosed ? sidesOf(points) : sidesOf(points).slice(0, -1);
