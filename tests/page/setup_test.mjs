@@ -39,7 +39,7 @@ function blockAnswers(off = 0, found = null) {
   const random = noisy(7), click = (place) => place.map((value) => value + 2 * off * random()), answers = emptyAnswers();
   const tip = toImage([44, 94.2]), grey = draw(tip);
   answers.image = { width: 640, height: 480, number: 1, trouble: imageTrouble(grey) };
-  answers.scale = { points: [[0, 10], [100, 10]].map(toImage).map(click), length: '100' };
+  answers.scale = { ...answers.scale, points: [[0, 10], [100, 10]].map(toImage).map(click), length: '100' };
   answers.object = { ...answers.object, points: BLOCK.map(click), width: '88', height: '88', thickness: '9', found, clear: found ? 1 : null };
   answers.held = [0];
   answers.material = { ...answers.material, modulus: '127' };
@@ -176,6 +176,8 @@ test('each wrong answer is reported at its step', () => {
     [...with_('scale', { length: 'ten' }), /above 0/],
     [...with_('scale', { points: [[10, 10], [10, 10]] }), /0 px apart/],
     [...with_('scale', { length: '100000' }), /Give the length in mm/],
+    [...with_('scale', { by: 'board', square: '' }), /Edge of a square: expected/],
+    [...with_('scale', { by: 'board', square: '5', columns: '2' }), /Inner corners of the board/],
     [...with_('object', { points: BLOCK.slice(0, 3) }), /3 so far/],
     [...with_('object', { points: [BLOCK[0], BLOCK[2], BLOCK[1], BLOCK[3]], found: null }), /crosses itself/],
     [...with_('object', { points: BLOCK.map(([u]) => [u, 100]), found: null }), /encloses almost nothing/],

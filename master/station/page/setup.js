@@ -1,7 +1,7 @@
 // The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
 import { CHECK_HELP } from './setup_words.js';
 import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js';
-import { Answers, MATERIALS, PressCurve, STEPS, edgesOf, firstProblem, isComplete, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
+import { Answers, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
 import { findTip, greyOf, imageTrouble } from './setup_tip.js';
 import { save, zipOf } from './save.js';
 import { VALIDITY, codeOf, figure, write } from './words.js';
@@ -9,7 +9,7 @@ import { VALIDITY, codeOf, figure, write } from './words.js';
 const byId = (id) => document.getElementById(id);
 const NAMES = Object.keys(STEPS);
 const HINTS = {
-  image: 'The object is untouched, the tool is in view above it, and a ruler lies in their plane.', scale: 'Click two marks of the ruler that are far apart.',
+  image: 'The object is untouched, the tool is in view above it, and a ruler lies in their plane.', scale: 'Click two marks of a ruler that are far apart, or let a printed board be found.',
   object: 'Click around the object. The slave then pulls the outline to the edge.', held: 'Click the edges where the object is held. Click again to free an edge.', material: 'How soft is the object?',
   tool: 'Drag a box around the tip: some of the tool, some background on both sides, and a little before the tip.', check: 'The slave checks the scene.', press: 'Press the object with the tool.',
 };
@@ -31,6 +31,7 @@ export class Setup {
     byId('setup-undo').addEventListener('click', () => this.undo());
     byId('setup-back').addEventListener('click', () => this.go(NAMES[NAMES.indexOf(this.step) - 1]));
     byId('setup-next').addEventListener('click', () => this.next());
+    byId('setup-board').addEventListener('click', () => this.findBoard());
     byId('setup-pull').addEventListener('click', () => this.pull());
     byId('setup-freeze').addEventListener('click', () => this.freeze());
     byId('setup-live').addEventListener('click', () => (this.answers.set('image', null), this.changed()));
@@ -173,6 +174,16 @@ export class Setup {
     this.answers.now = { ...this.answers.now, object: { ...this.answers.now.object, found, clear: reply.clear } };  // belongs to the click before
     this.changed();
   }
+  async findBoard() {
+    const { scale } = this.answers.now;
+    this.trouble.scale = boardProblems(this.answers.now);
+    if (this.trouble.scale.length) return this.draw();
+    const request = { images: [this.frozen.jpeg], columns: Number(scale.columns), rows: Number(scale.rows), square: 1e-3 * Number(scale.square) };
+    const reply = await this.call('board', 'scale', request, 'The slave looks for the board ...');
+    if (!reply) return;
+    this.answers.change('scale', { board: { pixel: reply.pixel, points: reply.corners.map(({ u, v }) => [u, v]) } });
+    this.changed();
+  }
   async proposal() {
     const [[u0, v0], [u1, v1]] = this.answers.now.tool.seen.box, cut = new OffscreenCanvas(u1 - u0 + 1, v1 - v0 + 1);
     cut.getContext('2d').drawImage(this.frozen.still, -u0, -v0);
@@ -249,7 +260,8 @@ export class Setup {
     this.changed();
   }
   clickScale(at) {
-    const { points } = this.answers.now.scale;
+    const { by, points } = this.answers.now.scale;
+    if (by === 'board') return this.draw();
     this.answers.change('scale', { points: points.length < 2 ? [...points, at] : [at] });
     this.changed();
   }
@@ -290,7 +302,7 @@ export class Setup {
       button.classList.toggle('done', isDone || (name === 'check' && Boolean(this.report)));
     }
     for (const part of document.querySelectorAll('#setup-form [data-step]')) part.hidden = part.dataset.step !== this.step;
-    for (const part of document.querySelectorAll('#setup-form [data-kind]')) part.hidden = !part.dataset.kind.split(' ').includes(part.closest('[data-step=material]') ? now.material.by : now.object.kind);
+    for (const part of document.querySelectorAll('#setup-form [data-kind]')) part.hidden = part.dataset.kind !== (now[part.closest('[data-step]').dataset.step].by || now.object.kind);
     for (const field of byId('setup-form').elements) this.fillField(field);
     byId('setup-freeze').dataset.count = now.image?.number || 0;
     write(byId('setup-hint'), this.busy || HINTS[this.step]);
@@ -361,8 +373,9 @@ export class Setup {
       line([[u - 4 * width, v], [u + 4 * width, v]], colour);
       line([[u, v - 4 * width], [u, v + 4 * width]], colour);
     });
-    line(now.scale.points, tone('--series-b'));
-    dots(now.scale.points, tone('--series-b'));
+    const marks = now.scale.by === 'board' ? now.scale.board?.points || [] : now.scale.points;
+    if (now.scale.by === 'clicks') line(marks, tone('--series-b'));
+    dots(marks, tone('--series-b'));
     const outline = outlineOf(now);
     line(outline.length ? outline : now.object.points, tone('--series-a'), outline.length > 0);
     if (this.step === 'object') dots(now.object.points, tone('--series-a'));

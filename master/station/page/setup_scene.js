@@ -19,7 +19,7 @@ export const MATERIALS = ['dragon-skin-10', 'ecoflex-00-10', 'ecoflex-00-30', 'e
 export const TEMPLATE = 'tip.png', OUTLINE = 'outline.csv';
 
 export const emptyAnswers = () => ({
-  name: 'my-object', image: null, scale: { points: [], length: '' },
+  name: 'my-object', image: null, scale: { by: 'clicks', points: [], length: '', columns: '9', rows: '6', square: '', board: null },
   object: { kind: 'rectangle', points: [], width: '', height: '', diameter: '', sides: '', thickness: '', plane: 'stress', found: null, clear: null },
   held: [], material: { by: 'modulus', name: '', modulus: '', poisson: '0.49', tolerance: '5' }, tool: { box: [], width: '', shape: 'flat', seen: null },
 });
@@ -52,8 +52,12 @@ const positive = (text, name, unit) => (number(text) > 0 && Number.isFinite(numb
 const digits = (value, count = 6) => String(Number(value.toPrecision(count)));
 const length = (metres) => `${digits(1e3 * metres)} mm`;
 
-// [m/px] by the two clicks; NaN: not known.
-export const clickedPixel = ({ scale: { points, length: text } }) => (points.length === 2 ? mm(text) / distance(...points) : NaN);
+// [m/px] by the two clicks or the board; NaN: not known.
+const clickedPixel = ({ scale: { by, board, points, length: text } }) => (by === 'board' ? board?.pixel ?? NaN : points.length === 2 ? mm(text) / distance(...points) : NaN);
+// Why a board cannot be looked for; empty: it can.
+export const boardProblems = ({ scale: { columns, rows, square } }) => [
+  ...(number(columns) >= 3 && number(rows) >= 3 && Number.isInteger(number(columns)) && Number.isInteger(number(rows)) ? [] : ['Inner corners of the board: expected whole numbers of 3 or more, one less than its squares.']),
+  positive(square, 'Edge of a square', 'mm')].filter(Boolean);
 
 // The corners or clicks of the object, on the edge where the slave found it.
 const cornersOf = ({ points, found }) => (found?.length ? refineCorners(points, found) : points);
@@ -158,7 +162,8 @@ function areEdgesApart(answers) {
 const CHECKS = {
   image: ({ image }) => (image ? [image.trouble].filter(Boolean) : ['Freeze an image first: the object untouched, the tool in view above it, and a ruler in their plane.']),
   scale(answers) {
-    const { points, length: text } = answers.scale, found = [];
+    const { by, board, points, length: text } = answers.scale, found = [];
+    if (by === 'board') return board ? [] : [...boardProblems(answers), 'Press "Find the board".'];
     if (points.length < 2) return ['Click two marks of the ruler that are far apart.'];
     const far = distance(...points), wrong = positive(text, 'Length between the two marks', 'mm');
     if (far < FEWEST_PX) found.push(`The two marks are ${Math.round(far)} px apart: expected at least ${FEWEST_PX} px. Click marks that are farther apart.`);
@@ -223,7 +228,7 @@ export const firstProblem = (answers) => Object.keys(STEPS).find((step) => probl
 function sizeProblems(answers) {
   const clicked = clickedPixel(answers), found = answers.object.found, clear = answers.object.clear;
   const sides = measuredSides(answers.object).filter(([, metres, px]) => Math.abs(metres / (px * clicked) - 1) > SIZE_OFF)
-    .map(([name, metres, px]) => `The ${name} is ${digits(1e3 * metres, 3)} mm, but at the scale of two clicks the image shows ${digits(1e3 * px * clicked, 3)} mm: correct the ${name}, the scale, or the ${KINDS[answers.object.kind]}.`);
+    .map(([name, metres, px]) => `The ${name} is ${digits(1e3 * metres, 3)} mm, but at the scale of step 2 the image shows ${digits(1e3 * px * clicked, 3)} mm: correct the ${name}, the scale, or the ${KINDS[answers.object.kind]}.`);
   if (found && clear !== null && clear < LEAST_CLEAR) sides.push(`Only ${Math.round(100 * clear)} % of the outline lie on a clear edge: expected at least ${Math.round(100 * LEAST_CLEAR)} %. Click nearer to the edge, or light the object from the side.`);
   return sides;
 }
