@@ -84,6 +84,10 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     await stage.shoot('setup-press');
     const [download] = await Promise.all([person.page.waitForEvent('download'), person.page.click('#setup-download')]);
     assert.equal(download.suggestedFilename(), 'my-object.zip');
+    await person.page.click('#setup-close');
+    await stage.shows('scene', 'my-object');
+    await until(async () => Number(await stage.text('magnitude')) > 1, 'the force in the station');
+    await stage.shoot('setup-station');
     assert.deepEqual(stage.errors, []);
   } finally {
     await person.standUp();
