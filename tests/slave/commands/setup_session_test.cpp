@@ -77,7 +77,7 @@ class SetupSessionTest : public testing::Test {
   inline static std::map<std::uint64_t, double> true_force_;  // by number of the image [N]
   inline static cv::Mat first_;
   const Scratch saved_;
-  mutable SetupSession session_{{saved_.path() / "scenes"},
+  mutable SetupSession session_{{.folder = saved_.path() / "scenes", .state_dir = {}},
                                 NamedCamera((folder_->path() / "images").string(), 30)};
 };
 
