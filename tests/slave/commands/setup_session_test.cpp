@@ -118,6 +118,22 @@ TEST_F(SetupSessionTest, AMistakeInTheImageIsNamedByItsKey) {
   EXPECT_THAT(report.mistakes.front().message, HasSubstr("check camera.pixel"));
 }
 
+// Reference: the tool's width and end in the painted image.
+TEST_F(SetupSessionTest, AToolThatIsNotTheOneInTheImageIsNamed) {
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    SceneProposal wrong = Proposal();
+    wrong.scene.replace(wrong.scene.find(from), from.size(), to);
+    const ProposalReport report = session_.Check(wrong, nullptr);
+    return report.mistakes.empty() ? SceneMistake{} : report.mistakes.front();
+  };
+  const SceneMistake width = changed("width: 5.87 mm", "width: 9 mm");
+  EXPECT_EQ(width.key, "tool.width");
+  EXPECT_THAT(width.expected, HasSubstr("5.8"));
+  const SceneMistake anchor = changed("anchor: [14.5, ", "anchor: [17.5, ");
+  EXPECT_EQ(anchor.key, "sense.tip.anchor");
+  EXPECT_THAT(anchor.expected, HasSubstr("-3.0 px to the right"));
+}
+
 TEST_F(SetupSessionTest, OtherCamerasFoldersAndFilesAreRefused) {
   SceneProposal foreign = Proposal();
   const std::size_t file = foreign.scene.find("file: ");
