@@ -13,12 +13,15 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/text/text.h"
+#include "slave/checks/camera/camera_limits.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/running_scene.h"
 #include "slave/live/live_slave.h"
-#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/pipeline/camera/camera_sense.h"
 #include "slave/program/private_folder.h"
 #include "slave/scene/scene_loader.h"
+#include "slave/scene/words.h"
+#include "slave/vision/tool_end.h"
 
 namespace palpate {
 namespace {
@@ -134,15 +137,50 @@ double LargerSideOf(const Scene& scene) {
 struct Trial {
   SenseInfo info;
   ContactEstimate estimate;
+  std::optional<SceneMistake> tool;  // the scene's tool is not the one in the image
 };
 
+// The tool at the tip that was found, against the scene's. A round end is not measured.
+std::optional<SceneMistake> CompareTool(const Scene& scene, const CameraSense& sense) {
+  const Estimator& estimator = sense.estimator();
+  const TipObservation& tip = estimator.observation().tip;
+  const Eigen::Vector2d d_I = estimator.tracker().tool_direction_I();
+  if (!tip.found || d_I.isZero(0)) return std::nullopt;
+  const cv::Mat& image = sense.frame().image;
+  const double width = scene.tool->width / estimator.view().pixel();
+  const GreyFormat format(image);
+  const auto end = DetectToolEnd(image, format, tip.p_I, d_I, width);
+  if (!end) {
+    if (!ToolGoesOn(image, format, tip.p_I, d_I, width)) return std::nullopt;
+    return SceneMistake{.key = "sense.tip.template",
+                        .message = "the tool goes on beyond the tip",
+                        .expected = "an image of the end of the tool"};
+  }
+  if (std::abs(end->width / width - 1) > CameraLimits::kToolWidth) {
+    return SceneMistake{.key = "tool.width",
+                        .value = LengthInWords(scene.tool->width),
+                        .message = "another width than in the image",
+                        .expected = LengthInWords(end->width * estimator.view().pixel())};
+  }
+  const bool is_elsewhere = std::abs(end->beyond) > CameraLimits::kToolElsewhere ||
+                            std::abs(end->aside) > CameraLimits::kToolElsewhere;
+  if (!is_elsewhere || scene.tool->shape != Tool::Shape::kFlat) return std::nullopt;
+  const Eigen::Vector2d off = end->beyond * d_I + end->aside * Eigen::Vector2d(-d_I.y(), d_I.x());
+  return SceneMistake{
+      .key = "sense.tip.anchor",
+      .message = "not the end of the tool in the image",
+      .expected = fmt::format("a point {:+.1f} px to the right and {:+.1f} px further down",
+                              off.x(), off.y())};
+}
+
 Trial TrySensing(const Scene& scene, const FrameOpener& open) {
-  const auto sense = MakeSensingPipeline(scene, Pace{.open = open});
-  if (!sense->Acquire({})) throw std::runtime_error("no image received");
-  sense->Process();
+  CameraSense sense(scene, Pace{.open = open});
+  if (!sense.Acquire({})) throw std::runtime_error("no image received");
+  sense.Process();
   Trial trial;
-  trial.estimate = sense->Estimate(scene.manipulator.home);
-  trial.info = sense->info();
+  trial.estimate = sense.Estimate(scene.manipulator.home);
+  trial.info = sense.info();
+  trial.tool = CompareTool(scene, sense);
   return trial;
 }
 
@@ -196,7 +234,11 @@ Examined Examine(const StagedScene& staged, const SharedCamera& camera, const Fr
     examined.mistakes = ForeignParts(examined.scene, staged, camera);
     if (!examined.mistakes.empty()) return examined;
     examined.trial = TrySensing(examined.scene, open);
-    if (const auto touch = TouchAtStart(examined.trial)) examined.mistakes.push_back(*touch);
+    if (examined.trial.tool) {
+      examined.mistakes.push_back(*examined.trial.tool);
+    } else if (const auto touch = TouchAtStart(examined.trial)) {
+      examined.mistakes.push_back(*touch);
+    }
   } catch (const SceneError& error) {
     std::istringstream lines(error.what());
     for (std::string line; std::getline(lines, line);) {

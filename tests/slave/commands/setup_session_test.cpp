@@ -77,7 +77,7 @@ class SetupSessionTest : public testing::Test {
   inline static std::map<std::uint64_t, double> true_force_;  // by number of the image [N]
   inline static cv::Mat first_;
   const Scratch saved_;
-  mutable SetupSession session_{{saved_.path() / "scenes"},
+  mutable SetupSession session_{{.folder = saved_.path() / "scenes", .state_dir = {}},
                                 NamedCamera((folder_->path() / "images").string(), 30)};
 };
 
@@ -116,6 +116,22 @@ TEST_F(SetupSessionTest, AMistakeInTheImageIsNamedByItsKey) {
   ASSERT_EQ(report.mistakes.size(), 1U);
   EXPECT_EQ(report.mistakes.front().key, "object.geometry");
   EXPECT_THAT(report.mistakes.front().message, HasSubstr("check camera.pixel"));
+}
+
+// Reference: the tool's width and end in the painted image.
+TEST_F(SetupSessionTest, AToolThatIsNotTheOneInTheImageIsNamed) {
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    SceneProposal wrong = Proposal();
+    wrong.scene.replace(wrong.scene.find(from), from.size(), to);
+    const ProposalReport report = session_.Check(wrong, nullptr);
+    return report.mistakes.empty() ? SceneMistake{} : report.mistakes.front();
+  };
+  const SceneMistake width = changed("width: 5.87 mm", "width: 9 mm");
+  EXPECT_EQ(width.key, "tool.width");
+  EXPECT_THAT(width.expected, HasSubstr("5.8"));
+  const SceneMistake anchor = changed("anchor: [14.5, ", "anchor: [17.5, ");
+  EXPECT_EQ(anchor.key, "sense.tip.anchor");
+  EXPECT_THAT(anchor.expected, HasSubstr("-3.0 px to the right"));
 }
 
 TEST_F(SetupSessionTest, OtherCamerasFoldersAndFilesAreRefused) {
