@@ -52,6 +52,10 @@ const char* InWords(v1::Phase phase) {
       return "commands have stopped: the tool holds its position";
     case v1::PHASE_ESTOP:
       return "emergency stop";
+    case v1::PHASE_OBSERVING:
+      return "observing: the scene has no manipulator";
+    case v1::PHASE_SETUP:
+      return "set-up: the slave has no scene yet";
     default:
       return "unknown state";
   }

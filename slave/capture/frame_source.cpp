@@ -280,7 +280,11 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
                                              const PictureFilter& filter) {
   if (!scene.sense.Find<Camera>())
     throw std::runtime_error(scene.name + ": the scene has no camera");
-  const Camera& camera = *scene.sense.Find<Camera>();
+  return OpenCamera(*scene.sense.Find<Camera>(), paced, filter);
+}
+
+std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, bool paced,
+                                        const PictureFilter& filter) {
   if (!(camera.rate > 0)) {
     throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
                              " Hz: expected > 0");
@@ -297,7 +301,7 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
     case Camera::Source::kSimulated:
       break;
   }
-  throw std::runtime_error(scene.name + ": a simulated camera is opened by the simulator");
+  throw std::runtime_error("a simulated camera is opened by the simulator");
 }
 
 std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {

@@ -44,8 +44,12 @@ OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& tran
       limits_(limits),
       dead_after_(dead_after),
       transform_(transform),
+      idle_(limits.source == ManipulatorOptions::Source::kNone ? Phase::kObserving
+                                                               : Phase::kReady),
       last_tip_(manipulator.Tip()),
-      guard_(manipulator, limits_) {}
+      guard_(manipulator, limits_) {
+  view_.phase = idle_;
+}
 
 void OperatorPort::BeginOperating() {
   const std::lock_guard lock(mutex_);
@@ -64,7 +68,7 @@ void OperatorPort::EndOperating() {
   const std::lock_guard lock(mutex_);
   operating_ = false;
   engaged_ = false;
-  Stand(Phase::kReady);
+  Stand(idle_);
 }
 
 bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
@@ -242,7 +246,7 @@ bool OperatorPort::Reset(std::uint64_t stops) noexcept {
   const std::lock_guard lock(mutex_);
   if (stops != stops_) return false;
   if (view_.phase != Phase::kEstop) return true;
-  view_.phase = operating_ ? Phase::kHold : Phase::kReady;
+  view_.phase = operating_ ? Phase::kHold : idle_;
   needs_new_epoch_ = true;
   manipulator_.Hold();
   return true;

@@ -100,6 +100,7 @@ class OperatorPort {
   PriorityInheritanceCondition begun_;
   TeleopTransform transform_;
   Eigen::Vector3d image_minus_encoders_ = Eigen::Vector3d::Zero();
+  const Phase idle_;  // without an operator
   OperatorView view_;
   Eigen::Vector3d last_tip_ = Eigen::Vector3d::Zero();  // encoders, S [m]
   bool operating_ = false;

@@ -24,6 +24,8 @@ struct SlaveDescription {
   SenseInfo sense;
   bool simulated = false;
   bool turns = false;  // the manipulator measures the tool's rotation
+  std::string
+      setup_camera;  // the keys of sense.camera for a set-up, one a line; empty: there is none
 };
 
 struct SlaveStatus {
@@ -59,6 +61,7 @@ inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
 // Limits of scales and the force limit, so that quotients stay finite.
 inline constexpr double kLeastSetting = 1e-15;
 
+class SceneSetup;
 class TactileInbox;
 
 class Slave {
@@ -121,6 +124,8 @@ class Slave {
   [[nodiscard]] virtual PictureInbox* picture_inbox() = 0;
   // The manipulator that a client drives; null: none.
   [[nodiscard]] virtual DrivenArm* driven_arm() = 0;
+  // The set-up of another scene; null: none.
+  [[nodiscard]] virtual SceneSetup* setup() = 0;
 };
 
 }  // namespace palpate

@@ -39,6 +39,8 @@ struct Camera {
   Eigen::Isometry3d X_SC =
       Eigen::Isometry3d::Identity();  // C: origin at the image centre, x right, y up
 };
+// Whether the file's name is that of a video, not of an image.
+bool IsVideo(const std::filesystem::path& file);
 struct TipTracking {
   std::filesystem::path
       template_file;  // empty: cut from the first image at the reported tool position

@@ -124,6 +124,7 @@ SlaveDescription FakeSlave::Describe() const {
   SlaveDescription description;
   description.scene.name = "spring-surface";
   description.settings_revision = state_.settings_revision;
+  description.scene.manipulator.source = manipulator_;
   description.scene.object.geometry = RectangleGeometry{0.088, 0.088, 0.009};
   description.scene.object.material = {127e3, 0.49, 1050, 0};
   if (has_camera_ && !tactile_) description.scene.sense.Set(CameraOptions{.camera = Camera{}});

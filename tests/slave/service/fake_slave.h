@@ -52,6 +52,9 @@ class FakeSlave : public Slave {
 
   // From now on pictures of one grey camera of 64 x 48 px at 30 Hz are streamed.
   void TakePictures();
+  // From now on the scene has no manipulator.
+  void TakeNoManipulator() { Set(ManipulatorOptions::Source::kNone, &manipulator_); }
+  void TakeScenes(SceneSetup* setup) { setup_ = setup; }
   // From now on a driver moves an arm, which nobody here commands but by `arm()`.
   void TakeArm(const ManipulatorOptions& options);
   [[nodiscard]] StreamedManipulator& arm() { return *arm_; }
@@ -83,6 +86,7 @@ class FakeSlave : public Slave {
   TactileInbox* tactile_inbox() override;
   PictureInbox* picture_inbox() override { return pushed_.get(); }
   DrivenArm* driven_arm() override { return arm_.get(); }
+  SceneSetup* setup() override { return setup_; }
 
  private:
   template <class T>
@@ -114,6 +118,8 @@ class FakeSlave : public Slave {
   std::unique_ptr<TactileInbox> inbox_;
   std::unique_ptr<PictureInbox> pushed_;
   std::unique_ptr<StreamedManipulator> arm_;
+  std::atomic<SceneSetup*> setup_ = nullptr;
+  ManipulatorOptions::Source manipulator_ = ManipulatorOptions::Source::kSimulated;
 };
 
 }  // namespace palpate
