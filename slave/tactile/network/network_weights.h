@@ -57,8 +57,8 @@ struct NetworkWeights {
 // The error, naming tensor, value and what is expected; empty: none.
 std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights);
 
-// 21 or 19 for rnn_21 dnn_21 tnn_21, rnn_19 dnn_19 tnn_19; 0 for others.
-int InputsOf(std::string_view architecture);
+// N of rnn_N, dnn_N or tnn_N, 1 to kMaxChannels, for electrodes 21 or 19; 0: another name.
+int InputsOf(std::string_view architecture, bool are_electrodes = true);
 bool IsRecurrent(std::string_view architecture);
 bool IsTraced(std::string_view architecture);
 inline constexpr std::string_view kArchitectures = "rnn_21, rnn_19, dnn_21, dnn_19, tnn_21, tnn_19";
