@@ -160,7 +160,7 @@ FingerReading ReadSample(const CsvTable& rows, const FingerColumns& columns) {
   return reading;
 }
 
-constexpr std::array kNames{"rel_time_s", "time_s", "t", "time", "timestamp"};
+constexpr std::array kNames{"rel_time_s", "time_s", "t_s", "t", "time", "timestamp"};
 constexpr double kLatest = 9e9;  // the year 2255; stamps in milliseconds lie far beyond
 
 }  // namespace
@@ -205,7 +205,7 @@ std::size_t FindTimeColumn(const CsvTable& rows) {
   for (const char* name : kNames) {
     if (const auto column = rows.Find(name)) return *column;
   }
-  rows.Fail("no time: expected a column rel_time_s, time_s, t, time or timestamp [s]");
+  rows.Fail("no time: expected a column rel_time_s, time_s, t_s, t, time or timestamp [s]");
 }
 
 double ReadTime(const CsvTable& rows, std::size_t column, const double* before) {

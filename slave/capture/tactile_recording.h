@@ -32,7 +32,7 @@ struct TactileRecording {
   std::vector<RecordedFinger> fingers;
 };
 
-// Columns: a time in seconds (the first of `rel_time_s`, `time_s`, `t`, `timestamp`), per finger
+// Columns: a time in seconds (the first of `rel_time_s`, `time_s`, `t_s`, `t`, `timestamp`), per finger
 // `NAME_E1` to `NAME_E19`, `NAME_pac0`, `NAME_pdc`, or without `NAME_` for a single finger; `ele1`
 // and `pac1` are accepted too. Other sensors: `NAME_c1` to `NAME_cN`; a unit in brackets behind the
 // name must be that of `channels`. One header row; lines that begin with # are comments. `wanted`:

@@ -47,9 +47,9 @@ std::string FaultOfInfo(const NetworkInfo& info) {
   const int inputs = InputsOf(info.architecture, are_electrodes);
   if (inputs == 0) {
     return "architecture = " + info.architecture + ": expected " +
-           (are_electrodes
-                ? std::string(kArchitectures)
-                : "rnn_N, dnn_N or tnn_N for N channels, 1 to " + std::to_string(kMaxChannels));
+           (are_electrodes ? std::string(kArchitectures)
+                           : "rnn_N, dnn_N, tnn_N or qnn_N for N channels, 1 to " +
+                                 std::to_string(kMaxChannels));
   }
   if (info.inputs != inputs) {
     return "inputs = " + std::to_string(info.inputs) + ": " + info.architecture + " has " +
@@ -122,7 +122,9 @@ void NetworkWeights::LeaveUnscaled(int inputs, int outputs) {
 
 int InputsOf(std::string_view architecture, bool are_electrodes) {
   const std::string_view kind = architecture.substr(0, 4);
-  if (kind != "rnn_" && kind != "dnn_" && kind != "tnn_") return 0;
+  const bool is_quadratic = IsQuadratic(architecture);
+  if (kind != "rnn_" && kind != "dnn_" && kind != "tnn_" && !is_quadratic) return 0;
+  if (are_electrodes && is_quadratic) return 0;
   const auto inputs = ParseInteger(architecture.substr(4));
   const bool is_known =
       inputs && (are_electrodes ? *inputs == kElectrodeCount || *inputs == kSignalCount
@@ -136,6 +138,15 @@ bool IsRecurrent(std::string_view architecture) {
 
 bool IsTraced(std::string_view architecture) {
   return architecture.substr(0, 4) == "tnn_";
+}
+
+bool IsQuadratic(std::string_view architecture) {
+  return architecture.substr(0, 4) == "qnn_";
+}
+
+Eigen::Index FeaturesOf(const NetworkInfo& info) {
+  if (IsTraced(info.architecture)) return FeatureCount(info.inputs);
+  return IsQuadratic(info.architecture) ? 3 * info.inputs : info.inputs;
 }
 
 std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
@@ -154,7 +165,7 @@ std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
       (signs(weights.input_scale) || is_set(weights.input_mean) || is_set(weights.output_mean))) {
     return info.architecture + ": expected input.scale > 0 and means of 0";
   }
-  LayerCheck check(is_traced ? FeatureCount(info.inputs) : Eigen::Index{info.inputs});
+  LayerCheck check(FeaturesOf(info));
   for (std::size_t k = 0; k < weights.lstm.size() && fault.empty(); ++k) {
     fault = check.Recurrent("lstm[" + std::to_string(k) + "]", weights.lstm[k]);
   }

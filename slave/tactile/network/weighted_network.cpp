@@ -51,6 +51,8 @@ void Activate(HiddenActivation activation, VectorXd* values) noexcept {
   }
 }
 
+constexpr double kLeastSize2 = 0.01;  // of quadratic networks [by definition]
+
 // Whether this output is a coordinate of the contact point, which is no force.
 bool IsPlace(const NetworkInfo& info, std::size_t output) {
   return info.gives_contact_point && output >= 3 && output < 6;
@@ -158,8 +160,8 @@ class WeightedEstimate final : public ForceEstimate {
     for (const RecurrentLayer& layer : parts_->layers) states_.push_back(layer.MakeState());
     if (IsTraced(parts_->info.architecture)) {
       traces_.emplace(x_.size(), parts_->info.channels.count, parts_->info.rate);
-      features_.resize(FeatureCount(x_.size()));
     }
+    features_.resize(FeaturesOf(parts_->info));
   }
 
   void Reset() noexcept override {
@@ -185,9 +187,15 @@ class WeightedEstimate final : public ForceEstimate {
   }
 
  private:
-  // Input of the dense layers: the last h after the window's samples, the traces, or the sample.
+  // Input of the dense layers: the last h after the window's samples, the features, or the sample.
   const VectorXd& Features() noexcept {
     if (traces_) return features_;
+    if (IsQuadratic(parts_->info.architecture)) {
+      const double size =
+          std::sqrt(x_.squaredNorm() / static_cast<double>(x_.size()) + kLeastSize2);
+      features_ << x_, x_ * size, x_.cwiseAbs2();
+      return features_;
+    }
     if (states_.empty()) return x_;
     for (RecurrentLayer::State& state : states_) {
       state.h.setZero();
