@@ -108,7 +108,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRecording{"NoTime",
                      Electrodes("E") + "\n" + Counts(0) + "\n",
                      {},
-                     "1: no time: expected a column rel_time_s, time_s, t, time or timestamp"},
+                     "1: no time: expected a column rel_time_s, time_s, t_s, t, time or timestamp"},
         BadRecording{"ElectrodeMissing",
                      "t," + Electrodes("rf_E", 18) + "\n",
                      {"rf"},
