@@ -131,6 +131,32 @@ INSTANTIATE_TEST_SUITE_P(
                      "2: t = 1581073084690542596: expected a time in seconds"}),
     [](const auto& row) { return std::string(row.param.name); });
 
+TEST(TactileRecordingTest, AnyNumberOfChannelsIsReadAndOthersAreRefused) {
+  const Scratch scratch;
+  const auto read = [&](const std::string& text, int count) {
+    return ReadTactileRecording(scratch.Write("pad.csv", text), {}, {count, "kPa"});
+  };
+  const TactileRecording recording = read("t,c1 [kPa],c2 [kPa]\n0,1,2.5\n0.01,3,4\n", 2);
+  ASSERT_EQ(recording.fingers.at(0).samples.size(), 2U);
+  EXPECT_EQ(recording.fingers[0].samples[0].channels.size(), 2U);
+  EXPECT_FLOAT_EQ(recording.fingers[0].samples[0].channels[1], 2.5F);
+  const auto complaint = [&](const std::string& text) -> std::string {
+    try {
+      read(text, 2);
+      return {};
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_THAT(complaint("t,c1\n0,1\n"),
+              HasSubstr("pad.csv:1: channel c2 is missing: expected c1 to c2"));
+  EXPECT_THAT(complaint("t,c1,c2,c3\n0,1,2,3\n"),
+              HasSubstr("pad.csv:1: channel c3: expected c1 to c2"));
+  EXPECT_THAT(complaint("t,c1 [Pa],c2 [Pa]\n0,1,2\n"),
+              HasSubstr("pad.csv:1: column c1 [Pa]: expected c1 [kPa]"));
+  EXPECT_THAT(complaint("t,c1,c2\n0,1,\n"), HasSubstr("pad.csv:2: c2 = "));
+}
+
 // Whatever is cut off or changed: a recording of finite numbers in rising time, or an error that
 // names the file.
 TEST(TactileRecordingTest, BrokenFilesAreReadOrRefused) {
