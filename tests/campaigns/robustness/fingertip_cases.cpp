@@ -59,9 +59,9 @@ Alteration Amplified(std::function<double(const Moment&)> factor) {
                           const Moment& moment, std::size_t f, FingerReading& reading) {
     const FingerReading& from = rest->Of(moment, f, reading);
     const auto gain = static_cast<float>(factor(moment));
-    for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-      reading.electrodes[e] =
-          from.electrodes[e] + gain * (reading.electrodes[e] - from.electrodes[e]);
+    for (std::size_t e = 0; e < reading.channels.size(); ++e) {
+      reading.channels[e] =
+          from.channels[e] + gain * (reading.channels[e] - from.channels[e]);
     }
     reading.pdc = from.pdc + gain * (reading.pdc - from.pdc);
   }));
@@ -72,7 +72,7 @@ Alteration Stuck(std::vector<std::size_t> electrodes, When when) {
   return Reads(OfFirst(
       [=, held = std::make_shared<FingerReading>()](const Moment& moment, FingerReading& reading) {
         if (!IsSo(when, moment) || moment.index == 0) *held = reading;
-        for (const std::size_t e : electrodes) reading.electrodes[e] = held->electrodes[e];
+        for (const std::size_t e : electrodes) reading.channels[e] = held->channels[e];
       }));
 }
 
@@ -88,40 +88,40 @@ void AddElectrodes(CaseTable* table) {
       Stuck({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18}, When::kPressed));
   table->Add("an electrode reads nothing", Demand::kRight,
              Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
-               if (IsSo(When::kAtRest, moment)) reading.electrodes[9] = 0;
+               if (IsSo(When::kAtRest, moment)) reading.channels[9] = 0;
              })));
   table->Add("an electrode reads full", Demand::kRight,
              Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
-               if (IsSo(When::kAtRest, moment)) reading.electrodes[16] = 4095;
+               if (IsSo(When::kAtRest, moment)) reading.channels[16] = 4095;
              })));
   table->Add("two electrodes swapped", Demand::kFlag,
              Reads(OfEach([](const Moment&, std::size_t, FingerReading& reading) {
-               std::swap(reading.electrodes[6], reading.electrodes[16]);
+               std::swap(reading.channels[6], reading.channels[16]);
              })));
   table->Add("electrodes in reverse order", Demand::kFlag,
              Reads(OfEach([](const Moment&, std::size_t, FingerReading& reading) {
-               std::ranges::reverse(reading.electrodes);
+               std::ranges::reverse(reading.channels);
              })));
   table->Add("noise", "times", {2, 3}, {10}, [](double s) {
     return Reads(OfEach([s](const Moment& moment, std::size_t f, FingerReading& reading) {
       std::mt19937_64 random(1000 * moment.index + f);
       std::normal_distribution<double> normal(0, kNoise * std::sqrt(s * s - 1));
-      for (float& e : reading.electrodes) e += static_cast<float>(normal(random));
+      for (float& e : reading.channels) e += static_cast<float>(normal(random));
       reading.pdc += static_cast<float>(normal(random));
     }));
   });
   table->Add("rest drifts", "counts", {5, 10}, {40}, [](double s) {
     return Reads(OfEach([s](const Moment& moment, std::size_t f, FingerReading& reading) {
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+      for (std::size_t e = 0; e < reading.channels.size(); ++e) {
         const double sign = (e * 7 + f) % 3 == 0 ? -1 : 1;
-        reading.electrodes[e] += static_cast<float>(sign * s * moment.share());
+        reading.channels[e] += static_cast<float>(sign * s * moment.share());
       }
     }));
   });
   table->Add("warms up", "counts", {10}, {50, 200}, [](double s) {
     return Reads(OfEach([s](const Moment& moment, std::size_t, FingerReading& reading) {
       const auto warm = static_cast<float>(s * (1 - std::exp(-3 * moment.share())));
-      for (float& e : reading.electrodes) e -= warm;
+      for (float& e : reading.channels) e -= warm;
       reading.pdc += 0.5F * warm;
     }));
   });
@@ -163,9 +163,9 @@ Alteration ElectrodeLate(std::size_t electrode, std::size_t samples) {
   return Reads(OfFirst([=, read = std::make_shared<std::vector<float>>()](const Moment& moment,
                                                                           FingerReading& reading) {
     if (moment.index == 0) read->clear();
-    read->push_back(reading.electrodes[electrode]);
+    read->push_back(reading.channels[electrode]);
     const std::size_t back = std::min(samples, read->size() - 1);
-    reading.electrodes[electrode] = (*read)[read->size() - 1 - back];
+    reading.channels[electrode] = (*read)[read->size() - 1 - back];
   }));
 }
 
@@ -175,9 +175,9 @@ Alteration EachElectrode(
   return Reads(OfEach([change = std::move(change), rest = std::make_shared<Rest>()](
                           const Moment& moment, std::size_t f, FingerReading& reading) {
     const FingerReading& from = rest->Of(moment, f, reading);
-    for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-      const double away = reading.electrodes[e] - from.electrodes[e];
-      reading.electrodes[e] = static_cast<float>(from.electrodes[e] + change(moment, e, away));
+    for (std::size_t e = 0; e < reading.channels.size(); ++e) {
+      const double away = reading.channels[e] - from.channels[e];
+      reading.channels[e] = static_cast<float>(from.channels[e] + change(moment, e, away));
     }
   }));
 }
@@ -201,7 +201,7 @@ void AddUnseen(CaseTable* table) {
   table->Add("E3 and E12 swap while pressed", Demand::kFlag,
              Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
                if (!IsSo(When::kPressed, moment)) return;
-               std::swap(reading.electrodes[2], reading.electrodes[11]);
+               std::swap(reading.channels[2], reading.channels[11]);
              })));
   for (const When when : {When::kAtRest, When::kPressed}) {
     const std::string name = when == When::kAtRest ? "at rest" : "while pressed";
@@ -251,11 +251,11 @@ void AddUnseenToo(CaseTable* table) {
     return Reads(OfEach([s, walk = std::make_shared<Walk>()](const Moment& moment, std::size_t f,
                                                              FingerReading& reading) {
       if (moment.index == 0) walk->clear();
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+      for (std::size_t e = 0; e < reading.channels.size(); ++e) {
         std::mt19937_64 random(moment.index * 100 + 20 * f + e);
         double& at = (*walk)[{f, e}];
         at += std::normal_distribution<double>(0, s)(random);
-        reading.electrodes[e] += static_cast<float>(at);
+        reading.channels[e] += static_cast<float>(at);
       }
     }));
   });
@@ -276,12 +276,12 @@ void AddUnseenToo(CaseTable* table) {
   });
   table->Add("plugged in one off", Demand::kFlag,
              Reads(OfEach([](const Moment&, std::size_t, FingerReading& reading) {
-               std::ranges::rotate(reading.electrodes, reading.electrodes.begin() + 1);
+               std::ranges::rotate(reading.channels, reading.channels.begin() + 1);
              })));
   table->Add("fingers swapped", Demand::kFlag, Reads([](const Moment&, TactileFrame& frame) {
                FingerReading& first = frame.fingers.front();
                FingerReading& last = frame.fingers.back();
-               std::swap(first.electrodes, last.electrodes);
+               std::swap(first.channels, last.channels);
                std::swap(first.pac, last.pac);
                std::swap(first.pdc, last.pdc);
              }));
@@ -290,11 +290,11 @@ void AddUnseenToo(CaseTable* table) {
     return Reads(OfEach([s, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
                                                              FingerReading& reading) {
       const FingerReading from = rest->Of(moment, f, reading), read = reading;
-      const std::size_t n = read.electrodes.size();
-      const auto away = [&](std::size_t e) { return read.electrodes[e] - from.electrodes[e]; };
+      const std::size_t n = read.channels.size();
+      const auto away = [&](std::size_t e) { return read.channels[e] - from.channels[e]; };
       for (std::size_t e = 0; e < n; ++e) {
         const float leak = (away((e + 1) % n) + away((e + n - 1) % n)) / 2;
-        reading.electrodes[e] += static_cast<float>(s / 100) * (leak - away(e));
+        reading.channels[e] += static_cast<float>(s / 100) * (leak - away(e));
       }
     }));
   });
@@ -302,7 +302,7 @@ void AddUnseenToo(CaseTable* table) {
     return Reads(OfFirst([s](const Moment& moment, FingerReading& reading) {
       std::mt19937_64 random(moment.index);
       std::normal_distribution<double> normal(0, kNoise * std::sqrt(s * s - 1));
-      for (float& e : reading.electrodes) e += static_cast<float>(normal(random));
+      for (float& e : reading.channels) e += static_cast<float>(normal(random));
     }));
   });
   table->Add("electrodes lag", "samples", {}, {2, 8}, [](double s) {
@@ -311,10 +311,9 @@ void AddUnseenToo(CaseTable* table) {
                             const Moment& moment, std::size_t f, FingerReading& reading) {
       if (moment.index == 0) (*lagged)[f] = reading;
       FingerReading& was = (*lagged)[f];
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-        was.electrodes[e] +=
-            static_cast<float>((reading.electrodes[e] - was.electrodes[e]) / (1 + s));
-        reading.electrodes[e] = was.electrodes[e];
+      for (std::size_t e = 0; e < reading.channels.size(); ++e) {
+        was.channels[e] += static_cast<float>((reading.channels[e] - was.channels[e]) / (1 + s));
+        reading.channels[e] = was.channels[e];
       }
     }));
   });
@@ -349,11 +348,11 @@ void AddGeometry(CaseTable* table) {
                                                           FingerReading& reading) {
       const FingerReading from = rest->Of(moment, f, reading);
       const FingerReading read = reading;
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-        const std::size_t other = (e + 5) % reading.electrodes.size();
+      for (std::size_t e = 0; e < reading.channels.size(); ++e) {
+        const std::size_t other = (e + 5) % reading.channels.size();
         const double gain = 0.6 + 0.05 * static_cast<double>(e);
-        reading.electrodes[e] = static_cast<float>(
-            from.electrodes[e] + gain * (read.electrodes[other] - from.electrodes[other]));
+        reading.channels[e] = static_cast<float>(
+            from.channels[e] + gain * (read.channels[other] - from.channels[other]));
       }
     }));
   });
