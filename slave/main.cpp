@@ -121,8 +121,8 @@ int Main(int argc, char** argv) {
       "Seconds of a simulated target's path; files and scripted contacts end on their own");
 
   RecordingExport exported;
-  CLI::App* export_command = app.add_subcommand(
-      "export", "Write the images and the scene of a recording as files");
+  CLI::App* export_command =
+      app.add_subcommand("export", "Write the images and the scene of a recording as files");
   Add(export_command, "file", &exported.file, "FILE",
       "Recording that `serve --record` wrote (FILE.mcap)")
       ->required();

@@ -44,8 +44,7 @@ OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& tran
       limits_(limits),
       dead_after_(dead_after),
       transform_(transform),
-      idle_(limits.source == ManipulatorOptions::Source::kNone ? Phase::kObserving
-                                                               : Phase::kReady),
+      idle_(limits.source == ManipulatorOptions::Source::kNone ? Phase::kObserving : Phase::kReady),
       last_tip_(manipulator.Tip()),
       guard_(manipulator, limits_) {
   view_.phase = idle_;

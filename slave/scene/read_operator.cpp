@@ -55,8 +55,7 @@ void ReadGuards(Section& section, ManipulatorOptions* options) {
 }
 
 bool IsWithoutManipulator(Section& scene) {
-  const DocumentNode* node =
-      scene.Has("manipulator") ? scene.node()->Find("manipulator") : nullptr;
+  const DocumentNode* node = scene.Has("manipulator") ? scene.node()->Find("manipulator") : nullptr;
   return node != nullptr && node->text == "none";
 }
 

@@ -66,7 +66,7 @@ int InputsOf(std::string_view architecture, bool are_electrodes = true);
 bool IsRecurrent(std::string_view architecture);
 bool IsTraced(std::string_view architecture);
 bool IsQuadratic(std::string_view architecture);
-// Of the first dense layer of a network without recurrent layers.
+// Inputs of the first dense layer of a network without recurrent layers.
 Eigen::Index FeaturesOf(const NetworkInfo& info);
 inline constexpr std::string_view kArchitectures = "rnn_21, rnn_19, dnn_21, dnn_19, tnn_21, tnn_19";
 

@@ -60,8 +60,7 @@ Alteration Amplified(std::function<double(const Moment&)> factor) {
     const FingerReading& from = rest->Of(moment, f, reading);
     const auto gain = static_cast<float>(factor(moment));
     for (std::size_t e = 0; e < reading.channels.size(); ++e) {
-      reading.channels[e] =
-          from.channels[e] + gain * (reading.channels[e] - from.channels[e]);
+      reading.channels[e] = from.channels[e] + gain * (reading.channels[e] - from.channels[e]);
     }
     reading.pdc = from.pdc + gain * (reading.pdc - from.pdc);
   }));
