@@ -7,7 +7,7 @@
   2. A step of `fem` beside figures for Vega FEM with the same body and step.
   3. Wake-up of the haptic loop beside that of a bare loop (palpate-master doctor), in turns, while the slave serves.
 
-tests/bench/bench_peers.py [--cells 12,24] [--rounds 3] [--seconds 8] [--bench FOLDER]
+tests/bench/bench_peers.py [--cells 12,18] [--rounds 3] [--seconds 8] [--bench FOLDER]
 """
 import argparse
 import csv
@@ -28,7 +28,7 @@ SIDE, TOOL, MODULUS, POISSON = 0.06, 0.02, 127e3, 0.45  # [m, m, Pa]
 SHALLOW, DEEP = 1e-3, 6e-3  # [m]
 ELASTIC = f"*ELASTIC\n{MODULUS:g}, {POISSON:g}"
 NEO_HOOKE = f"*HYPERELASTIC, NEO HOOKE\n{MODULUS / (4 * (1 + POISSON)):.9g}, {6 * (1 - 2 * POISSON) / MODULUS:.9g}"
-FURTHER = 10                # presses of CalculiX after the first one; of `solve` ten times as many
+FURTHER = 5                # presses of CalculiX after the first one; of `solve` ten times as many
 SCENE = """name: cube
 object:
   geometry: {mesh: cube.node}
@@ -166,7 +166,7 @@ def jitter(rounds, seconds):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cells", default="12,24", help="cells along each edge of the cube")
+    parser.add_argument("--cells", default="12,18", help="cells along each edge of the cube")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=8)
     parser.add_argument("--bench", type=pathlib.Path, default=BIN, help="folder of bench_fem; build/bench/bin is the native build")
