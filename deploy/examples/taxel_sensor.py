@@ -128,7 +128,7 @@ def feed(target: str, taxels: int, presses: int, seed: int, tls: str | None) -> 
         accepted = slave.feed_fingertips(live())
         watcher.join()
     times, forces = np.array([t for t, _ in truth]), np.array([f for _, f in truth])
-    known = {round(s.sensed_at, 4): s for s in states if s.force is not None and np.isfinite(s.force).all()}
+    known = {round(s.t, 4): s for s in states if s.known}
     pairs = []
     for t, state in known.items():
         k = int(np.argmin(np.abs(times - t)))

@@ -173,8 +173,8 @@ class TrainTest(unittest.TestCase):
         t = np.arange(0, 3.0 * contacts, 0.01)
         phase = t % 3.0
         force = np.where(phase > 1, np.sin(math.pi * (phase - 1) / 2)**2, 0.0) * random.uniform(0.5, 2, contacts)[(t // 3).astype(int)]
-        values = 5 + force[:, None] * np.linspace(-1, 2, count) + random.normal(0, 0.01, (len(t), count))
-        values[:, 0] += 0.3 * force**2
+        values = 5 + force[:, None] * np.linspace(1, 2, count) + random.normal(0, 0.01, (len(t), count))
+        values[:, 0] += 0.1 * force**2
         rows = ["t," + ",".join(f"c{i}" for i in range(1, count + 1)) + ",fx,fy,fz"]
         rows += [",".join(f"{x:.6g}" for x in (t[k], *values[k], 0, 0, -force[k])) for k in range(len(t))]
         file = self.folder / name
