@@ -7,7 +7,6 @@ const along = ([ax, ay], [bx, by], part) => [ax + part * (bx - ax), ay + part * 
 
 // The pairs of neighbours of a closed polygon.
 export const sidesOf = (points) => points.map((point, i) => [point, points[(i + 1) % points.length]]);
-export const perimeterOf = (points) => sidesOf(points).reduce((sum, [a, b]) => sum + distance(a, b), 0);
 
 // Area with its sign: positive if the points run clockwise in the image, where v points down.
 export const areaOf = (points) => sidesOf(points).reduce((sum, [a, b]) => sum + cross(a, b), 0) / 2;
