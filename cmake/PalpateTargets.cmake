@@ -25,7 +25,7 @@ add_compile_options(-pthread)
 
 if(PALPATE_NATIVE)
   # g++ 12 warns of its own AVX-512 headers: _mm512_undefined_pd() is uninitialised on purpose.
-  add_compile_options(-march=native -Wno-uninitialized -Wno-maybe-uninitialized)
+  add_compile_options(-march=native -Wno-uninitialized $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 endif()
 if(PALPATE_SANITIZE)
   # Eigen does not trust the address sanitizer's malloc; libraries that stay as released do, and both free what the

@@ -22,14 +22,14 @@ progress_end() {
 
 # each_line FUNCTION: calls FUNCTION with every line of the input, and with an empty string after each second without one.
 each_line() {
-  local part='' line status
+  local part='' line result
   while true; do
-    IFS= read -r -t 1 line && status=0 || status=$?
+    IFS= read -r -t 1 line && result=0 || result=$?
     part+=$line
-    if [ $status -eq 0 ]; then
+    if [ $result -eq 0 ]; then
       "$1" "$part"
       part=
-    elif [ $status -gt 128 ]; then
+    elif [ $result -gt 128 ]; then
       "$1" ""
     else
       return 0

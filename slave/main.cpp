@@ -20,6 +20,7 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave serve deploy/scenes/silicone-block.yaml --listen 127.0.0.1:50051
   palpate-slave serve deploy/scenes/silicone-block.yaml --override model.elements=60
   palpate-slave serve deploy/scenes/silicone-block.yaml --record slave.mcap
+  palpate-slave serve --setup my-scene --camera 0
   palpate-slave serve deploy/scenes/silicone-block.yaml --publish nats://127.0.0.1:4222
   palpate-slave health 127.0.0.1:50051
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
@@ -59,6 +60,19 @@ int Main(int argc, char** argv) {
   ServeOptions serve;
   auto* serve_command = add_command(
       "serve", "Observe the object and stream the estimated force over gRPC until stopped", &serve);
+  serve_command->get_option("scene")->required(false);
+  Add(serve_command, "--setup", &serve.setup, "DIR",
+      "Start without a scene: a client sets one up on the images of --camera, and it is saved in "
+      "this folder");
+  Add(serve_command, "--camera", &serve.camera, "N|FILE|URL",
+      "Camera of --setup: a number, image files or a video (repeated), an address or a GStreamer "
+      "pipeline")
+      ->capture_default_str()
+      ->needs("--setup");
+  serve_command->add_option("--camera-rate", serve.camera_rate, "Images per second of --camera")
+      ->check(CLI::Range(0.1, 1e4))
+      ->capture_default_str()
+      ->needs("--setup");
   Add(serve_command, "--listen", &serve.listen, "HOST:PORT",
       "Address to serve; port 0 selects any free port")
       ->capture_default_str();
@@ -107,8 +121,8 @@ int Main(int argc, char** argv) {
       "Seconds of a simulated target's path; files and scripted contacts end on their own");
 
   RecordingExport exported;
-  CLI::App* export_command = app.add_subcommand(
-      "export", "Convert a recording to NumPy arrays, images and the files of its scene");
+  CLI::App* export_command =
+      app.add_subcommand("export", "Write the images and the scene of a recording as files");
   Add(export_command, "file", &exported.file, "FILE",
       "Recording that `serve --record` wrote (FILE.mcap)")
       ->required();

@@ -18,6 +18,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "master/link/setup_calls.h"
 #include "master/session/session.h"
 #include "master/station/live_station.h"
 #include "master/station/task_queue.h"
@@ -145,10 +146,15 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   hello.pointer = IsPointer(a);
   hello.certificate_until = CertificateUntil(a.link.tls);
   LiveStation::Controls controls{
-      [] { g_emergency = true; }, [link] { return link->Reset(); },
+      [] { g_emergency = true; },
+      [link] { return link->Reset(); },
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
       [link](const std::string& kind) { return link->SetModel(kind); },
-      [link] { return link->ReinitializeTracking(); }};
+      [link] { return link->ReinitializeTracking(); },
+      [calls = std::make_shared<SetupCalls>(a.link)](
+          const std::string& call, const std::string& json, const std::stop_token& stop) {
+        return calls->Make(call, json, stop);
+      }};
   if (recorder != nullptr) {
     controls.record = [recorder](bool on) { recorder->Switch(on); };
     controls.recording = [recorder] { return recorder->moment(); };
@@ -183,8 +189,9 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   Console console = Console::Standard();
   const RemoteScene scene = Connect(&line->link);
   if (!device) device = OpenDeviceFor(scene, a);
-  console.Print("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
-                scene.source);
+  console.Print("connected to " + a.link.target + ": " +
+                (scene.name.empty() ? "set-up, without a scene yet"
+                                    : scene.name + ", " + scene.model + ", " + scene.source));
   const std::string other = OtherRelease(scene.version, Version());
   if (!other.empty()) console.Print(other + " Install the same release at both ends.");
   if (!scene.fingertips.empty()) console.Print(FingertipsInWords(scene.fingertips));
@@ -273,7 +280,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   report.model = scene.model;
   console.Print(FormatSummary(report));
   if (!a.report.empty()) WriteReport(report, a.report);
-  const bool never_served = report.link.states == 0 && !g_stop;
+  const bool never_served = report.link.states == 0 && !report.link.observes && !g_stop;
   if (never_served) {
     const std::string& why = report.link.trouble;
     console.Print("failed: the slave never sent a state" + (why.empty() ? why : ": " + why));

@@ -52,6 +52,10 @@ const char* InWords(v1::Phase phase) {
       return "commands have stopped: the tool holds its position";
     case v1::PHASE_ESTOP:
       return "emergency stop";
+    case v1::PHASE_OBSERVING:
+      return "observing: the scene has no manipulator";
+    case v1::PHASE_SETUP:
+      return "set-up: the slave has no scene yet";
     default:
       return "unknown state";
   }
@@ -105,7 +109,9 @@ void Watch(Stub& stub, double dead_after, double seconds, const std::stop_token&
       if (gap > dead_after) ++line->gaps_beyond;
     }
     last = now;
-    line->age = SecondsBetween(state->sensed_at, now) + line->clock_offset;
+    if (state->sensed_at > Time{}) {
+      line->age = SecondsBetween(state->sensed_at, now) + line->clock_offset;
+    }
   }
   context.TryCancel();
   const grpc::Status status = stream->Finish();
@@ -149,16 +155,23 @@ Finding Gaps(const LineSample& line, double dead_after) {
 
 Finding Clocks(const LineSample& line) {
   constexpr double kApart = 60;  // [s]
-  Finding finding{
-      Grade::kGood, "clocks",
-      Formatted("the slave's clock differs by %+.3f s; a sample is %.1f ms old when it arrives",
-                line.clock_offset, kMilli * line.age),
-      ""};
+  Finding finding{Grade::kGood, "clocks",
+                  Formatted("the slave's clock differs by %+.3f s", line.clock_offset), ""};
+  if (line.age) {
+    finding.measured += Formatted("; a sample is %.1f ms old when it arrives", kMilli * *line.age);
+  }
   if (std::abs(line.clock_offset) > kApart) {
     finding.grade = Grade::kNote;
     finding.advice = "this affects only times in logs and certificates: run NTP at both ends";
   }
   return finding;
+}
+
+Finding Samples(const LineSample& line) {
+  if (line.age) return {Grade::kGood, "sensing", "samples arrive", ""};
+  return {Grade::kNote, "sensing", "nothing was sensed yet",
+          "start the driver of the camera or the fingertips, or palpate-simulator for a simulated "
+          "scene"};
 }
 
 Finding Versions(const LineSample& line) {
@@ -192,8 +205,8 @@ LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& sce
 }
 
 Findings CheckLine(const LineSample& line, const RemoteScene& scene) {
-  return {Versions(line), RoundTrip(line), Gaps(line, scene.dead_after), Clocks(line),
-          Health(line)};
+  return {Versions(line), RoundTrip(line), Gaps(line, scene.dead_after),
+          Clocks(line),   Samples(line),   Health(line)};
 }
 
 LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {

@@ -78,6 +78,9 @@ RemoteScene ToRemoteScene(const v1::SceneDescription& scene) {
   remote.geometry = Presentable(scene.geometry(), kLongestWords);
   remote.model = Presentable(scene.model().kind(), kLongestWords);
   remote.source = Presentable(scene.source(), kLongestWords);
+  remote.version = Presentable(capabilities.version(), kLongestWords);
+  remote.accepts_setup = !scene.setup_camera().empty();
+  if (remote.accepts_setup && remote.name.empty()) return remote;  // there is no scene yet
   remote.transform.position_scale = Positive("operator.position_scale", mapping.position_scale());
   remote.transform.force_scale = Positive("operator.force_scale", mapping.force_scale());
   remote.transform.R_SM = Rotation(mapping);
@@ -86,7 +89,6 @@ RemoteScene ToRemoteScene(const v1::SceneDescription& scene) {
   remote.press_depth = NonNegative("operator.press_depth", mapping.press_depth());
   remote.press_speed = NonNegative("operator.press_speed", mapping.press_speed());
   remote.dead_after = DeadAfter(mapping.dead_after());
-  remote.version = Presentable(capabilities.version(), kLongestWords);
   remote.simulated = capabilities.simulated();
   remote.sensor_rate = NonNegative("sensor_rate", capabilities.sensor_rate());
   for (const auto& message : scene.fingertips()) remote.fingertips.push_back(Fingertip(message));

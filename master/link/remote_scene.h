@@ -31,6 +31,7 @@ struct RemoteScene {
   double press_depth = 0, press_speed = 0;    // for the simulated operator, at the tool [m], [m/s]
   double dead_after = kUsualDeadAfter;        // link timeout [s]
   bool simulated = false;
+  bool accepts_setup = false;               // the page may replace this scene (`serve --setup`)
   double sensor_rate = 0;                   // [Hz]
   std::vector<RemoteFingertip> fingertips;  // the first follows the device; empty: cameras
 };

@@ -205,7 +205,8 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
     RemoteScene scene;
     grpc::Status status = RequestScene(&scene, true, call_deadline);
     if (!status.ok()) return status;
-    if (first && (scene.name != first->name || scene.geometry != first->geometry)) {
+    const bool is_other = first && (scene.name != first->name || scene.geometry != first->geometry);
+    if (is_other && !first->accepts_setup) {
       return {grpc::StatusCode::ABORTED, "another scene is served there now, " + scene.name +
                                              " instead of " + first->name +
                                              ": restart palpate-master"};
@@ -278,6 +279,7 @@ grpc::Status SlaveLink::Parts::Failed(const grpc::Status& status) {
   refused_at = {};
   if (!stopping) link_stats.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
   link_stats.answers = IsAnswer(status);
+  link_stats.observes = ReasonOf(status) == v1::ERROR_REASON_NO_MANIPULATOR;
   denied = !was_connected && status.error_code() == grpc::StatusCode::PERMISSION_DENIED;
   return status;
 }
@@ -286,6 +288,7 @@ void SlaveLink::Parts::Served() {
   const std::scoped_lock lock(mutex);
   if (was_connected) ++link_stats.reconnects;
   link_stats.connected = was_connected = true;
+  link_stats.observes = false;
   denied = false;
   link_stats.trouble.clear();
   unread.clear();  // they were read before this stream began

@@ -35,6 +35,7 @@ class Alarms {
     AddStop();
     AddDevice();
     AddLine();
+    if (moment_.status.link.observes) AddValidity();
     if (moment_.status.link.connected) {  // without a link these only repeat the cause
       AddValidity();
       AddReasons();
@@ -76,6 +77,7 @@ class Alarms {
   void AddLine() {
     const LinkStats& link = moment_.status.link;
     const std::string why = link.trouble.empty() ? "" : ": " + link.trouble;
+    if (link.observes) return;  // nothing can be moved, and the page says so
     if (!link.connected) {
       Stop("No link to the slave" + why + ".",
            link.answers

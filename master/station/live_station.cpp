@@ -101,6 +101,7 @@ struct LiveStation::Parts {
   void Set(const MappingCommand& command);
   void SetWhenFree(const StationMoment& moment);
   void Replace(const ModelCommand& command);
+  void SetUp(const std::string& call, std::string json, PageServer::Listener::Done done);
   // Queues `task`, which logs its outcome.
   void SubmitTask(std::function<void()> task);
   void Log(bool is_trouble, std::string text);
@@ -125,7 +126,8 @@ struct LiveStation::Parts {
 
   TaskQueue tasks;
   std::unique_ptr<PageServer> server;
-  std::jthread editor;  // last: it uses all of the above
+  TaskQueue setup_calls;  // answers through the server
+  std::jthread editor;    // last: it uses all of the above
 };
 
 void LiveStation::Parts::Run(const std::stop_token& stop) {
@@ -317,6 +319,18 @@ void LiveStation::Parts::Replace(const ModelCommand& command) {
   });
 }
 
+void LiveStation::Parts::SetUp(const std::string& call, std::string json,
+                               PageServer::Listener::Done done) {
+  const bool is_queued =
+      setup_calls.Submit([this, call, json = std::move(json), done](const std::stop_token& stop) {
+        SetupCalls::Answer answer = controls.set_up(call, json, stop);
+        if (call == "use" && answer.status == 200)
+          Log(false, "the slave uses the scene of the page");
+        done(answer.status, std::move(answer.json));
+      });
+  if (!is_queued) done(503, SetupErrorJson("too many requests: wait until they are done"));
+}
+
 void LiveStation::Parts::SubmitTask(std::function<void()> task) {
   const auto asked = [task = std::move(task)](const std::stop_token&) { task(); };
   if (!tasks.Submit(asked)) Log(true, "too many requests: wait until they are done");
@@ -331,10 +345,14 @@ LiveStation::LiveStation(Options options, Controls controls)
   Parts* parts = parts_.get();
   parts->server = std::make_unique<PageServer>(
       parts->options.at.endpoint, &parts->board,
-      PageServer::Listener{[parts](std::uint64_t page, std::string_view message) {
-                             return parts->Do(page, ReadPageCommand(message));
-                           },
-                           [parts](std::uint64_t page) { parts->OnPageLeft(page); }},
+      PageServer::Listener{
+          [parts](std::uint64_t page, std::string_view message) {
+            return parts->Do(page, ReadPageCommand(message));
+          },
+          [parts](std::uint64_t page) { parts->OnPageLeft(page); },
+          [parts](const std::string& call, std::string json, PageServer::Listener::Done done) {
+            parts->SetUp(call, std::move(json), std::move(done));
+          }},
       parts->options.at.access);
   parts->editor = std::jthread([parts](const std::stop_token& stop) { parts->Run(stop); });
 }

@@ -10,6 +10,7 @@
 
 #include "master/device/pointer.h"
 #include "master/link/observer.h"
+#include "master/link/setup_calls.h"
 #include "master/session/session.h"
 #include "master/station/moment_json.h"
 #include "master/station/server/page_access.h"
@@ -34,8 +35,12 @@ class LiveStation {
         set_mapping;                                                // empty: done, else the reason
     std::function<std::string(const std::string& kind)> set_model;  // empty: done
     std::function<std::string()> reinitialize_tracking;             // empty: done
-    std::function<void(bool on)> record = {};                       // empty: no recording
-    std::function<RecordingMoment()> recording = {};                // empty: no recording
+    // A call of the set-up with its request in JSON, see SetupCalls. May take a minute.
+    std::function<SetupCalls::Answer(const std::string& call, const std::string& json,
+                                     const std::stop_token& stop)>
+        set_up;
+    std::function<void(bool on)> record = {};         // empty: no recording
+    std::function<RecordingMoment()> recording = {};  // empty: no recording
   };
 
   // Throws std::runtime_error if the address cannot be used.

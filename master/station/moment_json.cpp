@@ -57,6 +57,7 @@ Json LinkOf(const StationMoment& moment) {
   const LineState line = LineOf(moment);
   return {
       {"connected", link.connected},
+      {"observes", link.observes},
       {"word", line.word},
       {"why", line.why},
       {"role", line.role},

@@ -61,7 +61,15 @@ class Events {
   std::uint32_t bits_ = 0;
 };
 
-enum class Phase : std::uint8_t { kReady = 1, kFollowing, kClutched, kHold, kEstop };
+enum class Phase : std::uint8_t {
+  kReady = 1,
+  kFollowing,
+  kClutched,
+  kHold,
+  kEstop,
+  kObserving,
+  kSetup
+};
 
 inline constexpr int kMaxFingers = 5;
 

@@ -26,7 +26,9 @@ constexpr std::array<grpc::StatusCode, v1::ErrorReason_MAX + 1> kCodes{
     grpc::StatusCode::PERMISSION_DENIED,
     grpc::StatusCode::UNAVAILABLE,
     grpc::StatusCode::CANCELLED,
-    grpc::StatusCode::INTERNAL};
+    grpc::StatusCode::INTERNAL,
+    grpc::StatusCode::FAILED_PRECONDITION,
+    grpc::StatusCode::FAILED_PRECONDITION};
 
 }  // namespace
 

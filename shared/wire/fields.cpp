@@ -132,7 +132,8 @@ static_assert(kFailedChecks == v1::FailedCheck_MAX + 1);
 static_assert(static_cast<int>(FailedCheck::kArmFault) == v1::FAILED_CHECK_ARM_FAULT);
 static_assert(static_cast<int>(Phase::kReady) == v1::PHASE_READY);
 static_assert(static_cast<int>(Phase::kEstop) == v1::PHASE_ESTOP);
-static_assert(static_cast<int>(Phase::kEstop) == v1::Phase_MAX);
+static_assert(static_cast<int>(Phase::kSetup) == v1::PHASE_SETUP);
+static_assert(static_cast<int>(Phase::kSetup) == v1::Phase_MAX);
 
 v1::Validity ToProto(Validity validity) {
   return kValidities[static_cast<std::size_t>(validity)];
@@ -157,7 +158,7 @@ v1::Phase ToProto(Phase phase) {
 }
 
 Phase FromProto(v1::Phase phase) {
-  if (phase < v1::PHASE_READY || phase > v1::PHASE_ESTOP) return Phase::kHold;
+  if (phase < v1::PHASE_READY || phase > v1::Phase_MAX) return Phase::kHold;
   return static_cast<Phase>(phase);
 }
 

@@ -18,14 +18,23 @@ constexpr double kSlowest = 10;      // of the scene's periods: what comes more 
 constexpr double kSameRate = 0.1;    // of the scene's period
 constexpr double kSmoothing = 0.05;  // share of the newest interval in the sender's period
 
-std::optional<std::string> RefuseCounts(const FingerReading& reading) {
+std::optional<std::string> RefuseCounts(const FingerReading& reading,
+                                        const TactileChannels& channels) {
+  const std::size_t count = reading.channels.size();
+  if (count != static_cast<std::size_t>(channels.count)) {
+    return "has " + std::to_string(count) +
+           (channels.are_electrodes() ? " electrodes: expected " : " channels: expected ") +
+           std::to_string(channels.count) + ", " + channels.Names();
+  }
   const auto is_count = [](float x) { return std::abs(static_cast<double>(x)) <= kMostCounts; };
-  const auto refuse = [](const std::string& which, float value) {
-    return which + " = " + std::to_string(value) + ": expected a finite number of counts";
+  const auto refuse = [&](const std::string& which, float value) {
+    return which + " = " + std::to_string(value) + ": expected a finite number of " + channels.unit;
   };
-  for (std::size_t i = 0; i < reading.electrodes.size(); ++i) {
-    if (is_count(reading.electrodes[i])) continue;
-    return refuse("electrode E" + std::to_string(i + 1), reading.electrodes[i]);
+  for (std::size_t i = 0; i < reading.channels.size(); ++i) {
+    if (is_count(reading.channels[i])) continue;
+    return refuse((channels.are_electrodes() ? "electrode " : "channel ") +
+                      channels.NameOf(static_cast<int>(i)),
+                  reading.channels[i]);
   }
   if (!is_count(reading.pac)) return refuse("pressure pac", reading.pac);
   if (!is_count(reading.pdc)) return refuse("pressure pdc", reading.pdc);
@@ -41,8 +50,10 @@ bool IsPose(const Eigen::Isometry3d& X) {
 
 }  // namespace
 
-FingerStream::FingerStream(std::string name, Clock::duration period, std::size_t capacity)
+FingerStream::FingerStream(std::string name, TactileChannels channels, Clock::duration period,
+                           std::size_t capacity)
     : name_(std::move(name)),
+      channels_(std::move(channels)),
       period_(std::chrono::duration<double>(period).count()),
       sender_period_(period_),
       ring_(capacity) {}
@@ -54,7 +65,7 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
     return "is already fed by a stream: expected one stream, or a new one a second after the "
            "last sample";
   }
-  if (auto why = RefuseCounts(reading)) return why;
+  if (auto why = RefuseCounts(reading, channels_)) return why;
   if (reading.X_SF && !IsPose(*reading.X_SF)) {
     return "pose: expected a finite position and a rotation";
   }

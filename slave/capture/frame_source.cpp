@@ -206,11 +206,11 @@ void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
 }
 
 // The images of films in step, which are paired by their number.
-std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& eyes, PairLayout layout,
+std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& cameras, PairLayout layout,
                                         double rate, bool paced) {
   std::vector<std::shared_ptr<Film>> films;
   std::string names;
-  for (const Eye& eye : eyes) {
+  for (const Eye& eye : cameras) {
     films.push_back(LoadFilms().OpenFile(eye.address));
     if (!films.back()) throw std::runtime_error(eye.address + ": not a video");
     names += (names.empty() ? "" : " | ") + eye.address;
@@ -227,14 +227,14 @@ std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& eyes, PairLayout
 }
 
 // `size`: of each camera's images; empty: its own.
-std::unique_ptr<StereoSource> OpenCameras(const std::vector<Eye>& eyes, PairLayout layout,
+std::unique_ptr<StereoSource> OpenCameras(const std::vector<Eye>& cameras, PairLayout layout,
                                           const cv::Size& size, double rate, double sync,
                                           bool paced) {
   RequireRate(rate);
   const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
-  if (std::ranges::all_of(eyes, is_film)) return OpenFilms(eyes, layout, rate, paced);
+  if (std::ranges::all_of(cameras, is_film)) return OpenFilms(cameras, layout, rate, paced);
   std::vector<CameraInput> inputs;
-  for (const Eye& eye : eyes) inputs.push_back(InputOf(eye, size, rate));
+  for (const Eye& eye : cameras) inputs.push_back(InputOf(eye, size, rate));
   return PairsOf(std::move(inputs), layout, sync);
 }
 
@@ -280,7 +280,11 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
                                              const PictureFilter& filter) {
   if (!scene.sense.Find<Camera>())
     throw std::runtime_error(scene.name + ": the scene has no camera");
-  const Camera& camera = *scene.sense.Find<Camera>();
+  return OpenCamera(*scene.sense.Find<Camera>(), paced, filter);
+}
+
+std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, bool paced,
+                                        const PictureFilter& filter) {
   if (!(camera.rate > 0)) {
     throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
                              " Hz: expected > 0");
@@ -297,7 +301,7 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
     case Camera::Source::kSimulated:
       break;
   }
-  throw std::runtime_error(scene.name + ": a simulated camera is opened by the simulator");
+  throw std::runtime_error("a simulated camera is opened by the simulator");
 }
 
 std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {

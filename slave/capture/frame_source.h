@@ -59,6 +59,8 @@ using StereoSource = PictureSource<StereoPair>;
 
 // Never called with an empty image; throws std::runtime_error if it cannot use one.
 using PictureFilter = std::function<cv::Mat(const cv::Mat&)>;
+// Opens the images of one camera.
+using FrameOpener = std::function<std::unique_ptr<FrameSource>(const PictureFilter& filter)>;
 
 // Opens the source of the scene (files, video, device, stream); relative paths are relative to the
 // scene file. `paced`: images come at the scene's rate; otherwise as fast as they are read, with
@@ -67,6 +69,9 @@ using PictureFilter = std::function<cv::Mat(const cv::Mat&)>;
 // unreadable, no such camera, an image that the filter rejects. Not for kSimulated and kStream.
 std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
                                              const PictureFilter& filter = {});
+// The same for one camera.
+std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, bool paced,
+                                        const PictureFilter& filter = {});
 
 // Opens the cameras of sense.camera.stereo or sense.camera.depth: cameras and streams (see
 // live_cameras.h), videos, which are paired image by image, or files, listed as ListPictures()

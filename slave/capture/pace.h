@@ -20,6 +20,7 @@ struct Pace {
   PictureInbox* pictures = nullptr;  // receiver of streamed samples, which must outlive the source
   SampleTap* tap = nullptr;          // tap that gets each sample, and outlives the source
   SamplePlayer* player = nullptr;    // player of recorded samples, which outlives the source
+  FrameOpener open = {};             // opens the images of one camera; empty: as the scene has them
   // Tool position of the simulator when the sensing begins, S [m]; nullopt: the simulator's
   // default.
   std::optional<Eigen::Vector3d> p_S_tip = std::nullopt;

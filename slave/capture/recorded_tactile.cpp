@@ -101,7 +101,7 @@ class RecordedTactile final : public TactileSource {
   RecordedTactile(const Tactile& tactile, bool paced) : tactile_(tactile), paced_(paced) {
     std::vector<std::string> wanted;
     for (const Finger& finger : tactile.fingers) wanted.push_back(finger.name);
-    recording_ = ReadTactileRecording(tactile.file, wanted);
+    recording_ = ReadTactileRecording(tactile.file, wanted, tactile.channels);
     const double period = 1 / tactile.rate;
     if (!tactile.poses.empty()) {
       poses_.emplace(tactile.poses, tactile.fingers, kHeldPose * period);
@@ -177,8 +177,9 @@ FingerReading Between(const FingerReading& from, const FingerReading& to, double
   };
   FingerReading reading;
   reading.present = from.present && to.present;
-  for (std::size_t i = 0; i < reading.electrodes.size(); ++i) {
-    reading.electrodes[i] = mix(from.electrodes[i], to.electrodes[i]);
+  reading.channels.resize(std::min(from.channels.size(), to.channels.size()));
+  for (std::size_t i = 0; i < reading.channels.size(); ++i) {
+    reading.channels[i] = mix(from.channels[i], to.channels[i]);
   }
   reading.pac = mix(from.pac, to.pac);
   reading.pdc = mix(from.pdc, to.pdc);

@@ -89,7 +89,7 @@ TactileFrame TactileFrom(const v1::SimulatedSample& message) {
     frame.sensed_at = StampFrom(one.sensed_at());
     reading.present = one.electrodes_size() == kElectrodeCount && one.pressure_size() == 2;
     if (!reading.present) continue;
-    std::ranges::copy(one.electrodes(), reading.electrodes.begin());
+    std::ranges::copy(one.electrodes(), reading.channels.begin());
     reading.pdc = one.pressure(0);
     reading.pac = one.pressure(1);
   }

@@ -11,17 +11,19 @@
 
 #include "shared/state/clock.h"
 #include "shared/state/slave_state.h"
+#include "slave/capture/short_list.h"
+#include "slave/scene/options/tactile_channels.h"
 
 namespace palpate {
 
-inline constexpr int kElectrodeCount = 19;
+using ChannelValues = ShortList<float, kMaxChannels, kElectrodeCount>;
 
-// Raw counts of one fingertip, the baseline not subtracted.
+// Raw values of one fingertip, the baseline not subtracted.
 struct FingerReading {
-  bool present = false;  // false: this finger has no sample for this instant
-  std::array<float, kElectrodeCount> electrodes{};  // E1 to E19
-  float pac = 0;                                    // dynamic pressure, pac0
-  float pdc = 0;                                    // static pressure
+  bool present = false;                   // false: this finger has no sample for this instant
+  ChannelValues channels;                 // E1 to E19, or c1 to cN [TactileChannels::unit]
+  float pac = 0;                          // dynamic pressure, pac0; 0 where the sensor has none
+  float pdc = 0;                          // static pressure; 0 where the sensor has none
   std::optional<Eigen::Isometry3d> X_SF;  // pose of the fingertip, if the source provides it
 };
 

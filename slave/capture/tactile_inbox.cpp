@@ -6,13 +6,15 @@
 #include <utility>
 
 #include "shared/link/priority_inheritance_mutex.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLeastKept = 64;  // samples per finger
-constexpr double kKept = 0.5;           // [s] of samples at the scene's rate
-constexpr double kMissing = 1.5;        // periods to the next sample: one is missing between
+constexpr std::size_t kLeastKept = 64;    // samples per finger
+constexpr std::size_t kLongestUnit = 16;  // [characters]
+constexpr double kKept = 0.5;             // [s] of samples at the scene's rate
+constexpr double kMissing = 1.5;          // periods to the next sample: one is missing between
 
 using Sample = FingerStream::Sample;
 
@@ -22,7 +24,7 @@ struct TactileInbox::State {
   explicit State(const Tactile& tactile) : period(Seconds(1 / tactile.rate)) {
     const auto kept = static_cast<std::size_t>(std::lround(kKept * tactile.rate));
     for (const Finger& finger : tactile.fingers) {
-      fingers.emplace_back(finger.name, period, std::max(kLeastKept, kept));
+      fingers.emplace_back(finger.name, tactile.channels, period, std::max(kLeastKept, kept));
     }
   }
 
@@ -133,7 +135,8 @@ TactileInbox::~TactileInbox() = default;
 std::optional<TactileInbox::Refusal> TactileInbox::Feed(std::string_view finger,
                                                         std::uint64_t sequence, Time sensed_at,
                                                         const FingerReading& reading,
-                                                        Time arrived_at, SenderId sender) {
+                                                        Time arrived_at, SenderId sender,
+                                                        std::string_view unit) {
   {
     const std::scoped_lock lock(state_->mutex);
     FingerStream* const stream = state_->Find(finger);
@@ -143,6 +146,9 @@ std::optional<TactileInbox::Refusal> TactileInbox::Feed(std::string_view finger,
         known.append(known.empty() ? "" : ", ").append(one.name());
       }
       return Refusal{"is not a finger of this scene: expected " + known};
+    }
+    if (!unit.empty() && unit != stream->unit()) {
+      return Refusal{"unit = " + Presentable(unit, kLongestUnit) + ": expected " + stream->unit()};
     }
     if (auto why = stream->Take(sequence, sensed_at, reading, arrived_at, sender)) {
       return Refusal{std::move(*why)};

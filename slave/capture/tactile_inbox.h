@@ -28,9 +28,11 @@ class FingerStream {
   };
 
   // `period`: of the scene's rate.
-  FingerStream(std::string name, Clock::duration period, std::size_t capacity);
+  FingerStream(std::string name, TactileChannels channels, Clock::duration period,
+               std::size_t capacity);
 
   [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::string& unit() const { return channels_.unit; }
   using SenderId = std::uint64_t;
 
   // nullopt: accepted. Otherwise the reason of the rejection, which continues the finger's name. A
@@ -68,6 +70,7 @@ class FingerStream {
   void DropFirst() noexcept;
 
   std::string name_;
+  TactileChannels channels_;
   double period_;         // of the scene [s]
   double sender_period_;  // of the sender, smoothed [s]
   SenderClock clock_;
@@ -94,15 +97,16 @@ class TactileInbox final : public TactileSource {
   explicit TactileInbox(const Tactile& tactile);
   ~TactileInbox() override;
 
-  // One sample of one finger, taken at `sensed_at` of the sender's clock; `arrived_at` is the
-  // slave's clock. The offset of the clocks follows from the smallest delay of the last seconds,
-  // which counts as zero. Rejects: unknown finger, counts that are not finite, a time that
-  // decreases, a sequence that does not rise (0: not used), an invalid pose, another `sender` than
-  // the one that sent this finger's samples within the last second. A sample with the time of the
-  // previous one is a repetition: accepted, and dropped.
+  // One sample of one finger, in `unit` (empty: not stated), taken at `sensed_at` of the sender's
+  // clock; `arrived_at` is the slave's clock. The offset of the clocks follows from the smallest
+  // delay of the last seconds, which counts as zero. Rejects: unknown finger, another number or
+  // unit of channels, values that are not finite, a time that decreases, a sequence that does not
+  // rise (0: not used), an invalid pose, another `sender` than the one that sent this finger's
+  // samples within the last second. A sample with the time of the previous one is a repetition:
+  // accepted, and dropped.
   std::optional<Refusal> Feed(std::string_view finger, std::uint64_t sequence, Time sensed_at,
                               const FingerReading& reading, Time arrived_at,
-                              SenderId sender = kOnlySender);
+                              SenderId sender = kOnlySender, std::string_view unit = {});
 
   // `sender` has left `finger`. If it was its sender, clock and sequence of the next one may start
   // again, after a gap.

@@ -15,20 +15,22 @@ constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
 // Where one finger is in the file.
 struct FingerColumns {
   std::string prefix;  // of its columns: empty, or `rf_`
-  std::array<std::size_t, kElectrodeCount> electrodes{};
+  std::vector<std::size_t> channels;
   std::optional<std::size_t> pac, pdc;
 };
 
-// The number of `E7`, `ele7`, 1 or more; 0: no electrode.
-int ElectrodeNumber(std::string_view name) {
-  if (name.starts_with("ele")) {
+// The number of `E7`, `ele7` or `c7`, 1 or more; 0: no channel.
+int ChannelNumber(std::string_view name, const TactileChannels& channels) {
+  const bool are_electrodes = channels.are_electrodes();
+  if (are_electrodes && name.starts_with("ele")) {
     name.remove_prefix(3);
-  } else if (name.starts_with('E')) {
+  } else if (name.starts_with(are_electrodes ? 'E' : 'c')) {
     name.remove_prefix(1);
   } else {
     return 0;
   }
-  if (name.empty() || name.size() > 2 || name.front() == '0') return 0;
+  if (!are_electrodes) name = name.substr(0, name.find(' '));
+  if (name.empty() || name.size() > 3 || name.front() == '0') return 0;
   int number = 0;
   for (const char c : name) {
     if (c < '0' || c > '9') return 0;
@@ -37,12 +39,12 @@ int ElectrodeNumber(std::string_view name) {
   return number;
 }
 
-// The prefixes of all columns that name an electrode, in the file's order.
-std::vector<std::string> PrefixesIn(const CsvTable& rows) {
+// The prefixes of all columns that name a channel, in the file's order.
+std::vector<std::string> PrefixesIn(const CsvTable& rows, const TactileChannels& channels) {
   std::vector<std::string> prefixes;
   for (const std::string& name : rows.header()) {
     const std::size_t begin = name.rfind('_') + 1;  // 0 where there is none
-    if (ElectrodeNumber(std::string_view(name).substr(begin)) == 0) continue;
+    if (ChannelNumber(std::string_view(name).substr(begin), channels) == 0) continue;
     const std::string prefix = name.substr(0, begin);
     if (std::ranges::find(prefixes, prefix) == prefixes.end()) prefixes.push_back(prefix);
   }
@@ -55,10 +57,15 @@ std::string NameOf(std::string_view prefix) {
 
 // The prefixes of the fingers wanted. A file of one finger without a name holds whichever is
 // wanted.
-std::vector<std::string> ChoosePrefixes(const CsvTable& rows, std::span<const std::string> wanted) {
-  auto prefixes = PrefixesIn(rows);
-  if (prefixes.empty())
-    rows.Fail("no electrodes: expected columns E1 to E19 or NAME_E1 to NAME_E19");
+std::vector<std::string> ChoosePrefixes(const CsvTable& rows, std::span<const std::string> wanted,
+                                        const TactileChannels& channels) {
+  auto prefixes = PrefixesIn(rows, channels);
+  if (prefixes.empty()) {
+    rows.Fail((channels.are_electrodes() ? "no electrodes: expected columns "
+                                         : "no channels: expected columns ") +
+              channels.Names() + " or NAME_" + channels.NameOf(0) + " to NAME_" +
+              channels.NameOf(channels.count - 1));
+  }
   if (wanted.empty()) return prefixes;
   if (wanted.size() == 1 && prefixes.size() == 1 && prefixes[0].empty()) return prefixes;
   std::vector<std::string> chosen;
@@ -75,27 +82,33 @@ std::vector<std::string> ChoosePrefixes(const CsvTable& rows, std::span<const st
   return chosen;
 }
 
-FingerColumns FindFinger(const CsvTable& rows, const std::string& prefix) {
+FingerColumns FindFinger(const CsvTable& rows, const std::string& prefix,
+                         const TactileChannels& channels) {
   FingerColumns columns;
   columns.prefix = prefix;
-  const auto find = [&](int electrode) {
-    const std::string number = std::to_string(electrode);
-    const auto column = rows.Find(prefix + "E" + number);
-    return column ? column : rows.Find(prefix + "ele" + number);
-  };
-  const std::string all = prefix + "E1 to " + prefix + "E" + std::to_string(kElectrodeCount);
-  for (int i = 0; i < kElectrodeCount; ++i) {
-    const auto column = find(i + 1);
-    if (!column) {
-      rows.Fail("electrode " + prefix + "E" + std::to_string(i + 1) + " is missing: expected " +
-                all);
+  const auto find = [&](int channel) {
+    const std::string name = prefix + channels.NameOf(channel);
+    if (!channels.are_electrodes()) {
+      const auto column = rows.Find(name);
+      return column ? column : rows.Find(name + " [" + channels.unit + "]");
     }
-    columns.electrodes[static_cast<std::size_t>(i)] = *column;
+    const auto column = rows.Find(name);
+    return column ? column : rows.Find(prefix + "ele" + std::to_string(channel + 1));
+  };
+  const std::string all =
+      prefix + channels.NameOf(0) + " to " + prefix + channels.NameOf(channels.count - 1);
+  const std::string kind = channels.are_electrodes() ? "electrode " : "channel ";
+  for (int i = 0; i < channels.count; ++i) {
+    const auto column = find(i);
+    if (!column) {
+      rows.Fail(kind + prefix + channels.NameOf(i) + " is missing: expected " + all);
+    }
+    columns.channels.push_back(*column);
   }
-  if (find(kElectrodeCount + 1)) {
-    rows.Fail("electrode " + prefix + "E" + std::to_string(kElectrodeCount + 1) + ": expected " +
-              all);
+  if (find(channels.count)) {
+    rows.Fail(kind + prefix + channels.NameOf(channels.count) + ": expected " + all);
   }
+  if (!channels.are_electrodes()) return columns;
   columns.pac = rows.Find(prefix + "pac0");
   // Where electrodes are `ele1`, the first of the pac is `pac1`; beside `E1` that is the second.
   if (!columns.pac && rows.Find(prefix + "ele1")) columns.pac = rows.Find(prefix + "pac1");
@@ -103,10 +116,27 @@ FingerColumns FindFinger(const CsvTable& rows, const std::string& prefix) {
   return columns;
 }
 
-std::vector<FingerColumns> FindFingers(const CsvTable& rows, std::span<const std::string> wanted) {
+// A recording in another unit would give another force. Throws std::runtime_error `file:line: ...`.
+void RequireUnit(const std::filesystem::path& file, const TactileChannels& channels) {
+  if (channels.are_electrodes()) return;
+  CsvLines lines(file);
+  if (!lines.Next()) return;
+  for (const std::string_view title : lines.cells()) {
+    const std::size_t open = title.find_first_of("[(");
+    if (open == std::string_view::npos || !(title.ends_with(']') || title.ends_with(')'))) continue;
+    const std::string_view name = Trimmed(title.substr(0, open));
+    if (ChannelNumber(name.substr(name.rfind('_') + 1), channels) == 0) continue;
+    if (title.substr(open + 1, title.size() - open - 2) == channels.unit) continue;
+    lines.Fail("column " + Shown(title) + ": expected " + Shown(name) + " [" + channels.unit +
+               "], the unit of the scene");
+  }
+}
+
+std::vector<FingerColumns> FindFingers(const CsvTable& rows, std::span<const std::string> wanted,
+                                       const TactileChannels& channels) {
   std::vector<FingerColumns> fingers;
-  for (const std::string& prefix : ChoosePrefixes(rows, wanted)) {
-    fingers.push_back(FindFinger(rows, prefix));
+  for (const std::string& prefix : ChoosePrefixes(rows, wanted, channels)) {
+    fingers.push_back(FindFinger(rows, prefix, channels));
   }
   return fingers;
 }
@@ -116,20 +146,21 @@ RecordedFinger Described(const FingerColumns& columns) {
 }
 
 FingerReading ReadSample(const CsvTable& rows, const FingerColumns& columns) {
-  const auto counts = [&](std::size_t column) {
-    return static_cast<float>(rows.Number(column, kMostCounts));
+  const auto counts = [&](std::size_t column) {  // in the file's unit
+    return static_cast<float>(rows.Number(column, kMostCounts) / rows.to_si(column));
   };
   FingerReading reading;
   reading.present = true;
-  for (std::size_t i = 0; i < columns.electrodes.size(); ++i) {
-    reading.electrodes[i] = counts(columns.electrodes[i]);
+  reading.channels.resize(columns.channels.size());
+  for (std::size_t i = 0; i < columns.channels.size(); ++i) {
+    reading.channels[i] = counts(columns.channels[i]);
   }
   if (columns.pac) reading.pac = counts(*columns.pac);
   if (columns.pdc) reading.pdc = counts(*columns.pdc);
   return reading;
 }
 
-constexpr std::array kNames{"rel_time_s", "time_s", "t", "time", "timestamp"};
+constexpr std::array kNames{"rel_time_s", "time_s", "t_s", "t", "time", "timestamp"};
 constexpr double kLatest = 9e9;  // the year 2255; stamps in milliseconds lie far beyond
 
 }  // namespace
@@ -140,21 +171,24 @@ std::string RecordedFinger::MissingColumn() const {
 }
 
 std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
-                                               std::span<const std::string> wanted) {
+                                               std::span<const std::string> wanted,
+                                               const TactileChannels& channels) {
   const CsvTable rows(file);
   std::vector<RecordedFinger> fingers;
-  for (const FingerColumns& columns : FindFingers(rows, wanted)) {
+  for (const FingerColumns& columns : FindFingers(rows, wanted, channels)) {
     fingers.push_back(Described(columns));
   }
   return fingers;
 }
 
 TactileRecording ReadTactileRecording(const std::filesystem::path& file,
-                                      std::span<const std::string> wanted) {
+                                      std::span<const std::string> wanted,
+                                      const TactileChannels& channels) {
+  RequireUnit(file, channels);
   CsvTable rows(file);
   const std::size_t time = FindTimeColumn(rows);
   TactileRecording recording;
-  const std::vector<FingerColumns> fingers = FindFingers(rows, wanted);
+  const std::vector<FingerColumns> fingers = FindFingers(rows, wanted, channels);
   for (const FingerColumns& columns : fingers) recording.fingers.push_back(Described(columns));
   while (rows.Next()) {
     const double t = ReadTime(rows, time, recording.t.empty() ? nullptr : &recording.t.back());
@@ -171,7 +205,7 @@ std::size_t FindTimeColumn(const CsvTable& rows) {
   for (const char* name : kNames) {
     if (const auto column = rows.Find(name)) return *column;
   }
-  rows.Fail("no time: expected a column rel_time_s, time_s, t, time or timestamp [s]");
+  rows.Fail("no time: expected a column rel_time_s, time_s, t_s, t, time or timestamp [s]");
 }
 
 double ReadTime(const CsvTable& rows, std::size_t column, const double* before) {

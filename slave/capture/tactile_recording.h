@@ -32,18 +32,21 @@ struct TactileRecording {
   std::vector<RecordedFinger> fingers;
 };
 
-// Columns: a time in seconds (the first of `rel_time_s`, `time_s`, `t`, `timestamp`), per finger
-// `NAME_E1` to `NAME_E19`, `NAME_pac0`, `NAME_pdc`, or without `NAME_` for a single finger; `ele1`
-// and `pac1` are accepted too. One header row; lines that begin with # are comments. `wanted`: the
-// fingers to read, empty: all. Throws std::runtime_error `file:line: ...`: unreadable, a finger or
-// an electrode missing (which), a row with more or fewer columns than the header, not a finite
-// number, a time that does not increase.
+// Columns: a time in seconds (the first of `rel_time_s`, `time_s`, `t_s`, `t`, `timestamp`), per
+// finger `NAME_E1` to `NAME_E19`, `NAME_pac0`, `NAME_pdc`, or without `NAME_` for a single finger;
+// `ele1` and `pac1` are accepted too. Other sensors: `NAME_c1` to `NAME_cN`; a unit in brackets
+// behind the name must be that of `channels`. One header row; lines that begin with # are comments.
+// `wanted`: the fingers to read, empty: all. Throws std::runtime_error `file:line: ...`:
+// unreadable, a finger or a channel missing or beyond the last (which), a row with more or fewer
+// columns than the header, not a finite number, a time that does not increase.
 TactileRecording ReadTactileRecording(const std::filesystem::path& file,
-                                      std::span<const std::string> wanted);
+                                      std::span<const std::string> wanted,
+                                      const TactileChannels& channels = {});
 
 // The fingers that ReadTactileRecording would read; only the header is read. Throws as it does.
 std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
-                                               std::span<const std::string> wanted);
+                                               std::span<const std::string> wanted,
+                                               const TactileChannels& channels = {});
 
 // The recording of the scene with its fingertip poses. A rate within a tenth of the scene's is
 // taken as it is, another one down to a quarter is resampled, linear between samples. The first

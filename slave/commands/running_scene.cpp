@@ -120,6 +120,7 @@ void KeepDecision(const study::StudyResult& study, const Scene& scene,
 }
 
 std::string MissingGuards(const ManipulatorOptions& arm) {
+  if (arm.source == ManipulatorOptions::Source::kNone) return {};
   const bool presses = std::isinf(arm.force_guard), sinks = std::isinf(arm.depth_guard);
   if (!presses && !sinks) return {};
   const char* keys = !sinks     ? "manipulator.force_guard is"

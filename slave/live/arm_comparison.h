@@ -22,27 +22,28 @@ class ArmComparison {
     resolution_ = resolution;
     registration_.reset();
     // There is something to measure where the tip is sensed and the arm carries it. What is slower
-    // than the resolution stands.
+    // than the resolution is at rest.
     if (resolution > 0 && manipulator.carries_tool()) registration_.emplace(resolution);
   }
   // Widens and flags an estimate, by the tip where it is measured, else by the depth. `p_S_arm`:
   // encoder reading at the time of the sample [m].
-  void Update(const Eigen::Vector3d& p_S_arm, ContactEstimate* felt) noexcept {
+  void Update(const Eigen::Vector3d& p_S_arm, ContactEstimate* estimate) noexcept {
     if (!shows_arm_) return;
-    if (felt->validity == Validity::kTrackingLost) return latency_.Miss(felt->sensed_at);
-    if (resolution_ > 0) return latency_.Update(felt->p_S_tip, p_S_arm, resolution_, felt);
-    const LocalModel& local = felt->local_model;
+    if (estimate->validity == Validity::kTrackingLost) return latency_.Miss(estimate->sensed_at);
+    if (resolution_ > 0) return latency_.Update(estimate->p_S_tip, p_S_arm, resolution_, estimate);
+    const LocalModel& local = estimate->local_model;
     const double stiffness = local.normal.dot(local.stiffness * local.normal);
-    if (!felt->force || !(felt->depth > 0) || !(stiffness > 0)) {
-      return latency_.Miss(felt->sensed_at);
+    if (!estimate->force || !(estimate->depth > 0) || !(stiffness > 0)) {
+      return latency_.Miss(estimate->sensed_at);
     }
-    latency_.Update({felt->depth, 0, 0}, {-local.normal.dot(p_S_arm), 0, 0},
-                    felt->sigma / stiffness, felt);
+    latency_.Update({estimate->depth, 0, 0}, {-local.normal.dot(p_S_arm), 0, 0},
+                    estimate->sigma / stiffness, estimate);
   }
   // Measures the difference of tip and encoders, which `port` uses.
-  void Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_arm, OperatorPort* port) {
-    if (!registration_ || felt.validity == Validity::kTrackingLost) return;
-    registration_->Add(felt.p_S_tip, p_S_arm);
+  void Register(const ContactEstimate& estimate, const Eigen::Vector3d& p_S_arm,
+                OperatorPort* port) {
+    if (!registration_ || estimate.validity == Validity::kTrackingLost) return;
+    registration_->Add(estimate.p_S_tip, p_S_arm);
     port->SetRegistration(registration_->offset());
   }
 

@@ -42,8 +42,8 @@ class CarriedModel {
     if (!(depth > 0)) return;
     contact->force_by_now = (local_.force + local_.stiffness * below).norm();
     // A small force may point anywhere.
-    const double felt = contact->force ? contact->force->norm() : 0;
-    if (felt < contact->force_by_now) contact->outward = local_.normal;
+    const double estimated = contact->force ? contact->force->norm() : 0;
+    if (estimated < contact->force_by_now) contact->outward = local_.normal;
   }
 
  private:

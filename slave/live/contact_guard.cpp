@@ -11,7 +11,7 @@ constexpr double kArrived = 0.005;  // of a retreat: what the arm goes in so lon
 constexpr double kRetreatTimes = 2, kRetreatLonger = 1;
 // At a guard a hand trembles and drags: what the arm goes in so long is no press further [s].
 constexpr double kTremor = 0.02;
-constexpr double kFalls = 0.95;  // of a guard: below that it stands no more
+constexpr double kFalls = 0.95;  // of the force at the guard: below, the guard ends
 // After the tool was led last, samples tell within so long what that did; later ones are waited for
 // so long [s].
 constexpr double kSeenWithin = 0.3, kWaitedFor = 10;
@@ -19,14 +19,14 @@ constexpr double kSeenWithin = 0.3, kWaitedFor = 10;
 }  // namespace
 
 bool ContactGuard::Check(Time now, const ContactState& contact, bool follows) noexcept {
-  const double felt = contact.force ? contact.force->norm() : 0;
-  const double force = std::max(felt, contact.force_by_now);
+  const double estimated = contact.force ? contact.force->norm() : 0;
+  const double force = std::max(estimated, contact.force_by_now);
   const double depth = std::max(contact.depth, contact.depth_by_now);
   const double falls = outward_ ? kFalls : 1;
   const bool is_reached =
       force > falls * limits_.force_guard || depth > falls * limits_.depth_guard;
   const bool is_led_beyond = is_reached && !outward_ && (follows || unseen_);
-  if (contact.force) outward_.reset();  // a guard stands while nobody knows that it may fall
+  if (contact.force) outward_.reset();  // while the force is unknown, the guard stays
   if (is_reached) outward_ = contact.outward;
   SetFloor(contact, force);
   if (follows) followed_at_ = now;
@@ -58,7 +58,7 @@ void ContactGuard::BeginRetreat(Time now, const ContactState& contact) noexcept 
   retreat_until_ = now + Seconds(kRetreatTimes * takes + kRetreatLonger);
 }
 
-// An arm forgets what it was told when it has a fault; whoever drives it then may count from
+// An arm with a fault forgets its target; whoever drives it then may count from
 // elsewhere.
 void ContactGuard::ContinueRetreat(Time now) noexcept {
   if (!retreat_) return;

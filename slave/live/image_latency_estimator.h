@@ -24,14 +24,14 @@ class ImageLatencyEstimator {
   // Widens and flags one estimate. `seen`: position in the image; `arm`: encoder reading at the
   // image's timestamp [m]; `sigma`: of `seen` [m].
   void Update(const Eigen::Vector3d& seen, const Eigen::Vector3d& arm, double sigma,
-              ContactEstimate* felt) noexcept {
-    Go(felt->sensed_at);
-    const double dt = last_ ? SecondsBetween(last_->at, felt->sensed_at) : 0;
+              ContactEstimate* estimate) noexcept {
+    Go(estimate->sensed_at);
+    const double dt = last_ ? SecondsBetween(last_->at, estimate->sensed_at) : 0;
     if (dt > 0 && dt < kGap) {
       const Eigen::Vector3d way = arm - last_->arm;
       const double kept = std::exp(-dt / kMemory);
       speed_ = std::max(way.norm() / dt, kept * speed_);
-      in_speed_ = std::max(std::abs(felt->local_model.normal.dot(way)) / dt, kept * in_speed_);
+      in_speed_ = std::max(std::abs(estimate->local_model.normal.dot(way)) / dt, kept * in_speed_);
       fit_.Add(seen, arm, way / dt, dt);
       double scale = 1;
       if (const auto found = fit_.found()) {
@@ -50,11 +50,11 @@ class ImageLatencyEstimator {
       distrust_ = leaps ? kDistrust : std::max(0.0, distrust_ - dt);
       open_ = std::max(0.0, gap_.norm() - floor);
     }
-    Widen(felt);
+    Widen(estimate);
     if (distrust_ > 0 || late_ > kMost)
-      felt->Fail(FailedCheck::kInstants, "images and manipulator are of different instants");
-    if (!follows_) felt->Fail(FailedCheck::kArm, "the tip does not follow the manipulator");
-    last_ = Last{seen, arm, felt->sensed_at};
+      estimate->Fail(FailedCheck::kInstants, "images and manipulator are of different instants");
+    if (!follows_) estimate->Fail(FailedCheck::kArm, "the tip does not follow the manipulator");
+    last_ = Last{seen, arm, estimate->sensed_at};
   }
   // No moving object is visible in an image of this time.
   void Miss(Time at) noexcept {
@@ -90,16 +90,18 @@ class ImageLatencyEstimator {
 
   // Change of the manipulator's depth since the image, inwards or outwards. It slows down where it
   // reverses, and a free tool may touch.
-  void Widen(ContactEstimate* felt) noexcept {
-    const LocalModel& local = felt->local_model;
-    if (!felt->force || !local.known()) return;
-    const double above = felt->depth > 0 ? 0 : std::max(0.0, -local.Penetration(felt->p_S_tip));
+  void Widen(ContactEstimate* estimate) noexcept {
+    const LocalModel& local = estimate->local_model;
+    if (!estimate->force || !local.known()) return;
+    const double above =
+        estimate->depth > 0 ? 0 : std::max(0.0, -local.Penetration(estimate->p_S_tip));
     const double gone = std::max({0.0, late_ * in_speed_ - above, open_ - above});
     const double more = gone * local.normal.dot(local.stiffness * local.normal);
-    felt->sigma = std::hypot(felt->sigma, more);
-    const double force = felt->force->norm();
-    if (!felt->moment || force == 0) return;
-    felt->moment_sigma = std::hypot(felt->moment_sigma, more * felt->moment->norm() / force);
+    estimate->sigma = std::hypot(estimate->sigma, more);
+    const double force = estimate->force->norm();
+    if (!estimate->moment || force == 0) return;
+    estimate->moment_sigma =
+        std::hypot(estimate->moment_sigma, more * estimate->moment->norm() / force);
   }
 
   Time at_{};  // of the last image

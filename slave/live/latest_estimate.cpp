@@ -24,22 +24,22 @@ std::string Silence(double age) {
 
 LatestEstimate::LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_tip)
     : stale_after_(std::max(kStaleAfter, kStalePeriods / sensor_rate)) {
-  felt_.p_S_tip = p_S_tip;
+  estimate_.p_S_tip = p_S_tip;
 }
 
-void LatestEstimate::Put(const ContactEstimate& felt, SampleTrace trace) {
-  trace.sample = felt.sample;
-  trace.sensed_at = felt.sensed_at;
+void LatestEstimate::Put(const ContactEstimate& estimate, SampleTrace trace) {
+  trace.sample = estimate.sample;
+  trace.sensed_at = estimate.sensed_at;
   trace.solved_at = Clock::now();
   {
     const std::lock_guard lock(mutex_);
     traces_.push_back(trace);
     if (traces_.size() > kTracesKept) traces_.pop_front();
-    felt_ = felt;
-    events_.Add(felt.events);
+    estimate_ = estimate;
+    events_.Add(estimate.events);
     ++frames_;
-    std::erase_if(recent_, [&](Time t) { return SecondsBetween(t, felt.sensed_at) > 1.0; });
-    recent_.push_back(felt.sensed_at);
+    std::erase_if(recent_, [&](Time t) { return SecondsBetween(t, estimate.sensed_at) > 1.0; });
+    recent_.push_back(estimate.sensed_at);
   }
   changed_.notify_all();
 }
@@ -58,24 +58,24 @@ void LatestEstimate::RaiseAlarm(const std::string& text) {
 
 ContactEstimate LatestEstimate::Get() const {
   const std::lock_guard lock(mutex_);
-  return felt_;
+  return estimate_;
 }
 
 ContactEstimate LatestEstimate::Fresh(Time now) const {
-  ContactEstimate felt = Get();
-  if (SecondsBetween(felt.sensed_at, now) <= stale_after_ + nap_) return felt;
-  felt.validity = Worse(felt.validity, Validity::kStale);
-  for (FingerState& finger : felt.fingers) {
+  ContactEstimate estimate = Get();
+  if (SecondsBetween(estimate.sensed_at, now) <= stale_after_ + nap_) return estimate;
+  estimate.validity = Worse(estimate.validity, Validity::kStale);
+  for (FingerState& finger : estimate.fingers) {
     finger.validity = Worse(finger.validity, Validity::kStale);
   }
-  return felt;
+  return estimate;
 }
 
 bool LatestEstimate::Touches() const {
-  const ContactEstimate felt = Get();
+  const ContactEstimate estimate = Get();
   const auto touches = [](const FingerState& finger) { return finger.in_contact; };
-  return felt.depth > 0 || felt.local_model.in_contact ||
-         std::ranges::any_of(felt.fingers, touches);
+  return estimate.depth > 0 || estimate.local_model.in_contact ||
+         std::ranges::any_of(estimate.fingers, touches);
 }
 
 std::vector<SampleTrace> LatestEstimate::TracesSince(Time sensed_at) const {
@@ -95,7 +95,7 @@ Events LatestEstimate::TakeEvents() {
 bool LatestEstimate::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
   std::unique_lock lock(mutex_);
   return changed_.wait_until(lock, std::chrono::steady_clock::now() + patience,
-                             [&] { return felt_.sensed_at > sensed_at; });
+                             [&] { return estimate_.sensed_at > sensed_at; });
 }
 
 SlaveState LatestEstimate::Compose(const OperatorPort& port, Time now) const {
@@ -117,7 +117,7 @@ void LatestEstimate::Describe(SlaveStatus* status) const {
   status->frame_rate = static_cast<double>(
       std::ranges::count_if(recent_, [&](Time t) { return SecondsBetween(t, now) <= 1.0; }));
   status->alarms = alarms_;
-  const double age = SecondsBetween(felt_.sensed_at, now);
+  const double age = SecondsBetween(estimate_.sensed_at, now);
   if (frames_ > 0 && age > stale_after_ + nap_) status->alarms.push_back(Silence(age));
 }
 

@@ -25,7 +25,7 @@ class LatestEstimate {
   LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_tip);
 
   // `trace`: timing so far; this function adds the rest.
-  void Put(const ContactEstimate& felt, SampleTrace trace = {});
+  void Put(const ContactEstimate& estimate, SampleTrace trace = {});
   void Add(Event event);
   // Logs it as well; only the first few are kept.
   void RaiseAlarm(const std::string& text);
@@ -54,7 +54,7 @@ class LatestEstimate {
   // With priority inheritance: whoever requests the status is less urgent than the sensing.
   mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;
-  ContactEstimate felt_;
+  ContactEstimate estimate_;
   Events events_;
   std::vector<std::string> alarms_;
   std::uint64_t frames_ = 0;

@@ -91,35 +91,35 @@ bool LiveSensing::ProcessSample(const std::stop_token& stop) {
   trace.processed_at = Clock::now();
   const std::lock_guard lock(parts_.mutex);
   const Time began = Clock::now();
-  ContactEstimate felt = parts_.sense.Estimate(p_S_encoders);
+  ContactEstimate estimate = parts_.sense.Estimate(p_S_encoders);
   const bool senses_tip = parts_.settings.sensing_info().tip_resolution > 0;
-  arm_.Update(p_S_encoders, &felt);
-  if (felt.validity != Validity::kTrackingLost || !senses_tip) {
-    p_S_sensed_ = felt.p_S_tip;
+  arm_.Update(p_S_encoders, &estimate);
+  if (estimate.validity != Validity::kTrackingLost || !senses_tip) {
+    p_S_sensed_ = estimate.p_S_tip;
     p_S_encoders_ = p_S_encoders;
   }
-  arm_.Register(felt, p_S_encoders, &parts_.port);
+  arm_.Register(estimate, p_S_encoders, &parts_.port);
   ReportExtrapolation();
-  patch_.Update(felt, parts_.settings.revision(), &parts_.sense, Clock::now());
-  local_.Put(felt.local_model, p_S_sensed_, p_S_encoders_);
+  patch_.Update(estimate, parts_.settings.revision(), &parts_.sense, Clock::now());
+  local_.Put(estimate.local_model, p_S_sensed_, p_S_encoders_);
   has_estimate_ = true;
   // Where looking is a part of the estimate, that one knows when it was done.
-  trace.processed_at = std::max(trace.processed_at, felt.processed_at);
-  const double update = SecondsBetween(std::max(began, felt.processed_at), Clock::now());
-  parts_.newest.Put(felt, trace);
-  if (onlooker_) onlooker_(felt, update);
+  trace.processed_at = std::max(trace.processed_at, estimate.processed_at);
+  const double update = SecondsBetween(std::max(began, estimate.processed_at), Clock::now());
+  parts_.newest.Put(estimate, trace);
+  if (onlooker_) onlooker_(estimate, update);
   return true;
 }
 
 void LiveSensing::ReportExtrapolation() {
   const std::string_view doubt = parts_.sense.doubt();
-  if (!doubt.empty() && told_doubts_.insert(doubt).second) {
+  if (!doubt.empty() && reported_doubts_.insert(doubt).second) {
     parts_.newest.RaiseAlarm("the model's solution is extrapolated: " + std::string(doubt));
   }
 }
 
-// The tip as it was sensed, carried on by what the arm has moved since. While a sample is being
-// felt, the model of a moment ago will do.
+// At the sensed tip, moved by the arm's motion since. While a sample is being estimated, the latest
+// model is returned.
 LocalModel LiveSensing::LocalNow() {
   const std::unique_lock sense(parts_.mutex, std::try_to_lock);
   if (sense.owns_lock() && has_estimate_) {
@@ -130,7 +130,7 @@ LocalModel LiveSensing::LocalNow() {
   return local_.newest();
 }
 
-// Of a moment ago while a sample is being felt: whoever asks how we are must not wait.
+// While a sample is being estimated these are the latest ones, so that a request does not wait.
 std::vector<StageTimes> LiveSensing::Stages() const {
   const std::unique_lock sense(parts_.mutex, std::try_to_lock);
   const std::lock_guard lock(stages_mutex_);

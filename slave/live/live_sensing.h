@@ -37,7 +37,7 @@ class LiveSensing {
     LatestEstimate& newest;
   };
   // Called with each estimate and the duration of its computation [s].
-  using Onlooker = std::function<void(const ContactEstimate& felt, double update)>;
+  using Onlooker = std::function<void(const ContactEstimate& estimate, double update)>;
 
   // `shows_arm`: a real manipulator in live images.
   LiveSensing(const Scene& scene, const Parts& parts, bool shows_arm);
@@ -64,7 +64,7 @@ class LiveSensing {
   // a moment ago.
   [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] const CarriedModel& local() const { return local_; }
-  // Of a moment ago while a sample is being estimated, so that a status request does not wait.
+  // The latest ones while a sample is being estimated, so that a status request does not wait.
   [[nodiscard]] std::vector<StageTimes> Stages() const;
   [[nodiscard]] PatchSnapshot Patch() { return patch_.Get(Clock::now()); }
 
@@ -75,8 +75,8 @@ class LiveSensing {
   void ReportExtrapolation();
 
   const Parts parts_;
-  ArmComparison arm_;                       // the thread's
-  std::set<std::string_view> told_doubts_;  // already reported; each raises one alarm, once
+  ArmComparison arm_;                           // the thread's
+  std::set<std::string_view> reported_doubts_;  // already reported; each raises one alarm, once
   Onlooker onlooker_;
   std::atomic<bool> reset_wanted_{false};
   // The last measured tip and the encoder reading at that time, S [m]; under the sensing's mutex.

@@ -23,7 +23,7 @@ void RefuseLongMaking(int elements) {
                   elements, takes, kLongest, 1000 * std::cbrt(kLongest / kOfThousand)));
 }
 
-// Of what auto decides about.
+// What `auto` decides about.
 bool IsSameModel(const ModelOptions& a, const ModelOptions& b) {
   return a.kind == b.kind && a.elements == b.elements && a.order == b.order && a.modes == b.modes &&
          a.refinements == b.refinements && a.fem.element == b.fem.element &&
@@ -122,7 +122,7 @@ bool LiveSettings::TryAdopt(const Scene& changed, std::uint32_t revision,
   const std::unique_lock one_at_a_time(change_mutex_, std::try_to_lock);
   if (!one_at_a_time) return false;
   if (revision_ != revision) return true;
-  const std::scoped_lock lock(*sense_mutex_, mutex_);  // nothing is felt meanwhile
+  const std::scoped_lock lock(*sense_mutex_, mutex_);  // no estimate is made meanwhile
   if (port_->view().phase == Phase::kFollowing || newest_->Touches()) return false;
   Adopt(changed, std::move(*prepared));
   info_.reason = changed.model.decision.reason;

@@ -19,7 +19,7 @@ bool ShowsArm(const Scene& scene, const SensingPipeline& sense, const Manipulato
   return is_live && HasPictures(scene.sense) && arm.carries_tool();
 }
 
-// Where no force is told, none is missed.
+// A pipeline that computes no force misses none.
 ManipulatorOptions LimitsOf(const Scene& scene, const SensingPipeline& sense) {
   ManipulatorOptions limits = scene.manipulator;
   if (!sense.info().tells_force) limits.blind_after = std::numeric_limits<double>::infinity();
@@ -48,8 +48,8 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulato
       if (!stop.stop_requested()) newest_.RaiseAlarm(outcome);
     });
   }
-  sensing_.Start([this](const ContactEstimate& felt, double update) {
-    if (model_validity_) model_validity_->Update(felt, newest_.Touches(), update);
+  sensing_.Start([this](const ContactEstimate& estimate, double update) {
+    if (model_validity_) model_validity_->Update(estimate, newest_.Touches(), update);
   });
 }
 
@@ -67,13 +67,13 @@ bool LiveSlave::Command(const OperatorCommand& command) noexcept {
 }
 
 ContactState LiveSlave::ContactStateNow() const {
-  const ContactEstimate felt = newest_.Fresh(Clock::now());
+  const ContactEstimate estimate = newest_.Fresh(Clock::now());
   ContactState contact;
-  if (IsForceKnown(felt)) contact.force = felt.force;
-  contact.depth = felt.depth;
-  if (felt.local_model.known()) contact.outward = felt.local_model.normal;
-  if (felt.force && felt.force->norm() > 0) contact.outward = felt.force->normalized();
-  sensing_.local().AddTo(&contact, manipulator_->Tip(), felt.validity == Validity::kPunctured);
+  if (IsForceKnown(estimate)) contact.force = estimate.force;
+  contact.depth = estimate.depth;
+  if (estimate.local_model.known()) contact.outward = estimate.local_model.normal;
+  if (estimate.force && estimate.force->norm() > 0) contact.outward = estimate.force->normalized();
+  sensing_.local().AddTo(&contact, manipulator_->Tip(), estimate.validity == Validity::kPunctured);
   return contact;
 }
 

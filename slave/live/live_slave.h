@@ -77,6 +77,7 @@ class LiveSlave final : public Slave {
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
   [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
   [[nodiscard]] DrivenArm* driven_arm() override { return manipulator_->driven(); }
+  [[nodiscard]] SceneSetup* setup() override { return nullptr; }
 
  private:
   [[nodiscard]] ContactState ContactStateNow() const;
@@ -102,9 +103,11 @@ class LiveSlave final : public Slave {
 // Creates the slave of the scene with manipulator and sensing. The samples of simulated sensors
 // come from palpate-simulator, see StreamSimulated. Throws as they do.
 // `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
-// the sensing, outlives the slave; null: none. `choose`: see LiveSlave.
+// the sensing, outlives the slave; null: none. `choose`: see LiveSlave. `open`: see Pace.
 std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& state_folder = {},
                                      SenseRecorder* recorder = nullptr,
-                                     const ModelChooser& choose = {});
+                                     const ModelChooser& choose = {}, const FrameOpener& open = {});
+// The slave of a set-up, which only shows images. `camera`: what `open` opens.
+std::unique_ptr<Slave> MakePreviewSlave(const Camera& camera, const FrameOpener& open);
 
 }  // namespace palpate

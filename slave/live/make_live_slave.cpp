@@ -1,5 +1,6 @@
 #include "slave/live/live_slave.h"
 #include "slave/pipeline/base/sense_recorder.h"
+#include "slave/pipeline/camera/preview_sense.h"
 
 namespace palpate {
 namespace {
@@ -15,10 +16,11 @@ bool MayRest(const Scene& scene, const SensingPipeline& sense) {
 }  // namespace
 
 std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& state_folder,
-                                     SenseRecorder* recorder, const ModelChooser& choose) {
+                                     SenseRecorder* recorder, const ModelChooser& choose,
+                                     const FrameOpener& open) {
   StreamSimulated(&scene);
   std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene);
-  const Pace pace{.tap = recorder};
+  const Pace pace{.tap = recorder, .open = open};
   if (recorder != nullptr) recorder->Begin();
   std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, pace);
   const bool may_rest = recorder == nullptr && MayRest(scene, *sense);
@@ -27,6 +29,14 @@ std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& s
   if (may_rest) slave->AllowRest();
   if (!state_folder.empty()) slave->KeepStopIn(state_folder);
   return slave;
+}
+
+std::unique_ptr<Slave> MakePreviewSlave(const Camera& camera, const FrameOpener& open) {
+  Scene scene;
+  scene.sense.Set(CameraOptions{.camera = camera});
+  scene.manipulator.source = ManipulatorOptions::Source::kNone;
+  return std::make_unique<LiveSlave>(scene, MakeManipulator(scene),
+                                     std::make_unique<PreviewSense>(open({})));
 }
 
 }  // namespace palpate

@@ -11,11 +11,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kDeeper = 1.1;    // than studied, before it counts
-constexpr double kReserve = 1.25;  // of depth, so that not every press decides anew
+constexpr double kDeeper = 1.1;    // depth that is a breach, relative to the studied one [-]
+constexpr double kReserve = 1.25;  // of depth, so that not every press needs a new decision [-]
 constexpr int kWindow = 200;       // updates that are judged together
-constexpr int kOneIn = 10;         // of them: what fewer are late for is the machine's
-constexpr double kSlower = 2;  // than told before, until it is told again: deciding takes time, too
+constexpr int kOneIn = 10;         // share of late updates that is a breach: fewer are accidents
+constexpr double kSlower = 2;      // factor of slowness until it is reported again [-]
 
 }  // namespace
 
@@ -26,9 +26,9 @@ ModelValidityMonitor::ModelValidityMonitor(const Scene& scene, Remedy remedy)
       remedy_(std::move(remedy)),
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-void ModelValidityMonitor::Update(const ContactEstimate& felt, bool touches, double update) {
+void ModelValidityMonitor::Update(const ContactEstimate& estimate, bool touches, double update) {
   if (touches) {
-    if (IsForceKnown(felt)) deepest_ = std::max(deepest_, felt.depth);
+    if (IsForceKnown(estimate)) deepest_ = std::max(deepest_, estimate.depth);
     slow_ += update > late_from_ ? 1 : 0;
     if (++updates_ == kWindow) late_ = slow_, updates_ = slow_ = 0;
     return;

@@ -29,7 +29,7 @@ class ModelValidityMonitor {
   ModelValidityMonitor(const Scene& scene, Remedy remedy);
 
   // For each sample. `update`: time from observation to force [s]. One thread.
-  void Update(const ContactEstimate& felt, bool touches, double update);
+  void Update(const ContactEstimate& estimate, bool touches, double update);
 
  private:
   void Run(const std::stop_token& stop);

@@ -44,8 +44,11 @@ OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& tran
       limits_(limits),
       dead_after_(dead_after),
       transform_(transform),
+      idle_(limits.source == ManipulatorOptions::Source::kNone ? Phase::kObserving : Phase::kReady),
       last_tip_(manipulator.Tip()),
-      guard_(manipulator, limits_) {}
+      guard_(manipulator, limits_) {
+  view_.phase = idle_;
+}
 
 void OperatorPort::BeginOperating() {
   const std::lock_guard lock(mutex_);
@@ -64,7 +67,7 @@ void OperatorPort::EndOperating() {
   const std::lock_guard lock(mutex_);
   operating_ = false;
   engaged_ = false;
-  Stand(Phase::kReady);
+  Stand(idle_);
 }
 
 bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
@@ -138,7 +141,7 @@ void OperatorPort::Follow(const OperatorCommand& command) noexcept {
 void OperatorPort::Engage(const OperatorCommand& command) noexcept {
   view_.epoch = command.epoch;
   needs_new_epoch_ = false;
-  transform_.ZeroOffset(command.p_M, manipulator_.Tip() + eyes_minus_encoders_);
+  transform_.ZeroOffset(command.p_M, manipulator_.Tip() + image_minus_encoders_);
   view_.offset = transform_.offset;
   transform_.begin.reset();
 }
@@ -242,7 +245,7 @@ bool OperatorPort::Reset(std::uint64_t stops) noexcept {
   const std::lock_guard lock(mutex_);
   if (stops != stops_) return false;
   if (view_.phase != Phase::kEstop) return true;
-  view_.phase = operating_ ? Phase::kHold : Phase::kReady;
+  view_.phase = operating_ ? Phase::kHold : idle_;
   needs_new_epoch_ = true;
   manipulator_.Hold();
   return true;
@@ -261,10 +264,10 @@ void OperatorPort::SetScales(std::optional<double> position_scale,
   if (force_scale) transform_.force_scale = *force_scale;
 }
 
-void OperatorPort::SetRegistration(const Eigen::Vector3d& eyes_minus_encoders) noexcept {
+void OperatorPort::SetRegistration(const Eigen::Vector3d& image_minus_encoders) noexcept {
   const std::lock_guard lock(mutex_);
   // Moving the registration while following would move the tool under the operator's hand.
-  if (view_.phase != Phase::kFollowing) eyes_minus_encoders_ = eyes_minus_encoders;
+  if (view_.phase != Phase::kFollowing) image_minus_encoders_ = image_minus_encoders;
 }
 
 OperatorView OperatorPort::view() const {

@@ -37,10 +37,10 @@ struct CommandCounts {
 // Thread-safe; every call is short. The manipulator must outlive the port.
 //
 // Two frames meet here. The cameras define S; the manipulator's encoders may disagree by a
-// constant, the registration offset `eyes_minus_encoders`, which the pipeline measures while the
-// tool stands. Targets are given in S.
+// constant, the registration offset `image_minus_encoders`, which the pipeline measures while the
+// tool is at rest. Targets are given in S.
 //
-// Whatever the operator says, the tool goes no farther than the arm goes in kLeapTime, stands while
+// Whatever the command, the tool goes no farther than the arm goes in kLeapTime, is held while
 // the force has been unknown for `blind_after` or the arm has a fault, and goes no deeper beyond
 // the guards (ContactGuard). Its rotation follows relative to the engagement.
 class OperatorPort {
@@ -66,7 +66,7 @@ class OperatorPort {
 
   // Throws std::logic_error while an operator is engaged.
   void SetScales(std::optional<double> position_scale, std::optional<double> force_scale);
-  void SetRegistration(const Eigen::Vector3d& eyes_minus_encoders) noexcept;
+  void SetRegistration(const Eigen::Vector3d& image_minus_encoders) noexcept;
 
   [[nodiscard]] OperatorView view() const;
   [[nodiscard]] TeleopTransform transform() const;
@@ -77,7 +77,7 @@ class OperatorPort {
   // Whether the command is acceptable.
   [[nodiscard]] bool IsPermitted(const OperatorCommand& command) const noexcept;
   [[nodiscard]] Eigen::Vector3d TargetOf(const OperatorCommand& command) const noexcept {
-    return transform_.ToSlave(command.p_M) - eyes_minus_encoders_;
+    return transform_.ToSlave(command.p_M) - image_minus_encoders_;
   }
   void Refuse() noexcept;
   void Follow(const OperatorCommand& command) noexcept;
@@ -99,7 +99,8 @@ class OperatorPort {
   mutable PriorityInheritanceMutex mutex_;  // guards everything below
   PriorityInheritanceCondition begun_;
   TeleopTransform transform_;
-  Eigen::Vector3d eyes_minus_encoders_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d image_minus_encoders_ = Eigen::Vector3d::Zero();
+  const Phase idle_;  // without an operator
   OperatorView view_;
   Eigen::Vector3d last_tip_ = Eigen::Vector3d::Zero();  // encoders, S [m]
   bool operating_ = false;

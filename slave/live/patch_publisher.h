@@ -29,32 +29,33 @@ class PatchPublisher {
     double period = 1.0 / 60;     // of the samples [s]
   };
   explicit PatchPublisher(const Options& options)
-      : options_(options), felt_law_(options.depth, options.period) {}
+      : options_(options), learnt_law_(options.depth, options.period) {}
 
   // The newest patch; empty: none yet. A request keeps it up to date.
   [[nodiscard]] PatchSnapshot Get(Time now);
   // After each sample.
-  void Update(const ContactEstimate& felt, std::uint32_t settings_revision, SensingPipeline* sense,
-              Time now);
+  void Update(const ContactEstimate& estimate, std::uint32_t settings_revision,
+              SensingPipeline* sense, Time now);
 
  private:
   [[nodiscard]] bool IsLeft(const Eigen::Vector3d& p_S) const noexcept;
-  void Renew(const ContactEstimate& felt, std::uint32_t settings_revision, SensingPipeline* sense);
-  void Compare(const ContactEstimate& felt, SensingPipeline* sense, Time now);
+  void Renew(const ContactEstimate& estimate, std::uint32_t settings_revision,
+             SensingPipeline* sense);
+  void Compare(const ContactEstimate& estimate, SensingPipeline* sense, Time now);
   // The present curve, and its plane if the sensing made no patch.
-  void FillLaw(const ContactEstimate& felt, SensingPipeline* sense, SurfacePatch* plane,
+  void FillLaw(const ContactEstimate& estimate, SensingPipeline* sense, SurfacePatch* plane,
                PatchLaw* law) const;
   void Put(const SurfacePatch& patch, PatchLaw law);
 
   const Options options_;
-  ForceLaw felt_law_;
+  ForceLaw learnt_law_;
   std::atomic<Time> asked_at_{Time{}};
   // The force that the master computes from what was sent.
   PatchContact shown_;
-  bool is_felt_ = false;             // the patch is the plane of a learnt curve
+  bool is_learnt_ = false;           // the patch is the plane of a learnt curve
   Eigen::Vector3d centre_{0, 0, 0};  // tip when the patch was made, on it [m]
   double reach_ = 0;                 // of the patch from there [m]
-  Time told_at_{};
+  Time published_at_{};
   bool pressed_ = false;  // time since the curve was last checked
 
   mutable PriorityInheritanceMutex mutex_;  // guards the members below

@@ -24,6 +24,8 @@ struct SlaveDescription {
   SenseInfo sense;
   bool simulated = false;
   bool turns = false;  // the manipulator measures the tool's rotation
+  std::string
+      setup_camera;  // the keys of sense.camera for a set-up, one a line; empty: there is none
 };
 
 struct SlaveStatus {
@@ -59,6 +61,7 @@ inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
 // Limits of scales and the force limit, so that quotients stay finite.
 inline constexpr double kLeastSetting = 1e-15;
 
+class SceneSetup;
 class TactileInbox;
 
 class Slave {
@@ -108,8 +111,8 @@ class Slave {
   // nullopt: the scene has no camera, or no image yet.
   [[nodiscard]] virtual std::optional<JpegPicture> Picture(bool overlays, int quality) = 0;
 
-  // Of the samples after the one of `sensed_at`, the oldest first; of many, the newest.
-  // Thread-safe.
+  // Traces of the samples after the one of `sensed_at`, oldest first; the newest ones if there are
+  // too many. Thread-safe.
   [[nodiscard]] virtual std::vector<SampleTrace> TracesSince(Time sensed_at) const = 0;
 
   // The present local contact model: kept up to date while it is requested. Null: none.
@@ -121,6 +124,8 @@ class Slave {
   [[nodiscard]] virtual PictureInbox* picture_inbox() = 0;
   // The manipulator that a client drives; null: none.
   [[nodiscard]] virtual DrivenArm* driven_arm() = 0;
+  // The set-up of another scene; null: none.
+  [[nodiscard]] virtual SceneSetup* setup() = 0;
 };
 
 }  // namespace palpate

@@ -259,7 +259,11 @@ void Append(std::vector<float>* out, const Eigen::Vector3d& v) {
 
 std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene, const Pace& pace) {
   if (scene.sense.all().empty()) throw std::runtime_error(scene.name + ": the scene has no sense");
-  return std::visit(SenseMaker{scene, pace}, scene.sense.all().front());
+  Pace without_encoders = pace;
+  if (scene.manipulator.source == ManipulatorOptions::Source::kNone) {
+    without_encoders.p_S_tip.reset();
+  }
+  return std::visit(SenseMaker{scene, without_encoders}, scene.sense.all().front());
 }
 
 }  // namespace palpate

@@ -16,7 +16,7 @@ constexpr int kPoseNumbers = 12;
 
 void ToProto(const FingerReading& reading, v1::FingerSample* message) {
   message->set_present(reading.present);
-  message->mutable_electrodes()->Add(reading.electrodes.begin(), reading.electrodes.end());
+  message->mutable_electrodes()->Add(reading.channels.begin(), reading.channels.end());
   message->set_pac(reading.pac);
   message->set_pdc(reading.pdc);
   if (!reading.X_SF) return;
@@ -31,13 +31,14 @@ FingerReading FromProto(const v1::FingerSample& message) {
       std::ranges::all_of(message.electrodes(), [](float x) { return std::isfinite(x); }) &&
       std::ranges::all_of(message.pose(), [](double x) { return std::isfinite(x); });
   const bool is_posed = message.pose_size() == kPoseNumbers;
-  if (message.electrodes_size() != kElectrodeCount || !is_finite ||
+  if (message.electrodes_size() < 1 || message.electrodes_size() > kMaxChannels || !is_finite ||
       !(is_posed || message.pose_size() == 0)) {
-    throw InputError("a fingertip's sample: expected " + std::to_string(kElectrodeCount) +
-                     " finite electrodes and a pose of 12 numbers or none");
+    throw InputError("a fingertip's sample: expected 1 to " + std::to_string(kMaxChannels) +
+                     " finite channels and a pose of 12 numbers or none");
   }
   reading.present = message.present();
-  std::copy(message.electrodes().begin(), message.electrodes().end(), reading.electrodes.begin());
+  reading.channels.resize(static_cast<std::size_t>(message.electrodes_size()));
+  std::copy(message.electrodes().begin(), message.electrodes().end(), reading.channels.begin());
   reading.pac = message.pac();
   reading.pdc = message.pdc();
   if (!is_posed) return reading;

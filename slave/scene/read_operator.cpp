@@ -54,6 +54,11 @@ void ReadGuards(Section& section, ManipulatorOptions* options) {
   options->blind_after = section.Number("blind_after");
 }
 
+bool IsWithoutManipulator(Section& scene) {
+  const DocumentNode* node = scene.Has("manipulator") ? scene.node()->Find("manipulator") : nullptr;
+  return node != nullptr && node->text == "none";
+}
+
 void ReadArm(Section& section, ManipulatorOptions* options) {
   using Source = ManipulatorOptions::Source;
   options->source = section.OneOf<Source>(
@@ -108,6 +113,11 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
                                    const std::optional<BoundingBox>& box, double press_speed,
                                    const std::optional<Eigen::Vector3d>& pad) {
   ManipulatorOptions options = DefaultManipulator(object, box, press_speed);
+  if (IsWithoutManipulator(scene)) {
+    options.source = ManipulatorOptions::Source::kNone;
+    options.home = pad.value_or(options.home);
+    return options;
+  }
   Section section = scene.Open("manipulator");
   ReadArm(section, &options);
   if (!pad) {

@@ -7,8 +7,6 @@
 #include "slave/scene/sections.h"
 
 namespace palpate {
-namespace {
-
 bool IsVideo(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   std::ranges::transform(extension, extension.begin(),
@@ -16,6 +14,8 @@ bool IsVideo(const std::filesystem::path& file) {
   constexpr std::array kVideos{".avi", ".mp4", ".mkv", ".mov"};
   return std::ranges::find(kVideos, extension) != kVideos.end();
 }
+
+namespace {
 
 // `%d`, `%4d` or `%04d`, once: the pattern meets a formatting function later.
 bool IsPrintfPattern(const std::string& pattern) {

@@ -132,6 +132,20 @@ void ReadMeasures(Section& section, Tactile* tactile) {
   tactile->patch = section.Number("patch");
 }
 
+TactileChannels ReadChannels(Section& section, Tactile::Source source) {
+  constexpr std::size_t kLongestUnit = 16;
+  TactileChannels channels;
+  channels.count = section.Integer("channels");
+  channels.unit = section.Text("unit");
+  if (channels.unit.empty() || channels.unit.size() > kLongestUnit) {
+    section.Refuse("unit", "the unit of the channels, 1 to 16 characters");
+  }
+  if (!channels.are_electrodes() && source == Tactile::Source::kSimulated) {
+    section.Refuse("channels", "19 in counts: the simulated fingertips have 19 electrodes");
+  }
+  return channels;
+}
+
 void ReadWays(Section& section, Tactile* tactile) {
   tactile->hold = section.OneOf<Tactile::Hold>(
       "hold", {{"force", Tactile::Hold::kForce}, {"displacement", Tactile::Hold::kDisplacement}});
@@ -153,6 +167,7 @@ std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context) 
   tactile.network = ReadNetwork(section, context);
   tactile.rest_samples = ReadRest(section, tactile.rest_samples);
   tactile.localise = ReadLocalise(section, tactile.localise);
+  tactile.channels = ReadChannels(section, tactile.source);
   tactile.electrodes = ReadExistingFile(section, "electrodes", context);
   ReadMeasures(section, &tactile);
   ReadWays(section, &tactile);

@@ -45,6 +45,7 @@ class CrossCheck {
     CheckPuncture();
     if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
+    CheckTemplate();
     CheckFingers();
     CheckSight();
     CheckMembrane();
@@ -180,6 +181,15 @@ class CrossCheck {
       Refuse("manipulator.home",
              "a position in front of the membrane, on the side of positive z of O");
     }
+  }
+
+  // Without a manipulator nothing reports where in the first image the tip is.
+  void CheckTemplate() {
+    const auto* tip = scene_.sense.Find<TipTracking>();
+    const bool is_alone = scene_.manipulator.source == ManipulatorOptions::Source::kNone;
+    if (use_ != SceneUse::kFull || !is_alone || tip == nullptr || !tip->template_file.empty())
+      return;
+    Refuse("sense.tip.template", "an image of the tip, which `manipulator: none` needs");
   }
 
   // A recording with poses replaces those of the scene.

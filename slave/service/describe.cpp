@@ -70,6 +70,7 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   message->set_geometry(InWords(scene.object.geometry));
   message->set_source(description.sense.source);
   message->set_units("SI: m, N, s, Pa");
+  message->set_setup_camera(description.setup_camera);
   message->set_settings_revision(description.settings_revision);
 
   auto* material = message->mutable_material();

@@ -1,4 +1,4 @@
-// Messages of palpate.v1's devices.proto: what drivers of cameras and arms say and are told.
+// Messages of palpate.v1's devices.proto: from and to drivers of cameras and arms.
 #include "shared/text/text.h"
 #include "shared/wire/fields.h"
 #include "slave/service/messages.h"

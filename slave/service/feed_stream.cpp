@@ -36,7 +36,7 @@ std::string FeedStream::Feed() {
   const std::string name = sample_.finger().substr(0, kLongestName);
   if (!sample) return "finger " + name + ": " + reason;
   const auto refusal = inbox_->Feed(sample_.finger(), sample_.sequence(), sample->sensed_at,
-                                    sample->reading, Clock::now(), sender_);
+                                    sample->reading, Clock::now(), sender_, sample_.unit());
   if (refusal) return "finger " + name + " " + refusal->why;
   fingers_.insert(sample_.finger());
   ++samples_;

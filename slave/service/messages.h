@@ -40,7 +40,7 @@ struct TactileSample {
   FingerReading reading;
 };
 
-// nullopt: not 19 electrodes or more than two pressures, no timestamp, an incomplete or invalid
+// nullopt: not 1 to 256 channels or more than two pressures, no timestamp, an incomplete or invalid
 // pose; `reason` states which and what is accepted. The caller checks whether counts are finite.
 std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason);
 

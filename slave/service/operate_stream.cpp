@@ -170,13 +170,13 @@ void OperateStream::OfferDatagrams() {
 DatagramLine::LinkFeedback OperateStream::TakeDatagram(std::string_view plain) {
   if (!datagram_command_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
   Take(datagram_command_);
-  DatagramLine::LinkFeedback told{.seen = FromProto(datagram_command_.datagrams_seen())};
+  DatagramLine::LinkFeedback feedback{.seen = FromProto(datagram_command_.datagrams_seen())};
   std::string reason;
   if (datagram_command_.has_echo()) {
     const Time sent_at = FieldReader(&reason).Stamp("echo", datagram_command_.echo());
-    told.round_trip = SecondsBetween(sent_at, Clock::now());
+    feedback.round_trip = SecondsBetween(sent_at, Clock::now());
   }
-  return told;
+  return feedback;
 }
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 
 #include "shared/text/text.h"
 #include "shared/wire/state_message.h"
+#include "slave/service/status.h"
 
 namespace palpate {
 namespace {
@@ -26,6 +27,7 @@ OperatorLease::Answer OperatorLease::RequestTicket(const std::string& peer,
   {
     const std::scoped_lock lock(mutex_);
     const Time now = Clock::now();
+    RequireManipulator();
     if (holder_.ticket != 0) {
       const auto silence =
           holder_.engaged ? silence_ : std::min<Clock::duration>(silence_, kIdleSilence);
@@ -50,6 +52,15 @@ OperatorLease::Answer OperatorLease::RequestTicket(const std::string& peer,
     dismiss_silent_holder("no command for too long: the lease was passed to " + peer);
   }
   return ticket;
+}
+
+void OperatorLease::RequireManipulator() const {
+  const Scene scene = slave_.Describe().scene;
+  if (scene.manipulator.source != ManipulatorOptions::Source::kNone) return;
+  throw RejectedCall(v1::ERROR_REASON_NO_MANIPULATOR,
+                     scene.name.empty()
+                         ? "nobody can operate: the slave has no scene yet"
+                         : "nobody can operate: the scene has no manipulator (manipulator: none)");
 }
 
 std::optional<std::string> OperatorLease::WhyNot(const std::string& name) const {
@@ -103,6 +114,18 @@ void OperatorLease::RefuseOthers(const std::string& peer) const {
   if (holder_.ticket == 0 || holder_.peer == peer) return;
   throw RejectedCall(v1::ERROR_REASON_LEASE_HELD,
                      "only the operator may change settings: " + DescribeHolder());
+}
+
+void OperatorLease::WhileFree(const std::function<void()>& work) const {
+  const std::scoped_lock lock(mutex_);
+  const bool is_reserved = reserved_.Left() > 0;
+  if (holder_.ticket != 0 || is_reserved) {
+    throw RejectedCall(v1::ERROR_REASON_LEASE_HELD,
+                       "a scene can be set up only while nobody operates: the lease is " +
+                           (holder_.ticket != 0 ? "held by " + DescribeHolder()
+                                                : "reserved for " + NameOr(reserved_.name)));
+  }
+  work();
 }
 
 void OperatorLease::RequireHeldBy(const std::string& peer, const std::string& what) const {

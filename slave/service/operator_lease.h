@@ -48,7 +48,8 @@ class OperatorLease {
       : slave_(slave), silence_(silence), on_round_trip_(std::move(on_round_trip)) {}
 
   // Begins operating for `peer`, or says why not. `name`: from the certificate, or in plain text
-  // from the client's commands; nullopt: not known yet.
+  // from the client's commands; nullopt: not known yet. Throws RejectedCall: there is no
+  // manipulator.
   Answer RequestTicket(const std::string& peer, const std::optional<std::string>& name,
                        Dismiss dismiss);
   // Passes on a command. False: malformed, counted, not followed (commands that the slave rejects
@@ -69,6 +70,12 @@ class OperatorLease {
   // The same, and also throws without an operator, for actions that only a connected operator may
   // perform: `what`.
   void RequireHeldBy(const std::string& peer, const std::string& what) const;
+  // Throws RejectedCall: somebody holds the lease, or it is reserved.
+  void RequireFree() const {
+    WhileFree([] {});
+  }
+  // The same, and runs `work` before anybody gets it.
+  void WhileFree(const std::function<void()>& work) const;
   // Whether a call of `peer`, or of a client that is named `name`, is the operator's.
   [[nodiscard]] bool IsHeldBy(const std::string& peer,
                               const std::optional<std::string>& name) const;
@@ -96,6 +103,7 @@ class OperatorLease {
   };
 
   // With mutex_ held, all of these functions.
+  void RequireManipulator() const;
   [[nodiscard]] std::string DescribeHolder() const;
   [[nodiscard]] std::string NameOfHolder() const { return holder_.known_as.value_or(holder_.name); }
   // Why the lease is not for `name` at present; nullopt: it is.

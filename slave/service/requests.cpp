@@ -106,15 +106,16 @@ std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::st
   const auto& pressure = message.pressure();
   FieldReader reader(reason);
   reader.Require(message.has_sensed_at(), "sensed_at is absent", "a time");
-  reader.Require(electrodes.size() == kElectrodeCount,
-                 std::to_string(electrodes.size()) + " electrodes",
-                 std::to_string(kElectrodeCount) + ", E1 to E19");
+  reader.Require(electrodes.size() >= 1 && electrodes.size() <= kMaxChannels,
+                 std::to_string(electrodes.size()) + " channels",
+                 "1 to " + std::to_string(kMaxChannels));
   reader.Require(pressure.size() <= kMostPressures, std::to_string(pressure.size()) + " pressures",
                  "at most two: pdc, pac0");
   if (!reader.ok()) return std::nullopt;
   TactileSample sample;
   sample.sensed_at = reader.Stamp("sensed_at", message.sensed_at());
-  std::copy(electrodes.begin(), electrodes.end(), sample.reading.electrodes.begin());
+  sample.reading.channels.resize(static_cast<std::size_t>(electrodes.size()));
+  std::copy(electrodes.begin(), electrodes.end(), sample.reading.channels.begin());
   if (pressure.size() > 0) sample.reading.pdc = pressure[0];
   if (pressure.size() > 1) sample.reading.pac = pressure[1];
   sample.reading.X_SF = ReadPose(message, &reader);

@@ -28,7 +28,7 @@ struct Rule {
   unsigned roles;
   bool is_logged;
 };
-constexpr std::array<Rule, 17> kRules{{{"GetScene", kAnybody, false},
+constexpr std::array<Rule, 22> kRules{{{"GetScene", kAnybody, false},
                                        {"GetStatus", kAnybody, false},
                                        {"Operate", kOperator, true},
                                        {"WatchState", kWatches, false},
@@ -44,7 +44,12 @@ constexpr std::array<Rule, 17> kRules{{{"GetScene", kAnybody, false},
                                        {"Stop", kAnybody, true},
                                        {"FeedTactile", kSensor, true},
                                        {"FeedImages", kSensor, true},
-                                       {"DriveTool", kArm, true}}};
+                                       {"DriveTool", kArm, true},
+                                       {"ProposeScene", kAdmin, true},
+                                       {"UseScene", kAdmin, true},
+                                       {"FindOutline", kAdmin, false},
+                                       {"FindTool", kAdmin, false},
+                                       {"FindBoard", kAdmin, false}}};
 constexpr std::string_view kHealth = "/grpc.health.v1.Health/";
 constexpr std::string_view kReflection = "/grpc.reflection.v1alpha.ServerReflection/";
 

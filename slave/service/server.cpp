@@ -29,7 +29,7 @@ namespace {
 constexpr int kMaxRequestBytes = 64 * 1024;
 constexpr int kMaxPictureBytes = 32 * 1024 * 1024;  // a raw pair of 2448 x 2048 px in colour
 constexpr int kMaxStreams = 2 * TeleoperationService::kSeats;  // of a connection; also threads
-// Of a handshake, over 5 s of round trip.
+// Longest handshake, for round trips above 5 s.
 constexpr int kHandshakeMs = 15000;
 // [bytes] of commands on their way at most: 500 a second of 128 bytes for 5 s of round trip, with
 // what each is wrapped in.
@@ -70,6 +70,16 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(
   return credentials;
 }
 
+// A proposal arrives before anything is known of its connection.
+double BurstOf(Slave& slave) {
+  return slave.setup() != nullptr ? kBurst + kMaxPictureBytes : kBurst;
+}
+
+// Whether requests contain images.
+bool TakesImages(Slave& slave) {
+  return slave.picture_inbox() != nullptr || slave.setup() != nullptr;
+}
+
 void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
   // The window of a whole connection is 64 kB, which holds no 5 s of commands; the probe lets it
@@ -87,8 +97,8 @@ void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
 }
 
 // gRPC's own log blocks if nobody reads it.
-void LogGrpc(gpr_log_func_args* said) {
-  spdlog::warn("gRPC: {}", said->message);
+void LogGrpc(gpr_log_func_args* entry) {
+  spdlog::warn("gRPC: {}", entry->message);
 }
 
 }  // namespace
@@ -145,7 +155,7 @@ void Server::Parts::Build(const std::filesystem::path& tls) {
   // Each of its streams holds a thread: for those on this machine.
   if (IsLoopback(endpoint.host)) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
-  Configure(slave.picture_inbox() != nullptr, &builder);
+  Configure(TakesImages(slave), &builder);
   connections = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
   builder.RegisterService(&service);
@@ -168,7 +178,7 @@ Server::Server(Slave& slave, const std::string& address, bool insecure,
   MakeWithRealtimeThreads(kReadingPriority, [&] { parts_->Build(tls); });
   if (!parts_->server) throw std::runtime_error("cannot serve on " + address);
   parts_->acceptor.emplace(parts_->endpoint, HandOnTo(parts_->connections.get()),
-                           Acceptor::Limits{.burst = kBurst});
+                           Acceptor::Limits{.burst = BurstOf(slave)});
   parts_->endpoint = parts_->acceptor->endpoint();
   parts_->address = ToString(parts_->endpoint);
   parts_->acceptor->Start();

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// Of tactile samples, 80 kB/s are usual; of 4000 reports of 128 bytes. [bytes/s]
+// Tactile samples need 80 kB/s; 4000 reports have 128 bytes each. [bytes/s]
 constexpr double kSampleRate = 256e3, kReportRate = 512e3;
 constexpr std::size_t kLongestReason = 200;  // [characters]; what is longer is cut, never refused
 

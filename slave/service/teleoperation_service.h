@@ -85,6 +85,16 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
       grpc::CallbackServerContext* context) override;
   grpc::Status FeedImages(grpc::ServerContext* context, grpc::ServerReader<v1::ImageSample>* reader,
                           v1::FeedImagesReply* reply) override;
+  grpc::Status ProposeScene(grpc::ServerContext* context, const v1::SceneProposal* request,
+                            v1::ProposeSceneReply* reply) override;
+  grpc::Status UseScene(grpc::ServerContext* context, const v1::SceneProposal* request,
+                        v1::SceneDescription* reply) override;
+  grpc::Status FindOutline(grpc::ServerContext* context, const v1::FindOutlineRequest* request,
+                           v1::FindOutlineReply* reply) override;
+  grpc::Status FindTool(grpc::ServerContext* context, const v1::FindToolRequest* request,
+                        v1::FindToolReply* reply) override;
+  grpc::Status FindBoard(grpc::ServerContext* context, const v1::FindBoardRequest* request,
+                         v1::FindBoardReply* reply) override;
 
   // Ends the streams that only listen; those that watch end with the publisher.
   void EndStreams() { feeds_.Close(), drives_.Close(); }
@@ -97,6 +107,9 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   BulkPace& bulk_pace() { return bulk_pace_; }
 
  private:
+  // Runs `work` as a change of settings, if the slave has a set-up and nobody operates.
+  grpc::Status SetUp(grpc::ServerContext* context,
+                     const std::function<void(SceneSetup&, Progress*)>& work);
   // Serves only the holder of the lease, or an admin.
   grpc::ServerUnaryReactor* AnswerOperator(grpc::CallbackServerContext* context,
                                            const std::function<void()>& act, v1::Status* reply);

@@ -2,34 +2,35 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kSpike = 20;  // from the line at most, lest one sample draws it [counts]
+// From the line at most, lest one sample draws it [noise at rest].
+constexpr double kSpike = 20;
 // Variances of noise by which squared slopes must exceed it: of all electrodes together, and of the
 // pressure alone [-].
 constexpr double kTogether = 2, kAlone = 9;
 // That a slope seen last goes on, about [samples].
 constexpr double kLasts = 1000;
 constexpr double kChanges = 0.01;  // relative change of a slope per sample, one sigma about none
-constexpr double kRounding =
-    1.0 / 12;  // [counts^2] [derived: variance of rounding to whole counts]
+constexpr double kRounding = 1.0 / 12;  // [noise^2] [derived: variance of rounding to whole counts]
 constexpr double kFollowing = 2, kDrifting = 0.2;  // memory while nothing is near [s]
 // Mean changes that are followed while nothing is near: more of both is a contact.
-constexpr double kSmoothing = 0.1;               // share of a sample in these means
-constexpr double kElectrode = 1, kPressure = 2;  // [counts]
-constexpr double kMostOfOne =
-    4;  // of one electrode, lest one that does not work decides [counts^2]
+constexpr double kSmoothing = 0.1;  // share of a sample in these means
+constexpr double kElectrode = 1;    // [noise at rest]
+constexpr double kPressure = 2;     // [counts]
+constexpr double kMostOfOne = 4;    // of one channel, lest one that does not work decides [noise^2]
 double Signal(const FingerReading& reading, std::size_t i) noexcept {
-  if (i < kElectrodeCount) return static_cast<double>(reading.electrodes[i]);
-  return static_cast<double>(i == kElectrodeCount ? reading.pac : reading.pdc);
+  if (i < reading.channels.size()) return static_cast<double>(reading.channels[i]);
+  return static_cast<double>(i == reading.channels.size() ? reading.pac : reading.pdc);
 }
 
 // From squares of which a few may be of electrodes that do not work.
-double VarianceOf(std::array<double, kElectrodeCount>& squares) noexcept {
+double VarianceOf(std::span<double> squares) noexcept {
   constexpr double kMedian = 0.455;  // [-] [derived: median of the square of a standard normal]
   return MedianOf(squares) / kMedian;
 }
@@ -56,26 +57,29 @@ void Baseline::Take(const FingerReading& reading, double keep) noexcept {
   n_ = keep * n_ + 1;
   t_ *= keep;
   tt_ *= keep;
-  for (std::size_t i = 0; i < kSignalCount; ++i) {
+  const double spike = kSpike * sensor_.noise;
+  for (std::size_t i = 0; i < signals(); ++i) {
     const double level = lines_[i].level;
     const double read = Signal(reading, i) - Signal(origin_, i);
-    const double x = is_fitted ? std::clamp(read, level - kSpike, level + kSpike) : read;
+    const double x = is_fitted ? std::clamp(read, level - spike, level + spike) : read;
     sums_[i] = {keep * sums_[i].x + x, keep * sums_[i].tx, keep * sums_[i].xx + x * x};
   }
   if (known()) Fit();
 }
 
 // A contact moves electrodes and pressure; what only one of them does, or neither, is drift.
+// Without a pressure what the channels do at once is a contact.
 void Baseline::Follow(const FingerReading& reading) noexcept {
   const TactileSignals change = Change(reading);
-  double electrodes = 0;
+  double channels = 0;
   for (std::size_t i = 0; i < change.size(); ++i) {
     clear_[i] += kSmoothing * (change[i] - clear_[i]);
-    if (i < kElectrodeCount) electrodes += std::min(clear_[i] * clear_[i], kMostOfOne);
+    const double noises = clear_[i] / sensor_.noise;
+    if (i < sensor_.channels) channels += std::min(noises * noises, kMostOfOne);
   }
-  const double pressure = clear_[kElectrodeCount + 1];
-  const bool moves = electrodes > kElectrodeCount * kElectrode * kElectrode;
-  if (moves && pressure > kPressure) return;
+  const double pressure = clear_.back();
+  const bool moves = channels > static_cast<double>(sensor_.channels) * kElectrode * kElectrode;
+  if (moves && (pressure > kPressure || !sensor_.has_pressure)) return;
   const bool drifts = moves || std::abs(pressure) > kPressure;
   const double keep = std::exp(-1 / ((drifts ? kDrifting : kFollowing) * rate_));
   Take(reading, keep);
@@ -87,9 +91,10 @@ double Baseline::Ahead() const noexcept {
 }
 
 TactileSignals Baseline::Change(const FingerReading& reading, double ago) const noexcept {
-  TactileSignals change{};
+  TactileSignals change;
+  change.resize(signals());
   const double t = since_ > 0 ? Ahead() : -ago;
-  for (std::size_t i = 0; i < kSignalCount; ++i) {
+  for (std::size_t i = 0; i < signals(); ++i) {
     const auto& [level, slope] = lines_[i];
     change[i] = Signal(reading, i) - Signal(origin_, i) - level - t * slope;
   }
@@ -107,8 +112,9 @@ double Baseline::pressure_variance() const noexcept {
 
 TactileSignals Baseline::drift_sigma() const noexcept {
   const double t = Ahead();
-  TactileSignals sigma{};
-  for (std::size_t i = 0; i < kSignalCount; ++i) sigma[i] = kChanges * t * t / 2 * lines_[i].slope;
+  TactileSignals sigma;
+  sigma.resize(signals());
+  for (std::size_t i = 0; i < signals(); ++i) sigma[i] = kChanges * t * t / 2 * lines_[i].slope;
   return sigma;
 }
 
@@ -116,18 +122,20 @@ void Baseline::Fit() noexcept {
   middle_ = t_ / n_;
   const double spread = tt_ / n_ - middle_ * middle_;
   const double weight = spread > 0 ? 1 / (n_ * spread) : 0;  // variance of a slope over the noise's
-  TactileSignals slopes{}, noise2{};
-  std::array<double, kElectrodeCount> slopes2{}, residuals2{};
-  for (std::size_t i = 0; i < kSignalCount; ++i) {
+  TactileSignals slopes, noise2, slopes2, residuals2;
+  for (TactileSignals* each : {&slopes, &noise2}) each->resize(signals());
+  for (TactileSignals* each : {&slopes2, &residuals2}) each->resize(sensor_.channels);
+  for (std::size_t i = 0; i < signals(); ++i) {
     const Sums& sums = sums_[i];
     const double mean = sums.x / n_;
     slopes[i] = (sums.tx - middle_ * sums.x) * weight;
     noise2[i] = std::max(0.0, sums.xx / n_ - mean * mean - slopes[i] * slopes[i] * spread);
-    if (i >= kElectrodeCount) continue;
+    if (i >= sensor_.channels) continue;
     slopes2[i] = slopes[i] * slopes[i];
     residuals2[i] = noise2[i];
   }
-  const double electrode_noise2 = std::max(VarianceOf(residuals2), kRounding);
+  const double electrode_noise2 =
+      std::max(VarianceOf(residuals2), kRounding * sensor_.noise * sensor_.noise);
   const double slope2 = VarianceOf(slopes2);
   const double together = Shrinkage(slope2, kTogether * weight * electrode_noise2);
   drift_variance_ = together * weight * electrode_noise2;
@@ -135,9 +143,9 @@ void Baseline::Fit() noexcept {
   const double pressure =
       std::max(together, Shrinkage(slopes.back() * slopes.back(), kAlone * weight * noise2.back()));
   pressure_slope2_ = pressure * pressure * weight;
-  for (std::size_t i = 0; i < kSignalCount; ++i) {
-    double used = i < kElectrodeCount ? together : pressure;
-    if (i == kElectrodeCount) used = 0;  // pac0 is a rate itself
+  for (std::size_t i = 0; i < signals(); ++i) {
+    double used = i < sensor_.channels ? together : pressure;
+    if (i == sensor_.channels) used = 0;  // pac0 is a rate itself
     lines_[i] = {sums_[i].x / n_ - middle_ * used * slopes[i], used * slopes[i]};
   }
 }

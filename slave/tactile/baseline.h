@@ -8,6 +8,13 @@
 
 namespace palpate {
 
+// What a baseline is of.
+struct BaselineSensor {
+  std::size_t channels = kElectrodeCount;
+  double noise = 1;          // rms of a channel at rest [its unit]
+  bool has_pressure = true;  // which rises with every contact
+};
+
 // Recursive mean with drift: per signal a line by weighted least squares over the samples without
 // contact, older ones counting less,
 //
@@ -18,9 +25,12 @@ namespace palpate {
 class Baseline {
  public:
   // The first `samples` are without contact; `rate` of all [Hz].
-  explicit Baseline(int samples, double rate = 100) : wanted_(samples), rate_(rate) {}
+  explicit Baseline(int samples, double rate = 100, const BaselineSensor& sensor = {})
+      : wanted_(samples), rate_(rate), sensor_(sensor) {
+    clear_.resize(signals());
+  }
 
-  void Reset() noexcept { *this = Baseline(wanted_, rate_); }
+  void Reset() noexcept { *this = Baseline(wanted_, rate_, sensor_); }
   [[nodiscard]] bool known() const noexcept { return taken_ >= wanted_; }
 
   // Advances by one sample period. Call before Take.
@@ -41,6 +51,7 @@ class Baseline {
   [[nodiscard]] TactileSignals drift_sigma() const noexcept;
 
  private:
+  [[nodiscard]] std::size_t signals() const noexcept { return sensor_.channels + 2; }
   // Weighted sums over the samples: of x, of t x and of x^2, t from now [counts, samples].
   struct Sums {
     double x = 0, tx = 0, xx = 0;
@@ -56,6 +67,7 @@ class Baseline {
 
   int wanted_;
   double rate_;
+  BaselineSensor sensor_;
   int taken_ = 0, since_ = 0;      // samples, since the last one taken
   double n_ = 0, t_ = 0, tt_ = 0;  // weighted sums of 1, t and t^2 [samples^k]
   double drift_variance_ = 0;      // of an electrode's slope [counts^2/sample^2]
@@ -63,8 +75,8 @@ class Baseline {
   double pressure_noise2_ = 0;     // [counts^2]
   double pressure_slope2_ = 0;     // variance of its slope, over pressure_noise2_ [1/sample^2]
   FingerReading origin_;
-  std::array<Sums, kSignalCount> sums_{};
-  std::array<Line, kSignalCount> lines_{};
+  std::array<Sums, kMaxChannels + 2> sums_{};
+  std::array<Line, kMaxChannels + 2> lines_{};
   TactileSignals clear_{};  // mean change while clear [counts]
 };
 

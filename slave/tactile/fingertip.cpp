@@ -20,7 +20,7 @@ constexpr int kBelieved = 2;
 constexpr double kRelease = 0.050, kMissing = 0.060;
 
 bool IsFinite(const FingerReading& reading) {
-  return std::ranges::all_of(reading.electrodes, [](float x) { return std::isfinite(x); }) &&
+  return std::ranges::all_of(reading.channels, [](float x) { return std::isfinite(x); }) &&
          std::isfinite(reading.pac) && std::isfinite(reading.pdc);
 }
 
@@ -33,14 +33,23 @@ int Samples(double seconds, double rate) {
   return static_cast<int>(std::clamp(std::round(seconds * rate), 1.0, 1e6));
 }
 
+// 0: channels may stay the same.
+int PatienceOf(const NetworkInfo& network, double rate) {
+  return network.longest_constant > 0 ? std::max(2, Samples(network.longest_constant, rate)) : 0;
+}
+
 }  // namespace
 
 Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
                      const Localiser& localiser)
     : localiser_(&localiser),
       force_(network),
-      baseline_(tactile.rest_samples, tactile.rate),
-      stuck_(std::max(2, Samples(kConstant, tactile.rate))),
+      baseline_(tactile.rest_samples, tactile.rate,
+                {.channels = static_cast<std::size_t>(tactile.channels.count),
+                 .noise = this->network().noise,
+                 .has_pressure = tactile.channels.are_electrodes()}),
+      stuck_(PatienceOf(this->network(), tactile.rate), tactile.channels.count),
+      channels_(static_cast<std::size_t>(tactile.channels.count)),
       miss_patience_(Samples(kMissing, tactile.rate)),
       release_patience_(Samples(kRelease, tactile.rate)),
       kept_(KeptSamples(tactile, network)) {
@@ -69,9 +78,9 @@ const FingerTouch& Fingertip::Estimate(const FingerReading& reading, bool after_
   const int missed = std::exchange(missed_, 0);
   const bool looks_back = !after_gap && missed < miss_patience_;
   if (!looks_back) ForgetWindow();
-  if (!IsFinite(reading)) {
+  if (reading.channels.size() != channels_ || !IsFinite(reading)) {
     ForgetWindow();
-    Lose(FailedCheck::kElectrode, "the counts are not finite");
+    Lose(FailedCheck::kElectrode, "the channels are not finite, or not as many as the scene's");
     return touch_;
   }
   const bool was_known = baseline_.known();
@@ -80,7 +89,7 @@ const FingerTouch& Fingertip::Estimate(const FingerReading& reading, bool after_
   const TactileSignals change = Correct(baseline_.Change(reading), &corrected);
   if (was_known && looks_back) force_.Bridge(change, missed);
   EstimateForce(change, was_known ? force_.Push(change) : PushKept());
-  const TouchPlace place = localiser_->Locate(change, corrected);
+  const TouchPlace place = PlaceOf(change, corrected);
   DecideTouch(place);
   NoteFlaws(place);
   touch_.Set(VerdictOfForce());
@@ -105,7 +114,7 @@ void Fingertip::EstimateForce(const TactileSignals& change, bool is_full) noexce
   const auto [force_F, sigma] = force_.Take(change, is_full, touch_.force_F, signals());
   touch_.force_F = force_F;
   touch_.sigma = sigma;
-  pressure_ += WindowForce::kBriskly * (change[kElectrodeCount + 1] - pressure_);
+  pressure_ += WindowForce::kBriskly * (change.back() - pressure_);
   if (!model_) return;
   touch_.drift = model_->drift();
   // What the pressure does not show may as well be nothing.
@@ -118,6 +127,16 @@ bool Fingertip::PressureRises() const noexcept {
   return pressure_ > kRises * noise + kRestSigmas * std::sqrt(baseline_.pressure_variance());
 }
 
+TouchPlace Fingertip::PlaceOf(const TactileSignals& change,
+                              const FingerReading& reading) const noexcept {
+  TouchPlace place = localiser_->Locate(change, reading);
+  const auto p_F = force_.contact_point();
+  if (!p_F || !place.usable()) return place;
+  place.p_F = *p_F;
+  place.n_F = FingerSurface{}.Normal(*p_F);
+  return place;
+}
+
 // Signals to use; `reading` gets the expected values of replaced electrodes.
 TactileSignals Fingertip::Correct(const TactileSignals& change, FingerReading* reading) noexcept {
   if (!model_) return change;
@@ -128,7 +147,7 @@ TactileSignals Fingertip::Correct(const TactileSignals& change, FingerReading* r
   const TactileSignals& corrected = model_->corrected();
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     if (!model_->is_replaced(i)) continue;
-    reading->electrodes[i] += static_cast<float>(corrected[i] - change[i]);
+    reading->channels[i] += static_cast<float>(corrected[i] - change[i]);
   }
   return corrected;
 }

@@ -78,6 +78,8 @@ class Fingertip {
   void Miss() noexcept;
   // False: the baseline is not known yet.
   bool UpdateBaseline(const FingerReading& reading, bool is_clear) noexcept;
+  [[nodiscard]] TouchPlace PlaceOf(const TactileSignals& change,
+                                   const FingerReading& reading) const noexcept;
   void EstimateForce(const TactileSignals& change, bool is_full) noexcept;
   [[nodiscard]] bool PressureRises() const noexcept;
   TactileSignals Correct(const TactileSignals& change, FingerReading* reading) noexcept;
@@ -96,9 +98,10 @@ class Fingertip {
   Baseline baseline_;
   StuckElectrodes stuck_;
   std::optional<SignalModel> model_;  // for networks that know the pattern of their signals
-  int miss_patience_;                 // samples
-  int release_patience_;              // samples
-  std::vector<FingerReading> kept_;   // ring of readings whose baseline is not known yet
+  std::size_t channels_;
+  int miss_patience_;                // samples
+  int release_patience_;             // samples
+  std::vector<FingerReading> kept_;  // ring of readings whose baseline is not known yet
   std::size_t kept_count_ = 0, kept_next_ = 0;
   int missed_ = 0, quiet_ = 0;
   double pressure_ = 0;

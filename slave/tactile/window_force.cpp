@@ -33,7 +33,7 @@ void WindowForce::Reset() noexcept {
 void WindowForce::Bridge(const TactileSignals& change, int missed) noexcept {
   for (int k = 1; k <= missed; ++k) {
     const double share = static_cast<double>(k) / (missed + 1);
-    TactileSignals between;
+    TactileSignals between = change;
     for (std::size_t i = 0; i < between.size(); ++i) {
       between[i] = last_[i] + share * (change[i] - last_[i]);
     }
@@ -45,9 +45,11 @@ WindowForce::Estimate WindowForce::Take(const TactileSignals& change, bool is_fu
                                         const std::optional<Eigen::Vector3d>& before_F,
                                         const SignalModel* signals) noexcept {
   last_ = change;
+  contact_F_.reset();
   if (!is_full) return {};
   const Eigen::Vector3d force_F(outputs_[0], outputs_[1], outputs_[2]);
   if (!force_F.allFinite()) return {};
+  if (network_.gives_contact_point) contact_F_.emplace(outputs_[3], outputs_[4], outputs_[5]);
   step_ = before_F ? (force_F - *before_F).norm() : 0;
   leap_ = before_F ? (force_F - *before_F - pace_F_).norm() : 0;
   if (before_F) pace_F_ += kBriskly * (force_F - *before_F - pace_F_);

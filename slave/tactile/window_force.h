@@ -39,6 +39,8 @@ class WindowForce {
   [[nodiscard]] Estimate Take(const TactileSignals& change, bool is_full,
                               const std::optional<Eigen::Vector3d>& before_F,
                               const SignalModel* signals) noexcept;
+  // The network's, frame F [m]; nullopt: it gives none, or the window is not full.
+  [[nodiscard]] const std::optional<Eigen::Vector3d>& contact_point() const { return contact_F_; }
   // Change of the force per sample, at present [N].
   [[nodiscard]] double pace() const noexcept { return std::max(pace_F_.norm(), step_); }
   [[nodiscard]] bool has_network() const { return estimate_ != nullptr; }
@@ -51,6 +53,7 @@ class WindowForce {
   NetworkInfo network_;
   std::unique_ptr<ForceEstimate> estimate_;
   std::vector<double> outputs_;
+  std::optional<Eigen::Vector3d> contact_F_;
   TactileSignals last_{};            // of the last sample
   Eigen::Vector3d pace_F_{0, 0, 0};  // of the force, averaged over some samples [N/sample]
   double step_ = 0;                  // of the force, in the last sample [N]

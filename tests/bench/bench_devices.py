@@ -10,7 +10,6 @@ tests/bench/bench_devices.py [--rounds N] [--seconds S]      needs build/release
 import argparse
 import contextlib
 import csv
-import json
 import os
 import pathlib
 import re
@@ -23,7 +22,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/e2e"))
-from programs import BARE, BIN, MASTER, Slave, wait_until  # noqa: E402
+from programs import BARE, BIN, MASTER, Slave, read_json, read_rows, wait_until  # noqa: E402
 
 FAKES = ROOT / "tests/master/device/fakes"
 LEAD = 1.0  # [s] of the device's run before and after the motion
@@ -105,14 +104,12 @@ def session(place, device, seconds, environment=None, meanwhile=lambda: None):
                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, env=BARE | (environment or {}))
         meanwhile()
         assert process.wait() == 0, "the session failed"
-    return json.loads((place / "report.json").read_text())
+    return read_json(place / "report.json")
 
 
 def recorded_motion(file):
     """(t, p_M, engaged) of each tick that a log has."""
-    with open(file, newline="", encoding="utf-8") as log:
-        return [(float(row["t"]), [float(row[f"p_M_{axis}"]) for axis in "xyz"], row["state"] in FOLLOWS)
-                for row in csv.DictReader(log)]
+    return [(float(row["t"]), [float(row[f"p_M_{axis}"]) for axis in "xyz"], row["state"] in FOLLOWS) for row in read_rows(file)]
 
 
 def replay(device, motion, place):

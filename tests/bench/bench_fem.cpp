@@ -4,25 +4,18 @@
 // opposite face with up to 0.1 N, ramped over 4 s; implicit Euler, 20 ms, Rayleigh damping 1.0 /s
 // and 0.01 s, one linear solve per step, one thread. Times are CPU times of a step; `residual` is
 // the largest relative one of the linear systems, in double precision; `error` that of the final
-// displacement against a tolerance of 1e-12; `tail` p99 over the median; `solves` the median in
-// units of one solution with a factor of Eigen's SimplicialLDLT at hand, `sweeps` in units of
-// reading the matrix once.
+// displacement against a tolerance of 1e-12; `tail` p99 over the median.
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <vector>
 
-#include <Eigen/Sparse>
-#include <Eigen/SparseCholesky>
 #include <benchmark/benchmark.h>
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/fem_model.h"
-#include "tests/support/paths.h"
+#include "tests/bench/timing.h"
 
 namespace palpate {
 namespace {
@@ -32,39 +25,9 @@ using Eigen::Vector3d;
 constexpr double kSide = 0.06, kForce = 0.1, kRamp = 4, kStep = 0.02;
 constexpr double kSwing = 1.5, kPeriod = 1;  // of a force that swings sideways [N, s]
 
-double CpuSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// The cube of 486 tetrahedra of paper B where it is at hand, else as many in a box.
-SolidMesh PaperCube() {
-  const std::filesystem::path folder = SourcePath("/../shared/data/seed001_meshes");
-  std::ifstream nodes(folder / "cube.node"), tets(folder / "cube.ele");
-  if (!nodes || !tets) return MeshBox(Vector3d::Constant(kSide), {3, 3, 9});
-  SolidMesh mesh;
-  int count = 0, skipped = 0, id = 0;
-  nodes >> count >> skipped >> skipped >> skipped;
-  for (int i = 0; i < count; ++i) {
-    Vector3d p;
-    nodes >> id >> p.x() >> p.y() >> p.z();
-    mesh.nodes.push_back(p);
-  }
-  tets >> count >> skipped >> skipped;
-  for (int i = 0; i < count; ++i) {
-    std::array<int, 4> tet{};
-    tets >> id >> tet[0] >> tet[1] >> tet[2] >> tet[3] >> skipped;
-    for (int& node : tet) --node;
-    mesh.tets.push_back(tet);
-  }
-  return mesh;
-}
-
 SolidMesh MeshOf(int kilo_tets) {
-  if (kilo_tets == 0) return PaperCube();
   const std::map<int, std::array<int, 3>> cells{
-      {5, {10, 9, 9}}, {20, {15, 15, 15}}, {98, {25, 26, 25}}};
+      {0, {3, 3, 9}}, {5, {10, 9, 9}}, {20, {15, 15, 15}}, {98, {25, 26, 25}}};
   return MeshBox(Vector3d::Constant(kSide), cells.at(kilo_tets));
 }
 
@@ -114,50 +77,6 @@ Track Press(const SolidMesh& mesh, double width, double residual, int steps, boo
   return track;
 }
 
-// Seconds to read as many bytes as the matrix of the mesh has, nine doubles per block.
-double SweepSeconds(const SolidMesh& mesh) {
-  std::vector<double> values(mesh.nodes.size() * 15 * 9, 1.0);
-  double best = 1, sum = 0;
-  for (int repeat = 0; repeat < 20; ++repeat) {
-    const double start = CpuSeconds();
-    for (std::size_t i = 0; i + 8 <= values.size(); i += 8) {
-      for (std::size_t l = 0; l < 8; ++l) values[i + l] *= 1.000001;
-    }
-    best = std::min(best, CpuSeconds() - start);
-    sum += values[static_cast<std::size_t>(repeat)];
-  }
-  benchmark::DoNotOptimize(sum);
-  return best;
-}
-
-// A scalar matrix with the mesh's graph takes the place of the elastic one: three solves in one.
-double SolveSeconds(const SolidMesh& mesh) {
-  std::vector<Eigen::Triplet<double>> entries;
-  for (const auto& tet : mesh.tets) {
-    for (const int i : tet) {
-      for (const int j : tet) {
-        for (int c = 0; c < 9; ++c) {
-          const double value = i == j && c % 4 == 0 ? 12 : -0.1;
-          entries.emplace_back(3 * i + c / 3, 3 * j + c % 3, value);
-        }
-      }
-    }
-  }
-  const auto size = static_cast<Eigen::Index>(3 * mesh.nodes.size());
-  Eigen::SparseMatrix<double> K(size, size);
-  K.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(K);
-  const Eigen::VectorXd b = Eigen::VectorXd::Ones(size);
-  double best = 1;
-  for (int repeat = 0; repeat < 20; ++repeat) {
-    const double start = CpuSeconds();
-    const Eigen::VectorXd x = factor.solve(b);
-    best = std::min(best, CpuSeconds() - start);
-    benchmark::DoNotOptimize(x.data());
-  }
-  return best;
-}
-
 void ImplicitStep(benchmark::State& state) {
   const int kilo_tets = static_cast<int>(state.range(0));
   const double residual = std::pow(10.0, -static_cast<double>(state.range(1)));
@@ -170,8 +89,6 @@ void ImplicitStep(benchmark::State& state) {
     const double median = track.seconds[track.seconds.size() / 2];
     state.SetIterationTime(median);
     state.counters["median_ms"] = 1e3 * median;
-    state.counters["sweeps"] = median / SweepSeconds(mesh);
-    if (kilo_tets <= 5) state.counters["solves"] = median / SolveSeconds(mesh);
   }
   const auto p99 = static_cast<std::size_t>(0.99 * static_cast<double>(track.seconds.size()));
   state.counters["p99_ms"] = 1e3 * track.seconds[p99];

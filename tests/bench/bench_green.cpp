@@ -1,10 +1,9 @@
 // Cost of contacts on surface Green's functions against mesh size and number of contacts. One
-// thread; forces alone but in AllMoveForStiffness. Counters: `dof` of the finite elements, `us` per
+// thread; forces alone. Counters: `dof` of the finite elements, `us` per
 // update (CPU), `ratio` of it to Eigen's LU and solution of the same capacitance matrix, measured
 // in the same run, `error` of the forces against a fresh factorisation.
 #include <algorithm>
 #include <array>
-#include <ctime>
 #include <map>
 #include <memory>
 #include <random>
@@ -15,16 +14,10 @@
 
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/relaxation/relaxing_model.h"
+#include "tests/bench/timing.h"
 
 namespace palpate {
 namespace {
-
-// CPU time of this thread [s]: what other programs take does not count.
-double Now() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 struct Held {
   SolidMesh mesh;
@@ -89,12 +82,12 @@ double SecondsPer(DeformationModel& model, std::vector<Contact> contacts) {
   std::vector<ContactResponse> responses(contacts.size());
   double best = 1;
   for (int batch = 0; batch < 15; ++batch) {
-    const double start = Now();
+    const double start = CpuSeconds();
     for (int k = 0; k < kTimes; ++k) {
       for (Contact& contact : contacts) contact.prescribed_O *= k % 2 == 0 ? 1.01 : 1 / 1.01;
       model.Respond(contacts, responses);
     }
-    best = std::min(best, (Now() - start) / kTimes);
+    best = std::min(best, (CpuSeconds() - start) / kTimes);
   }
   return best;
 }
@@ -121,27 +114,6 @@ void Relaxation(benchmark::State& state) {
 }
 BENCHMARK(Relaxation)->ArgsProduct({{1, 5, 30, 100}, {2, 8}})->Iterations(1);
 
-double EigenLuSeconds(int order) {
-  static std::map<int, double> measured;
-  double& seconds = measured[order];
-  if (seconds == 0) {
-    const Eigen::MatrixXd A =
-        Eigen::MatrixXd::Random(order, order) + order * Eigen::MatrixXd::Identity(order, order);
-    const Eigen::VectorXd b = Eigen::VectorXd::Random(order);
-    const int times = 20000 / order + 10;
-    seconds = 1;
-    for (int batch = 0; batch < 5; ++batch) {
-      const double start = Now();
-      for (int k = 0; k < times; ++k) {
-        Eigen::VectorXd x = A.partialPivLu().solve(b);
-        benchmark::DoNotOptimize(x.data());
-      }
-      seconds = std::min(seconds, (Now() - start) / times);
-    }
-  }
-  return seconds;
-}
-
 double ErrorOf(const Ready& ready, const std::vector<Contact>& contacts,
                const std::vector<ContactResponse>& got) {
   GreenColumns& columns = ready.model->columns();
@@ -159,14 +131,13 @@ double ErrorOf(const Ready& ready, const std::vector<Contact>& contacts,
   return error / largest;
 }
 
-enum class Turn { kUnchanged, kOneMoves, kAllMove, kAllMoveForStiffness };
+enum class Turn { kUnchanged, kOneMoves, kAllMove };
 
 void Contacts(benchmark::State& state, Turn turn) {
   Ready& ready = ReadyOf(static_cast<int>(state.range(1)));
   const auto S = static_cast<std::size_t>(state.range(0));
   const std::size_t count = ready.contacts.size();
-  const bool all = turn == Turn::kAllMove || turn == Turn::kAllMoveForStiffness;
-  for (auto& c : ready.contacts) c.wants_stiffness = turn == Turn::kAllMoveForStiffness;
+  const bool all = turn == Turn::kAllMove;
   std::vector<Contact> contacts(ready.contacts.begin(),
                                 ready.contacts.begin() + static_cast<long>(S));
   std::vector<ContactResponse> responses(S);
@@ -178,7 +149,7 @@ void Contacts(benchmark::State& state, Turn turn) {
   double least = 1;
   for (auto _ : state) {
     constexpr int kBatch = 256;
-    const double start = Now();
+    const double start = CpuSeconds();
     for (int k = 0; k < kBatch; ++k) {
       const std::size_t moved = all ? S : turn == Turn::kOneMoves ? 1 : 0;
       for (std::size_t m = 0; m < moved; ++m) {
@@ -192,12 +163,12 @@ void Contacts(benchmark::State& state, Turn turn) {
       ready.model->Respond(contacts, responses);
       benchmark::DoNotOptimize(responses.data());
     }
-    least = std::min(least, (Now() - start) / kBatch);
+    least = std::min(least, (CpuSeconds() - start) / kBatch);
     if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
   }
   std::copy(contacts.begin(), contacts.end(), ready.contacts.begin());
   state.counters["us"] = 1e6 * least;
-  state.counters["ratio"] = least / EigenLuSeconds(static_cast<int>(3 * S));
+  state.counters["ratio"] = least / EigenLuSeconds(static_cast<int>(3 * S), 1);
   state.counters["error"] = ErrorOf(ready, contacts, responses);
   state.counters["dof"] = static_cast<double>(ready.model->info().dof);
 }
@@ -212,10 +183,6 @@ void AllMove(benchmark::State& state) {
   Contacts(state, Turn::kAllMove);
 }
 
-void AllMoveForStiffness(benchmark::State& state) {
-  Contacts(state, Turn::kAllMoveForStiffness);
-}
-
 void Sizes(benchmark::internal::Benchmark* benchmark) {
   for (const int cells : {8, 16, 26}) {
     for (const int S : {1, 2, 8, 16, 64}) benchmark->Args({S, cells});
@@ -225,40 +192,6 @@ void Sizes(benchmark::internal::Benchmark* benchmark) {
 BENCHMARK(Unchanged)->Apply(Sizes);
 BENCHMARK(OneMoves)->Apply(Sizes);
 BENCHMARK(AllMove)->Apply(Sizes);
-BENCHMARK(AllMoveForStiffness)->Apply(Sizes);
-
-// Assembly and factorisation. `MB` kept.
-void Precompute(benchmark::State& state) {
-  const Held cube = Cube(static_cast<int>(state.range(0)));
-  FemGreenModel::Options options;
-  options.element = state.range(1) == 4 ? FemOptions::Element::kTet4 : FemOptions::Element::kTet10;
-  for (auto _ : state) {
-    const FemGreenModel model(cube.mesh, cube.held, 3800, 0.15, options);
-    state.counters["dof"] = static_cast<double>(model.info().dof);
-    state.counters["MB"] = 1e-6 * static_cast<double>(model.info().memory_bytes);
-  }
-}
-BENCHMARK(Precompute)
-    ->Args({6, 4})
-    ->Args({12, 4})
-    ->Args({26, 4})
-    ->Args({6, 10})
-    ->Args({12, 10})
-    ->Iterations(1)
-    ->Unit(benchmark::kMillisecond);
-
-// Columns of a node nobody touched, its group's seven neighbours with it.
-void NewColumns(benchmark::State& state) {
-  const Held cube = Cube(static_cast<int>(state.range(0)));
-  FemGreenModel model(cube.mesh, cube.held, 3800, 0.15, {});
-  int place = 0;
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(model.columns().Column(place));
-    place += GreenColumns::kGroup;
-  }
-  state.counters["dof"] = static_cast<double>(model.info().dof);
-}
-BENCHMARK(NewColumns)->Arg(6)->Arg(12)->Arg(26)->Iterations(4)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace palpate

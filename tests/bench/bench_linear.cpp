@@ -3,8 +3,6 @@
 // same run (below one: ours is faster); `factor_us` and `solve_us` what ours takes.
 #include <algorithm>
 #include <array>
-#include <ctime>
-#include <limits>
 #include <random>
 #include <vector>
 
@@ -16,6 +14,7 @@
 #include "slave/mechanics/linear/dense_lu.h"
 #include "slave/mechanics/linear/elimination_order.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
+#include "tests/bench/timing.h"
 
 namespace palpate {
 namespace {
@@ -23,25 +22,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// CPU time of this thread [s].
-double Now() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// The shortest of several batches [s per call].
-template <typename Call>
-double Shortest(const Call& call, int times) {
-  double shortest = std::numeric_limits<double>::infinity();
-  for (int batch = 0; batch < 7; ++batch) {
-    const double start = Now();
-    for (int k = 0; k < times; ++k) call();
-    shortest = std::min(shortest, (Now() - start) / times);
-  }
-  return shortest;
-}
 
 // A compliance: its symmetric part is positive definite.
 MatrixXd Compliance(int order) {
@@ -108,15 +88,7 @@ void SmallSystem(benchmark::State& state) {
       Times(n));
   Compare(state, ours, library);
 }
-BENCHMARK(SmallSystem)
-    ->Arg(2)
-    ->Arg(6)
-    ->Arg(16)
-    ->Arg(32)
-    ->Arg(64)
-    ->Arg(128)
-    ->Arg(192)
-    ->Iterations(1);
+BENCHMARK(SmallSystem)->ArgsProduct({{2, 6, 16, 32, 64, 128, 192}})->Iterations(1);
 
 // Three unknowns per node of a grid of side^3 nodes, neighbours all around, in the elimination's
 // order; negative ones on the diagonal of every 16th.
@@ -176,15 +148,8 @@ void SparseSymmetric(benchmark::State& state) {
   state.counters["together"] = Shortest([&] { ours.Solve(X); }, times) / (24 * solve);
   state.counters["unknowns"] = static_cast<double>(matrix.cols());
 }
-BENCHMARK(SparseSymmetric<float>)->Arg(4)->Arg(6)->Arg(9)->Arg(12)->Arg(18)->Arg(24)->Iterations(1);
-BENCHMARK(SparseSymmetric<double>)
-    ->Arg(4)
-    ->Arg(6)
-    ->Arg(9)
-    ->Arg(12)
-    ->Arg(18)
-    ->Arg(24)
-    ->Iterations(1);
+BENCHMARK(SparseSymmetric<float>)->ArgsProduct({{4, 6, 9, 12, 18, 24}})->Iterations(1);
+BENCHMARK(SparseSymmetric<double>)->ArgsProduct({{4, 6, 9, 12, 18, 24}})->Iterations(1);
 
 }  // namespace
 }  // namespace palpate

@@ -8,7 +8,6 @@ bench_machine.py [SCENE...]      all shipped scenes without arguments; needs tas
 Programs: PALPATE_BIN (default build/release/bin). Prints a row per scene and set, in Markdown.
 """
 import argparse
-import json
 import os
 import pathlib
 import re
@@ -18,7 +17,9 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin")).resolve()
+sys.path.insert(0, str(ROOT / "tests/e2e"))
+from programs import BIN, cpu_seconds, memory, read_json  # noqa: E402
+
 START_S = 300  # to start a slave or a simulator
 HEAD = "| scene | cores | age of a force: p50, p99 | slave: cores | simulator: cores | slave, simulator, master: MB | missed ticks | force error |"
 
@@ -38,14 +39,6 @@ class Program:
                 return found.group(1)
             time.sleep(0.1)
         raise RuntimeError(f"{pattern}: not printed in {self.output.read_text(encoding='utf-8')[-500:]}")
-
-    def cpu_seconds(self):
-        fields = pathlib.Path(f"/proc/{self.process.pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-    def peak_mb(self):
-        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text(encoding="utf-8")
-        return int(re.search(r"VmHWM:\s+(\d+) kB", status).group(1)) / 1000
 
     def stop(self):
         self.process.terminate()
@@ -69,25 +62,25 @@ def session(scene, cores, seconds, folder):
         address = slave.wait_for(r"^listening on (\S+)")
         simulator = Program(cores, folder, "simulator", file, "--slave", address, *own)
         simulator.wait_for(r"^(streaming to) ")
-        before = slave.cpu_seconds(), simulator.cpu_seconds(), time.monotonic()
+        before = cpu_seconds(slave.process.pid), cpu_seconds(simulator.process.pid), time.monotonic()
         master = Program(cores, folder, "master", "connect", address, "--duration", str(seconds),
                          "--report", folder / "report.json")
         master_mb = 0
         while master.process.poll() is None:
             try:
-                master_mb = max(master_mb, master.peak_mb())
-            except (OSError, AttributeError):  # it has just ended
+                master_mb = max(master_mb, memory(master.process.pid, "VmHWM"))
+            except (OSError, TypeError):  # it has just ended
                 break
             time.sleep(0.2)
         master.process.wait()
         elapsed = time.monotonic() - before[2]
-        used = [(program.cpu_seconds() - start) / elapsed for program, start in zip((slave, simulator), before)]
-        memory = [slave.peak_mb(), simulator.peak_mb(), master_mb]
+        used = [(cpu_seconds(program.process.pid) - start) / elapsed for program, start in zip((slave, simulator), before)]
+        memory = [memory(slave.process.pid, "VmHWM"), memory(simulator.process.pid, "VmHWM"), master_mb]
     finally:
         slave.stop()
         if simulator:
             simulator.stop()
-    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    report = read_json(folder / "report.json")
     error = report.get("force_error_delay_compensated") or {}
     age, relative = report["state_age_us"], error.get("relative_rms")
     return (f"| {scene} | {cores} | {age['p50'] / 1e3:.0f}, {age['p99'] / 1e3:.0f} ms | {used[0]:.2f} | {used[1]:.2f} | "

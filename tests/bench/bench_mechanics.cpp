@@ -2,7 +2,6 @@
 // reference measured in the same run; `dof` the boundary unknowns; `allocations` per update;
 // `error` the error beside the time.
 #include <algorithm>
-#include <ctime>
 #include <map>
 #include <memory>
 #include <utility>
@@ -12,17 +11,11 @@
 #include <benchmark/benchmark.h>
 
 #include "slave/mechanics/bem/bem2d_model.h"
+#include "tests/bench/timing.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
-
-// CPU time of this thread [s]: what other programs take does not count.
-double Now() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 ReferenceProblem Block(int elements, ElementOrder order) {
   ReferenceProblem problem{MeshRectangle(0.088, 0.088, elements), {}, 0.49, Plane::kStress, order};
@@ -60,29 +53,10 @@ Contact Press(const Bem2dModel& model, int element, int neighbours) {
   return contact;
 }
 
-// Seconds of a dense solution with `order` unknowns by Eigen's LU, two right-hand sides.
-double EigenLuSeconds(int order) {
-  static std::map<int, double> measured;
-  double& seconds = measured[order];
-  if (seconds == 0) {
-    const Eigen::MatrixXd A =
-        Eigen::MatrixXd::Random(order, order) + order * Eigen::MatrixXd::Identity(order, order);
-    const Eigen::MatrixXd b = Eigen::MatrixXd::Random(order, 2);
-    constexpr int kTimes = 1000;
-    const double start = Now();
-    for (int k = 0; k < kTimes; ++k) {
-      Eigen::MatrixXd x = A.partialPivLu().solve(b);
-      benchmark::DoNotOptimize(x.data());
-    }
-    seconds = (Now() - start) / kTimes;
-  }
-  return seconds;
-}
-
 // `ratio`: over Eigen's LU of the capacitance matrix alone.
 void Report(benchmark::State& state, const Bem2dModel& model, long allocated, double seconds) {
   state.counters["ratio"] = seconds / static_cast<double>(state.iterations()) /
-                            EigenLuSeconds(2 * static_cast<int>(state.range(0)));
+                            EigenLuSeconds(2 * static_cast<int>(state.range(0)), 2);
   state.counters["dof"] = static_cast<double>(model.info().dof);
   state.counters["allocations"] =
       static_cast<double>(allocated) / static_cast<double>(state.iterations());
@@ -96,30 +70,14 @@ void Alternate(benchmark::State& state, Bem2dModel& model, const std::vector<Con
   model.Respond(other, responses);
   if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
   const long before = AllocationCount();
-  const double start = Now();
+  const double start = CpuSeconds();
   bool turn = false;
   for (auto _ : state) {
     model.Respond(turn ? one : other, responses);
     benchmark::DoNotOptimize(responses.data());
     turn = !turn;
   }
-  Report(state, model, AllocationCount() - before, (Now() - start));
-}
-
-// One patch of S elements, moving along the boundary.
-void OnePatch(benchmark::State& state) {
-  Bem2dModel& model = ModelOf(static_cast<int>(state.range(1)));
-  const auto S = static_cast<int>(state.range(0));
-  const int first = FirstFreeElement(model) + S;
-  // An even number of midpoints lies within S - 1 lengths of a place between two elements.
-  const auto patch = [&](int element) {
-    Contact contact = Press(model, element, S - 1);
-    const auto& e =
-        model.greens_functions().problem().mesh.elements[static_cast<std::size_t>(element)];
-    if (S % 2 == 0) contact.p_O.head<2>() = e.a;
-    return std::vector<Contact>{contact};
-  };
-  Alternate(state, model, patch(first), patch(first + 1));
+  Report(state, model, AllocationCount() - before, (CpuSeconds() - start));
 }
 
 // S contacts of one element each, every one at a random place of its own part of the free boundary.
@@ -148,22 +106,21 @@ class RandomContacts {
   std::vector<Contact> contacts_;
 };
 
-enum class Change { kNone, kOneMoves, kOneComesOrGoes, kAllMove, kAllMoveForStiffness };
+enum class Change { kNone, kOneMoves, kOneComesOrGoes, kAllMove };
 
-// One update after each change, forces alone but for the last kind.
+// One update after each change, forces alone.
 template <Change change>
 void Contacts(benchmark::State& state) {
   Bem2dModel& model = ModelOf(static_cast<int>(state.range(1)));
   const auto S = static_cast<std::size_t>(state.range(0));
   RandomContacts random(model, static_cast<int>(S));
   auto& contacts = random.contacts();
-  for (auto& c : contacts) c.wants_stiffness = change == Change::kAllMoveForStiffness;
   std::vector<ContactResponse> responses(S);
   const Contact last = contacts.back();
   const auto next = [&](bool turn) {
     if (change == Change::kOneMoves) {
       random.Move(static_cast<std::size_t>(random.Below(static_cast<int>(S))));
-    } else if (change == Change::kAllMove || change == Change::kAllMoveForStiffness) {
+    } else if (change == Change::kAllMove) {
       for (std::size_t k = 0; k < S; ++k) random.Move(k);
     } else if (change == Change::kNone) {
       for (auto& contact : contacts) contact.prescribed_O *= 0.999999;
@@ -178,55 +135,13 @@ void Contacts(benchmark::State& state) {
   for (int k = 0; k < 100; ++k, turn = !turn) next(turn);
   if (responses[0].validity == Validity::kFailed) state.SkipWithError("failed");
   const long before = AllocationCount();
-  const double start = Now();
+  const double start = CpuSeconds();
   for (auto _ : state) {
     next(turn);
     turn = !turn;
     benchmark::DoNotOptimize(responses.data());
   }
-  Report(state, model, AllocationCount() - before, (Now() - start));
-}
-
-double LuAndInverseSeconds(int order) {
-  static std::map<int, double> measured;
-  double& seconds = measured[order];
-  if (seconds == 0) {
-    const Eigen::MatrixXd A =
-        Eigen::MatrixXd::Random(order, order) + 10 * Eigen::MatrixXd::Identity(order, order);
-    const double start = Now();
-    Eigen::MatrixXd inverse = A.partialPivLu().inverse();
-    benchmark::DoNotOptimize(inverse.data());
-    seconds = Now() - start;
-  }
-  return seconds;
-}
-
-// Green's functions: factorisation, solution, condition; ratio to LU + inverse by Eigen. Assembly
-// apart.
-void Precompute(benchmark::State& state) {
-  const auto elements = static_cast<int>(state.range(0));
-  const ReferenceProblem problem = Block(elements, static_cast<ElementOrder>(state.range(1)));
-  const std::vector<BoundaryNode> nodes = NodesOf(problem);
-  const auto order = static_cast<Eigen::Index>(2 * nodes.size());
-  const double reference = LuAndInverseSeconds(static_cast<int>(order));
-  Eigen::MatrixXd A(order, order), Abar(order, order);
-  const auto elasticity = PlaneElasticity::From(problem.nu, problem.plane);
-  double assembly = Now();
-  BoundarySystem(problem, nodes, elasticity).Collocate(&A, &Abar, nullptr);
-  assembly = Now() - assembly;
-  double seconds = 0;
-  for (auto _ : state) {
-    const double start = Now();
-    const GreensFunctions greens(problem);
-    benchmark::DoNotOptimize(greens.block(0, 0));
-    seconds += Now() - start;
-  }
-  const double each = seconds / static_cast<double>(state.iterations());
-  state.counters["dof"] = static_cast<double>(order);
-  state.counters["assembly_ms"] = 1e3 * assembly;
-  state.counters["ratio"] = (each - assembly) / reference;
-  state.counters["expected_s"] =
-      GreensFunctions::Estimate(elements, static_cast<ElementOrder>(state.range(1))).seconds;
+  Report(state, model, AllocationCount() - before, (CpuSeconds() - start));
 }
 
 // What accuracy costs on the block: an update of one flat punch 1 / 15 of the side wide, with the
@@ -252,8 +167,6 @@ void PunchOnTheBlock(benchmark::State& state) {
   state.counters["precompute_ms"] = 1e3 * model.info().precompute_s;
 }
 
-BENCHMARK(OnePatch)->ArgNames({"S", "N"})->Args({1, 60})->Args({1, 500})->Args({1, 2000});
-BENCHMARK(OnePatch)->ArgNames({"S", "N"})->Args({16, 120})->Args({16, 500})->Args({16, 2000});
 // A flat tool is one contact, a round one as many as there are elements under it.
 BENCHMARK(Contacts<Change::kNone>)->ArgNames({"S", "N"})->ArgsProduct({{1, 8}, {180, 2000}});
 BENCHMARK(Contacts<Change::kOneMoves>)
@@ -263,15 +176,7 @@ BENCHMARK(Contacts<Change::kOneComesOrGoes>)
     ->ArgNames({"S", "N"})
     ->ArgsProduct({{8, 16}, {180, 2000}});
 BENCHMARK(Contacts<Change::kAllMove>)->ArgNames({"S", "N"})->ArgsProduct({{1, 8, 16}, {180, 2000}});
-BENCHMARK(Contacts<Change::kAllMoveForStiffness>)
-    ->ArgNames({"S", "N"})
-    ->ArgsProduct({{1, 8}, {180, 2000}});
 BENCHMARK(PunchOnTheBlock)->ArgNames({"N", "order"})->ArgsProduct({{60, 180, 300, 540}, {0, 1, 2}});
-BENCHMARK(Precompute)
-    ->ArgNames({"N", "order"})
-    ->ArgsProduct({{60, 180, 500}, {0, 1, 2}})
-    ->Args({1000, 0})
-    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace palpate

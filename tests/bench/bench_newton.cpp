@@ -8,14 +8,13 @@
 // dense product of 768 x 768 matrices.
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <string>
-#include <vector>
 
 #include <Eigen/Core>
 #include <benchmark/benchmark.h>
 
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "tests/bench/timing.h"
 
 namespace palpate {
 namespace {
@@ -28,26 +27,6 @@ constexpr double kModulus = 10e3;     // [Pa]
 constexpr double kDepth = 0.008;      // [m]
 constexpr double kWidth = 0.016;      // of the disc [m]
 constexpr double kProbeTurns = 1.37;  // of the waves that sample the displacements, per node
-
-// CPU time of this thread [s].
-double Now() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double ReferenceSeconds() {
-  const Eigen::MatrixXd a = Eigen::MatrixXd::Random(768, 768);
-  Eigen::MatrixXd c = a * a;
-  double best = 1e9;
-  for (int i = 0; i < 5; ++i) {
-    const double start = Now();
-    c.noalias() = a * a;
-    best = std::min(best, Now() - start);
-    benchmark::DoNotOptimize(c.data());
-  }
-  return best;
-}
 
 void FullSolution(benchmark::State& state, Element element, Contact::Kind kind, double nu) {
   const bool quadratic = element == Element::kTet10;
@@ -66,7 +45,7 @@ void FullSolution(benchmark::State& state, Element element, Contact::Kind kind, 
   params.poisson_ratio = nu;
   SolidModel model(mesh, held, params);
 
-  const double reference = ReferenceSeconds();
+  const double reference = ProductSeconds();
   double spent = 0, steps = 0;
   int answers = 0;
   for (auto _ : state) {
@@ -77,9 +56,9 @@ void FullSolution(benchmark::State& state, Element element, Contact::Kind kind, 
       if (kind == Contact::Kind::kForce) contact.prescribed_O *= 0.4 * kModulus * kWidth;
       ContactResponse response;
       model.Reset();
-      const double start = Now();
+      const double start = CpuSeconds();
       model.Respond({&contact, 1}, {&response, 1});
-      spent += Now() - start;
+      spent += CpuSeconds() - start;
       if (response.validity == Validity::kFailed) {
         state.SkipWithError(std::string(model.failure()).c_str());
         return;

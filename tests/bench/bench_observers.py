@@ -20,21 +20,10 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
 from observers import Crowd, Server, Watch, require_server  # noqa: E402
-from programs import BLOCK, Slave, wait_until  # noqa: E402
+from programs import BLOCK, Slave, cpu_seconds, memory, wait_until  # noqa: E402
 from test_crowd import session  # noqa: E402
 
 STATES = "palpate.silicone-block.state"
-
-
-def cpu(pid):
-    """Seconds of all threads so far (proc(5))."""
-    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def resident(pid):
-    """[MB]"""
-    return int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def attend(processor, longest):
@@ -65,10 +54,10 @@ def attended():
 
 def operated(slave, a, folder):
     """Command age p99 [us], how often the operator was held, the slave's share of a core, for how long a processor stood still [s]."""
-    used, begun = cpu(slave.process.pid), time.monotonic()
+    used, begun = cpu_seconds(slave.process.pid), time.monotonic()
     with attended() as longest:
         seen = session(slave, a.seconds, folder)
-    return *seen, (cpu(slave.process.pid) - used) / (time.monotonic() - begun), max(value.value for value in longest)
+    return *seen, (cpu_seconds(slave.process.pid) - used) / (time.monotonic() - begun), max(value.value for value in longest)
 
 
 def alone(a, folder):
@@ -127,14 +116,14 @@ def fleet(a, folder):
         if not wait_until(lambda: len(watch.newest()) == a.slaves):
             raise AssertionError(f"{len(watch.newest())} slaves are seen")
         time.sleep(2)
-        count, used = len(watch.seen()), cpu(watch.process.pid)
+        count, used = len(watch.seen()), cpu_seconds(watch.process.pid)
         time.sleep(a.seconds)
         lines = watch.seen()[count:]
-        share = (cpu(watch.process.pid) - used) / a.seconds
+        share = (cpu_seconds(watch.process.pid) - used) / a.seconds
         print(f"fleet: {len({line['slave'] for line in lines})} slaves in {len(lines)} lines, {sum(line['validity'] == 'valid' for line in lines)} "
               f"valid; {min(line['rate_hz'] for line in lines):.1f} to {max(line['rate_hz'] for line in lines):.1f} states/s; "
               f"age up to {max(line['age_s'] for line in lines):.2f} s with cameras at 5 Hz; watch: {100 * share:.1f} % of a core, "
-              f"{resident(watch.process.pid):.0f} MB; load {os.getloadavg()[0]:.1f}")
+              f"{memory(watch.process.pid):.0f} MB; load {os.getloadavg()[0]:.1f}")
 
 
 def main():

@@ -9,7 +9,6 @@
 // 1e-2, on the first body. Both in one run, since machines are loaded.
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <vector>
 
 #include <Eigen/Core>
@@ -21,6 +20,7 @@
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "slave/mesh/index.h"
 #include "tests/bench/organ_bodies.h"
+#include "tests/bench/timing.h"
 
 namespace palpate {
 namespace {
@@ -34,20 +34,6 @@ constexpr double kStep = 0.001;     // of a contact per sample [m]
 constexpr double kCircle = 0.003;   // radius of its way [m]
 constexpr double kResidual = 5e-2;  // one step of Newton's method per sample
 constexpr int kSamples = 60;
-
-// CPU time of this thread [s].
-double Now() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::ranges::sort(values);
-  const auto count = static_cast<double>(values.size());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(share * count))];
-}
 
 FemOptions OptionsOf(double residual) {
   FemOptions options;
@@ -111,17 +97,17 @@ struct Tally {
 void SlideOn(int number, int tets, int count, double nu, Tally* tally) {
   const organs::Body body = organs::MakeBody(number, tets);
   const auto places = organs::PlacesOn(body, count);
-  double begin = Now();
+  double begin = CpuSeconds();
   FemModel model(body.mesh, body.held, ParamsOf(nu, kResidual));
-  tally->start = std::max(tally->start, Now() - begin);
+  tally->start = std::max(tally->start, CpuSeconds() - begin);
   tally->memory = std::max(tally->memory, 1e-6 * static_cast<double>(model.info().memory_bytes));
   FemModel converged(body.mesh, body.held, ParamsOf(nu, 1e-7));
   std::vector<ContactResponse> answers(places.size()), expected(places.size());
   for (int sample = 1; sample <= kSamples; ++sample) {
     const auto contacts = ContactsAt(places, sample);
-    begin = Now();
+    begin = CpuSeconds();
     model.Respond(contacts, answers);
-    tally->updates.push_back(1e3 * (Now() - begin));
+    tally->updates.push_back(1e3 * (CpuSeconds() - begin));
     tally->steps += model.newton_steps();
     tally->iterations += model.iterations();
     converged.Respond(contacts, expected);
@@ -152,15 +138,15 @@ void Before(benchmark::State& state) {
   params.poisson_ratio = 0.45;
   for (auto _ : state) {
     Tally tally;
-    double begin = Now();
+    double begin = CpuSeconds();
     SolidModel model(body.mesh, body.held, params);
-    tally.start = Now() - begin;
+    tally.start = CpuSeconds() - begin;
     std::vector<ContactResponse> answers(places.size());
     for (int sample = 1; sample <= kSamples; ++sample) {
       const auto contacts = ContactsAt(places, sample);
-      begin = Now();
+      begin = CpuSeconds();
       model.Respond(contacts, answers);
-      tally.updates.push_back(1e3 * (Now() - begin));
+      tally.updates.push_back(1e3 * (CpuSeconds() - begin));
     }
     tally.Show(state);
     state.SetIterationTime(1e-3 * Quantile(tally.updates, 0.5));
@@ -179,19 +165,19 @@ void Kernel(benchmark::State& state) {
   fem::BlockMatrix tangent(body.pattern());
   constexpr int kTimes = 20;
   for (auto _ : state) {
-    const double begin = Now();
+    const double begin = CpuSeconds();
     for (int k = 0; k < kTimes; ++k) {
       benchmark::DoNotOptimize(general.Energy(x, &gradient));
       general.AddTangent(x, kExactTangent, false, &matrix);
     }
-    const double between = Now();
+    const double between = CpuSeconds();
     for (int k = 0; k < kTimes; ++k) {
       benchmark::DoNotOptimize(body.EvaluateWithTangent(u, 0, tangent).energy);
     }
     const double per_element = 1e9 / (kTimes * static_cast<double>(organ.mesh.tets.size()));
     state.counters["general"] = per_element * (between - begin);
-    state.counters["lanes"] = per_element * (Now() - between);
-    state.SetIterationTime(Now() - between);
+    state.counters["lanes"] = per_element * (CpuSeconds() - between);
+    state.SetIterationTime(CpuSeconds() - between);
   }
 }
 

@@ -4,7 +4,6 @@
 // `ratio`, the time over that of a dense product of 768 x 768 matrices measured in the same run.
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <map>
 #include <memory>
 #include <vector>
@@ -14,6 +13,7 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "tests/bench/timing.h"
 
 namespace palpate {
 namespace {
@@ -24,29 +24,6 @@ using Law = FemOptions::Law;
 
 constexpr double kCube = 0.06;   // [m]
 constexpr double kForce = 0.25;  // [N]
-
-// CPU time of this thread [s].
-double Now() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double ReferenceSeconds() {
-  static const double kSeconds = [] {
-    const Eigen::MatrixXd a = Eigen::MatrixXd::Random(768, 768);
-    Eigen::MatrixXd c = a * a;
-    double best = 1e9;
-    for (int i = 0; i < 5; ++i) {
-      const double start = Now();
-      c.noalias() = a * a;
-      best = std::min(best, Now() - start);
-      benchmark::DoNotOptimize(c.data());
-    }
-    return best;
-  }();
-  return kSeconds;
-}
 
 // A quarter of the foam cube, pressed on its middle square.
 struct Cube {
@@ -113,63 +90,25 @@ void StaticAnswer(benchmark::State& state, Element element, Law law, double nu) 
   double depth = cube.Depth(), spent = 0;
   for (auto _ : state) {
     cube.model->Reset();
-    const double start = Now();
+    const double start = CpuSeconds();
     depth = cube.Depth();
-    spent += Now() - start;
+    spent += CpuSeconds() - start;
   }
   state.counters["dof"] = static_cast<double>(cube.model->info().dof);
   state.counters["error"] = std::abs(depth / limit - 1);
   state.counters["steps"] = cube.model->newton_steps();
-  state.counters["ratio"] = spent / static_cast<double>(state.iterations()) / ReferenceSeconds();
+  state.counters["ratio"] = spent / static_cast<double>(state.iterations()) / ProductSeconds();
 }
 
-void Precompute(benchmark::State& state, Element element) {
-  for (auto _ : state) {
-    const Cube cube(element, Law::kLinear, static_cast<int>(state.range(0)), 0.15);
-    state.counters["dof"] = static_cast<double>(cube.model->info().dof);
-    state.counters["MiB"] = static_cast<double>(cube.model->info().memory_bytes) / (1 << 20);
-  }
-}
-
-BENCHMARK_CAPTURE(Precompute, tet4, Element::kTet4)
-    ->Arg(3)
-    ->Arg(6)
-    ->Arg(12)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Precompute, tet10, Element::kTet10)
-    ->Arg(3)
-    ->Arg(6)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(StaticAnswer, tet4_linear, Element::kTet4, Law::kLinear, 0.15)
-    ->Arg(3)
-    ->Arg(6)
-    ->Arg(12)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(StaticAnswer, tet10_linear, Element::kTet10, Law::kLinear, 0.15)
-    ->Arg(3)
-    ->Arg(6)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(StaticAnswer, tet10_mixed_linear, Element::kTet10, Law::kLinear, 0.4999)
-    ->Arg(3)
-    ->Arg(6)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(StaticAnswer, tet4_neo, Element::kTet4, Law::kNeoHookean, 0.15)
-    ->Arg(3)
-    ->Arg(6)
-    ->Arg(9)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(StaticAnswer, tet10_neo, Element::kTet10, Law::kNeoHookean, 0.15)
-    ->Arg(3)
-    ->Arg(6)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(StaticAnswer, tet10_mixed_neo, Element::kTet10, Law::kNeoHookean, 0.499)
-    ->Arg(3)
-    ->Arg(6)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(StaticAnswer, tet10_corotational, Element::kTet10, Law::kCorotational, 0.15)
-    ->Arg(3)
-    ->Arg(6)
-    ->Unit(benchmark::kMillisecond);
+#define PALPATE_STATIC_ANSWER(name, ...) \
+  BENCHMARK_CAPTURE(StaticAnswer, name, __VA_ARGS__)->Arg(3)->Arg(6)->Unit(benchmark::kMillisecond)
+PALPATE_STATIC_ANSWER(tet4_linear, Element::kTet4, Law::kLinear, 0.15)->Arg(12);
+PALPATE_STATIC_ANSWER(tet10_linear, Element::kTet10, Law::kLinear, 0.15);
+PALPATE_STATIC_ANSWER(tet10_mixed_linear, Element::kTet10, Law::kLinear, 0.4999);
+PALPATE_STATIC_ANSWER(tet4_neo, Element::kTet4, Law::kNeoHookean, 0.15)->Arg(9);
+PALPATE_STATIC_ANSWER(tet10_neo, Element::kTet10, Law::kNeoHookean, 0.15);
+PALPATE_STATIC_ANSWER(tet10_mixed_neo, Element::kTet10, Law::kNeoHookean, 0.499);
+PALPATE_STATIC_ANSWER(tet10_corotational, Element::kTet10, Law::kCorotational, 0.15);
 
 }  // namespace
 }  // namespace palpate

@@ -6,7 +6,6 @@
 // error within the bound, `bound_by_error` its median, `valid` [%], `contacts` that were compared.
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <memory>
 #include <random>
 #include <vector>
@@ -15,6 +14,7 @@
 
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "slave/mechanics/fem/zone/fem_zone_model.h"
+#include "tests/bench/timing.h"
 
 namespace palpate {
 namespace {
@@ -23,19 +23,6 @@ using Eigen::Vector3d;
 
 constexpr double kModulus = 5000;  // [Pa]
 constexpr int kUpdates = 60;
-
-// CPU time of this thread [s]: what other programs take does not count.
-double Now() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  std::ranges::sort(values);
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-}
 
 enum Shape { kSlab, kLiver, kDome, kInclusion, kBlock };
 
@@ -153,22 +140,22 @@ struct Tally {
 
 void Press(Bodies& bodies, const std::vector<Contact>& contacts, Tally* tally) {
   std::vector<ContactResponse> got(contacts.size()), expected(contacts.size());
-  double start = Now();
+  double start = CpuSeconds();
   bodies.zone->Prefetch(contacts);
-  tally->condense.push_back((Now() - start) / static_cast<double>(contacts.size()));
+  tally->condense.push_back((CpuSeconds() - start) / static_cast<double>(contacts.size()));
   std::vector<Contact> now = contacts;
   for (int k = 1; k <= kUpdates; ++k) {
     for (std::size_t i = 0; i < now.size(); ++i) {
       now[i].prescribed_O = k * contacts[i].prescribed_O / kUpdates;
     }
-    start = Now();
+    start = CpuSeconds();
     bodies.zone->Respond(now, got);
-    (k == 1 ? tally->first : tally->update).push_back(Now() - start);
+    (k == 1 ? tally->first : tally->update).push_back(CpuSeconds() - start);
   }
   bodies.full->Reset();
-  start = Now();
+  start = CpuSeconds();
   bodies.full->Respond(contacts, expected);
-  tally->full.push_back(Now() - start);
+  tally->full.push_back(CpuSeconds() - start);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (expected[i].validity == Validity::kFailed || got[i].validity == Validity::kFailed) continue;
     const Vector3d &f = got[i].force_O, &truth = expected[i].force_O;

@@ -14,7 +14,6 @@ fi
 scratch=$1
 slave_command=$2
 master_command=$3
-here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$scratch"
 
 # A user without rights may still have namespaces of their own.
@@ -52,10 +51,22 @@ if ! join 2>"$scratch/ip.log"; then
   exit 77
 fi
 
-# shellcheck source=listening.sh
-source "$here/listening.sh"
 read -r -a slave <<<"${slave_command//ADDRESS/10.77.0.1:50051}"
 read -r -a master <<<"${master_command//ADDRESS/10.77.0.1:50051}"
-start_listening "$scratch/slave.log" ip netns exec "$slave_net" "${slave[@]}"
-trap 'stop_listening; remove' EXIT
-ip netns exec "$master_net" "${master[@]}"
+log=$scratch/slave.log
+ip netns exec "$slave_net" "${slave[@]}" >"$log" 2>&1 &
+server=$!
+stop() {
+  kill -TERM "$server" 2>/dev/null || true
+  wait "$server" 2>/dev/null || true
+  remove
+}
+trap stop EXIT
+for _ in $(seq 600); do
+  grep -q '^listening on ' "$log" || { sleep 0.1; continue; }
+  ip netns exec "$master_net" "${master[@]}"
+  exit
+done
+echo "the slave did not start:"
+cat "$log"
+exit 1

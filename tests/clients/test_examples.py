@@ -1,6 +1,6 @@
 """Every example of deploy/examples against a real slave, and what the client libraries promise beyond them.
 
-  test_examples.py Python|Cpp    needs PALPATE_BIN; Cpp PALPATE_TEST_OUTPUT, PALPATE_BUILD
+  test_examples.py Python|Cpp|Node    needs PALPATE_BIN; Cpp and Node PALPATE_TEST_OUTPUT, Cpp PALPATE_BUILD
 """
 import json
 import os
@@ -9,13 +9,12 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from programs import BARE, BLOCK, MASTER, PACKAGE, ROOT, SLAVE, Slave, run  # noqa: E402
+from programs import BARE, BLOCK, PACKAGE, ROOT, SLAVE, FolderTest, Slave, make_certificates, operate, run  # noqa: E402
 
 sys.path.insert(0, str(PACKAGE))
 EXAMPLES = ROOT / "deploy/examples"
@@ -33,14 +32,9 @@ def skip(reason):
     raise SystemExit(77)
 
 
-class Examples(unittest.TestCase):
+class Examples(FolderTest):
     """What all languages show."""
     environment = BARE
-
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.out = pathlib.Path(folder.name)
 
     def run_example(self, name, *arguments, **options):
         """Output of an example that ends with exit code 0."""
@@ -65,10 +59,7 @@ class Examples(unittest.TestCase):
         self.assertAlmostEqual(peak, STILL, delta=0.02 * STILL)
 
     def check_tls(self, option=()):
-        certs = ROOT / "deploy/certs"
-        for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["observer", "ca", "observer", "bob"],
-                      ["sensor", "ca", "sensor", "site"], ["arm", "ca", "arm", "site"]):
-            subprocess.run([certs, *words], cwd=self.out, check=True, env=BARE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        make_certificates(self.out, "observer")
         with Slave(BLOCK, "--tls", self.out / "slave", tls=self.out) as slave:
             self.run_example("watch", slave.address, *option, self.out / "observer")
             done = run(*self.command("operate"), slave.address, *option, self.out / "observer", env=self.environment)
@@ -117,13 +108,16 @@ class Python(Examples):
     def test_driving(self):
         self.check_driving("--duration", "1", "--home", HOME)
 
+    def test_watching_fingers(self):
+        with Slave(CUBE) as slave:
+            self.assertRegex(self.run_example("watch", slave.address), r"finger 2: (in contact|free), [0-9.]+ N, VALID")
+
     def test_record_to_numpy(self):
         import numpy as np
         import palpate
         recording = self.out / "session.mcap"
         with Slave(BLOCK, "--record", self.out / "slave.mcap") as slave:
-            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "4", "--record", recording], env=BARE,
-                                      stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            master = operate(slave.address, "--duration", "4", "--record", recording)
             self.run_example("record", slave.address, self.out / "live.npz", "--seconds", "4")
             self.assertEqual(master.wait(timeout=60), 0)
             self.assertEqual(slave.stop(), 0)
@@ -317,6 +311,27 @@ class Cpp(Examples):
 
     def test_driving(self):
         self.check_driving("1")
+
+
+class Node(Examples):
+    @classmethod
+    def setUpClass(cls):
+        node, npm = shutil.which("node"), shutil.which("npm")
+        if not (node and npm):
+            skip("no node and npm")
+        folder = pathlib.Path(os.environ["PALPATE_TEST_OUTPUT"]) / "node-examples"
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copy(EXAMPLES / "package.json", folder)
+        if subprocess.run([npm, "install", "--no-audit", "--no-fund", "--ignore-scripts", "--silent"], cwd=folder).returncode != 0:
+            skip("npm could not install the packages")
+        cls.node, cls.environment = node, {**BARE, "NODE_PATH": str(folder / "node_modules")}
+
+    def command(self, name):
+        return self.node, EXAMPLES / f"{name}.js"
+
+    def test_watching(self):
+        with Slave() as slave:
+            self.assertIn("100 states, ", self.run_example("watch", slave.address))
 
 
 if __name__ == "__main__":

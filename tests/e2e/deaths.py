@@ -7,7 +7,6 @@ kept from the loop. Fails where one is longer than 100 ms and what a bare loop w
 memory or descriptors of the master grew.
 """
 import argparse
-import json
 import os
 import pathlib
 import signal
@@ -17,7 +16,7 @@ import tempfile
 import time
 
 from delaying_line import DelayingLine
-from programs import BARE, BLOCK, MASTER, PATIENCE, SLAVE, Slave, wait_until
+from programs import BLOCK, PATIENCE, SLAVE, Slave, memory, operate, read_json, wait_until
 from tick_log import Log
 
 LONGEST, PRESSED, GROWTH = 0.100, 0.3, 16  # [s], [N], [MB]
@@ -56,18 +55,12 @@ EVENTS = {
 }
 
 
-def cost(pid):
-    pages = int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGESIZE") / 1e6, len(os.listdir(f"/proc/{pid}/fd"))
-
-
 def repeat(name, times, folder):
     event, undo = EVENTS[name]
     bench, log = Bench(), Log(folder / "log.csv")
     log.file.unlink(missing_ok=True)
     bare = subprocess.Popen(["/usr/bin/python3", HERE / "bare_loop.py"], stdout=subprocess.PIPE, text=True)
-    master = subprocess.Popen([MASTER, "connect", bench.line.address, "--log", log.file, "--report", folder / "report.json"],
-                              stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
+    master = operate(bench.line.address, "--log", log.file, "--report", folder / "report.json")
     delays, costs = [], []
     try:
         for _ in range(times):
@@ -79,12 +72,12 @@ def repeat(name, times, folder):
                 raise AssertionError(f"{name}: the hand is not let go")
             delays.append(log.oldest_rendered(at))
             undo(bench)
-            costs.append(cost(master.pid))
+            costs.append((memory(master.pid), len(os.listdir(f"/proc/{master.pid}/fd"))))
         wait_until(lambda: log.newest_force() > PRESSED)
         master.send_signal(signal.SIGINT)
         master.wait(timeout=PATIENCE)
         bare.send_signal(signal.SIGTERM)
-        return delays, costs, float(bare.stdout.readline()), json.loads((folder / "report.json").read_text())
+        return delays, costs, float(bare.stdout.readline()), read_json(folder / "report.json")
     finally:
         for process in (master, bare):
             process.kill()

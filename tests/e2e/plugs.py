@@ -1,14 +1,10 @@
 """A laboratory's own camera and arm: a simulated site played by one process, an arm driven by another."""
-import json
-import pathlib
 import re
 import signal
 import subprocess
 import sys
-import tempfile
-import unittest
 
-from programs import BARE, BIN, BLOCK, MASTER, PACKAGE, PATIENCE, ROOT, Slave, wait_until
+from programs import BARE, BIN, BLOCK, MASTER, PACKAGE, PATIENCE, ROOT, FolderTest, Slave, read_json, wait_until
 
 EXAMPLES = ROOT / "deploy/examples"
 sys.path[:0] = [str(EXAMPLES), str(PACKAGE)]
@@ -25,13 +21,11 @@ PLUGGED = ["--override", "manipulator.source=stream", "--override", "sense.camer
 HOME = "0.044,0.09416,0"
 
 
-class Plugged(unittest.TestCase):
+class Plugged(FolderTest):
     """A slave of the block whose camera and arm are to be plugged in."""
 
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
+        super().setUp()
         self.slave = Slave(BLOCK, *PLUGGED)
         self.slave.__enter__()
         self.addCleanup(self.slave.__exit__)
@@ -76,4 +70,4 @@ class Plugged(unittest.TestCase):
 
     def report(self, master):
         master.wait(timeout=PATIENCE)
-        return json.loads((self.out / "report.json").read_text())
+        return read_json(self.out / "report.json")

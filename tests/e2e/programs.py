@@ -1,11 +1,16 @@
 """The built programs, started and stopped as a person or a supervisor would."""
+import csv
+import json
 import os
 import pathlib
 import re
 import signal
 import subprocess
+import sys
+import tempfile
 import threading
 import time
+import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin"))
@@ -23,6 +28,10 @@ PATIENCE = int(os.environ.get("PALPATE_PATIENCE", 60))
 def deep(test):
     """By hand and with `tests/run.sh --full`; what every change must pass does without."""
     return test if IS_DEEP else None
+
+
+def overrides(*settings):
+    return [word for setting in settings for word in ("--override", setting)]
 
 
 def run(*command, **options):
@@ -113,3 +122,59 @@ def wait_until(condition, patience=PATIENCE):
             return True
         time.sleep(0.05)
     return False
+
+
+def operate(address, *arguments, stdout=subprocess.DEVNULL):
+    """`palpate-master connect` in the background."""
+    return subprocess.Popen([str(word) for word in (MASTER, "connect", address, *arguments)], stdin=subprocess.DEVNULL, stdout=stdout,
+                            stderr=subprocess.DEVNULL, env=BARE)
+
+
+def make_certificates(folder, *roles):
+    """A folder of certificates for each of `roles`; those of the simulator are among them."""
+    for words in (["ca"], ["slave", "here", "127.0.0.1"], ["sensor", "site"], ["arm", "site"], *([role, "ada"] for role in roles)):
+        own = [] if words == ["ca"] else [folder / words[0]]
+        run(ROOT / "deploy/certs", words[0], folder / "ca", *own, *words[1:]).check_returncode()
+
+
+def cpu_seconds(pid):
+    """Of all threads so far (proc(5))."""
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def memory(pid, which="VmRSS"):
+    """Resident [MB]; VmHWM: the largest so far."""
+    return int(re.search(rf"^{which}:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text(), re.MULTILINE)[1]) * 1024e-6
+
+
+def load_package():
+    """(palpate, messages, states); skips the test where Python has no gRPC or NumPy."""
+    sys.path.insert(0, str(PACKAGE))
+    try:
+        import palpate
+    except ImportError as error:
+        raise unittest.SkipTest(f"{error} (deploy/install.sh tests)")
+    from palpate.v1 import state_pb2, teleoperation_pb2
+    return palpate, teleoperation_pb2, state_pb2
+
+
+def read_json(path):
+    """A report, in which no number may be missing."""
+    def refuse(name):
+        raise AssertionError(f"{name} in {path}")
+    return json.loads(pathlib.Path(path).read_text(), parse_constant=refuse)
+
+
+def read_rows(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+class FolderTest(unittest.TestCase):
+    """`self.out` is a folder of the test's own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.out = pathlib.Path(folder.name)

@@ -7,18 +7,16 @@ of its sigmas. What the slave's own measures of time allow is near: the arm's dr
 """
 import bisect
 import math
-import pathlib
 import re
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 import unittest
 
 from plugs import BIN, EXAMPLES, Plugged, grpc, messages, states
-from programs import BLOCK, ROOT, SLAVE, Slave, run, wait_until
+from programs import BLOCK, ROOT, SLAVE, FolderTest, Slave, run, wait_until
 
 MEMBRANE = str(ROOT / "deploy/scenes/rubber-membrane.yaml")
 HONEST, LYING = 6, 10  # [s]
@@ -122,9 +120,7 @@ class Membrane(Lies):
     scene, home = MEMBRANE, "0,0,0.004"
 
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
+        FolderTest.setUp(self)
         done = run(SLAVE, "process", MEMBRANE, "--frames", "--out", self.out / "rig")
         pose = re.search(r"pose: (\{.*\})\}", done.stdout).group(1)
         rig = next((self.out / "rig").rglob("rig.yaml"))

@@ -7,18 +7,16 @@ Fails where in every try, the machine's other work apart, commands were more tha
 after, or the operator was held.
 """
 import argparse
-import csv
-import json
 import multiprocessing
 import os
 import pathlib
 import selectors
 import struct
-import subprocess
 import sys
 import tempfile
 
-from programs import BARE, BLOCK, MASTER, ROOT, Slave, run
+from programs import BLOCK, MASTER, ROOT, Slave, read_json, read_rows, run
+from tick_log import times_held
 from untrusted_clients import OURS, PREFACE, SETTINGS, WINDOW_UPDATE, call, connect, frame
 
 OBSERVERS = 16
@@ -46,12 +44,9 @@ def observe(address, counted):
 def session(slave, seconds, folder):
     """Command age p99 [us], how often the operator was held, states."""
     report, log = folder / "report.json", folder / "log.csv"
-    subprocess.run([MASTER, "connect", slave.address, "--duration", str(seconds), "--report", report, "--log", log],
-                   check=True, stdin=subprocess.DEVNULL, capture_output=True, env=BARE)
-    with log.open() as rows:
-        states = [row["state"] for row in csv.DictReader(rows)]
-    held = sum(b in ("HOLD", "DISCONNECTED") and a == "FOLLOWING" for a, b in zip(states, states[1:]))
-    return json.loads(report.read_text())["command_age_us"]["p99"], held
+    run(MASTER, "connect", slave.address, "--duration", seconds, "--report", report, "--log", log).check_returncode()
+    held = times_held([row["state"] for row in read_rows(log)])
+    return read_json(report)["command_age_us"]["p99"], held
 
 
 def crowded(slave, seconds, folder):

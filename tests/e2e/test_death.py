@@ -1,48 +1,29 @@
 """When anything dies, stalls or is stopped: what the hand gets, and what must be done to go on."""
-import csv
-import json
 import pathlib
 import signal
-import subprocess
 import tempfile
 import unittest
 
-from programs import BARE, BLOCK, MASTER, PATIENCE, SLAVE, Slave, wait_until
+from programs import BLOCK, PATIENCE, SLAVE, FolderTest, Slave, operate, read_json, wait_until
+from tick_log import TICK, force, whole_rows
 
 # By design the force is gone 80 ms after the last state; what the machine keeps the loop waiting comes on top.
 LONGEST = 0.100  # [s]
-TICK = 0.001     # [s]
 
 
-class Death(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
-
+class Death(FolderTest):
     def operate(self, address, seconds):
         with open(self.out / "output", "w") as printed:
-            master = subprocess.Popen(
-                [MASTER, "connect", address, "--duration", str(seconds), "--report", str(self.out / "report.json"),
-                 "--log", str(self.out / "log.csv")],
-                stdin=subprocess.DEVNULL, stdout=printed, stderr=subprocess.DEVNULL, env=BARE)
+            master = operate(address, "--duration", seconds, "--report", self.out / "report.json", "--log", self.out / "log.csv",
+                             stdout=printed)
         self.addCleanup(master.kill)
         return master
 
     def rows(self):
-        """What is whole of the log so far."""
-        try:
-            text = (self.out / "log.csv").read_text()
-        except FileNotFoundError:
-            return []
-        return list(csv.DictReader(text[:text.rfind("\n") + 1].splitlines()))
-
-    @staticmethod
-    def force(row):
-        return max(abs(float(row[f"sent_{axis}"])) for axis in "xyz")
+        return whole_rows(self.out / "log.csv")
 
     def pressed(self, since=0):
-        return wait_until(lambda: any(self.force(row) > 0.3 for row in self.rows()[-200:])
+        return wait_until(lambda: any(force(row) > 0.3 for row in self.rows()[-200:])
                           and len(self.rows()) > since)
 
     def finish(self, master):
@@ -51,9 +32,9 @@ class Death(unittest.TestCase):
         rows = self.rows()
         lost = [0.0] + [max(0.0, float(b["t"]) - float(a["t"]) - TICK) for a, b in zip(rows, rows[1:])]
         for k, row in enumerate(rows):
-            if self.force(row) > 0:
+            if force(row) > 0:
                 self.assertLessEqual(float(row["age_s"]), LONGEST + sum(lost[max(0, k - 200):k + 1]), row)
-        return json.loads((self.out / "report.json").read_text())
+        return read_json(self.out / "report.json")
 
     def again(self, address):
         """The address of a slave that listens where another did."""
@@ -90,22 +71,6 @@ class Death(unittest.TestCase):
         self.assertIn("another scene is served there now, another instead of silicone-block: restart palpate-master",
                       report["trouble"])
 
-    def test_a_stalled_slave_lets_the_hand_go(self):
-        with Slave() as slave:
-            master = self.operate(slave.address, 600)
-            self.assertTrue(self.pressed())
-            known = len(self.rows())
-            slave.process.send_signal(signal.SIGSTOP)
-            self.assertTrue(wait_until(lambda: any(row["state"] != "FOLLOWING" and self.force(row) == 0
-                                                   for row in self.rows()[known:])))
-            self.assertTrue(wait_until(lambda: len(self.rows()) > known + 700))
-            known = len(self.rows())
-            slave.process.send_signal(signal.SIGCONT)
-            self.assertTrue(self.pressed(since=known + 700))
-            master.send_signal(signal.SIGINT)
-            report = self.finish(master)
-        self.assertGreaterEqual(report["epochs"], 2, "it went on only after another engagement")
-
     def test_who_waits_takes_over_when_the_operator_leaves(self):
         with Slave() as slave:
             ada = self.operate(slave.address, 120)
@@ -123,7 +88,7 @@ class Death(unittest.TestCase):
             self.assertIn("READY", states[:states.index("FOLLOWING")], "and only by an engagement of her own")
             bea.send_signal(signal.SIGINT)
             self.finish(bea)
-            self.assertEqual(json.loads((first / "report.json").read_text())["reconnects"], 0)
+            self.assertEqual(read_json(first / "report.json")["reconnects"], 0)
 
     def test_an_emergency_stop_of_the_operator_outlives_the_slave(self):
         state = self.out / "state"

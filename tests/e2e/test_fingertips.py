@@ -1,15 +1,13 @@
 """A hand that feels and sees a pinch through fingertips: slave, master and drivers together."""
 import csv
-import json
 import math
 import pathlib
 import random
 import subprocess
-import sys
 import tempfile
 import unittest
 
-from programs import BARE, MASTER, PACKAGE, PATIENCE, ROOT, Slave, run, wait_until
+from programs import BARE, MASTER, PACKAGE, PATIENCE, ROOT, FolderTest, Slave, load_package, read_json, read_rows, run, wait_until
 
 CUBE = ROOT / "deploy/scenes/foam-cube.yaml"
 EXAMPLES = ROOT / "deploy/examples"
@@ -17,23 +15,8 @@ ELECTRODES = [f"E{i}" for i in range(1, 20)]
 STREAM = ("--override", "sense.tactile.source=stream")
 
 
-def load_package():
-    """(palpate, messages, states), or None where Python has no gRPC or NumPy."""
-    sys.path.insert(0, str(PACKAGE))
-    try:
-        import palpate
-    except ImportError:
-        return None
-    from palpate.v1 import state_pb2, teleoperation_pb2
-    return palpate, teleoperation_pb2, state_pb2
-
-
-def refuse_constant(name):
-    raise AssertionError(f"{name} in a report")
-
-
 @unittest.skipUnless("tactile:" in CUBE.read_text(), "the foam cube has no fingertips here")
-class Fingertips(unittest.TestCase):
+class Fingertips(FolderTest):
     # Its simulated fingers take most of a test's time to start: one slave for all that leave it as it was.
     @classmethod
     def setUpClass(cls):
@@ -46,16 +29,8 @@ class Fingertips(unittest.TestCase):
         if ended != 0:
             raise AssertionError(f"the slave ended with {ended}: {cls.slave.log}")
 
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
-
     def client(self, address):
-        package = load_package()
-        if package is None:
-            self.skipTest("no python3 with grpc and numpy (apt-get install python3-grpcio python3-numpy)")
-        palpate, self.messages, self.states = package
+        palpate, self.messages, self.states = load_package()
         connection = palpate.connect(address)
         self.addCleanup(connection.close)
         return connection.stub
@@ -64,7 +39,7 @@ class Fingertips(unittest.TestCase):
         done = run(MASTER, "connect", self.slave.address, "--duration", "10", "--report", self.out / "report.json",
                    "--log", self.out / "log.csv", "--shape", self.out / "pinch.vtu")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        report = json.loads((self.out / "report.json").read_text(), parse_constant=refuse_constant)
+        report = read_json(self.out / "report.json")
         error, peak = report["force_error"], report["force_peak_N"]
         print(f"force error {error['rms_N']:.4f} N rms, {error['rms_N'] / peak:.0%} of {peak:.3f} N; "
               f"{report['states'] / report['duration_s']:.0f} states/s; fingers {report['fingers']}")
@@ -86,11 +61,10 @@ class Fingertips(unittest.TestCase):
         self.assertIn("ff", done.stdout, "a person sees the fingers")
 
     def assert_finite_rows(self, path):
-        with open(path, newline="") as log:
-            for row in csv.DictReader(log):
-                for key, text in row.items():
-                    if key not in ("state", "reason") and text:
-                        self.assertTrue(math.isfinite(float(text)), f"{key} = {text} at {row['t']} s")
+        for row in read_rows(path):
+            for key, text in row.items():
+                if key not in ("state", "reason") and text:
+                    self.assertTrue(math.isfinite(float(text)), f"{key} = {text} at {row['t']} s")
 
     def test_a_meshs_topology_comes_once_and_then_positions(self):
         stream = self.client(self.slave.address).WatchMesh(self.messages.WatchMeshRequest(max_rate=30), timeout=PATIENCE)
@@ -175,18 +149,13 @@ class Nodule(unittest.TestCase):
             for i in range(750):  # 10 mm down from 3 to 5 s, which is 2.4 mm deep, then held
                 part = min(max((i * 0.01 - 3) / 2, 0), 1)
                 out.write(f"{i * 0.01},0,0,{-0.01004 * part * part * (3 - 2 * part)}\n")
-        package = load_package()
-        if package is None:
-            self.skipTest("no python3 with grpc and numpy (apt-get install python3-grpcio python3-numpy)")
-        palpate, messages, states = package
+        palpate, messages, states = load_package()
         with Slave(scene) as slave, palpate.connect(slave.address) as connection:
             status = lambda: connection.stub.GetStatus(messages.GetStatusRequest(), timeout=PATIENCE)
             self.assertTrue(wait_until(lambda: status().validity == states.VALIDITY_VALID), "the baseline is measured")
             done = run(MASTER, "connect", slave.address, "--device", f"playback:{motion}", "--duration", "7.5", "--log", log)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        with open(log, newline="") as rows:
-            held = [row for row in csv.DictReader(rows)
-                    if float(row["t"]) > 5.7 and row["state"] == "FOLLOWING" and row["true_z"]]
+        held = [row for row in read_rows(log) if float(row["t"]) > 5.7 and row["state"] == "FOLLOWING" and row["true_z"]]
         self.assertGreater(len(held), 200)
         return [sum(float(row[column]) for row in held) / len(held) for column in ("estimated_z", "true_z")]
 

@@ -8,7 +8,7 @@ import tempfile
 import time
 import unittest
 
-from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, deep, run
+from programs import BARE, BLOCK, PATIENCE, ROOT, SLAVE, Slave, cpu_seconds, deep, memory, operate, run
 
 # 55 come with gRPC, 21 with OpenCV's core; imgcodecs, videoio and PCL each bring more than the rest together.
 MOST_LIBRARIES = 100
@@ -32,16 +32,6 @@ def libraries(pid):
     return {line.split()[-1] for line in pathlib.Path(f"/proc/{pid}/maps").read_text().splitlines() if ".so" in line}
 
 
-def memory(pid):
-    return 1024 * int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text()).group(1))
-
-
-def cpu(pid):
-    """Seconds so far, of all threads (proc(5): fields 14 and 15 in ticks of 10 ms)."""
-    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / 100
-
-
 def bare_cpu():
     """Of a python that does nothing: what this machine makes of a start."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -55,7 +45,7 @@ class Start(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             with Slave(recorded(pathlib.Path(folder))) as slave:
                 pid = slave.process.pid
-                loaded, used, seconds = libraries(pid), memory(pid), cpu(pid)
+                loaded, used, seconds = libraries(pid), 1e6 * memory(pid), cpu_seconds(pid)
         bare = bare_cpu()
         print(f"{len(loaded)} libraries, {used / 1e6:.0f} MB, {seconds:.2f} s of CPU: {seconds / bare:.0f} times a bare python's")
         self.assertLessEqual(len(loaded), MOST_LIBRARIES)
@@ -71,9 +61,9 @@ def wakings(pid):
 
 def cost_of(pid, seconds):
     """Seconds of CPU and wakings, each in a second of the next `seconds`."""
-    before = cpu(pid), wakings(pid)
+    before = cpu_seconds(pid), wakings(pid)
     time.sleep(seconds)
-    return (cpu(pid) - before[0]) / seconds, (wakings(pid) - before[1]) / seconds
+    return (cpu_seconds(pid) - before[0]) / seconds, (wakings(pid) - before[1]) / seconds
 
 
 @deep
@@ -83,8 +73,7 @@ class Idle(unittest.TestCase):
             pid = slave.process.pid
             time.sleep(2)  # the arm has stood for a second
             idle_cpu, idle_wakings = cost_of(pid, 4)
-            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "6"], stdin=subprocess.DEVNULL,
-                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
+            master = operate(slave.address, "--duration", "6")
             time.sleep(1)
             busy_cpu, busy_wakings = cost_of(pid, 4)
             self.assertEqual(master.wait(timeout=PATIENCE), 0, "and it is there at once for who comes")

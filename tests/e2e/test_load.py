@@ -9,26 +9,24 @@ Fails if the slave ends, a new client has no answer, or the operator loses the l
 import argparse
 import collections
 import contextlib
-import csv
-import json
 import multiprocessing
 import pathlib
 import re
 import signal
 import socket
 import ssl
-import subprocess
 import sys
 import tempfile
 import threading
 import time
 
-from programs import BARE, BLOCK, MASTER, PACKAGE, PATIENCE, ROOT, Slave, wait_until
+from programs import BLOCK, PACKAGE, PATIENCE, Slave, make_certificates, memory, operate, read_json, wait_until
 
 sys.path.insert(0, str(PACKAGE))
 import grpc
 import palpate
 from palpate.v1 import teleoperation_pb2 as messages
+from tick_log import times_held, whole_rows
 from untrusted_clients import DATA, OURS, PING, PREFACE, SETTINGS, WINDOW_UPDATE, answers, call, frame, message
 
 PERIOD = 0.01        # of what each sends [s]
@@ -163,20 +161,6 @@ class Periods:
         gaps = sorted(b - a for a, b in zip(times, times[1:]))
         return gaps[int(0.99 * (len(gaps) - 1))] if gaps else float("nan"), gaps[-1] if gaps else float("nan")
 
-def resident(pid):
-    """[MB]"""
-    lines = pathlib.Path(f"/proc/{pid}/status").read_text().splitlines()
-    return int(next(line for line in lines if line.startswith("VmRSS")).split()[1]) / 1024
-
-def certificates_in(folder):
-    certs = str(ROOT / "deploy/certs")
-    for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["operator", "ca", "operator", "ada"],
-                  ["observer", "ca", "observer", "bob"], ["admin", "ca", "admin", "eve"], ["sensor", "ca", "sensor", "site"],
-                  ["arm", "ca", "arm", "site"]):
-        subprocess.run([certs, words[0], *(str(folder / w) if i < 1 + (words[0] != "ca") else w for i, w in enumerate(words[1:]))],
-                       check=True, env=BARE)
-    return folder
-
 def connected(address, certificates):
     return palpate.connect(address, certificates and certificates / "admin")
 
@@ -194,18 +178,18 @@ def newcomer(address, certificates, patience):
             return None
 
 def under(name, load, seconds, folder):
-    certificates = certificates_in(folder) if load is observers else None
+    certificates = folder if load is observers else None
+    if certificates:
+        make_certificates(folder, "operator", "observer", "admin")
     secure = ["--tls", certificates / "slave"] if certificates else []
     with Slave(BLOCK, *secure, tls=certificates) as slave:
         host, port = slave.address.split(":")
         log, report = folder / "log.csv", folder / "report.json"
         secure = ["--tls", certificates / "operator"] if certificates else []
-        master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "600", "--log", log, "--report", report, *secure],
-                                  stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
+        master = operate(slave.address, "--duration", "600", "--log", log, "--report", report, *secure)
 
         def states():
-            text = log.read_text() if log.exists() else ""
-            return [row["state"] for row in csv.DictReader(text[:text.rfind("\n") + 1].splitlines())]
+            return [row["state"] for row in whole_rows(log)]
         if not wait_until(lambda: "FOLLOWING" in states()[-50:]):
             raise AssertionError("nobody follows")
         watching = connected(slave.address, certificates)
@@ -219,8 +203,7 @@ def under(name, load, seconds, folder):
             time.sleep(min(2, seconds / 4))
             answered.append(newcomer(slave.address, certificates, PATIENCE))
         loaded = len(periods.times)
-        held = states()[began:]
-        held = sum(b in ("HOLD", "DISCONNECTED") and a == "FOLLOWING" for a, b in zip(held, held[1:]))
+        held = times_held(states()[began:])
         stops = []
         for _ in range(100):
             start = time.monotonic()
@@ -232,13 +215,13 @@ def under(name, load, seconds, folder):
         time.sleep(3)
         alive = slave.process.poll() is None
         status = stub.GetStatus(messages.GetStatusRequest(), timeout=PATIENCE)
-        memory = resident(slave.process.pid)
+        resident = memory(slave.process.pid)
         watching.close()
         master.send_signal(signal.SIGINT)
         master.wait(timeout=PATIENCE)
-        printed = json.loads(report.read_text())
+        printed = read_json(report)
         (p_quiet, _), (p_load, gap) = periods.p99(0, quiet), periods.p99(quiet, loaded)
-        return {"alive": alive, "memory": memory, "quiet": p_quiet, "load": p_load, "gap": gap,
+        return {"alive": alive, "memory": resident, "quiet": p_quiet, "load": p_load, "gap": gap,
                 "answered": None if None in answered else max(answered), "stop": sorted(stops)[98], "held": held,
                 "kept": printed["reconnects"] == 0, "trouble": periods.trouble, "alarms": list(status.alarms)}
 

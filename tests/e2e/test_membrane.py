@@ -1,56 +1,20 @@
 """A hand that feels a membrane through two cameras, and a target that is only followed: slave and master together."""
-import csv
-import json
 import math
-import pathlib
-import sys
-import tempfile
 import unittest
 
-from programs import IS_DEEP, MASTER, PACKAGE, PATIENCE, ROOT, SLAVE, Slave, deep, run, wait_until
+from programs import IS_DEEP, MASTER, PATIENCE, ROOT, SLAVE, FolderTest, Slave, deep, load_package, read_json, read_rows, run, wait_until
 
 MEMBRANE = ROOT / "deploy/scenes/rubber-membrane.yaml"
 TARGET = ROOT / "deploy/scenes/heart-target.yaml"
 LONG = 4 * PATIENCE  # [s]: presses are solved ahead, on machines that do other things too
 
 
-def load_package():
-    """(palpate, messages, states), or None where Python has no gRPC or NumPy."""
-    sys.path.insert(0, str(PACKAGE))
-    try:
-        import palpate
-    except ImportError:
-        return None
-    from palpate.v1 import state_pb2, teleoperation_pb2
-    return palpate, teleoperation_pb2, state_pb2
-
-
-def refuse_constant(name):
-    raise AssertionError(f"{name} in a report")
-
-
-def read_json(path):
-    return json.loads(path.read_text(), parse_constant=refuse_constant)
-
-
-class TwoCameras(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
-
+class TwoCameras(FolderTest):
     def client(self, address):
-        package = load_package()
-        if package is None:
-            self.skipTest("no python3 with grpc and numpy (apt-get install python3-grpcio python3-numpy)")
-        palpate, self.messages, self.states = package
+        palpate, self.messages, self.states = load_package()
         connection = palpate.connect(address)
         self.addCleanup(connection.close)
         return connection.stub
-
-    def rows(self, name):
-        with open(self.out / name, newline="") as file:  # a name in the folder, or a path
-            return list(csv.DictReader(file))
 
     def test_a_press_is_estimated_and_seen_live(self):
         with Slave(MEMBRANE) as slave:
@@ -70,7 +34,7 @@ class TwoCameras(unittest.TestCase):
         self.assertGreater(report["states"] / report["duration_s"], 90, "states are repeated at 100 Hz or more")
         self.assertGreater(report["shape"]["deflection_peak_m"], 1e-3)
         self.assertLess(report["shape"]["deflection_peak_m"], 10e-3)
-        for row in self.rows("log.csv"):
+        for row in read_rows(self.out / "log.csv"):
             for key, text in row.items():
                 if key not in ("state", "reason") and text:
                     self.assertTrue(math.isfinite(float(text)), f"{key} = {text} at {row['t']} s")
@@ -105,7 +69,7 @@ class TwoCameras(unittest.TestCase):
         done = run(SLAVE, "process", MEMBRANE, "--out", out, "--pictures", *override, timeout=LONG)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         print(done.stdout)
-        rows = self.rows(out / "states.csv")
+        rows = read_rows(out / "states.csv")
         self.assertEqual(len(list((out / "pictures").glob("*.jpg"))), len(rows))
         return read_json(out / "summary.json"), rows
 
@@ -140,7 +104,7 @@ class TwoCameras(unittest.TestCase):
         self.assertIsNone(summary["force_error"])
         self.assertEqual(summary["tracking_lost"], 0)
         self.assertLess(summary["place_error"]["rms_m"], 0.5e-3)
-        rows = self.rows("states.csv")
+        rows = read_rows(self.out / "states.csv")
         self.assertTrue(all(row["fx"] == "" and row["sigma"] == "" for row in rows), "unknown, not zero")
         path = [tuple(float(row[f"contact_{axis}"]) for axis in "xyz") for row in rows]
         self.assertGreater(max(math.dist(path[0], place) for place in path), 0.02, "it moves")

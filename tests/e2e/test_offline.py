@@ -1,25 +1,17 @@
 """`check`, `process` and `solve` as scripts use them, and what they say of bad input."""
-import csv
-import json
 import math
 import pathlib
 import re
-import tempfile
 import unittest
 
-from programs import BLOCK, IS_DEEP, ROOT, SLAVE, deep, run
+from programs import BLOCK, IS_DEEP, ROOT, SLAVE, FolderTest, deep, overrides, read_json, read_rows, run
 
 
-class Offline(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
-
+class Offline(FolderTest):
     def process(self, *arguments):
         done = run(SLAVE, "process", BLOCK, "--out", self.out, *arguments, timeout=300)
         self.assertEqual(done.returncode, 0, done.stderr)
-        return json.loads((self.out / "summary.json").read_text())
+        return read_json(self.out / "summary.json")
 
     def test_the_simulated_press_is_estimated_within_five_per_cent(self):
         for elements, model_error in ((180, 0.03), (60, 0.075)):
@@ -47,8 +39,7 @@ class Offline(unittest.TestCase):
 
     def test_states_are_one_row_per_picture(self):
         summary = self.process()
-        with open(self.out / "states.csv", newline="") as states:
-            rows = list(csv.DictReader(states))
+        rows = read_rows(self.out / "states.csv")
         self.assertEqual(len(rows), summary["frames"])
         self.assertEqual(list(rows[0])[:14], "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,"
                          "fx,fy,fz,sigma,validity".split(","))
@@ -64,8 +55,7 @@ class Offline(unittest.TestCase):
 
     def test_what_was_recorded_is_estimated_again(self):
         self.process("--frames")
-        with open(self.out / "states.csv", newline="") as states:
-            live = list(csv.DictReader(states))
+        live = read_rows(self.out / "states.csv")
         # One line of the scene changed; scene and pictures named from another folder.
         (self.out / "scene.yaml").write_text(
             pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: frames"))
@@ -74,8 +64,7 @@ class Offline(unittest.TestCase):
                    cwd=self.out.parent)
         self.assertEqual(done.returncode, 1, "the damaged picture ends the run")
         self.assertIn("000100.png", done.stderr)
-        with open(self.out / "again/states.csv", newline="") as states:
-            recorded = list(csv.DictReader(states))
+        recorded = read_rows(self.out / "again/states.csv")
         self.assertEqual(len(recorded), 99, "earlier estimates stay readable")
         for one, other in zip(live, recorded):
             # The same pictures and tip template, so the same forces up to the nine digits written.
@@ -86,10 +75,9 @@ class Offline(unittest.TestCase):
         for seed in (1, 4, 6) if IS_DEEP else (4,):
             done = run(SLAVE, "process", scene, "--out", self.out, "--override", f"site.seed={seed}")
             self.assertEqual(done.returncode, 0, done.stderr)
-            summary = json.loads((self.out / "summary.json").read_text())
+            summary = read_json(self.out / "summary.json")
             self.assertEqual(summary["tracking_lost"], 0, f"seed {seed}")
-            with open(self.out / "states.csv", newline="") as states:
-                rows = list(csv.DictReader(states))
+            rows = read_rows(self.out / "states.csv")
             went = summary["insertion"]
             self.assertIn(went["detected_sample"] - went["punctured_sample"], (0, 1), f"seed {seed}")
             self.assertLess(went["closest_m"], 3e-6, f"seed {seed}: a pixel from the target")
@@ -108,8 +96,7 @@ class Offline(unittest.TestCase):
         done = run(SLAVE, "process", ROOT / "deploy/scenes/zebrafish-embryo.yaml", "--out", self.out,
                    "--override", "model.puncture={depth: 150 um}", "--override", "site.embryo.puncture=[1 mm, 1 mm]")
         self.assertEqual(done.returncode, 0, done.stderr)
-        with open(self.out / "states.csv", newline="") as states:
-            rows = list(csv.DictReader(states))
+        rows = read_rows(self.out / "states.csv")
         cue = next(i for i, row in enumerate(rows) if row["validity"] == "punctured")
         depth = [math.hypot(*(float(row["contact_" + axis]) - float(row["tip_" + axis]) for axis in "xy")) for row in rows]
         # Passed by the first punctured picture and no earlier one; measured along the tool's way, which is at most
@@ -119,15 +106,11 @@ class Offline(unittest.TestCase):
         self.assertLessEqual(max(touching), 1.02 * 150e-6)
         self.assertEqual(float(rows[cue]["fx"]), 0)
 
-    def solve(self, contacts, *overrides):
+    def solve(self, contacts, *settings):
         (self.out / "contacts.csv").write_text(contacts)
         done = run(SLAVE, "solve", BLOCK, "--contacts", self.out / "contacts.csv", "--out", self.out / "answers.csv",
-                   *(word for override in overrides for word in ("--override", override)))
-        rows = []
-        if done.returncode == 0:
-            with open(self.out / "answers.csv", newline="") as answers:
-                rows = list(csv.DictReader(answers))
-        return done, rows
+                   *overrides(*settings))
+        return done, read_rows(self.out / "answers.csv") if done.returncode == 0 else []
 
     def test_a_round_tool_presses_ever_harder_as_its_contact_grows(self):
         done, rows = self.solve("case,x,y,dx,dy,radius\n1,0.044,0.088,0,-0.002,0.01\n2,0.044,0.088,0,-0.004,0.01\n",
@@ -151,7 +134,7 @@ class Offline(unittest.TestCase):
             done = run(SLAVE, "check", BLOCK, *override)
             expected = float(re.search(r"about ([0-9.]+) % of the contact force", done.stdout).group(1))
             self.assertEqual(run(SLAVE, "process", BLOCK, *override, "--out", self.out / "run").returncode, 0)
-            error = json.loads((self.out / "run/summary.json").read_text())["force_error"]
+            error = read_json(self.out / "run/summary.json")["force_error"]
             # rms over the whole contact: 0.75 to 1 of the error at the deepest point, where `check` asks.
             found = 100 * error["model_rms_N"] / error["true_peak_N"]
             self.assertGreater(expected, found / 1.3, done.stdout)
@@ -177,23 +160,36 @@ class Offline(unittest.TestCase):
         answers = self.out / "answers.csv"
         done = run(SLAVE, "solve", BLOCK, "--contacts", contacts, "--out", answers)
         self.assertEqual(done.returncode, 0, done.stderr)
-        with open(answers, newline="") as rows:
-            row = next(csv.DictReader(rows))
+        row, = read_rows(answers)
         # Reference b, plane stress, nu 0.49: k_bar 0.4033357705375698 with 180 constant elements.
         expected = -0.4033357705375698 * 127e3 * 0.009 * 0.001
         self.assertAlmostEqual(float(row["fy"]) / expected, 1, delta=1e-6)
 
 
-class BadInput(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
-
+class BadInput(FolderTest):
     def refuse(self, code, *command):
         done = run(SLAVE, *command)
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr
+
+    # What each command that reads a scene needs beside it. A command joins by one line.
+    COMMANDS = {
+        "check": (), "precompute": (), "serve": (),
+        "evaluate": ("--cloud", "absent.pcd", "--out", "out"),
+        "process": ("--out", "out"),
+        "solve": ("--contacts", "rows.csv", "--out", "out.csv"),
+        "study": ("--out", "out"),
+        "verify": ("--sensor", "--out", "out"),
+    }
+
+    def test_every_command_has_help_and_refuses_an_unknown_option_and_an_absent_file(self):
+        for command, needs in self.COMMANDS.items():
+            with self.subTest(command=command):
+                usage = run(SLAVE, command, "--help")
+                self.assertEqual((usage.returncode, usage.stderr), (0, ""))
+                self.assertIn("Usage: ", usage.stdout)
+                self.assertIn("--levitate", self.refuse(2, command, *needs, BLOCK, "--levitate"))
+                self.assertIn("absent.", self.refuse(2, command, *needs, self.out / "absent.yaml"))
 
     def test_unknown_things_on_the_command_line(self):
         self.refuse(2, "serve", BLOCK, "--tls", "certificates")

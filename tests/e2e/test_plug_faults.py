@@ -2,6 +2,7 @@
 
 usage: test_plug_faults.py [--times N]   N times each, 5 by default
 """
+import os
 import pathlib
 import signal
 import subprocess
@@ -10,7 +11,7 @@ import time
 import unittest
 
 from plugs import Plugged
-from programs import BLOCK, SIMULATOR, wait_until
+from programs import BLOCK, SIMULATOR, memory, wait_until
 from tick_log import Log
 
 TIMES = int(sys.argv[sys.argv.index("--times") + 1]) if "--times" in sys.argv else 5
@@ -30,9 +31,8 @@ class Plugs(Plugged):
             self.end(process)
 
     def cost(self):
-        root = pathlib.Path("/proc") / str(self.slave.process.pid)
-        resident = int((root / "statm").read_text().split()[1]) * 4096 / 1e6
-        return resident, len(list((root / "fd").iterdir()))
+        pid = self.slave.process.pid
+        return memory(pid), len(os.listdir(f"/proc/{pid}/fd"))
 
     def wait_for_ready(self):
         ready = self.ready()

@@ -8,23 +8,20 @@ the true force as long before as it agrees best with; and how long that is, whic
 """
 import array
 import contextlib
-import csv
 import itertools
-import pathlib
 import random
 import re
 import shutil
 import socket
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 import unittest
 
 from force_error import force_error
 from plugs import EXAMPLES, Plugged
-from programs import BIN, ROOT, SLAVE, Slave, run, wait_until
+from programs import BIN, ROOT, SLAVE, FolderTest, Slave, overrides, read_rows, run, wait_until
 
 SCENES = ROOT / "deploy/scenes"
 SECONDS = 16
@@ -39,20 +36,18 @@ PIPELINE = ("tcpclientsrc host=127.0.0.1 port={port} ! rawvideoparse width={widt
 
 class Paths(Plugged):
     def setUp(self):  # each path has a slave of its own
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
+        FolderTest.setUp(self)
 
     def press(self, name, environment=(), command=SLAVE, **how):
         """A slave whose devices are simulated, or plugged in by overrides; what force_error says of a press."""
-        overrides = [word for override in how.get("overrides", ()) for word in ("--override", override)]
+        settings = how.get("overrides", ())
         whole = ["/usr/bin/env", *environment, str(command), "serve", str(SCENES / f"{name}.yaml"), "--listen", "127.0.0.1:0",
-                 *SLOW, *overrides]
+                 *SLOW, *overrides(*settings)]
         with Slave(command=whole) as self.slave:
             self.stub = self.connect()
             processes = [start() for start in how.get("beside", ())]
             try:
-                self.assertTrue(self.ready(), (name, overrides, self.status()))
+                self.assertTrue(self.ready(), (name, settings, self.status()))
                 self.report(self.operate(SECONDS))
                 return force_error(self.out / "log.csv")
             finally:
@@ -60,8 +55,7 @@ class Paths(Plugged):
                     self.end(process)
 
     def home(self):
-        with open(self.out / "log.csv", encoding="ascii") as file:
-            first = next(row for row in csv.DictReader(file) if row["state"] == "FOLLOWING")
+        first = next(row for row in read_rows(self.out / "log.csv") if row["state"] == "FOLLOWING")
         return ",".join(first[f"p_S_{axis}"] for axis in "xyz")
 
     def site(self, name, to):
@@ -79,18 +73,18 @@ class Paths(Plugged):
     def plugged(self, name, home, source, to, **options):
         """By way of what `source` makes of the port at which the site shows its pictures."""
         player, port = self.site(name, to)
-        environment, overrides = source(port)
+        environment, settings = source(port)
         try:
-            return self.press(name, environment, overrides=[*PLUGGED, *overrides],
+            return self.press(name, environment, overrides=[*PLUGGED, *settings],
                               beside=[lambda: self.arm(home)], **options)
         finally:
             self.end(player)
 
-    def fed(self, name, home, overrides):
+    def fed(self, name, home, settings):
         def feeder():
             player, _ = self.site(name, self.slave.address)
             return player
-        return self.press(name, overrides=[*PLUGGED, *overrides], beside=[feeder, lambda: self.arm(home)])
+        return self.press(name, overrides=[*PLUGGED, *settings], beside=[feeder, lambda: self.arm(home)])
 
     def fake_camera(self, module="palpate-films.so"):
         """The slave beside a module that is a fake camera: what `device` opens, or `openni`."""

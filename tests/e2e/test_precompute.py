@@ -1,14 +1,12 @@
 """palpate-slave precompute: shards, one of them killed, fill the cache as one run does, and the slave reads it; errors."""
-import pathlib
 import re
 import shutil
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 
-from programs import BARE, BIN, PATIENCE, ROOT, SLAVE, Slave, deep, run
+from programs import BARE, BIN, PATIENCE, ROOT, SLAVE, FolderTest, Slave, deep, run
 
 CUBE = ROOT / "deploy/scenes/foam-cube.yaml"
 ENVIRONMENT = {**BARE, "OPENBLAS_NUM_THREADS": "1"}
@@ -21,11 +19,9 @@ def box(kind, cells, more=""):
             f"tool: {{shape: flat, width: 20 mm}}\nmodel: {{kind: {kind}{more}}}\n")
 
 
-class Precompute(unittest.TestCase):
+class Precompute(FolderTest):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.out = pathlib.Path(folder.name)
+        super().setUp()
         self.scene = self.out / "scene.yaml"
 
     def command(self, cache, *options):

@@ -1,5 +1,4 @@
 """Recordings of both programs: read by a library of others, cut by kill -9, processed, played and exported again."""
-import csv
 import json
 import os
 import pathlib
@@ -9,11 +8,10 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-from programs import BARE, BLOCK, MASTER, OUT, PACKAGE, ROOT, SLAVE, Slave, deep, run
+from programs import BARE, BLOCK, MASTER, OUT, PACKAGE, ROOT, SLAVE, FolderTest, Slave, deep, overrides, read_json, read_rows, run
 
 SCENES = ROOT / "deploy/scenes"
 HERE = pathlib.Path(__file__).resolve().parent / "recordings"
@@ -63,16 +61,7 @@ def as_one(parts):
     return one
 
 
-def overrides(*settings):
-    return [word for setting in settings for word in ("--override", setting)]
-
-
-class Recordings(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
-
+class Recordings(FolderTest):
     def good(self, *command, **options):
         done = run(*command, **options)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -80,7 +69,7 @@ class Recordings(unittest.TestCase):
 
     def process_again(self, recording, least):
         printed = self.good(SLAVE, "process", recording, "--out", self.out / "again")
-        summary = json.loads((self.out / "again/summary.json").read_text())
+        summary = read_json(self.out / "again/summary.json")
         self.assertGreater(summary["states"], least, printed)
         self.assertEqual(summary["different"], 0, printed)
         return summary
@@ -169,8 +158,7 @@ class Recordings(unittest.TestCase):
             return  # python3-numpy or python3-protobuf is absent
         ticks, _ = export(master_file, self.out / "exported")
         self.assertEqual(ticks, seen["topics"]["/master/tick"])
-        with open(self.out / "log.csv", newline="") as log, open(self.out / "exported/ticks.csv", newline="") as exported:
-            logged, rows = list(csv.DictReader(log)), list(csv.DictReader(exported))
+        logged, rows = read_rows(self.out / "log.csv"), read_rows(self.out / "exported/ticks.csv")
         self.assertEqual(len(rows), len(logged))
         for row, tick in zip(rows, logged):
             for name, column in (("force_x", "sent_x"), ("force_y", "sent_y"), ("p_M_y", "p_M_y"), ("p_S_y", "p_S_y")):

@@ -1,33 +1,19 @@
 """Every sense from its scene to a force in the hand, once, and short enough for programs under sanitizers."""
-import csv
-import json
 import math
-import pathlib
-import tempfile
 import unittest
 
-from programs import MASTER, ROOT, SLAVE, Slave, run
+from programs import MASTER, ROOT, SLAVE, FolderTest, Slave, overrides, read_json, read_rows, run
 
 SCENES = ROOT / "deploy/scenes"
 
 
-def overrides(*settings):
-    return [word for setting in settings for word in ("--override", setting)]
-
-
-class EverySense(unittest.TestCase):
+class EverySense(FolderTest):
     """What a force must be like is asked elsewhere: here the whole way is walked and ends well."""
-
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
 
     def process(self, scene, *settings):
         done = run(SLAVE, "process", SCENES / scene, "--out", self.out, *overrides(*settings))
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        with open(self.out / "states.csv", newline="") as states:
-            rows = list(csv.DictReader(states))
+        rows = read_rows(self.out / "states.csv")
         forces = [math.hypot(*(float(row[axis]) for axis in ("fx", "fy", "fz"))) for row in rows if row["fx"]]
         self.assertGreater(max(forces), 0.01)
         self.assertTrue(all(map(math.isfinite, forces)))
@@ -37,7 +23,7 @@ class EverySense(unittest.TestCase):
             done = run(MASTER, "connect", slave.address, "--duration", "3", "--report", self.out / "report.json")
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             self.assertEqual(slave.stop(), 0, slave.log)
-        self.assertGreater(json.loads((self.out / "report.json").read_text())["states"], 10)
+        self.assertGreater(read_json(self.out / "report.json")["states"], 10)
 
     def test_a_camera(self):
         settings = "silicone-block.yaml", "model.elements=60", "operator.press.depth=2 mm"

@@ -1,7 +1,5 @@
 """Slave and master together, as the demo runs them."""
-import csv
 import fcntl
-import json
 import os
 import pathlib
 import shutil
@@ -16,7 +14,7 @@ from concurrent import futures
 
 import grpc
 from delaying_line import DelayingLine
-from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, deep, run, wait_until
+from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, FolderTest, Slave, deep, read_json, read_rows, run, wait_until
 
 REPORT_KEYS = {"duration_s", "ticks", "missed", "rate_hz", "wake_us", "compute_us", "rtt_us", "states",
                "reconnects", "force_peak_N", "force_sent_peak_N", "force_error", "energy_min_J", "clamped_ticks",
@@ -34,18 +32,23 @@ def address_beyond_loopback():
             return None
 
 
-class Session(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.out = pathlib.Path(self.folder.name)
-
+class Session(FolderTest):
     def connect(self, address, *arguments, seconds="5"):
         report = self.out / "report.json"
         done = run(MASTER, "connect", address, "--duration", seconds, "--report", report,
                    "--log", self.out / "log.csv", *arguments)
         self.assertEqual(done.returncode, 0, done.stderr)
-        return json.loads(report.read_text()), done
+        return read_json(report), done
+
+    def operator(self, slave, *arguments):
+        master = subprocess.Popen([MASTER, "connect", slave.address, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, text=True, env=BARE)
+        self.addCleanup(master.kill)
+        return master
+
+    def read_until(self, word, master):
+        while word not in (line := master.stdout.readline()):
+            self.assertTrue(line, f"the operator never printed {word}")
 
     def test_datagrams_do_not_wait_for_a_slow_stream(self):
         # The line delays the stream by 100 ms each way and knows nothing of datagrams, which go straight to the slave.
@@ -82,9 +85,8 @@ class Session(unittest.TestCase):
         print(f"force error {error['rms_N'] / report['force_peak_N']:.1%} of {report['force_peak_N']:.3f} N")
         # Every elapsed millisecond is either a tick or a missed one, whatever the machine does.
         self.assertAlmostEqual((report["ticks"] + report["missed"]) / report["duration_s"], 1000, delta=1)
-        with open(self.out / "log.csv", newline="") as log:
-            rows = list(csv.reader(log))
-        self.assertEqual(rows[0][: len(LOG_START)], LOG_START)
+        rows = read_rows(self.out / "log.csv")
+        self.assertEqual(list(rows[0])[: len(LOG_START)], LOG_START)
         self.assertGreater(len(rows), 0.9 * report["ticks"])
         self.assertIn("N", done.stdout, "a person sees forces with their unit")
 
@@ -118,12 +120,9 @@ class Session(unittest.TestCase):
 
     def test_a_second_operator_is_refused_with_the_holder_of_the_lease(self):
         with Slave() as slave:
-            first = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "20", "--name", "first-hand"],
-                                     stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                     text=True, env=BARE)
+            first = self.operator(slave, "--duration", "20", "--name", "first-hand")
             try:
-                while "FOLLOWING" not in (line := first.stdout.readline()):
-                    self.assertTrue(line, "the first operator never followed")
+                self.read_until("FOLLOWING", first)
                 second = run(MASTER, "connect", slave.address, "--duration", "3")
                 self.assertIn("first-hand", second.stdout + second.stderr)
             finally:
@@ -137,12 +136,9 @@ class Session(unittest.TestCase):
             nobody = run(*evict)
             self.assertEqual((nobody.returncode, nobody.stdout), (1, ""))
             self.assertIn("there is no operator", nobody.stderr)
-            evicted = subprocess.Popen([MASTER, "connect", slave.address, "--name", "Ada"], stdin=subprocess.DEVNULL,
-                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=BARE)
-            self.addCleanup(evicted.kill)
+            evicted = self.operator(slave, "--name", "Ada")
             self.assertTrue(wait_until(lambda: run(*evict).returncode == 0))
-            while "evicted" not in (line := evicted.stdout.readline()):
-                self.assertTrue(line, "the operator got no report")
+            self.read_until("evicted", evicted)
             report_of_next, _ = self.connect(slave.address, "--name", "Bob", seconds="2")
             self.assertGreater(report_of_next["states"], 0)
             evicted.send_signal(signal.SIGINT)
@@ -150,10 +146,8 @@ class Session(unittest.TestCase):
 
     def test_an_operator_that_vanishes_frees_the_lease(self):
         with Slave() as slave:
-            first = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "30"], env=BARE,
-                                     stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
-            while "FOLLOWING" not in (line := first.stdout.readline()):
-                self.assertTrue(line)
+            first = self.operator(slave, "--duration", "30")
+            self.read_until("FOLLOWING", first)
             first.kill()
             first.communicate()
             report, _ = self.connect(slave.address)
@@ -320,9 +314,7 @@ class Signals(unittest.TestCase):
             code = self.stopped(SLAVE, "process", BLOCK, "--out", folder, "--frames",
                                 when=lambda _: states.exists() and states.read_text().count("\n") > 3)
             self.assertEqual(code, 0)
-            with open(states, newline="") as rows:
-                frames = len(list(csv.DictReader(rows)))
-            self.assertEqual(json.loads(pathlib.Path(folder, "summary.json").read_text())["frames"], frames)
+            self.assertEqual(read_json(f"{folder}/summary.json")["frames"], len(read_rows(states)))
 
 
 if __name__ == "__main__":

@@ -1,12 +1,10 @@
 """palpate-simulator: two recordings with one seed are equal files, another seed gives others; and a slave that it feeds
 estimates the true force."""
 import filecmp
-import pathlib
-import tempfile
 import unittest
 
 from force_error import force_error
-from programs import MASTER, ROOT, SIMULATOR, Slave, run
+from programs import MASTER, ROOT, SIMULATOR, FolderTest, Slave, run
 
 SCENES = ROOT / "deploy/scenes"
 SECONDS = 16
@@ -14,12 +12,7 @@ SLOW = ["--override", "operator.press.speed=4 mm/s"]
 LEAST = 2000  # ticks in contact whose force is known
 
 
-class Simulator(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.out = pathlib.Path(folder.name)
-
+class Simulator(FolderTest):
     def record(self, scene, name, *options):
         folder = self.out / name
         done = run(SIMULATOR, SCENES / f"{scene}.yaml", "--record", folder, *options)

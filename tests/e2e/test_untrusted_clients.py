@@ -3,29 +3,21 @@
   test_untrusted_clients.py [--seconds 2] [--only REGEX]    prints a table; --seconds 30 for the figures of SECURITY.md
 """
 import argparse
-import csv
 import fcntl
-import json
 import multiprocessing
 import pathlib
 import re
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 
-from programs import BARE, MASTER, PATIENCE, Slave, wait_until
+from programs import PATIENCE, Slave, memory, operate, read_json, wait_until
+from tick_log import times_held, whole_rows
 from untrusted_clients import ATTACKS, Stopper, answers
 
 MOST_MEMORY = 300       # [MB]
 ATTACKERS = 2           # processes
-
-
-def memory(pid):
-    """Largest resident size so far [MB]."""
-    lines = pathlib.Path(f"/proc/{pid}/status").read_text().splitlines()
-    return int(next(line for line in lines if line.startswith("VmHWM")).split()[1]) / 1024
 
 
 def stolen():
@@ -34,20 +26,14 @@ def stolen():
     return times[7], sum(times)
 
 
-def rows(log):
-    text = log.read_text() if log.exists() else ""
-    return list(csv.DictReader(text[:text.rfind("\n") + 1].splitlines()))
-
-
 def held(log):
     """How often the operator was held or thrown out between the first following and the emergency stop, and the oldest
     state of that time [s]: who is held goes on by the next engagement, seconds later."""
-    ticks = rows(log)
+    ticks = whole_rows(log)
     states = [row["state"] for row in ticks]
     first = states.index("FOLLOWING")
     last = states.index("ESTOP") if "ESTOP" in states else len(states)
-    out = [state in ("HOLD", "DISCONNECTED") for state in states[first:last]]
-    return sum(b > a for a, b in zip(out, out[1:])), max(float(row["age_s"]) for row in ticks[first:last])
+    return times_held(states[first:last]), max(float(row["age_s"]) for row in ticks[first:last])
 
 
 def attack(name, seconds, out):
@@ -57,10 +43,8 @@ def attack(name, seconds, out):
         fcntl.fcntl(slave.process.stderr, fcntl.F_SETPIPE_SZ, 4096)  # nobody reads its log, which is full at once
         log, report = out / "log.csv", out / "report.json"
         log.unlink(missing_ok=True)
-        master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "600", "--log", log,
-                                   "--report", report], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.DEVNULL, env=BARE)
-        if not wait_until(lambda: any(row["state"] == "FOLLOWING" for row in rows(log)[-50:])):
+        master = operate(slave.address, "--duration", "600", "--log", log, "--report", report)
+        if not wait_until(lambda: any(row["state"] == "FOLLOWING" for row in whole_rows(log)[-50:])):
             raise AssertionError("nobody follows")
         stopper, stolen_before = Stopper(address), stolen()
         end = time.monotonic() + seconds
@@ -79,9 +63,9 @@ def attack(name, seconds, out):
         answered = answers(address, PATIENCE)
         master.send_signal(signal.SIGINT)
         master.wait(timeout=PATIENCE)
-        printed = json.loads(report.read_text())
+        printed = read_json(report)
         kept, passed = (b - a for a, b in zip(stolen_before, stolen()))
-        return {"alive": slave.process.poll() is None, "memory": memory(slave.process.pid), "answered": answered,
+        return {"alive": slave.process.poll() is None, "memory": memory(slave.process.pid, "VmHWM"), "answered": answered,
                 "stop": sorted(stops)[len(stops) // 2], "stop_max": max(stops), "held": held(log),
                 "reconnects": printed["reconnects"], "trouble": printed["trouble"],
                 "stolen": kept / passed}

@@ -1,33 +1,23 @@
 """The force test card of a slave that serves, with a force sensor and with questions."""
-import csv
-import json
-import pathlib
 import subprocess
-import tempfile
 import unittest
 
-from programs import BARE, BLOCK, MASTER, PATIENCE, SLAVE, Slave, run
+from programs import BARE, BLOCK, MASTER, PATIENCE, SLAVE, FolderTest, Slave, operate, read_json, read_rows, run
 
 
-def report(folder):
-    return json.loads((folder / "report.json").read_text())
-
-
-class Verify(unittest.TestCase):
+class Verify(FolderTest):
     def setUp(self):
-        self.scratch = tempfile.TemporaryDirectory()
-        self.addCleanup(self.scratch.cleanup)
-        self.out = pathlib.Path(self.scratch.name, "card")
+        super().setUp()
+        self.folder, self.out = self.out, self.out / "card"
 
     def test_a_correct_slave_that_is_operated_passes_against_its_sensor(self):
         """The simulator's true force takes the place of a sensor's: both are sent as the true force."""
         with Slave(BLOCK) as slave:
-            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "9"], stdin=subprocess.DEVNULL,
-                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
+            master = operate(slave.address, "--duration", "9")
             done = run(SLAVE, "verify", BLOCK, "--connect", slave.address, "--sensor", "--duration", "8", "--out", self.out)
             self.assertEqual(master.wait(timeout=PATIENCE), 0)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertEqual(report(self.out)["cards"][0]["lines"]["magnitude"]["verdict"], "right")
+        self.assertEqual(read_json(self.out / "report.json")["cards"][0]["lines"]["magnitude"]["verdict"], "right")
 
     def test_answers_become_tables_that_give_the_same_card(self):
         """Nothing touches the tool, so that a force that is reported as known is missing."""
@@ -37,29 +27,27 @@ class Verify(unittest.TestCase):
                                    input=answers, capture_output=True, text=True, env=BARE, timeout=PATIENCE)
         self.assertEqual(asked.returncode, 1, asked.stdout + asked.stderr)
         self.assertIn("expected a mass in g or kg", asked.stdout)
-        first = report(self.out)
+        first = read_json(self.out / "report.json")
         self.assertIn("zero under every load", first["cards"][0]["lines"]["magnitude"]["remark"])
         self.assertEqual(len((self.out / "loads.csv").read_text().splitlines()), 5)
-        again = pathlib.Path(self.scratch.name, "again")
+        again = self.folder / "again"
         done = run(SLAVE, "verify", BLOCK, "--states", self.out / "states.csv", "--loads", self.out / "loads.csv", "--out", again)
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
-        self.assertEqual(report(again)["cards"], first["cards"])
+        self.assertEqual(read_json(again / "report.json")["cards"], first["cards"])
 
     def test_a_recording_is_compared_with_a_table(self):
         """Its own forces stand for known ones, a quarter larger, so that 0.8 of them is reported."""
-        folder = pathlib.Path(self.scratch.name)
-        recording, loads = folder / "slave.mcap", folder / "loads.csv"
+        recording, loads = self.folder / "slave.mcap", self.folder / "loads.csv"
         with Slave(BLOCK, "--record", recording) as slave:
             master = run(MASTER, "connect", slave.address, "--duration", "4")
             self.assertEqual(master.returncode, 0, master.stderr)
-        self.assertEqual(run(SLAVE, "process", recording, "--out", folder / "states").returncode, 0)
-        with open(folder / "states" / "states.csv", encoding="utf-8", newline="") as states:
-            rows = [f"{row['t']},{float(row['fx']) / 0.8},{float(row['fy']) / 0.8},0\n" for row in csv.DictReader(states)
-                    if row["fy"]]
+        self.assertEqual(run(SLAVE, "process", recording, "--out", self.folder / "states").returncode, 0)
+        rows = [f"{row['t']},{float(row['fx']) / 0.8},{float(row['fy']) / 0.8},0\n"
+                for row in read_rows(self.folder / "states/states.csv") if row["fy"]]
         loads.write_text("t,fx,fy,fz\n" + "".join(rows))
         done = run(SLAVE, "verify", recording, "--loads", loads, "--out", self.out)
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
-        magnitude = report(self.out)["cards"][0]["lines"]["magnitude"]
+        magnitude = read_json(self.out / "report.json")["cards"][0]["lines"]["magnitude"]
         self.assertEqual(magnitude["verdict"], "wrong")
         self.assertAlmostEqual(magnitude["low_value_high"][1], 0.8, delta=1e-3)
 

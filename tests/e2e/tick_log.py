@@ -61,5 +61,16 @@ class Log:
         return float(after[estimated[-1]]["age_s"]) - sum(max(0.0, b - a - TICK) for a, b in zip(times, times[1:]))
 
 
+def whole_rows(file):
+    """All of a log so far."""
+    text = file.read_text() if file.exists() else ""
+    return list(csv.DictReader(text[:text.rfind("\n") + 1].splitlines()))
+
+
+def times_held(states):
+    """How often the operator was held or thrown out."""
+    return sum(b in ("HOLD", "DISCONNECTED") and a == "FOLLOWING" for a, b in zip(states, states[1:]))
+
+
 def force(row):
     return max(abs(float(row[f"sent_{axis}"])) for axis in "xyz")

@@ -61,6 +61,8 @@ export async function serve(scene, overrides = [], program = path.join(BIN, 'pal
   slave.simulator = await start(path.join(BIN, 'palpate-simulator'), [file, '--slave', slave.address, ...overrides], /^streaming to (\S+)/m);
   return slave;
 }
+// A slave that waits for a scene, on `images` that repeat.
+export const serveSetup = (folder, images, rate) => start(path.join(BIN, 'palpate-slave'), ['serve', '--setup', folder, '--camera', images, '--camera-rate', String(rate), '--listen', '127.0.0.1:0'], /^listening on (\S+)/m);
 async function endBoth(slave) {
   await end(slave?.simulator, 'SIGTERM');
   await end(slave, 'SIGTERM');

@@ -1,6 +1,5 @@
 // Plane elasticity against a_elastostatics2d.json: exact solutions where there are some, and the
 // numbers of another constant-element solver where both must agree.
-#include <array>
 #include <cmath>
 #include <functional>
 #include <string>
@@ -8,7 +7,6 @@
 #include <Eigen/Dense>
 
 #include "slave/mechanics/bem/interior_field.h"
-#include "slave/mechanics/linear/dense_factor.h"
 #include "tests/reference/reference_file.h"
 #include "tests/slave/mechanics/bodies.h"
 
@@ -337,39 +335,6 @@ TEST(Elastostatics2d, TheDegenerateScaleIsWhereItShouldBeAndNeverUsed) {
     EXPECT_GT(condition_at(critical), 1e5 * condition_at(1));
     EXPECT_LT(condition_at(1), 1e4);
   }
-}
-
-// Reference: rational arithmetic.
-TEST(Elastostatics2d, CapacitanceAlgebraIsExactOnARationalSystem) {
-  PALPATE_REFERENCE_OR_SKIP(file, "a_elastostatics2d.json");
-  const json c = reference::CaseOf(file, "cma_rational");
-  const auto matrix = [&](const char* name) {
-    Eigen::Matrix3d m;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) m(i, j) = c.at("params").at(name).at(i).at(j);
-    }
-    return m;
-  };
-  const Eigen::Matrix3d E = -matrix("A0_rows").inverse() * matrix("Abar0_rows");
-  const int S = c.at("params").at("S_zero_based").at(0);
-  Eigen::Vector3d prescribed;
-  for (int i = 0; i < 3; ++i) prescribed[i] = c.at("params").at("Ybar").at(i);
-  // As the solver does it: the unknown at S makes up for what the others do there.
-  Eigen::Vector3d others = prescribed;
-  others[S] = 0;
-  DenseFactor capacitance;
-  capacitance.Reset(1);
-  capacitance.row(0)[0] = E(S, S);
-  std::array<double, kLane8> right{prescribed[S] - E.row(S).dot(others)};
-  ASSERT_TRUE(capacitance.Factorise());
-  capacitance.Solve({right.data(), kLane8});
-  EXPECT_NEAR(-E(S, S), c.at("expected").at("C_rows").at(0).at(0).get<double>(), 1e-13);
-  EXPECT_NEAR(right[0], c.at("expected").at("Y_S_true").at(0).get<double>(), 1e-13);
-  others[S] = right[0];
-  Eigen::Vector3d Y = E * others;
-  Y[S] = right[0];
-  for (int i = 0; i < 3; ++i)
-    EXPECT_NEAR(Y[i], c.at("expected").at("Y").at(i).get<double>(), 1e-13);
 }
 
 // Reference: the flexibility block and the stiffness of the middle element of the block's top.

@@ -1,5 +1,4 @@
 // The references through `solve`: scene, contacts and loads as files, answers read back.
-#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -18,62 +17,6 @@ std::string SceneText(const std::string& geometry, double E, double nu, const st
          "}\n  material: {young_modulus: " + Text(E) + " Pa, poisson_ratio: " + Text(nu) + "}\n" +
          (fixed.empty() ? "" : "  fixed: {" + fixed + "}\n") + "model: {kind: bem2d, " + model +
          "}\n";
-}
-
-// Reference: b_block_embryo.json at its coarsest mesh, all cases, 1e-6.
-TEST_F(SolveFiles, BlockAndEmbryoReproduceTheDiscreteReference) {
-  PALPATE_REFERENCE_OR_SKIP(file, "b_block_embryo.json");
-  int compared = 0;
-  for (const auto& c : file.at("cases")) {
-    if (!c.contains("constant_element_bem")) continue;
-    const json& p = c.at("params");
-    const json& by_count = c.at("constant_element_bem").at("k_bar_by_element_count");
-    int count = 1 << 20;
-    for (const auto& [n, k] : by_count.items()) {
-      EXPECT_GT(k.get<double>(), 0);
-      count = std::min(count, std::stoi(n));
-    }
-    const bool block = p.contains("width_m");
-    const std::string law = block ? p.at("contact") : p.at("patch_displacement");
-    const bool frictionless = law.find("frictionless") == 0 || law.find("t_y=0") != law.npos;
-    const std::string model = "elements: " + std::to_string(count) +
-                              ", plane: " + p.at("plane").get<std::string>() +
-                              ", contact: " + (frictionless ? "frictionless" : "bonded");
-    const double E = p.at("youngs_modulus_Pa");
-    std::string scene, contacts = "case,x,y,dx,dy,width\n";
-    double thickness = 1e-3, depth = 1e-6;
-    bool top = false;
-    if (block) {
-      thickness = p.at("thickness_m");
-      depth = 1e-3;
-      const double w = p.at("width_m"), h = p.at("height_m");
-      const double low = p.at("patch_lo_m"), high = p.at("patch_hi_m");
-      top = p.at("indented_side") == "top";
-      const std::string middle = Text(0.5 * (low + high));
-      const std::string place = top ? middle + "," + Text(h) : Text(w) + "," + middle;
-      const std::string moved = top ? "0," + Text(-depth) : Text(-depth) + ",0";
-      contacts.append("1,").append(place).append(",").append(moved);
-      contacts.append(",").append(Text(high - low)).append("\n");
-      scene = SceneText("rectangle: {width: " + Text(w) + ", height: " + Text(h) +
-                            ", thickness: " + Text(thickness) + "}",
-                        E, p.at("poisson_ratio"), "side: bottom", model);
-    } else {
-      const double R = p.at("radius_m");
-      contacts += "1," + Text(R) + ",0," + Text(-depth) + ",0," +
-                  Text(2 * R * p.at("patch_half_angle_rad").get<double>()) + "\n";
-      scene = SceneText("disc: {radius: " + Text(R) + ", thickness: " + Text(thickness) + "}", E,
-                        p.at("poisson_ratio"),
-                        "arc: {centre: " + Text(p.at("hold_arc_centre_rad")) +
-                            ", half_angle: " + Text(p.at("hold_arc_half_angle_rad")) + "}",
-                        model);
-    }
-    const auto rows = Solve(scene, contacts, "");
-    ASSERT_EQ(rows.size(), 1U) << c.at("id");
-    const double k_bar = -rows[0].at(top ? "fy" : "fx") / (E * depth * thickness);
-    EXPECT_NEAR(k_bar / by_count.at(std::to_string(count)).get<double>(), 1, 1e-6) << c.at("id");
-    ++compared;
-  }
-  EXPECT_GE(compared, 69);
 }
 
 // Reference: the ring's own discrete numbers (1e-6) at 60 elements in all; a polygon with a hole

@@ -111,8 +111,9 @@ def _of_tick(t: float, tick: recording_pb2.ForceTick, state: state_pb2.SlaveStat
 def _of_tactile(frame: Any) -> list[float]:
     row = [seconds(frame.sensed_at)]
     last = max((i for i, finger in enumerate(frame.fingers) if finger.present), default=0)
+    channels = len(frame.fingers[last].electrodes) or ELECTRODES
     for finger in frame.fingers[:last + 1]:
-        row += [*finger.electrodes, finger.pac, finger.pdc] if finger.present else [np.nan] * (ELECTRODES + 2)
+        row += [*finger.electrodes, finger.pac, finger.pdc] if finger.present else [np.nan] * (channels + 2)
     return row
 
 

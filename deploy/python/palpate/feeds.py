@@ -30,11 +30,12 @@ class Image:
 class TactileSample:
     """Readings of one fingertip."""
     finger: str  # its name in the scene
-    electrodes: Sequence[float] | Array  # [counts], in the order of the sensor
+    electrodes: Sequence[float] | Array  # or channels, in the order of the sensor, as many as the scene has
     pressure: Sequence[float] = ()  # static, then dynamic [counts]
     t: float | None = None  # [s since 1970], this machine's clock; None: now
     position: Sequence[float] | Array | None = None  # origin of frame F in S [m]; None: it follows the manipulator
     orientation: Sequence[float] | Array = ()  # rotation of F in S, w x y z; with `position` only
+    unit: str = ""  # of the channels; refused if it is not the scene's. Empty: not stated
 
 
 def paced(items: Iterable[Item], rate: float) -> Iterator[Item]:
@@ -101,7 +102,7 @@ def tactile(samples: Iterable[TactileSample]) -> Iterator[state_pb2.TactileSampl
     for sequence, sample in enumerate(samples, start=1):
         message = state_pb2.TactileSample(sequence=sequence, finger=sample.finger, electrodes=[float(x) for x in sample.electrodes],
                                           pressure=[float(x) for x in sample.pressure],
-                                          orientation=[float(x) for x in sample.orientation])
+                                          orientation=[float(x) for x in sample.orientation], unit=sample.unit)
         set_time(message.sensed_at, sample.t)
         if sample.position is not None:
             set_vector(message.p_S_finger, sample.position)

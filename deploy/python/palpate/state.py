@@ -33,6 +33,8 @@ class Phase(enum.IntEnum):
     CLUTCHED = 3
     HOLD = 4
     ESTOP = 5
+    OBSERVING = 6
+    SETUP = 7
 
 
 def check_name(number: int) -> str:

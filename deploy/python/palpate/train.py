@@ -13,10 +13,10 @@ from typing import Any, Sequence
 
 import numpy as np
 
-from palpate.training import networks, pattern
+from palpate.training import networks, pattern, quadratic
 from palpate.training.errors import ErrorLaw, ForceErrors, compare_forces, force_table
 from palpate.training.networks import ARCHITECTURES, NETWORK_FILE, Network, Options
-from palpate.training.recordings import (WINDOW, Array, DataArgument, InputError, Recording, Split, Stretch, Windows,
+from palpate.training.recordings import (WINDOW, Array, DataArgument, InputError, Recording, Sensor, Split, Stretch, Windows,
                                          last_samples, parse_arguments, read_recordings, refuse_repetitions, split_contacts,
                                          windows_of)
 
@@ -35,6 +35,10 @@ The force offset is the mean of its first half second. Start every recording wit
 
 A fifth of the contacts is used for the test. A fifth of the others is used for validation. With five or more recordings
 the split is by whole recordings, otherwise by whole contacts. With --from only a gain is fitted.
+
+With --unit the sensor is any other one: columns c1 to cN (or --channels PREFIX), 1 to 256 channels in this unit. Its
+network is quadratic in the channels (qnn_N). Its errors are those of a fifth of the contacts (with five or more recordings
+of the recordings) at a time, estimated from the others.
 
 Examples:
   palpate-slave train simulated --out build/presses
@@ -154,6 +158,37 @@ def train_one(arguments: argparse.Namespace, names: str, data: Data, architectur
     return errors
 
 
+def sensor_of(arguments: argparse.Namespace) -> Sensor:
+    if arguments.unit is None:
+        return Sensor()
+    normal = None
+    if arguments.normal:
+        name, _, factor = arguments.normal.partition("=")
+        try:
+            normal = name, float(factor)
+        except ValueError:
+            raise InputError(f"--normal {arguments.normal}: expected COLUMN=FACTOR, the factor in newtons") from None
+    return Sensor(arguments.unit, arguments.channels, arguments.sample_rate, normal)
+
+
+def train_channels(arguments: argparse.Namespace, names: str, data: list[DataArgument], test: list[DataArgument]) -> None:
+    sensor = sensor_of(arguments)
+    for one in (data, test):
+        refuse_repetitions(one)
+    read = read_recordings(data + test, arguments.finger, arguments.rest, sensor)
+    tested = [r for r in read if r.name in {argument.text for argument in test}]
+    network, errors, ridge = quadratic.train([r for r in read if r.name not in {t.name for t in tested}], tested, sensor)
+    network.origin = f"palpate.train {names} --unit {arguments.unit}"
+    network.training = {"data": names, "test": ", ".join(argument.name for argument in test), "ridge": ridge,
+                        "test_samples": errors.count, "test_rmse_N": axes(errors.rmse)}
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    networks.write_network(arguments.out, network)
+    peak = max(float(np.linalg.norm(r.force, axis=1).max()) for r in tested or read)
+    rms = float(np.linalg.norm(errors.rmse))
+    print(f"{network.architecture} [{network.unit}]: rms error {1e3 * rms:.1f} mN of the vector, {100 * rms / peak:.2f} % of the "
+          f"peak {peak:.3f} N, {errors.along_normal()}")
+
+
 def train_networks(arguments: argparse.Namespace, names: str, data: Data, stop: Stop) -> None:
     print(data.split.how, flush=True)
     tested: list[tuple[str, ForceErrors]] = []
@@ -234,6 +269,11 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
                         help="fit only the gain of this network, on the normal force fz")
     parser.add_argument("--finger", default="", help="finger of a recording with several fingers")
     parser.add_argument("--rest", type=at_least(1), default=50, help="first samples, without contact, whose mean is the baseline")
+    parser.add_argument("--unit", help="unit of the channels of a sensor without electrodes, for example kPa")
+    parser.add_argument("--channels", default="c", metavar="PREFIX", help="its columns are PREFIX1 to PREFIXN (default: c)")
+    parser.add_argument("--sample-rate", type=float, default=100.0, metavar="HZ", help="of its samples (default: 100)")
+    parser.add_argument("--normal", metavar="COLUMN=FACTOR",
+                        help="the only measured force: fz is the column times the factor [N]; empty cells are passed over")
     parser.add_argument("--optimiser", choices=("adam", "sgd"), default="adam", help="sgd as in paper B")
     parser.add_argument("--rate", type=float, default=0.0, help="learning rate; 0: 0.004 for adam, 0.01 for sgd")
     parser.add_argument("--epochs", type=at_least(1), default=60, help="largest number of epochs")
@@ -247,6 +287,10 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
             parser.error(f"--network {name}: expected {', '.join(ARCHITECTURES)} or all")
         chosen += [each for each in (ARCHITECTURES[:4] if name == "all" else [name]) if each not in chosen]
     arguments.network = chosen
+    if arguments.unit is not None and not 1 <= len(arguments.unit) <= 16:
+        parser.error(f"--unit {arguments.unit}: expected 1 to 16 characters")
+    if not 1 <= arguments.sample_rate <= 10_000:
+        parser.error(f"--sample-rate {arguments.sample_rate:g}: expected 1 to 10000")
     if not 0 <= arguments.rate <= 1:
         parser.error(f"--rate {arguments.rate:g}: expected 0 to 1")
     return arguments
@@ -271,6 +315,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         data, test = parse_arguments(arguments.data), parse_arguments(arguments.test)
         require_other_folder(arguments, data + test)
         names = ", ".join(argument.name for argument in data) if len(data) <= 4 else f"{data[0].name} and {len(data) - 1} more"
+        if arguments.unit is not None:
+            train_channels(arguments, names, data, test)
+            return 0
         if arguments.source:
             fit_gain(arguments, names, data, test)
             return 0

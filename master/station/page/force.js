@@ -1,5 +1,5 @@
 // The force on the device, and each step from the estimate to it.
-import { REASONS, TRACE, VALIDITY, codeOf, figure, fixed, ms, norm, write } from './words.js';
+import { REASONS, TRACE, VALIDITY, codeOf, figure, fixed, ms, norm, write, xyz } from './words.js';
 
 const STATIONS = [['estimated', 'estimated'], ['local', 'local model'], ['scaled', 'scaled'], ['passive', 'passive'], ['limited', 'limited'], ['sent', 'sent']];
 const HOLD_S = 3;  // of the peak
@@ -21,14 +21,17 @@ export class ForcePanel {
     this.meter = byId('meter');
   }
   show(status, scales) {
-    const sent = norm(status.chain.sent), limit = status.force_limit || 1, full = 1.1 * limit;
+    // Without a manipulator nothing is rendered: what counts is the force of the object on the tool.
+    const observed = status.link.observes && status.slave_state?.force ? xyz(status.slave_state.force) : null, chain = observed ? { ...status.chain, estimated: observed } : status.chain;
+    write(byId('force-title').firstChild, status.link.observes ? 'Force of the object on the tool ' : 'Force on the device ');
+    const sent = norm(observed || chain.sent), limit = status.force_limit || 1, full = 1.1 * limit;
     this.holdPeak(status, sent);
     write(byId('magnitude'), fixed(sent));
     write(byId('peak'), fixed(this.peak));
     this.showMeter(status, sent, limit, full, scales);
-    for (const row of this.rows) this.showStation(row, status.chain, full, scales);
-    const [x, y, z] = status.chain.sent;
-    write(byId('components'), `sent, device frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; tare ${figure(norm(status.tare))} N` : ''}`);
+    for (const row of this.rows) this.showStation(row, chain, full, scales);
+    const [x, y, z] = observed || chain.sent;
+    write(byId('components'), `${observed ? 'frame S' : 'sent, device frame'}: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; tare ${figure(norm(status.tare))} N` : ''}`);
     const { trace } = status;
     write(byId('trace'), trace ? `end-to-end latency ${ms(trace.total, 0)}: ${TRACE.map(([key, , short]) => `${short} ${fixed(1e3 * trace[key], 1)}`).join(', ')}` : '');
     this.showValidity(status.slave_state);

@@ -10,6 +10,7 @@ import { PicturePanel } from './picture.js';
 import { Pointer } from './pointer.js';
 import { ReplayBar } from './replay.js';
 import { Scales } from './scales.js';
+import { Setup } from './setup.js';
 import { Sound } from './sound.js';
 import { View } from './view.js';
 import { STATES, fixed, ms, norm, write } from './words.js';
@@ -21,7 +22,7 @@ const latest = { hello: null, health: null, status: null, lost: 'connecting', wh
 
 const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
 const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
-const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link), scales = new Scales(link, view.host);
+const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link), scales = new Scales(link, view.host), setup = new Setup(picture);
 let controls = null, changed = true;
 controls = new Controls({ link, view, pointer, charts, sound, replay, alarms, onTheme });
 
@@ -58,6 +59,7 @@ const takers = {
     latest.health = message;
     view.forceScale = mapping().force_scale;
     view.takeWorkspace(message.scene?.capabilities);
+    setup.takeHealth(message);
   },
   past(message) { charts.takePast(message); },
   log(message) { alarms.showLog(message.entries); },
@@ -76,6 +78,7 @@ const takers = {
     if (why || pointer.engaged) latest.why = why || '';  // engaged again
     showHint();
     view.take(message);
+    setup.takeStatus(message);
     const { score = null, misfit = null } = message.slave_state?.details || {};
     charts.take(message.samples.map((sample) => [...sample, score, misfit]), message.replay?.run);
     if (charts.asksPast(performance.now())) link.send({ do: 'past' });
@@ -100,6 +103,7 @@ function showHint() {
 }
 
 function hint(status) {
+  if (status?.link.observes) return 'The slave has no manipulator: it observes a tool that somebody else moves.';
   if (status?.state === 'ESTOP') return 'Stopped: dragging moves nothing until the stop is reset (R).';
   if (pointer.isLedElsewhere) return 'Another page controls the tool: engage here after it has disengaged.';
   if (pointer.isIdle && status?.state === 'READY') return 'Engaged, but the tool does not follow: disengage, then engage again.';
@@ -128,9 +132,10 @@ function showState() {
   const { status, lost } = latest;
   let [level, words] = status ? STATES[status.state] : ['off', 'waiting for the first tick'];
   let name = status?.state || 'STARTING';
+  if (status?.link.observes) [level, name, words] = ['idle', 'OBSERVING', latest.health?.scene?.name ? 'no manipulator: nobody can move the tool' : 'set-up: the slave has no scene yet'];
   if (lost) [level, name, words] = ['bad', 'NO MASTER', lost];
   const line = status?.link;
-  if (status?.state === 'DISCONNECTED' && line.word === 'connected' && !lost) [level, name, words] = ['warn', 'CONNECTED', 'the slave answers, but sends no states'];
+  if (status?.state === 'DISCONNECTED' && !line.observes && line.word === 'connected' && !lost) [level, name, words] = ['warn', 'CONNECTED', 'the slave answers, but sends no states'];
   if (!lost && line?.word === 'degraded') [level, words] = [level === 'bad' ? level : 'warn', `DEGRADED: ${line.why}`];
   const chip = byId('state');
   chip.dataset.level = level;
@@ -156,7 +161,7 @@ function showFacts() {
   set('late', line ? `late ${fixed(100 * line.late_share, 1)} %` : '', line?.late_share > 0.01 ? 'warn' : '');
   set('rate', status?.rate && !lost ? `${Math.round(status.rate)} Hz` : '-', status?.rate < 900 ? 'warn' : '');
   set('missed', status && !lost ? `${status.missed} ticks late` : '');
-  set('scene', hello?.scene || '-');
+  set('scene', latest.health?.scene?.name || hello?.scene || '-');
   set('source', hello ? `${latest.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated' : 'real'}` : '');
   const isReplay = hello?.badge === 'REPLAY';
   set('role', isReplay ? 'replay' : line?.role || '-', line?.role === 'observer' ? 'warn' : '');
@@ -176,8 +181,14 @@ function frame(now) {
   for (const pace of [figures, ...drawings.map(([own]) => own)]) pace.see(now - before);
   const wereFigures = figures.at === before;
   before = now;
-  if (!wereFigures && figures.isDue(now)) return showFigures(now);
+  if (!wereFigures && figures.isDue(now)) return setup.isShown ? showSetup() : showFigures(now);
+  if (setup.isShown) return;
   drawings.sort(([a], [b]) => a.at - b.at).find(([pace]) => pace.isDue(now))?.[1]();
+}
+
+function showSetup() {
+  showState();
+  if (!setup.isFrozen) setup.draw();
 }
 
 function showFigures(now) {

@@ -30,3 +30,39 @@ export function saveImage(view) {
   }
   canvas.toBlob((blob) => save(blob, 'palpate-view.png'), 'image/png');
 }
+
+const CRCS = Uint32Array.from({ length: 256 }, (_, n) => {
+  for (let k = 0; k < 8; ++k) n = n & 1 ? 0xedb88320 ^ (n >>> 1) : n >>> 1;
+  return n;
+});
+const crcOf = (bytes) => bytes.reduce((crc, byte) => CRCS[(crc ^ byte) & 255] ^ (crc >>> 8), 0xffffffff) ^ 0xffffffff;
+
+// Files {name: Uint8Array} in one zip file, not compressed.
+export function zipOf(files) {
+  const parts = [], directory = [];
+  let at = 0;
+  const add = (list, bytes) => (list.push(bytes), bytes.length);
+  const fields = (...values) => {
+    const view = new DataView(new ArrayBuffer(values.reduce((sum, [, size]) => sum + size, 0)));
+    let to = 0;
+    for (const [value, size] of values) {
+      if (size === 4) view.setUint32(to, value, true);
+      else view.setUint16(to, value, true);
+      to += size;
+    }
+    return new Uint8Array(view.buffer);
+  };
+  for (const [name, bytes] of Object.entries(files)) {
+    const title = new TextEncoder().encode(name), year1980 = (1 << 5) | 1;
+    const common = [[20, 2], [0x800, 2], [0, 2], [0, 2], [year1980, 2], [crcOf(bytes) >>> 0, 4], [bytes.length, 4], [bytes.length, 4], [title.length, 2], [0, 2]];
+    const start = at;
+    for (const part of [fields([0x04034b50, 4], ...common), title, bytes]) at += add(parts, part);
+    directory.push(fields([0x02014b50, 4], [20, 2], ...common, [0, 2], [0, 2], [0, 2], [0, 4], [start, 4]), title);
+  }
+  const size = directory.reduce((sum, part) => sum + part.length, 0), count = directory.length / 2;
+  const all = [...parts, ...directory, fields([0x06054b50, 4], [0, 2], [0, 2], [count, 2], [count, 2], [size, 4], [at, 4], [0, 2])];
+  const joined = new Uint8Array(all.reduce((sum, part) => sum + part.length, 0));
+  let to = 0;
+  for (const part of all) joined.set(part, (to += part.length) - part.length);
+  return joined;
+}

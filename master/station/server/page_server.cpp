@@ -1,6 +1,7 @@
 #include "master/station/server/page_server.h"
 
 #include <atomic>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -23,9 +24,10 @@ namespace http = boost::beast::http;
 using asio::ip::tcp;
 using boost::beast::error_code;
 
-constexpr std::chrono::seconds kAskWithin(5);
+constexpr std::chrono::seconds kAskWithin(5), kSetUpWithin(120);
 constexpr std::chrono::milliseconds kGoodbyeWithin(200), kBreath(20);
 constexpr std::uint32_t kLongestHeader = 8192;  // [bytes]
+constexpr std::string_view kSetUp = "/setup/";
 
 using Reply = http::response<http::string_body>;
 
@@ -70,13 +72,23 @@ Reply AnswerFile(const PageRequest& request) {
   return reply;
 }
 
+// Path of a request, without what follows a question mark.
+std::string_view PathOf(const PageRequest& request) {
+  const std::string_view target = View(request.target());
+  return target.substr(0, target.find('?'));
+}
+
+bool IsSetUp(const PageRequest& request) {
+  return request.method() == http::verb::post && PathOf(request).starts_with(kSetUp);
+}
+
 // Where an HTTP connection is from the first byte to its only answer.
 struct Caller : std::enable_shared_from_this<Caller> {
   Caller(tcp::socket&& socket, asio::ssl::context* tls, std::atomic<std::size_t>* callers)
       : stream(std::move(socket), tls), count(callers) {
     ++*count;
     parser.header_limit(kLongestHeader);
-    parser.body_limit(0);
+    parser.body_limit(PageServer::kLongestSetup);
   }
   ~Caller() { --*count; }
   void Answer(Reply&& made) {
@@ -92,6 +104,7 @@ struct Caller : std::enable_shared_from_this<Caller> {
   std::atomic<std::size_t>* count;
   boost::beast::flat_buffer buffer;
   http::request_parser<http::empty_body> parser;
+  std::optional<http::request_parser<http::string_body>> body;  // of a request of the set-up
   Reply reply;
 };
 
@@ -112,9 +125,11 @@ struct PageServer::Parts {
   void Accept();
   void Serve(tcp::socket&& socket);
   void Read(const std::shared_ptr<Caller>& caller);
-  // Rejection of a request to operate, with its HTTP status; empty: accepted.
+  // Rejection of a request that acts on the slave, with its HTTP status; empty: accepted.
   [[nodiscard]] std::pair<http::status, std::string> Refusal(const PageRequest& request) const;
   void Answer(const std::shared_ptr<Caller>& caller);
+  void ReadSetUp(const std::shared_ptr<Caller>& caller, const std::string& call);
+  void SetUp(const std::shared_ptr<Caller>& caller, const std::string& call);
   void Open(Caller* caller, const PageRequest& request);
   void PumpAll();
   void Leave();
@@ -167,12 +182,12 @@ void PageServer::Parts::Serve(tcp::socket&& socket) {
 }
 
 void PageServer::Parts::Read(const std::shared_ptr<Caller>& caller) {
-  http::async_read(caller->stream, caller->buffer, caller->parser,
-                   [this, caller](error_code error, std::size_t /*bytes*/) {
-                     if (!error) return Answer(caller);
-                     if (error == boost::beast::error::timeout) return;
-                     caller->Answer(Refuse(http::status::bad_request, error.message()));
-                   });
+  http::async_read_header(caller->stream, caller->buffer, caller->parser,
+                          [this, caller](error_code error, std::size_t /*bytes*/) {
+                            if (!error) return Answer(caller);
+                            if (error == boost::beast::error::timeout) return;
+                            caller->Answer(Refuse(http::status::bad_request, error.message()));
+                          });
 }
 
 void PageServer::Parts::Answer(const std::shared_ptr<Caller>& caller) {
@@ -180,9 +195,13 @@ void PageServer::Parts::Answer(const std::shared_ptr<Caller>& caller) {
   const std::string_view host = View(request[http::field::host]);
   const std::string stranger = access.tls ? std::string() : RefusalOfHost(host);
   if (!stranger.empty()) return caller->Answer(Refuse(http::status::misdirected_request, stranger));
-  if (!boost::beast::websocket::is_upgrade(request)) return caller->Answer(AnswerFile(request));
+  const bool sets_up = listener.set_up && IsSetUp(request);
+  if (!sets_up && !boost::beast::websocket::is_upgrade(request)) {
+    return caller->Answer(AnswerFile(request));
+  }
   const auto [status, refused] = Refusal(request);
   if (!refused.empty()) return caller->Answer(Refuse(status, refused));
+  if (sets_up) return ReadSetUp(caller, std::string(PathOf(request).substr(kSetUp.size())));
   if (page_count >= kMostPages) {
     return caller->Answer(Refuse(http::status::service_unavailable, "8 pages are already open"));
   }
@@ -194,14 +213,35 @@ std::pair<http::status, std::string> PageServer::Parts::Refusal(const PageReques
       RefusalOfOrigin(View(request[http::field::origin]), View(request[http::field::host]),
                       access.tls ? "https://" : "http://");
   if (!foreign.empty()) return {http::status::forbidden, foreign};
-  const std::string_view target = View(request.target());
-  if (target.substr(0, target.find('?')) != "/ws")
+  if (!IsSetUp(request) && PathOf(request) != "/ws")
     return {http::status::not_found, "no such stream"};
-  if (access.tls && !CarriesToken(target, access.token)) {
+  if (access.tls && !CarriesToken(View(request.target()), access.token)) {
     return {http::status::forbidden,
             "token: expected the one in the address that palpate-master printed"};
   }
   return {};
+}
+
+void PageServer::Parts::ReadSetUp(const std::shared_ptr<Caller>& caller, const std::string& call) {
+  caller->stream.tcp().expires_after(kSetUpWithin);
+  caller->body.emplace(std::move(caller->parser));
+  http::async_read(caller->stream, caller->buffer, *caller->body,
+                   [this, caller, call](error_code error, std::size_t /*bytes*/) {
+                     if (!error) return SetUp(caller, call);
+                     if (error == boost::beast::error::timeout) return;
+                     caller->Answer(Refuse(http::status::bad_request, error.message()));
+                   });
+}
+
+void PageServer::Parts::SetUp(const std::shared_ptr<Caller>& caller, const std::string& call) {
+  listener.set_up(call, std::move(caller->body->get().body()),
+                  [this, caller](int status, std::string json) {
+                    asio::post(context, [caller, status, json = std::move(json)] {
+                      caller->stream.tcp().expires_after(kSetUpWithin);
+                      caller->Answer(MakeReply(http::int_to_status(static_cast<unsigned>(status)),
+                                               "application/json", json));
+                    });
+                  });
 }
 
 void PageServer::Parts::Open(Caller* caller, const PageRequest& request) {

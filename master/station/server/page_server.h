@@ -18,7 +18,8 @@ namespace palpate {
 class PageServer {
  public:
   static constexpr std::size_t kMostPages = 8, kMostConnections = 64;
-  static constexpr int kMostCommands = 500;  // per page and second
+  static constexpr int kMostCommands = 500;              // per page and second
+  static constexpr std::size_t kLongestSetup = 8 << 20;  // body of a request of the set-up [bytes]
 
   // Events of pages. Called on the server's thread; must return at once.
   struct Listener {
@@ -26,6 +27,10 @@ class PageServer {
     // with its text.
     std::function<std::string(std::uint64_t page, std::string_view message)> hear;
     std::function<void(std::uint64_t page)> left;
+    // A request `POST /setup/CALL` with its body. `done` is called once, on any thread, with the
+    // HTTP status and the answer in JSON. Empty: there is no set-up.
+    using Done = std::function<void(int status, std::string json)>;
+    std::function<void(std::string call, std::string json, Done done)> set_up = {};
   };
 
   // Listens at `endpoint`; port 0: a free one. `board` must outlive the server. `access`: TLS and

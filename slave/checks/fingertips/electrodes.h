@@ -17,10 +17,10 @@ class ElectrodesCheck final : public Check<FingertipSample> {
       if (is_so) findings->Fail(check, why);
     };
     fail(tip.touch().place.is_flawed, FailedCheck::kElectrode, "electrodes are saturated or dead");
-    fail(stuck.are_frozen() || stuck.count() == kElectrodeCount, FailedCheck::kFrozen,
-         "all electrodes are constant: the sensor is dead or its driver repeats samples");
+    fail(stuck.are_frozen() || stuck.are_all(), FailedCheck::kFrozen,
+         "all channels are constant: the sensor is dead or its driver repeats samples");
     fail(stuck.count() > 0 && !tip.signals(), FailedCheck::kElectrode,
-         "an electrode is constant: it is dead");
+         "an electrode or channel is constant: it is dead");
     fail(tip.holds_flaw(), FailedCheck::kElectrode, "a faulty sample in the window");
     if (!tip.signals() || tip.misses()) return;
     // d^2 / n of n signals has the mean 1 and the variance 2 / n.

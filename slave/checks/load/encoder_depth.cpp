@@ -9,7 +9,7 @@ namespace {
 // Difference of the two depths without an error: by the larger side, by the depth [-]. [tuned:
 // depth late]
 constexpr double kParts = 0.0012, kShare = 0.02;
-// Distance of a load from the tip [sigma]. [tuned: surface_doubts_test, a dent that is not under
+// Distance of a load from the tip [sigma]. [tuned: surface_doubts_test, an indentation not under
 // the tip]
 constexpr double kPlaceSigmas = 3;
 // From which on they disagree: by the force, by the larger side [-]. [tuned: depth late]

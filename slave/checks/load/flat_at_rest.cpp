@@ -11,7 +11,7 @@ namespace {
 
 // Points of a fit [-]. [derived: four unknowns, and two to spare]
 constexpr int kLeastPoints = 6;
-// From which on a deviation is told from noise [sigma]. [tuned: flat_at_rest_test]
+// Smallest deviation that differs from noise [sigma]. [tuned: flat_at_rest_test]
 constexpr double kSigmas = 4;
 
 bool Counts(const SurfacePoint& point, double radius) noexcept {

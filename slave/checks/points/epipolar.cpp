@@ -15,7 +15,7 @@ namespace {
 
 // Points of a motion [-]. [derived: two for each unknown]
 constexpr int kLeastPoints = 8;
-// Share of what a pair told of its lag that the next one keeps [-]. [tuned: epipolar_test, images
+// Share of the last estimate of the lag that the next pair keeps [-]. [tuned: epipolar_test, images
 // of different instants]
 constexpr double kRemembered = 0.97;
 // The same for one that tells nothing, because clocks drift slowly [-]. [tuned: epipolar_test, what

@@ -79,6 +79,7 @@ void RequireUsable(const CalibrateOptions& options) {
   require(has_left || options.right.empty(),
           "--right: only with --left; for a single camera use --left");
   require(has_left || options.distance.empty(), "--distance: only with --left");
+  require(has_left || options.corners.empty(), "--corners: only with --left");
   require(!has_left || !options.out.empty(), "--left: needs --out, the file to write");
   require(!has_left || options.rig.empty(), "--rig: only without --left, which computes a rig");
   require(!has_left || options.size.empty(),
@@ -109,10 +110,19 @@ StereoRig RigOf(const std::filesystem::path& file) {
   }
 }
 
+void WriteCorners(const std::filesystem::path& file, const BoardPictures& side) {
+  const BoardPicture& last = side.pictures.back();
+  if (!last.corners) throw std::runtime_error(last.name + ": " + last.why_not);
+  std::string table = "u,v\n";
+  for (const cv::Point2f& p : *last.corners) table += fmt::format("{},{}\n", p.x, p.y);
+  WriteWholeFile(file, table);
+}
+
 CalibrationReport Calibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   const Board board = BoardOf(options);
   ProgressBar bar("calibrate", stop);
   const BoardPictures left = FindBoards("--left", options.left, board, &bar);
+  if (!options.corners.empty()) WriteCorners(options.corners, left);
   if (options.right.empty()) {
     bar.Report("lens", 0);
     return CalibrateOneCamera(board, left);

@@ -16,6 +16,7 @@ struct CalibrateOptions {
   std::string pattern = "chessboard";  // circles, asymmetric-circles
   std::string distance;                // distance of a plane whose pixel size is printed: 250mm
   std::filesystem::path out;           // rig or lens; of a registration alone: the scene's lines
+  std::filesystem::path corners;       // CSV u,v of the board in the last image; empty: none
   bool force = false;                  // write a rejected calibration too
   std::filesystem::path tip_places;    // CSV x,y,z,u,v[,u_right,v_right]: registers the camera
   std::filesystem::path rig;           // image size for the registration without a board

@@ -19,6 +19,8 @@ void AddOptions(CLI::App* command, CalibrateOptions* options) {
   command->add_option("--distance", options->distance,
                       "Distance of a plane, for example 250mm; prints the size of a pixel on it");
   Add(command, "--out", &options->out, "FILE", "File for the rig, or for the lens of one camera");
+  Add(command, "--corners", &options->corners, "FILE",
+      "Also write the corners in the last image of --left, row after row: CSV u,v");
   command->add_flag("--force", options->force,
                     "Write a calibration even if it is rejected; the exit code stays 1");
   Add(command, "--register", &options->tip_places, "FILE",

@@ -101,9 +101,35 @@ void PrintOff(const Scene& scene) {
 
 }  // namespace
 
-void PrintLine(const std::string& what, const std::string& text) {
-  fmt::print("  {:<14} {}\n", what, text);
+namespace {
+
+thread_local ReportCollector* collector = nullptr;
+
+}  // namespace
+
+ReportCollector::ReportCollector() {
+  collector = this;
+}
+
+ReportCollector::~ReportCollector() {
+  collector = nullptr;
+}
+
+ReportCollector* ReportCollector::present() {
+  return collector;
+}
+
+void PrintText(const std::string& line) {
+  if (collector != nullptr) {
+    collector->text += line + "\n";
+    return;
+  }
+  fmt::print("{}\n", line);
   std::fflush(stdout);  // what comes next may take a while
+}
+
+void PrintLine(const std::string& what, const std::string& text) {
+  PrintText(fmt::format("  {:<14} {}", what, text));
 }
 
 void PrintChecks(const std::string& which) {
@@ -112,6 +138,7 @@ void PrintChecks(const std::string& which) {
 }
 
 void PrintHand(const Scene& scene) {
+  if (scene.manipulator.source == ManipulatorOptions::Source::kNone) return;
   PrintLine("operator", fmt::format("position scale {:g}, force scale {:g}, force limit {:g} N",
                                     scene.operator_options.transform.position_scale,
                                     scene.operator_options.transform.force_scale,
@@ -126,7 +153,7 @@ void PrintHand(const Scene& scene) {
 
 void PrintObject(const Scene& scene) {
   const Material& m = scene.object.material;
-  fmt::print("{} ({})\n", scene.name, scene.file.string());
+  PrintText(fmt::format("{} ({})", scene.name, scene.file.string()));
   PrintLine("object", InWords(scene.object.geometry));
   PrintLine("material", fmt::format("E = {:.4g} Pa, nu = {:g}{}", m.young_modulus, m.poisson_ratio,
                                     m.density > 0 ? fmt::format(", {:g} kg/m^3", m.density) : ""));

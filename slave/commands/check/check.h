@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,27 @@ struct CheckOptions {
 
 // Prints the report; 0: the scene can run. Throws SceneError and std::exception.
 int RunCheck(const CheckOptions& options);
+
+// A contact that a report contains.
+struct ReportedContact {
+  double depth = 0, force = 0;  // [m], [N]
+  double update = 0;            // 99th percentile of the model's update [s]
+};
+// While it exists, this thread's report is collected instead of printed.
+class ReportCollector {
+ public:
+  ReportCollector();
+  ~ReportCollector();
+  ReportCollector(const ReportCollector&) = delete;
+  ReportCollector& operator=(const ReportCollector&) = delete;
+  static ReportCollector* present();  // null: the report is printed
+
+  std::string text;
+  std::optional<ReportedContact> contact;
+};
+
+// Prints a line as it is.
+void PrintText(const std::string& line);
 
 void PrintLine(const std::string& what, const std::string& text);
 // Name, object and material.

@@ -65,6 +65,10 @@ Solution PrintPress(const Scene& scene, DeformationModel& model) {
                                      row.answers.front().full.value, LengthInWords(question.depth),
                                      LengthInWords(press.p_O.x()), LengthInWords(press.p_O.y()),
                                      LengthInWords(press.p_O.z()), LengthInWords(question.width)));
+    if (ReportCollector* report = ReportCollector::present()) {
+      report->contact = {question.depth, row.answers.front().full.value,
+                         study::StatedOf(row).update};
+    }
     if (row.validity != Validity::kValid) {
       PrintLine("contact",
                 "extrapolated: " + (row.reason.empty() ? std::string(kBeyondRange) : row.reason));

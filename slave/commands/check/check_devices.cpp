@@ -65,6 +65,9 @@ void PrintArm(const Scene& scene) {
   using Source = ManipulatorOptions::Source;
   const ManipulatorOptions& arm = scene.manipulator;
   if (arm.source == Source::kSimulated) return PrintLine("manipulator", "simulated");
+  if (arm.source == Source::kNone) {
+    return PrintLine("manipulator", "none: nobody can engage, no encoders are compared");
+  }
   PrintLine(
       "manipulator",
       fmt::format("driven by a client (DriveTool); a fault is raised after {:.3g} ms of silence",
@@ -91,7 +94,7 @@ bool IsLive(const SenseOptions& sense) {
 }  // namespace
 
 bool ShowsArm(const Scene& scene) {
-  return scene.manipulator.source != ManipulatorOptions::Source::kSimulated && IsLive(scene.sense);
+  return scene.manipulator.source == ManipulatorOptions::Source::kStream && IsLive(scene.sense);
 }
 
 std::string InWords(const Camera& camera) {

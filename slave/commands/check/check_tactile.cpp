@@ -42,6 +42,9 @@ void PrintFingers(const Scene& scene) {
     if (!MeetsObject(scene)) where = finger.name + ", no pose: only its force is reported";
     PrintLine("fingertip", where);
   }
+  if (!tactile.channels.are_electrodes()) {
+    PrintLine("channels", fmt::format("{} in {}", tactile.channels.count, tactile.channels.unit));
+  }
   PrintLine("samples",
             fmt::format("{}, {:g} Hz; baseline from the first {}, without contact ({:.3g} s)",
                         Source(tactile), tactile.rate, tactile.rest_samples,
@@ -74,13 +77,20 @@ void PrintChecksWith(const ForceNetwork* network) {
   PrintLine("checks", "off: the network file has no model of how its signals correlate");
 }
 
+std::string LayoutInWords(const Tactile& tactile) {
+  const bool are_electrodes = tactile.channels.are_electrodes();
+  if (!tactile.electrodes.empty()) {
+    return (are_electrodes ? "electrodes from " : "channels from ") + tactile.electrodes.string();
+  }
+  return are_electrodes ? "electrodes of the simulated fingertip" : "no layout of the channels";
+}
+
 void PrintPlaces(const Scene& scene, const Localiser& localiser) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
-  PrintLine(
-      "localiser",
-      fmt::format("{}, threshold {:g} counts; electrodes {}", localiser.name(), tactile.threshold,
-                  tactile.electrodes.empty() ? "of the simulated fingertip"
-                                             : "from " + tactile.electrodes.string()));
+  PrintLine("localiser",
+            fmt::format("{}, threshold {:g} {}; {}", localiser.name(), tactile.threshold,
+                        tactile.channels.are_electrodes() ? "counts" : "times the noise at rest",
+                        LayoutInWords(tactile)));
   if (!MeetsObject(scene)) return;
   PrintLine("poses", fmt::format("sigma {:.2g} deg about each axis: {:.1f} % of a force",
                                  tactile.pose_tolerance * 180 / std::numbers::pi,
@@ -100,7 +110,8 @@ TactileFrame Busy(const Scene& scene, int sample) {
     FingerReading& reading = frame.fingers[i];
     reading.present = true;
     const bool rests = sample < scene.sense.Find<Tactile>()->rest_samples;
-    reading.electrodes.fill(rests ? 3000.0F : 3010.0F + static_cast<float>(sample % 7));
+    reading.channels.resize(static_cast<std::size_t>(scene.sense.Find<Tactile>()->channels.count));
+    reading.channels.fill(rests ? 3000.0F : 3010.0F + static_cast<float>(sample % 7));
     reading.pac = reading.pdc = 2000;
   }
   return frame;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -22,6 +23,7 @@
 #include "shared/text/text.h"
 #include "slave/commands/program.h"
 #include "slave/commands/running_scene.h"
+#include "slave/commands/serve/setup_session.h"
 #include "slave/live/live_slave.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/service/server.h"
@@ -105,6 +107,46 @@ std::optional<Scene> ChosenAgain(const Scene& scene, const std::stop_token& stop
   return study::DecideQuickly(scene, study::RealWorkshop(), study::kQuickBudget, stop);
 }
 
+// Throws std::invalid_argument: options that contradict each other.
+void CheckSetup(const ServeOptions& options) {
+  if (options.setup.empty() == options.scene.empty()) {
+    throw std::invalid_argument("serve: expected SCENE, or --setup DIR without one");
+  }
+  const bool needs_scene =
+      !options.record.empty() || !options.publish.empty() || !options.overrides.empty();
+  if (!options.setup.empty() && needs_scene) {
+    throw std::invalid_argument("--setup: expected no --record, --publish or --override");
+  }
+}
+
+// The slave that is served, with what it needs.
+struct Served {
+  std::optional<SlaveRecorder> recording;
+  std::unique_ptr<Slave> live;          // of a scene
+  std::unique_ptr<SetupSession> setup;  // without one
+
+  [[nodiscard]] Slave& slave() { return setup ? setup->slave() : *live; }
+};
+
+void OpenScene(const ServeOptions& options, const std::stop_token& stop, Served* served) {
+  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
+  if (!options.record.empty()) served->recording.emplace(options, scene);
+  SenseRecorder* recorder = served->recording ? &served->recording->sense() : nullptr;
+  served->live = MakeLiveSlave(scene, options.state_dir, recorder, ChosenAgain);
+  const SlaveDescription description = served->live->Describe();
+  Introduce(description);
+  const std::string missing = MissingGuards(scene.manipulator);
+  if (description.sense.tells_force && !missing.empty()) spdlog::warn("{}", missing);
+}
+
+void OpenSetup(const ServeOptions& options, Served* served) {
+  served->setup =
+      std::make_unique<SetupSession>(SetupOptions{options.setup, options.state_dir, ChosenAgain},
+                                     NamedCamera(options.camera, options.camera_rate));
+  spdlog::info("set-up with {}: a scene is saved in {}",
+               served->setup->slave().Describe().sense.source, options.setup.string());
+}
+
 Metrics MetricsOf(const Slave& slave, const Server& server) {
   Metrics metrics = MetricsOf(slave.Status(), server.connections());
   for (Metric& metric : MetricsOfThisProcess()) metrics.push_back(std::move(metric));
@@ -122,6 +164,7 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   const std::stop_token stop = signals.token();
   // Each of eight a processor would come to keep a few pictures that nobody needs.
   mallopt(M_ARENA_MAX, 4);
+  CheckSetup(options);
   const bool plain = options.tls.empty();
   RequireLoopbackUnless(options.insecure || !plain, ParseEndpoint(options.listen));
   if (!options.metrics.empty()) MetricsEndpoint(options.metrics, options.insecure);
@@ -134,24 +177,22 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
         "tool",
         options.listen);
   }
-  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
-  std::optional<SlaveRecorder> recording;
-  if (!options.record.empty()) recording.emplace(options, scene);
-  const auto slave = MakeLiveSlave(scene, options.state_dir,
-                                   recording ? &recording->sense() : nullptr, ChosenAgain);
-  const SlaveDescription served = slave->Describe();
-  Introduce(served);
-  const std::string missing = MissingGuards(scene.manipulator);
-  if (served.sense.tells_force && !missing.empty()) spdlog::warn("{}", missing);
-  Server server(*slave, options.listen, options.insecure, options.tls);
+  Served served;
+  if (options.setup.empty()) {
+    OpenScene(options, stop, &served);
+  } else {
+    OpenSetup(options, &served);
+  }
+  Slave& slave = served.slave();
+  Server server(slave, options.listen, options.insecure, options.tls);
   std::optional<MetricsPage> metrics;
   if (!options.metrics.empty())
-    metrics.emplace(options.metrics, options.insecure, [&] { return MetricsOf(*slave, server); });
+    metrics.emplace(options.metrics, options.insecure, [&] { return MetricsOf(slave, server); });
   if (metrics) spdlog::info("metrics at http://{}/metrics", ToString(metrics->endpoint()));
   malloc_trim(0);  // what only the start needed
   fmt::print("listening on {}\n", server.address());
   std::fflush(stdout);
-  signals.OnEmergency([&slave = *slave] { slave.EmergencyStop("by SIGUSR1"); });
+  signals.OnEmergency([&slave] { slave.EmergencyStop("by SIGUSR1"); });
   if (nats) server.PublishOn(*nats);
   WaitFor(stop);
   signals.OnEmergency(nullptr);

@@ -10,7 +10,7 @@ namespace palpate {
 class StopOnSignal;
 
 struct ServeOptions {
-  std::filesystem::path scene;
+  std::filesystem::path scene;  // empty: a set-up
   std::vector<std::string> overrides;
   std::string listen = "127.0.0.1:50051";
   bool insecure = false;
@@ -20,7 +20,10 @@ struct ServeOptions {
   std::string publish;              // URL of a NATS server; empty: none
   std::filesystem::path record;     // FILE.mcap, to process again; empty: none
   std::string record_limit = "8 GB";
-  double record_part = 0;  // [s] after which a file ends and the next begins; 0: one file
+  double record_part = 0;       // [s] after which a file ends and the next begins; 0: one file
+  std::filesystem::path setup;  // folder of the scenes that clients set up; empty: none
+  std::string camera = "0";     // of the set-up: number, files, video or address
+  double camera_rate = 30;      // of its images [Hz]
 };
 
 // Prints `listening on HOST:PORT` when ready. SIGUSR1 is an emergency stop. Returns 0 after a stop.

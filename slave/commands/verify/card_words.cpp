@@ -108,7 +108,7 @@ void AddScaleCauses(const ForceCard& card, const SetUp& set_up, std::vector<std:
   } else if (set_up.has_scene) {
     causes->push_back(
         Formatted("Forces are scaled by %.3f in every direction: the gain of the fingertip "
-                  "(`palpate-slave train` fits it).",
+                  "(`python3 -m palpate.train --from` fits it).",
                   force.gain.value));
   } else {
     const Interval& scale = *card.line("magnitude").interval;

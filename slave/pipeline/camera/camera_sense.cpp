@@ -26,6 +26,7 @@ constexpr double kResolved = 0.05;     // resolution of the tip [px]
 std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace) {
   if (pace.player != nullptr) return Tapped(pace.player->OpenFrames(), pace.tap);
   const auto straighten = StraighteningOf(*scene.sense.Find<Camera>());
+  if (pace.open) return Tapped(pace.open(straighten), pace.tap);
   if (pace.pictures != nullptr) return Tapped(pace.pictures->OpenFrames(straighten), pace.tap);
   return Tapped(OpenFrameSource(scene, pace.is_live, straighten), pace.tap);
 }

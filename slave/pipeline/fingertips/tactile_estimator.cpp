@@ -35,7 +35,8 @@ Isometry3d Carried(const Finger& finger, const Vector3d& way) {
 // What a recording does not have reads 0, at rest and in contact: to a network that takes it that
 // is a wrong number, and nobody would notice. Throws std::runtime_error naming the column.
 void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
-  const bool takes_all = network.info().inputs > kElectrodeCount;
+  const bool takes_all =
+      tactile.channels.are_electrodes() && network.info().inputs > kElectrodeCount;
   if (tactile.source != Tactile::Source::kRecording || !takes_all) return;
   std::vector<std::string> wanted;
   for (const Finger& finger : tactile.fingers) wanted.push_back(finger.name);
@@ -47,6 +48,32 @@ void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
                     "network that uses only the electrodes",
                     tactile.file.string(), missing, tactile.network.string()));
   }
+}
+
+// Throws std::invalid_argument naming the key: the network is for other channels.
+void RequireChannels(const Scene& scene, const NetworkInfo& info) {
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
+  const auto refuse = [&](const char* key, const auto& value, const auto& expected) {
+    throw std::invalid_argument(
+        fmt::format("{}: sense.tactile.{} = {}: expected {}, for which {} was trained",
+                    scene.file.string(), key, value, expected, tactile.network.string()));
+  };
+  if (tactile.channels.count != info.channels.count) {
+    refuse("channels", tactile.channels.count, info.channels.count);
+  }
+  if (tactile.channels.unit != info.channels.unit) {
+    refuse("unit", tactile.channels.unit, info.channels.unit);
+  }
+}
+
+// Without a layout every contact is at the pad's apex.
+ElectrodeLayout LayoutOf(const Tactile& tactile) {
+  if (!tactile.electrodes.empty()) return ReadElectrodeLayout(tactile.electrodes, tactile.channels);
+  if (tactile.channels.are_electrodes()) return SimulatedLayout(tactile.finger_radius);
+  ElectrodeLayout apex(tactile.channels.count);
+  std::ranges::fill(apex.p_F, Vector3d(0, 0, -tactile.finger_radius));
+  std::ranges::fill(apex.n_F, -Vector3d::UnitZ());
+  return apex;
 }
 
 // A file that a scene names and that cannot be used makes the scene unusable.
@@ -75,12 +102,22 @@ TactileSenses LoadSenses(const Scene& scene) {
                       "trained",
                       scene.file.string(), tactile.rate, rate, tactile.network.string()));
     }
+    RequireChannels(scene, senses.network->info());
     RequireSignals(tactile, *senses.network);
   }
-  const ElectrodeLayout layout = NamingTheKey(scene, "electrodes", [&] {
-    return tactile.electrodes.empty() ? SimulatedLayout(tactile.finger_radius)
-                                      : ReadElectrodeLayout(tactile.electrodes);
-  });
+  const ElectrodeLayout layout =
+      NamingTheKey(scene, "electrodes", [&] { return LayoutOf(tactile); });
+  if (!tactile.channels.are_electrodes()) {
+    const NetworkInfo info = senses.network ? senses.network->info() : NetworkInfo{};
+    if (MeetsObject(scene) && tactile.electrodes.empty() && !info.gives_contact_point) {
+      throw std::invalid_argument(
+          fmt::format("{}: sense.tactile.electrodes is missing: expected a layout of {}, or a "
+                      "network with contact_point, because the scene has a pose",
+                      scene.file.string(), tactile.channels.Names()));
+    }
+    senses.localiser = MakeChannelLocaliser(tactile, info.noise, layout);
+    return senses;
+  }
   senses.localiser =
       NamingTheKey(scene, "localise", [&] { return MakeLocaliser(tactile, layout); });
   return senses;

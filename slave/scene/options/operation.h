@@ -26,7 +26,8 @@ struct OperatorOptions {
 struct ManipulatorOptions {
   enum class Source : std::uint8_t {
     kSimulated,
-    kStream  // DriveTool
+    kStream,  // DriveTool
+    kNone     // `manipulator: none`: the slave commands no tool and compares no encoders
   } source = Source::kSimulated;
   double silence = 0.040;         // longest time between reports of a driver; more is a fault [s]
   Eigen::Vector3d home{0, 0, 0};  // tool tip at the start, S [m]

@@ -16,6 +16,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "slave/scene/options/tactile_channels.h"
+
 namespace palpate {
 
 struct Camera {
@@ -39,6 +41,8 @@ struct Camera {
   Eigen::Isometry3d X_SC =
       Eigen::Isometry3d::Identity();  // C: origin at the image centre, x right, y up
 };
+// Whether the file's name is that of a video, not of an image.
+bool IsVideo(const std::filesystem::path& file);
 struct TipTracking {
   std::filesystem::path
       template_file;  // empty: cut from the first image at the reported tool position
@@ -78,15 +82,17 @@ struct Tactile {
   std::filesystem::path file;        // file of the recording
   std::filesystem::path poses;       // CSV of fingertip poses; empty: they follow the manipulator
   double rate = 100;                 // rate of the samples [Hz]
+  TactileChannels channels;          // of each finger
   std::vector<Finger> fingers;       // 1 to 5; the operator moves the first
   std::filesystem::path network;     // folder with network.json; empty: forces are unknown
   int rest_samples = 50;             // number of samples whose mean is the baseline
-  std::filesystem::path electrodes;  // layout file; empty: layout of the simulated fingertip
+  std::filesystem::path electrodes;  // layout file of electrodes or channels; empty: none
   std::string localise = "auto";     // auto, paper or pressure-weighted
-  double threshold = 5;              // smallest change of an active electrode [counts]
-  double full_scale = 200;           // change of full intensity, for `paper` [counts]; no key
-  double finger_radius = 7e-3;       // radius of sphere and cylinder of the fingertip [m]
-  double pose_tolerance = 0.035;     // one sigma of a finger's pose about each axis [rad]
+  // Smallest change of an active electrode [counts], or of a channel [noise at rest].
+  double threshold = 5;
+  double full_scale = 200;        // change of full intensity, for `paper` [counts]; no key
+  double finger_radius = 7e-3;    // radius of sphere and cylinder of the fingertip [m]
+  double pose_tolerance = 0.035;  // one sigma of a finger's pose about each axis [rad]
   double gate =
       0.01;  // largest distance from the surface at which a finger is in contact [m]; no key
   double patch = 0;  // diameter of the contact [m]; 0: a point

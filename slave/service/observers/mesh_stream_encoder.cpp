@@ -27,7 +27,7 @@ std::size_t BudgetOf(const v1::WatchMeshRequest& request) {
                                   std::chrono::duration<double>(GapOf(request)).count());
 }
 
-// Of the box around `places`, x, y, z each [m].
+// Corners of the box around `places`: x, y, z each [m].
 double DiagonalOf(const std::vector<float>& places) {
   if (places.empty()) return 0;
   const Eigen::Map<const Eigen::Matrix3Xf> p(places.data(), 3,
@@ -52,8 +52,8 @@ std::vector<double> AreasOf(const BoundaryShape& shape) {
 
 // As the model tells it; else of the forces on the nodes, each by its part of the surface.
 std::vector<double> TractionOf(const BoundaryShape& shape, const std::vector<double>& areas) {
-  const bool is_told = !shape.traction.empty() || shape.nodes_per_element != 3;
-  if (is_told) return {shape.traction.begin(), shape.traction.end()};
+  const bool is_reported = !shape.traction.empty() || shape.nodes_per_element != 3;
+  if (is_reported) return {shape.traction.begin(), shape.traction.end()};
   std::vector<double> pascals;
   for (std::size_t i = 0; 3 * i < shape.nodal_forces.size(); ++i) {
     const Eigen::Map<const Eigen::Vector3f> force(&shape.nodal_forces[3 * i]);
@@ -93,7 +93,7 @@ std::size_t MeshStreamEncoder::EncodeTraction(const BoundaryShape& shape,
   return message->traction().steps().size();
 }
 
-// What cannot be told in moves stays told in numbers.
+// What cannot be sent as moves is sent as numbers.
 void MeshStreamEncoder::Shorten(const BoundaryShape& shape, std::size_t budget,
                                 v1::MeshState* message) {
   auto code = encoder_.Encode(rest_, shape.positions, budget);

@@ -96,9 +96,12 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
     return GapOf(*request);
   };
   std::optional<Time> sensed_at;
+  std::uint32_t revision = 0;  // another one may be of another object
   return Watch(context, prepare, &bulk_pace_, writer,
                [&](const SlaveState& state, v1::MeshState* message) {
                  if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
+                 if (std::exchange(revision, state.settings_revision) != state.settings_revision)
+                   encoder.emplace(*request);
                  BoundaryShape shape = slave_.Shape(encoder->needs_nodal_forces());
                  shape.state_sequence = state.sequence;
                  encoder->Encode(shape, message);
@@ -110,13 +113,13 @@ grpc::Status TeleoperationService::WatchTrace(grpc::ServerContext* context,
                                               const v1::WatchTraceRequest* request,
                                               grpc::ServerWriter<v1::TraceUpdate>* writer) {
   const auto prepare = [&] { return GapOf(*request); };
-  Time told{};
+  Time sent{};
   return Watch(context, prepare, nullptr, writer,
                [&](const SlaveState& /*state*/, v1::TraceUpdate* message) {
-                 const std::vector<SampleTrace> traces = slave_.TracesSince(told);
+                 const std::vector<SampleTrace> traces = slave_.TracesSince(sent);
                  message->Clear();
                  for (const SampleTrace& trace : traces) ToProto(trace, message->add_samples());
-                 if (!traces.empty()) told = traces.back().sensed_at;
+                 if (!traces.empty()) sent = traces.back().sensed_at;
                  return !traces.empty();
                });
 }
@@ -124,10 +127,11 @@ grpc::Status TeleoperationService::WatchTrace(grpc::ServerContext* context,
 grpc::Status TeleoperationService::WatchPatch(grpc::ServerContext* context,
                                               const v1::WatchPatchRequest* /*request*/,
                                               grpc::ServerWriter<v1::PatchUpdate>* writer) {
-  std::uint32_t epoch = 0, revision = 0;  // as the reader knows them
+  std::uint32_t epoch = 0, revision = 0, settings = 0;  // as the reader knows them
   return Watch(
       context, [] { return Clock::duration{}; }, nullptr, writer,
-      [&](const SlaveState& /*state*/, v1::PatchUpdate* message) {
+      [&](const SlaveState& state, v1::PatchUpdate* message) {
+        if (std::exchange(settings, state.settings_revision) != state.settings_revision) epoch = 0;
         const PatchSnapshot news = slave_.Patch();
         const bool is_known = news.law.epoch == epoch && news.law.revision == revision;
         if (!news.patch || is_known) return false;

@@ -222,7 +222,7 @@ FingerReading SimulatedFingertip::Skin::Read() noexcept {
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     const double closed = Closed(strain[i] + kCreep * crept[i]);
     const double gap = std::max(1 - closed + bulge * (surface.bulge[i] + kPath), 0.0);
-    reading.electrodes[i] =
+    reading.channels[i] =
         Rounded(rests[i] + Divider(gap) - Divider(1) + kElectrodeNoise * normal(random));
   }
   reading.pac = Rounded(rest_pac + pac + kPacNoise * normal(random));

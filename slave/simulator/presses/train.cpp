@@ -26,7 +26,7 @@ std::string Csv(const SimulatedStart& start) {
       text += ',';
       AppendNumber(&text, value, kDigits);
     };
-    for (const float electrode : reading.electrodes) append(static_cast<double>(electrode));
+    for (const float electrode : reading.channels) append(static_cast<double>(electrode));
     append(static_cast<double>(reading.pac));
     append(static_cast<double>(reading.pdc));
     for (const double component : start.force[i]) append(component);

@@ -84,7 +84,7 @@ std::vector<v1::TactileSample> ToMessages(const TactileFrame& frame,
     message.set_sequence(frame.sequence);
     ToProto(frame.sensed_at, message.mutable_sensed_at());
     message.set_finger(fingers[i].name);
-    message.mutable_electrodes()->Assign(reading.electrodes.begin(), reading.electrodes.end());
+    message.mutable_electrodes()->Assign(reading.channels.begin(), reading.channels.end());
     message.add_pressure(reading.pdc);
     message.add_pressure(reading.pac);
   }

@@ -51,14 +51,14 @@ SignalFlaws SignalCheck::Check(const TactileSignals& change,
   SignalFlaws flaws;
   const auto is_finite = [](double count) { return std::isfinite(count); };
   flaws.finite = std::all_of(change.begin(), change.end(), is_finite) &&
-                 std::all_of(raw.electrodes.begin(), raw.electrodes.end(), is_finite);
+                 std::all_of(raw.channels.begin(), raw.channels.end(), is_finite);
   const auto has_moved = [&](int k) {
     return std::abs(change[static_cast<std::size_t>(k)]) > moved_;
   };
   const auto is_stuck = [](double count) { return std::abs(count) < kStuck; };
   const auto stuck = std::count_if(change.begin(), change.begin() + kElectrodeCount, is_stuck);
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    flaws.saturated |= raw.electrodes[i] <= kLowest || raw.electrodes[i] >= kHighest;
+    flaws.saturated |= raw.channels[i] <= kLowest || raw.channels[i] >= kHighest;
     flaws.dead[i] = is_stuck(change[i]) && stuck <= kMostDead && has_moved(nearest_[i][0]) &&
                     has_moved(nearest_[i][1]);
     flaws.any_dead |= flaws.dead[i];

@@ -1,6 +1,7 @@
 #include "slave/tactile/localise/electrode_layout.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -26,14 +27,10 @@ constexpr double kUnitTolerance = 0.05;  // of a normal's length: files print th
 
 using Row = std::array<double, 6>;  // x y z [mm], nx ny nz
 
-std::string NameOf(std::size_t electrode) {
-  return std::string("E").append(std::to_string(electrode + 1));
-}
-
-// 0 for E1 to 18 for E19; nothing for other names.
-std::optional<std::size_t> ElectrodeOf(std::string_view name) {
-  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    if (name == NameOf(i)) return i;
+// 0 for E1 or c1; nothing for names of no channel.
+std::optional<std::size_t> ChannelOf(std::string_view name, const TactileChannels& channels) {
+  for (int i = 0; i < channels.count; ++i) {
+    if (name == channels.NameOf(i)) return static_cast<std::size_t>(i);
   }
   return std::nullopt;
 }
@@ -96,23 +93,25 @@ Eigen::Vector3d FingerSurface::Normal(const Eigen::Vector3d& p_F) const noexcept
   return Outward(p_F).stableNormalized();
 }
 
-ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file) {
+ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file,
+                                    const TactileChannels& channels) {
   CsvLines lines(file);
-  ElectrodeLayout layout;
-  std::array<bool, kElectrodeCount> known{};
+  ElectrodeLayout layout(channels.count);
+  std::vector<bool> known(layout.p_F.size());
   while (lines.Next()) {
-    const auto electrode = ElectrodeOf(lines.cells().front());
-    if (!electrode) continue;
-    const std::string name = NameOf(*electrode);
-    if (known[*electrode]) lines.Fail(name + " occurs twice: expected one row each");
+    const std::string name(lines.cells().front());
+    const auto channel = ChannelOf(name, channels);
+    if (!channel) continue;
+    if (known[*channel]) lines.Fail(name + " occurs twice: expected one row each");
     const auto row = ParseRow(lines.cells());
     RequirePlace(lines, name, row);
-    layout.p_F[*electrode] = kMillimetre * Eigen::Map<const Eigen::Vector3d>(row->data());
-    layout.n_F[*electrode] = Eigen::Map<const Eigen::Vector3d>(row->data() + 3).normalized();
-    known[*electrode] = true;
+    layout.p_F[*channel] = kMillimetre * Eigen::Map<const Eigen::Vector3d>(row->data());
+    layout.n_F[*channel] = Eigen::Map<const Eigen::Vector3d>(row->data() + 3).normalized();
+    known[*channel] = true;
   }
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    if (!known[i]) lines.Fail(NameOf(i) + " is missing: expected all of E1 to E19");
+  for (int i = 0; i < channels.count; ++i) {
+    if (known[static_cast<std::size_t>(i)]) continue;
+    lines.Fail(channels.NameOf(i) + " is missing: expected all of " + channels.Names());
   }
   return layout;
 }

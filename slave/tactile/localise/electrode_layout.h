@@ -1,9 +1,9 @@
 // A fingertip's shape, and where its electrodes sit.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -21,16 +21,20 @@ struct FingerSurface {
   [[nodiscard]] Eigen::Vector3d Normal(const Eigen::Vector3d& p_F) const noexcept;
 };
 
-// Positions of a fingertip's electrodes on its rigid core. Frame F (see Finger): axis x, tip at +x,
-// pad towards -z, origin at the centre of the tip's sphere.
+// Positions of a fingertip's electrodes on its rigid core, or of another sensor's channels on its
+// surface. Frame F (see Finger): axis x, tip at +x, pad towards -z, origin at the centre of the
+// tip's sphere.
 struct ElectrodeLayout {
-  std::array<Eigen::Vector3d, kElectrodeCount> p_F;  // [m]
-  std::array<Eigen::Vector3d, kElectrodeCount> n_F;  // outward unit normals
+  explicit ElectrodeLayout(int channels = kElectrodeCount)
+      : p_F(static_cast<std::size_t>(channels)), n_F(p_F.size()) {}
+  std::vector<Eigen::Vector3d> p_F;  // [m]
+  std::vector<Eigen::Vector3d> n_F;  // outward unit normals
 };
 
-// Rows `NAME,x,y,z,nx,ny,nz` in millimetres, names E1 to E19 in any order; # comments; other names
-// are ignored. Throws std::runtime_error `file:line: ...`.
-ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file);
+// Rows `NAME,x,y,z,nx,ny,nz` in millimetres, names E1 to E19 (or c1 to cN) in any order; #
+// comments; other names are ignored. Throws std::runtime_error `file:line: ...`.
+ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file,
+                                    const TactileChannels& channels = {});
 
 // Layout of the simulated fingertip: nineteen electrodes in our own arrangement under a skin of
 // `radius` [m].

@@ -100,6 +100,39 @@ class PressureWeightedLocaliser final : public Localiser {
   double threshold_;  // [counts]
 };
 
+class ChannelLocaliser final : public Localiser {
+ public:
+  ChannelLocaliser(double threshold, const ElectrodeLayout& layout)
+      : layout_(layout), threshold_(threshold) {}
+
+  [[nodiscard]] TouchPlace Locate(const TactileSignals& change,
+                                  const FingerReading& /*raw*/) const noexcept override {
+    TouchPlace place;
+    double total = 0;
+    for (std::size_t i = 0; i < layout_.p_F.size(); ++i) {
+      const double size = std::abs(change[i]);
+      if (!std::isfinite(size)) return NoPlace(TouchPlace::Status::kFailed);
+      if (size <= threshold_) continue;
+      place.p_F += size * layout_.p_F[i];
+      place.n_F += size * layout_.n_F[i];
+      total += size;
+      ++place.active;
+    }
+    if (place.active == 0) return NoPlace(TouchPlace::Status::kNoContact);
+    if (!(place.n_F.norm() > kCancelled * total)) return NoPlace(TouchPlace::Status::kAtOrigin);
+    place.status = TouchPlace::Status::kFound;
+    place.p_F /= total;
+    place.n_F.normalize();
+    return place;
+  }
+  [[nodiscard]] std::string_view name() const override { return "mean of the active channels"; }
+
+ private:
+  static constexpr double kCancelled = 1e-6;  // of the normals
+  ElectrodeLayout layout_;
+  double threshold_;  // [unit of the channels]
+};
+
 }  // namespace
 
 std::optional<ContactPoint> ContactPointOf(std::span<const Eigen::Vector3d> p,
@@ -121,6 +154,11 @@ std::optional<ContactPoint> ContactPointOf(std::span<const Eigen::Vector3d> p,
   point.c = point.centroid + d / m;
   if (!point.c.allFinite()) return std::nullopt;
   return point;
+}
+
+std::unique_ptr<Localiser> MakeChannelLocaliser(const Tactile& tactile, double noise,
+                                                const ElectrodeLayout& layout) {
+  return std::make_unique<ChannelLocaliser>(tactile.threshold * noise, layout);
 }
 
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout) {

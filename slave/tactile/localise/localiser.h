@@ -54,6 +54,12 @@ class Localiser {
 // least. Throws std::invalid_argument: an unknown name, an electrode on the finger's axis.
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout);
 
+// For the channels of any sensor: the mean of the places of those that changed by more than
+// `tactile.threshold` times `noise`, up or down, weighted by their change; the normal alike. Its
+// sigma is not known.
+std::unique_ptr<Localiser> MakeChannelLocaliser(const Tactile& tactile, double noise,
+                                                const ElectrodeLayout& layout);
+
 // Shared output of the localisers.
 inline TouchPlace NoPlace(TouchPlace::Status status, bool is_flawed = false) noexcept {
   return {.status = status, .is_flawed = is_flawed};

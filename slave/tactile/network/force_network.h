@@ -8,16 +8,28 @@
 
 #include <Eigen/Core>
 
+#include "slave/scene/options/tactile_channels.h"
 #include "slave/tactile/signals/rest_values.h"
 #include "slave/tactile/signals/signal_pattern.h"
 
 namespace palpate {
 
+// Constant electrodes: a real one has noise of about a count. A working electrode does not read the
+// same value for this time [s]. The longest stretch in recordings at 100 Hz, fingers at rest and in
+// contact, is 0.43 s of 52 s times 19 electrodes; 0.26 s and 0.12 s in others, 0.16 s in fifteen
+// seconds of five fingers. A stretch of twice the length is a thousand times as rare.
+inline constexpr double kConstant = 1;
+
 // Properties of a network.
 struct NetworkInfo {
-  std::string architecture;  // rnn_21 rnn_19 dnn_21 dnn_19 tnn_21 tnn_19
-  int inputs = 0;            // 21: E1 to E19, pac0, pdc; 19: the electrodes alone
+  std::string architecture;  // rnn_N dnn_N tnn_N, N inputs
+  int inputs = 0;            // the channels; 21: E1 to E19, pac0, pdc
   int window = 1;            // window size in samples, the present one included
+  TactileChannels channels;  // of the sensor
+  double noise = 1;          // rms of a channel at rest [unit of the channels]
+  // A channel that stays the same for longer is dead [s]; 0: it may.
+  double longest_constant = kConstant;
+  bool gives_contact_point = false;  // outputs 4 to 6, on the sensor's surface, frame F [m]
   int outputs = 0;    // the first three are the force of the fingertip on the object, frame F [N]
   double rate = 100;  // of the samples it was trained on [Hz]
   double gain = 1;    // its outputs are multiplied by it

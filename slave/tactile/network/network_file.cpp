@@ -196,6 +196,17 @@ NetworkInfo ReadInfo(const json& root) {
   info.window = ReadCount(root, "window");
   info.outputs = ReadCount(root, "outputs");
   info.rate = ReadNumber(Member(root, "rate", ""), "rate");
+  if (root.contains("unit")) {
+    info.channels = {info.inputs, ReadText(root, "unit")};
+    info.longest_constant = ReadSize(root, "longest_constant");
+  }
+  if (root.contains("noise")) info.noise = ReadNumber(root["noise"], "noise");
+  if (root.contains("contact_point")) {
+    if (!root["contact_point"].is_boolean()) {
+      throw std::runtime_error("contact_point: expected true or false");
+    }
+    info.gives_contact_point = root["contact_point"].get<bool>();
+  }
   if (root.contains("gain")) info.gain = ReadNumber(root["gain"], "gain");
   if (root.contains("sigma")) {
     const Eigen::VectorXf sigma = ReadNumbers(root["sigma"], "sigma");

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "slave/scene/units.h"
 #include "slave/tactile/network/signal_traces.h"
 
 namespace palpate {
@@ -42,9 +43,13 @@ std::string FaultOfScale(const std::string& name, const Eigen::VectorXf& mean,
 
 std::string FaultOfInfo(const NetworkInfo& info) {
   const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
-  const int inputs = InputsOf(info.architecture);
+  const bool are_electrodes = info.channels.are_electrodes();
+  const int inputs = InputsOf(info.architecture, are_electrodes);
   if (inputs == 0) {
-    return "architecture = " + info.architecture + ": expected " + std::string(kArchitectures);
+    return "architecture = " + info.architecture + ": expected " +
+           (are_electrodes ? std::string(kArchitectures)
+                           : "rnn_N, dnn_N, tnn_N or qnn_N for N channels, 1 to " +
+                                 std::to_string(kMaxChannels));
   }
   if (info.inputs != inputs) {
     return "inputs = " + std::to_string(info.inputs) + ": " + info.architecture + " has " +
@@ -60,6 +65,11 @@ std::string FaultOfInfo(const NetworkInfo& info) {
     return "outputs = " + std::to_string(info.outputs) + ": expected 3 to " +
            std::to_string(kLargestWidth) + " (fx, fy, fz first)";
   }
+  if (info.gives_contact_point && info.outputs < 6) {
+    return "outputs = " + std::to_string(info.outputs) + ": expected 6 or more with contact_point";
+  }
+  if (!are_electrodes && info.pattern.known()) return "pattern: expected none, it is of electrodes";
+  if (!positive(info.noise)) return "noise is not a positive number";
   if (!positive(info.rate)) return "rate is not a positive number";
   if (!std::isfinite(info.gain) || info.gain == 0) return "gain is 0 or not a number";
   if (!info.sigma.allFinite() || (info.sigma.array() < 0).any())
@@ -110,11 +120,16 @@ void NetworkWeights::LeaveUnscaled(int inputs, int outputs) {
   output_scale = Eigen::VectorXf::Ones(outputs);
 }
 
-int InputsOf(std::string_view architecture) {
+int InputsOf(std::string_view architecture, bool are_electrodes) {
   const std::string_view kind = architecture.substr(0, 4);
-  if (kind != "rnn_" && kind != "dnn_" && kind != "tnn_") return 0;
-  const std::string_view inputs = architecture.substr(4);
-  return inputs == "21" ? 21 : inputs == "19" ? 19 : 0;
+  const bool is_quadratic = IsQuadratic(architecture);
+  if (kind != "rnn_" && kind != "dnn_" && kind != "tnn_" && !is_quadratic) return 0;
+  if (are_electrodes && is_quadratic) return 0;
+  const auto inputs = ParseInteger(architecture.substr(4));
+  const bool is_known =
+      inputs && (are_electrodes ? *inputs == kElectrodeCount || *inputs == kSignalCount
+                                : *inputs >= 1 && *inputs <= kMaxChannels);
+  return is_known ? static_cast<int>(*inputs) : 0;
 }
 
 bool IsRecurrent(std::string_view architecture) {
@@ -123,6 +138,15 @@ bool IsRecurrent(std::string_view architecture) {
 
 bool IsTraced(std::string_view architecture) {
   return architecture.substr(0, 4) == "tnn_";
+}
+
+bool IsQuadratic(std::string_view architecture) {
+  return architecture.substr(0, 4) == "qnn_";
+}
+
+Eigen::Index FeaturesOf(const NetworkInfo& info) {
+  if (IsTraced(info.architecture)) return FeatureCount(info.inputs);
+  return IsQuadratic(info.architecture) ? 3 * info.inputs : info.inputs;
 }
 
 std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
@@ -141,7 +165,7 @@ std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
       (signs(weights.input_scale) || is_set(weights.input_mean) || is_set(weights.output_mean))) {
     return info.architecture + ": expected input.scale > 0 and means of 0";
   }
-  LayerCheck check(is_traced ? FeatureCount(info.inputs) : Eigen::Index{info.inputs});
+  LayerCheck check(FeaturesOf(info));
   for (std::size_t k = 0; k < weights.lstm.size() && fault.empty(); ++k) {
     fault = check.Recurrent("lstm[" + std::to_string(k) + "]", weights.lstm[k]);
   }

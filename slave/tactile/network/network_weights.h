@@ -42,6 +42,9 @@ struct DenseLayer {
 // NetworkInfo::gain (output_mean + output_scale y), entry by entry. Without recurrent layers the
 // network is feed-forward and sees one sample.
 //
+// Of qnn_* the first layer takes 3 N features: x, x s and the squares of x, with s = sqrt(mean x² +
+// 0.01); input_mean is 0.
+//
 // Of tnn_* the first layer takes the features of SignalTraces for `input_scale`, and the outputs
 // are multiplied by the size that these are parts of; input_mean and output_mean are 0.
 struct NetworkWeights {
@@ -57,10 +60,14 @@ struct NetworkWeights {
 // The error, naming tensor, value and what is expected; empty: none.
 std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights);
 
-// 21 or 19 for rnn_21 dnn_21 tnn_21, rnn_19 dnn_19 tnn_19; 0 for others.
-int InputsOf(std::string_view architecture);
+// N of rnn_N, dnn_N, tnn_N or (not of electrodes) qnn_N, 1 to kMaxChannels, for electrodes 21 or
+// 19; 0: another name.
+int InputsOf(std::string_view architecture, bool are_electrodes = true);
 bool IsRecurrent(std::string_view architecture);
 bool IsTraced(std::string_view architecture);
+bool IsQuadratic(std::string_view architecture);
+// Inputs of the first dense layer of a network without recurrent layers.
+Eigen::Index FeaturesOf(const NetworkInfo& info);
 inline constexpr std::string_view kArchitectures = "rnn_21, rnn_19, dnn_21, dnn_19, tnn_21, tnn_19";
 
 // Evaluates the weights. Throws std::invalid_argument: FaultOf.

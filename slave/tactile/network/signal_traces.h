@@ -22,8 +22,9 @@ inline constexpr Eigen::Index FeatureCount(Eigen::Index inputs) {
 
 class SignalTraces {
  public:
-  // `inputs`: 19 or 21, E1 to E19[, pac0, pdc]; `rate` [Hz], > 0.
-  SignalTraces(Eigen::Index inputs, double rate) : means_(inputs, kTraceTimes.size()) {
+  // `inputs`: the channels, or E1 to E19, pac0, pdc; `rate` [Hz], > 0.
+  SignalTraces(Eigen::Index inputs, Eigen::Index channels, double rate)
+      : channels_(channels), means_(inputs, kTraceTimes.size()) {
     for (std::size_t k = 0; k < kTraceTimes.size(); ++k) {
       shares_[k] = 1 - std::exp(-1 / (kTraceTimes[k] * rate));
     }
@@ -38,8 +39,8 @@ class SignalTraces {
   double Take(const Eigen::Ref<const Eigen::VectorXd>& now,
               Eigen::Ref<Eigen::VectorXd> features) noexcept {
     const Eigen::Index inputs = means_.rows();
-    const double size =
-        std::sqrt(now.head(kElectrodeCount).squaredNorm() / kElectrodeCount + kLeast * kLeast);
+    const double size = std::sqrt(
+        now.head(channels_).squaredNorm() / static_cast<double>(channels_) + kLeast * kLeast);
     features.head(inputs) = now / size;
     for (std::size_t k = 0; k < kTraceTimes.size(); ++k) {
       const auto column = static_cast<Eigen::Index>(k);
@@ -51,7 +52,8 @@ class SignalTraces {
 
  private:
   static constexpr double kLeast = 0.1;  // below this size the features include the size
-  Eigen::MatrixXd means_;                // inputs x traces
+  Eigen::Index channels_;
+  Eigen::MatrixXd means_;  // inputs x traces
   std::array<double, kTraceTimes.size()> shares_{};
 };
 

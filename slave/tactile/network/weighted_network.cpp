@@ -51,6 +51,13 @@ void Activate(HiddenActivation activation, VectorXd* values) noexcept {
   }
 }
 
+constexpr double kLeastSize2 = 0.01;  // of quadratic networks [by definition]
+
+// Whether this output is a coordinate of the contact point, which is no force.
+bool IsPlace(const NetworkInfo& info, std::size_t output) {
+  return info.gives_contact_point && output >= 3 && output < 6;
+}
+
 // The layers NetworkWeights::dense, the scaling of the outputs and the gain. Immutable.
 class DenseStack {
  public:
@@ -58,15 +65,18 @@ class DenseStack {
   using Scratch = std::vector<VectorXd>;
 
   // `weights` without fault (FaultOf).
-  DenseStack(const NetworkWeights& weights, double gain) {
+  DenseStack(const NetworkWeights& weights, const NetworkInfo& info) {
     for (const DenseLayer& layer : weights.dense) {
       layers_.push_back(
           {layer.kernel.transpose().cast<double>(), layer.bias.cast<double>(), layer.activation});
     }
-    const VectorXd scale = gain * weights.output_scale.cast<double>();
+    VectorXd gain = VectorXd::Constant(info.outputs, info.gain);
+    if (info.gives_contact_point) gain.segment(3, 3).setOnes();
+    const VectorXd scale = gain.cwiseProduct(weights.output_scale.cast<double>());
     Layer& last = layers_.back();
     last.kernel = (scale.asDiagonal() * last.kernel).eval();
-    last.bias = gain * weights.output_mean.cast<double>() + scale.cwiseProduct(last.bias);
+    last.bias =
+        gain.cwiseProduct(weights.output_mean.cast<double>()) + scale.cwiseProduct(last.bias);
   }
 
   [[nodiscard]] Scratch MakeScratch() const {
@@ -149,9 +159,9 @@ class WeightedEstimate final : public ForceEstimate {
         scratch_(parts_->stack.MakeScratch()) {
     for (const RecurrentLayer& layer : parts_->layers) states_.push_back(layer.MakeState());
     if (IsTraced(parts_->info.architecture)) {
-      traces_.emplace(x_.size(), parts_->info.rate);
-      features_.resize(FeatureCount(x_.size()));
+      traces_.emplace(x_.size(), parts_->info.channels.count, parts_->info.rate);
     }
+    features_.resize(FeaturesOf(parts_->info));
   }
 
   void Reset() noexcept override {
@@ -170,14 +180,22 @@ class WeightedEstimate final : public ForceEstimate {
     ++taken_;
     if (taken_ < parts_->info.window) return false;
     const bool is_finite = parts_->stack.Evaluate(Features(), &scratch_, outputs);
-    for (double& output : outputs) output *= size;
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      if (!IsPlace(parts_->info, i)) outputs[i] *= size;
+    }
     return is_finite;
   }
 
  private:
-  // Input of the dense layers: the last h after the window's samples, the traces, or the sample.
+  // Input of the dense layers: the last h after the window's samples, the features, or the sample.
   const VectorXd& Features() noexcept {
     if (traces_) return features_;
+    if (IsQuadratic(parts_->info.architecture)) {
+      const double size =
+          std::sqrt(x_.squaredNorm() / static_cast<double>(x_.size()) + kLeastSize2);
+      features_ << x_, x_ * size, x_.cwiseAbs2();
+      return features_;
+    }
     if (states_.empty()) return x_;
     for (RecurrentLayer::State& state : states_) {
       state.h.setZero();
@@ -226,7 +244,7 @@ std::unique_ptr<ForceNetwork> MakeForceNetwork(const NetworkInfo& info,
                                                         weights.input_mean.cast<double>(),
                                                         weights.input_scale.cast<double>(),
                                                         {weights.lstm.begin(), weights.lstm.end()},
-                                                        DenseStack(weights, info.gain)});
+                                                        DenseStack(weights, info)});
 }
 
 }  // namespace palpate

@@ -10,7 +10,8 @@ namespace palpate {
 
 // E1 to E19, pac0, pdc: the order of the networks' inputs.
 inline constexpr int kSignalCount = kElectrodeCount + 2;
-using TactileSignals = std::array<double, kSignalCount>;
+// Those of other sensors: c1 to cN and two zeros.
+using TactileSignals = ShortList<double, kMaxChannels + 2, kSignalCount>;
 
 // The mean of a fingertip's first samples.
 class RestValues {
@@ -21,7 +22,7 @@ class RestValues {
   void Take(const FingerReading& reading) noexcept {
     if (known()) return;
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-      sum_[i] += static_cast<double>(reading.electrodes[i]);
+      sum_[i] += static_cast<double>(reading.channels[i]);
     }
     sum_[kElectrodeCount] += static_cast<double>(reading.pac);
     sum_[kElectrodeCount + 1] += static_cast<double>(reading.pdc);
@@ -33,7 +34,7 @@ class RestValues {
   [[nodiscard]] TactileSignals Change(const FingerReading& reading) const noexcept {
     TactileSignals change{};
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-      change[i] = Minus(reading.electrodes[i], sum_[i]);
+      change[i] = Minus(reading.channels[i], sum_[i]);
     }
     change[kElectrodeCount] = Minus(reading.pac, sum_[kElectrodeCount]);
     change[kElectrodeCount + 1] = Minus(reading.pdc, sum_[kElectrodeCount + 1]);

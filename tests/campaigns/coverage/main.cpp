@@ -21,7 +21,6 @@ namespace {
 
 constexpr const char* kHelp = R"(Examples:
   coverage --sense camera --scenes 50 --seed 7     fifty presses that one camera sees
-  coverage --sense pairs --each                    and how each of them went
 
 The error is that of the force's magnitude, of fingertips that of its vector, as sigma is. The
 modulus that the sense is given differs from the true one by what the scene says it may
@@ -42,7 +41,7 @@ struct Options {
   std::string sense = "camera";
   std::uint32_t seed = 1;
   int scenes = 50;
-  bool each = false, trace = false, exact = false;
+  bool exact = false;
 };
 
 Phase PhaseOf(const StateRow& row, const robustness::Script& script, std::size_t index,
@@ -80,21 +79,11 @@ std::vector<EstimateRow> TryPress(const Options& options, int number) {
     const double error = stage.sense() == "fingertips" ? off : force - right;
     rows.push_back({PhaseOf(row, stage.script(), index, larger), error, off,
                     row.sigma / stage.peak(), material});
-    if (!options.trace) return;
-    std::printf(
-        "  %4zu %-10s %8.4f true %8.4f error %8.4f less material %8.4f vector %7.4f "
-        "sigma %7.4f\n",
-        index, ToString(row.validity).data(), force, right, force - right, force - right - material,
-        rows.back().off, row.sigma / stage.peak());
   };
   try {
     Replay(stage, press.alteration, take);
   } catch (const std::runtime_error& why) {  // the sense refuses: no force, no sigma
     std::printf("%s: refused: %s\n", stage.name().c_str(), why.what());
-  }
-  if (options.each) {
-    const Bands bands = BandsOf(rows);
-    std::printf("%s\n", InWords(stage.name() + (press.is_wide ? " wide" : ""), bands).c_str());
   }
   return rows;
 }
@@ -144,8 +133,6 @@ int Main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "of the series");
   app.add_option("--scenes", options.scenes, "how many presses");
   app.add_flag("--exact", options.exact, "the true modulus is given, as certain");
-  app.add_flag("--each", options.each, "a line for each press");
-  app.add_flag("--trace", options.trace, "a line for each estimate");
   try {
     app.parse(argc, argv);
     std::setvbuf(stdout, nullptr, _IOLBF, 0);

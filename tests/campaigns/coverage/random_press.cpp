@@ -194,8 +194,7 @@ Scene Make(const std::string& base, Overrides overrides, Dice* dice, int number)
 RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number) {
   Dice dice(seed * 7919U + static_cast<std::uint32_t>(number));
   RandomPress press;
-  press.is_wide = dice.Chance(kWide);
-  const double wide = press.is_wide ? 0.12 : 0;
+  const double wide = dice.Chance(kWide) ? 0.12 : 0;
   StatedMaterial stated;
   Scene scene;
   if (sense == "camera") {

@@ -16,7 +16,6 @@ struct RandomPress {
   std::unique_ptr<robustness::Stage> stage;
   robustness::Alteration alteration;  // the sense is given the nominal modulus
   double modulus_error = 0;           // true over nominal modulus, less 1 [-]
-  bool is_wide = false;               // goes beyond what the scene's model vouches for
 };
 
 // `sense`: camera, pairs, fingertips. Press `number` of a series: moduli of a series are spread

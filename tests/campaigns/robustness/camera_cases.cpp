@@ -117,12 +117,6 @@ void AddMotion(CaseTable* table) {
   });
 }
 
-Alteration Shows(std::function<std::size_t(const Moment&)> shows) {
-  Alteration alteration;
-  alteration.shows = std::move(shows);
-  return alteration;
-}
-
 void AddTime(CaseTable* table) {
   table->Add("pictures come twice", Demand::kFlag, Shows(Doubled()));
   table->Add("frozen from rest on", Demand::kFlag, Shows(Frozen(When::kAtRest)));
@@ -146,12 +140,6 @@ void Scale(double factor, Geometry* geometry) {
   } else if (auto* disc = std::get_if<DiscGeometry>(geometry)) {
     disc->radius *= factor;
   }
-}
-
-Alteration AlterScene(std::function<void(Scene&)> tell) {
-  Alteration alteration;
-  alteration.tell = std::move(tell);
-  return alteration;
 }
 
 void AddGeometry(CaseTable* table) {

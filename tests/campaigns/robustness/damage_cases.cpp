@@ -11,12 +11,6 @@
 namespace palpate::robustness {
 namespace {
 
-Alteration AlterScene(std::function<void(Scene&)> tell) {
-  Alteration alteration;
-  alteration.tell = std::move(tell);
-  return alteration;
-}
-
 Alteration Stale(Mask mask) {
   Alteration alteration;
   alteration.stale = std::move(mask);

@@ -28,12 +28,6 @@ Alteration Reads(Change change) {
   alteration.touch = std::move(change);
   return alteration;
 }
-Alteration Shows(std::function<std::size_t(const Moment&)> shows) {
-  Alteration alteration;
-  alteration.shows = std::move(shows);
-  return alteration;
-}
-
 // Every present finger's reading.
 template <typename Each>
 Change OfEach(const Each& each) {
@@ -60,15 +54,15 @@ class Rest {
 };
 
 // Electrodes and pressure `factor` times as far from rest as they are.
-Alteration Amplified(double factor) {
-  return Reads(OfEach([factor, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
-                                                                FingerReading& reading) {
+Alteration Amplified(std::function<double(const Moment&)> factor) {
+  return Reads(OfEach([factor = std::move(factor), rest = std::make_shared<Rest>()](
+                          const Moment& moment, std::size_t f, FingerReading& reading) {
     const FingerReading& from = rest->Of(moment, f, reading);
-    for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-      reading.electrodes[e] = static_cast<float>(
-          from.electrodes[e] + factor * (reading.electrodes[e] - from.electrodes[e]));
+    const auto gain = static_cast<float>(factor(moment));
+    for (std::size_t e = 0; e < reading.channels.size(); ++e) {
+      reading.channels[e] = from.channels[e] + gain * (reading.channels[e] - from.channels[e]);
     }
-    reading.pdc = static_cast<float>(from.pdc + factor * (reading.pdc - from.pdc));
+    reading.pdc = from.pdc + gain * (reading.pdc - from.pdc);
   }));
 }
 
@@ -77,7 +71,7 @@ Alteration Stuck(std::vector<std::size_t> electrodes, When when) {
   return Reads(OfFirst(
       [=, held = std::make_shared<FingerReading>()](const Moment& moment, FingerReading& reading) {
         if (!IsSo(when, moment) || moment.index == 0) *held = reading;
-        for (const std::size_t e : electrodes) reading.electrodes[e] = held->electrodes[e];
+        for (const std::size_t e : electrodes) reading.channels[e] = held->channels[e];
       }));
 }
 
@@ -93,40 +87,40 @@ void AddElectrodes(CaseTable* table) {
       Stuck({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18}, When::kPressed));
   table->Add("an electrode reads nothing", Demand::kRight,
              Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
-               if (IsSo(When::kAtRest, moment)) reading.electrodes[9] = 0;
+               if (IsSo(When::kAtRest, moment)) reading.channels[9] = 0;
              })));
   table->Add("an electrode reads full", Demand::kRight,
              Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
-               if (IsSo(When::kAtRest, moment)) reading.electrodes[16] = 4095;
+               if (IsSo(When::kAtRest, moment)) reading.channels[16] = 4095;
              })));
   table->Add("two electrodes swapped", Demand::kFlag,
              Reads(OfEach([](const Moment&, std::size_t, FingerReading& reading) {
-               std::swap(reading.electrodes[6], reading.electrodes[16]);
+               std::swap(reading.channels[6], reading.channels[16]);
              })));
   table->Add("electrodes in reverse order", Demand::kFlag,
              Reads(OfEach([](const Moment&, std::size_t, FingerReading& reading) {
-               std::ranges::reverse(reading.electrodes);
+               std::ranges::reverse(reading.channels);
              })));
   table->Add("noise", "times", {2, 3}, {10}, [](double s) {
     return Reads(OfEach([s](const Moment& moment, std::size_t f, FingerReading& reading) {
       std::mt19937_64 random(1000 * moment.index + f);
       std::normal_distribution<double> normal(0, kNoise * std::sqrt(s * s - 1));
-      for (float& e : reading.electrodes) e += static_cast<float>(normal(random));
+      for (float& e : reading.channels) e += static_cast<float>(normal(random));
       reading.pdc += static_cast<float>(normal(random));
     }));
   });
   table->Add("rest drifts", "counts", {5, 10}, {40}, [](double s) {
     return Reads(OfEach([s](const Moment& moment, std::size_t f, FingerReading& reading) {
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+      for (std::size_t e = 0; e < reading.channels.size(); ++e) {
         const double sign = (e * 7 + f) % 3 == 0 ? -1 : 1;
-        reading.electrodes[e] += static_cast<float>(sign * s * moment.share());
+        reading.channels[e] += static_cast<float>(sign * s * moment.share());
       }
     }));
   });
   table->Add("warms up", "counts", {10}, {50, 200}, [](double s) {
     return Reads(OfEach([s](const Moment& moment, std::size_t, FingerReading& reading) {
       const auto warm = static_cast<float>(s * (1 - std::exp(-3 * moment.share())));
-      for (float& e : reading.electrodes) e -= warm;
+      for (float& e : reading.channels) e -= warm;
       reading.pdc += 0.5F * warm;
     }));
   });
@@ -137,7 +131,7 @@ void AddElectrodes(CaseTable* table) {
                reading.pdc = *held;
              })));
   table->Add("gain of all wrong", "%", {}, {-30, -10, 10, 30},
-             [](double s) { return Amplified(1 + s / 100); });
+             [](double s) { return Amplified([s](const Moment&) { return 1 + s / 100; }); });
 }
 
 void AddSamples(CaseTable* table) {
@@ -168,9 +162,9 @@ Alteration ElectrodeLate(std::size_t electrode, std::size_t samples) {
   return Reads(OfFirst([=, read = std::make_shared<std::vector<float>>()](const Moment& moment,
                                                                           FingerReading& reading) {
     if (moment.index == 0) read->clear();
-    read->push_back(reading.electrodes[electrode]);
+    read->push_back(reading.channels[electrode]);
     const std::size_t back = std::min(samples, read->size() - 1);
-    reading.electrodes[electrode] = (*read)[read->size() - 1 - back];
+    reading.channels[electrode] = (*read)[read->size() - 1 - back];
   }));
 }
 
@@ -180,9 +174,9 @@ Alteration EachElectrode(
   return Reads(OfEach([change = std::move(change), rest = std::make_shared<Rest>()](
                           const Moment& moment, std::size_t f, FingerReading& reading) {
     const FingerReading& from = rest->Of(moment, f, reading);
-    for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-      const double away = reading.electrodes[e] - from.electrodes[e];
-      reading.electrodes[e] = static_cast<float>(from.electrodes[e] + change(moment, e, away));
+    for (std::size_t e = 0; e < reading.channels.size(); ++e) {
+      const double away = reading.channels[e] - from.channels[e];
+      reading.channels[e] = static_cast<float>(from.channels[e] + change(moment, e, away));
     }
   }));
 }
@@ -201,32 +195,21 @@ void AddUnseen(CaseTable* table) {
         [s](const Moment&, std::size_t, double away) { return std::clamp(away, -s, s); });
   });
   table->Add("gain drifts", "%", {}, {-30, -10, 10, 30}, [](double s) {
-    return Reads(OfEach([s, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
-                                                             FingerReading& reading) {
-      const FingerReading& from = rest->Of(moment, f, reading);
-      const auto gain = static_cast<float>(1 + s / 100 * moment.share());
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-        reading.electrodes[e] =
-            from.electrodes[e] + gain * (reading.electrodes[e] - from.electrodes[e]);
-      }
-      reading.pdc = from.pdc + gain * (reading.pdc - from.pdc);
-    }));
+    return Amplified([s](const Moment& moment) { return 1 + s / 100 * moment.share(); });
   });
   table->Add("E3 and E12 swap while pressed", Demand::kFlag,
              Reads(OfFirst([](const Moment& moment, FingerReading& reading) {
                if (!IsSo(When::kPressed, moment)) return;
-               std::swap(reading.electrodes[2], reading.electrodes[11]);
+               std::swap(reading.channels[2], reading.channels[11]);
              })));
-  table->Add("all electrodes step at rest", "counts", {5}, {20, 60}, [](double s) {
-    return EachElectrode([s](const Moment& moment, std::size_t, double away) {
-      return away + (IsSo(When::kAtRest, moment) ? s : 0);
+  for (const When when : {When::kAtRest, When::kPressed}) {
+    const std::string name = when == When::kAtRest ? "at rest" : "while pressed";
+    table->Add("all electrodes step " + name, "counts", {5}, {20, 60}, [when](double s) {
+      return EachElectrode([=](const Moment& moment, std::size_t, double away) {
+        return away + (IsSo(when, moment) ? s : 0);
+      });
     });
-  });
-  table->Add("all electrodes step while pressed", "counts", {5}, {20, 60}, [](double s) {
-    return EachElectrode([s](const Moment& moment, std::size_t, double away) {
-      return away + (IsSo(When::kPressed, moment) ? s : 0);
-    });
-  });
+  }
   table->Add("samples come again in bursts", "of 12", {2}, {5, 10}, [](double s) {
     return Shows([s](const Moment& moment) {
       const std::size_t into = moment.index % 12;
@@ -267,11 +250,11 @@ void AddUnseenToo(CaseTable* table) {
     return Reads(OfEach([s, walk = std::make_shared<Walk>()](const Moment& moment, std::size_t f,
                                                              FingerReading& reading) {
       if (moment.index == 0) walk->clear();
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+      for (std::size_t e = 0; e < reading.channels.size(); ++e) {
         std::mt19937_64 random(moment.index * 100 + 20 * f + e);
         double& at = (*walk)[{f, e}];
         at += std::normal_distribution<double>(0, s)(random);
-        reading.electrodes[e] += static_cast<float>(at);
+        reading.channels[e] += static_cast<float>(at);
       }
     }));
   });
@@ -292,12 +275,12 @@ void AddUnseenToo(CaseTable* table) {
   });
   table->Add("plugged in one off", Demand::kFlag,
              Reads(OfEach([](const Moment&, std::size_t, FingerReading& reading) {
-               std::ranges::rotate(reading.electrodes, reading.electrodes.begin() + 1);
+               std::ranges::rotate(reading.channels, reading.channels.begin() + 1);
              })));
   table->Add("fingers swapped", Demand::kFlag, Reads([](const Moment&, TactileFrame& frame) {
                FingerReading& first = frame.fingers.front();
                FingerReading& last = frame.fingers.back();
-               std::swap(first.electrodes, last.electrodes);
+               std::swap(first.channels, last.channels);
                std::swap(first.pac, last.pac);
                std::swap(first.pdc, last.pdc);
              }));
@@ -306,11 +289,11 @@ void AddUnseenToo(CaseTable* table) {
     return Reads(OfEach([s, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
                                                              FingerReading& reading) {
       const FingerReading from = rest->Of(moment, f, reading), read = reading;
-      const std::size_t n = read.electrodes.size();
-      const auto away = [&](std::size_t e) { return read.electrodes[e] - from.electrodes[e]; };
+      const std::size_t n = read.channels.size();
+      const auto away = [&](std::size_t e) { return read.channels[e] - from.channels[e]; };
       for (std::size_t e = 0; e < n; ++e) {
         const float leak = (away((e + 1) % n) + away((e + n - 1) % n)) / 2;
-        reading.electrodes[e] += static_cast<float>(s / 100) * (leak - away(e));
+        reading.channels[e] += static_cast<float>(s / 100) * (leak - away(e));
       }
     }));
   });
@@ -318,7 +301,7 @@ void AddUnseenToo(CaseTable* table) {
     return Reads(OfFirst([s](const Moment& moment, FingerReading& reading) {
       std::mt19937_64 random(moment.index);
       std::normal_distribution<double> normal(0, kNoise * std::sqrt(s * s - 1));
-      for (float& e : reading.electrodes) e += static_cast<float>(normal(random));
+      for (float& e : reading.channels) e += static_cast<float>(normal(random));
     }));
   });
   table->Add("electrodes lag", "samples", {}, {2, 8}, [](double s) {
@@ -327,10 +310,9 @@ void AddUnseenToo(CaseTable* table) {
                             const Moment& moment, std::size_t f, FingerReading& reading) {
       if (moment.index == 0) (*lagged)[f] = reading;
       FingerReading& was = (*lagged)[f];
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-        was.electrodes[e] +=
-            static_cast<float>((reading.electrodes[e] - was.electrodes[e]) / (1 + s));
-        reading.electrodes[e] = was.electrodes[e];
+      for (std::size_t e = 0; e < reading.channels.size(); ++e) {
+        was.channels[e] += static_cast<float>((reading.channels[e] - was.channels[e]) / (1 + s));
+        reading.channels[e] = was.channels[e];
       }
     }));
   });
@@ -354,14 +336,10 @@ void AddGeometry(CaseTable* table) {
   table->Add("object moved at rest", "mm", {}, {2, 5},
              [](double s) { return PoseOff(-1e-3 * s, 0, When::kAtRest); });
   table->Add("object elsewhere than stated", "mm", {}, {2, 5}, [](double s) {
-    Alteration alteration;
-    alteration.tell = [s](Scene& scene) { scene.object.X_SO.translation().x() += 1e-3 * s; };
-    return alteration;
+    return AlterScene([s](Scene& scene) { scene.object.X_SO.translation().x() += 1e-3 * s; });
   });
   table->Add("object softer than stated", "times", {}, {2}, [](double s) {
-    Alteration alteration;
-    alteration.tell = [s](Scene& scene) { scene.object.material.young_modulus *= s; };
-    return alteration;
+    return AlterScene([s](Scene& scene) { scene.object.material.young_modulus *= s; });
   });
   // Another sensor answers the same force with other counts.
   table->Add("network of another sensor", "gain and order", {}, {1}, [](double) {
@@ -369,11 +347,11 @@ void AddGeometry(CaseTable* table) {
                                                           FingerReading& reading) {
       const FingerReading from = rest->Of(moment, f, reading);
       const FingerReading read = reading;
-      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
-        const std::size_t other = (e + 5) % reading.electrodes.size();
+      for (std::size_t e = 0; e < reading.channels.size(); ++e) {
+        const std::size_t other = (e + 5) % reading.channels.size();
         const double gain = 0.6 + 0.05 * static_cast<double>(e);
-        reading.electrodes[e] = static_cast<float>(
-            from.electrodes[e] + gain * (read.electrodes[other] - from.electrodes[other]));
+        reading.channels[e] = static_cast<float>(
+            from.channels[e] + gain * (read.channels[other] - from.channels[other]));
       }
     }));
   });

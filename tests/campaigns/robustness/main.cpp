@@ -37,8 +37,7 @@ where the force must be right, if 80 % are `valid` and these within 5 % rms.
 Exit codes: 0 every row holds, or is in the list of --known; 1 one does not; 2 unusable arguments.)";
 
 struct Options {
-  bool quick = false, full = false, list = false, trace = false;
-  int every = 1;
+  bool quick = false, full = false, list = false;
   std::size_t mixed = 0;
   std::uint64_t seed = 1;
   std::string only;
@@ -91,13 +90,12 @@ class Suite {
       if (!maker.Suits(tried) || IsDone(row.key())) continue;
       if (options_.quick && !tried.is_quick) continue;
       if (!std::regex_search(row.sense + " " + row.key(), only_)) continue;
-      if (met_++ % options_.every != 0) continue;
       if (options_.list) {
         std::printf("%-10s %s\n", maker.sense.c_str(), row.key().c_str());
         continue;
       }
       if (!stage) stage = maker.make(options_.extent());
-      row.score = Try(*stage, tried, options_.trace ? stdout : nullptr);
+      row.score = Try(*stage, tried);
       std::printf("%s\n", InWords(row).c_str());
       std::fflush(stdout);
       if (!options_.out.empty()) Append(row, table());
@@ -129,7 +127,6 @@ class Suite {
   const Options& options_;
   std::regex only_;
   std::vector<Row> rows_;
-  int met_ = 0;  // rows that match
 };
 
 int Main(int argc, char** argv) {
@@ -142,10 +139,7 @@ int Main(int argc, char** argv) {
   app.add_flag("--full", options.full,
                "Whole presses on all scenes; without it short ones on a scene per sense");
   app.add_flag("--list", options.list, "Name the rows only");
-  app.add_flag("--trace", options.trace, "Print every estimate before its row");
   app.add_option("--only", options.only, "Rows that match this: SENSE SCENE: CASE");
-  app.add_option("--every", options.every, "Of these, each so many rows one")
-      ->check(CLI::Range(1, 1000));
   app.add_option("--mixed", options.mixed,
                  "Instead of the table: so many pairs of its rows for each sense, both at once")
       ->check(CLI::Range(1, 100000));

@@ -96,17 +96,6 @@ Paint CoveredDots(int count) {
   };
 }
 
-Alteration AlterScene(std::function<void(Scene&)> tell) {
-  Alteration alteration;
-  alteration.tell = std::move(tell);
-  return alteration;
-}
-Alteration Shows(std::function<std::size_t(const Moment&)> shows) {
-  Alteration alteration;
-  alteration.shows = std::move(shows);
-  return alteration;
-}
-
 void AddPictures(CaseTable* table) {
   table->Add("flicker", "%", {10, 20}, {40}, [](double s) { return Flicker(s / 100); });
   table->Add("vignette", "%", {20}, {50}, [](double s) { return Vignette(s / 100); });

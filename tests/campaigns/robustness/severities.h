@@ -2,6 +2,7 @@
 #pragma once
 
 #include <concepts>
+#include <functional>
 #include <initializer_list>
 #include <string>
 #include <utility>
@@ -56,6 +57,18 @@ class CaseTable {
   bool rarely_ = false;
   std::vector<Case> cases_;
 };
+
+// Alterations of one kind.
+inline Alteration Shows(std::function<std::size_t(const Moment&)> shows) {
+  Alteration alteration;
+  alteration.shows = std::move(shows);
+  return alteration;
+}
+inline Alteration AlterScene(std::function<void(Scene&)> tell) {
+  Alteration alteration;
+  alteration.tell = std::move(tell);
+  return alteration;
+}
 
 // What a table has from damage_cases.cpp.
 void AddCameraDamage(CaseTable* table);

@@ -11,8 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include <spdlog/fmt/fmt.h>
-
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
 
@@ -161,16 +159,6 @@ class Tally {
   std::map<std::string, std::size_t> reasons_;
 };
 
-void Print(std::FILE* trace, std::size_t index, const StateRow& row, const Eigen::Vector3d& truth) {
-  const Eigen::Vector3d force = row.force.value_or(kUnknownVector);
-  std::fputs(fmt::format("  {:>4} {:<14} {:<14} {:>8.4f} N, true {:>8.4f} N, error {:>8.4f}, sigma "
-                         "{:>7.4f}\n",
-                         index, ToString(row.validity), ToString(row.check), force.norm(),
-                         truth.norm(), (force - truth).norm(), row.sigma)
-                 .c_str(),
-             trace);
-}
-
 }  // namespace
 
 void Replay(Stage& stage, const Alteration& alteration, const Taker& take) {
@@ -201,14 +189,12 @@ bool Score::Holds(Demand demand) const {
   return demand == Demand::kFlag || (rms <= kRightRms && share >= kRightValid && samples > 0);
 }
 
-Score Try(Stage& stage, const Case& tried, std::FILE* trace) {
+Score Try(Stage& stage, const Case& tried) {
   Tally tally(stage.peak());
   std::string refused;
   try {
-    Replay(stage, tried.alteration, [&](std::size_t index, const StateRow& row, const auto& truth) {
-      tally.Add(row, truth);
-      if (trace != nullptr) Print(trace, index, row, truth);
-    });
+    Replay(stage, tried.alteration,
+           [&](std::size_t, const StateRow& row, const auto& truth) { tally.Add(row, truth); });
   } catch (const std::runtime_error& why) {  // the sense says so itself; all else is a mistake
     refused = why.what();
   } catch (const std::invalid_argument& why) {

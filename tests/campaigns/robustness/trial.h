@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdio>
 #include <functional>
 #include <string>
 
@@ -41,7 +40,6 @@ using Taker =
     std::function<void(std::size_t index, const StateRow& row, const Eigen::Vector3d& truth)>;
 void Replay(Stage& stage, const Alteration& alteration, const Taker& take);
 
-// `trace`: where each estimate goes, a line; nullptr: nowhere.
-Score Try(Stage& stage, const Case& tried, std::FILE* trace = nullptr);
+Score Try(Stage& stage, const Case& tried);
 
 }  // namespace palpate::robustness

@@ -88,6 +88,13 @@ TEST(DoctorTest, GapsInWhichTheHandWouldBeLetGoAreBadAndTheKeyIsNamed) {
   EXPECT_THAT(gaps.advice, HasSubstr("dead_after: 120 ms"));
 }
 
+TEST(DoctorTest, ASlaveThatHasSensedNothingYetIsNoted) {
+  LineSample line = Line(0.01, 0.01);
+  EXPECT_EQ(Of(CheckLine(line, RemoteScene()), "sensing").grade, Grade::kNote);
+  line.age = 0.02;
+  EXPECT_EQ(Of(CheckLine(line, RemoteScene()), "sensing").grade, Grade::kGood);
+}
+
 TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
   FakeSlave slave;
   Server server(slave, "127.0.0.1:0", false);

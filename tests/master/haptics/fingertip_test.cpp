@@ -2,9 +2,6 @@
 // 100 Hz, forces that lag by half of a network's window.
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <limits>
 #include <tuple>
 #include <vector>
 
@@ -75,14 +72,15 @@ INSTANTIATE_TEST_SUITE_P(Normals, AnyDirectionTest, testing::ValuesIn(kNormals))
 
 class SlowStatesTest : public testing::TestWithParam<std::tuple<double, double>> {};
 
-// Reference: the law of the wall. However late the 100 Hz states are, and though their force lags
-// by a quarter of a second more, the hand feels exactly K d + shear at its own depth: it cannot
-// oscillate, reaches the depth, does not pass it, and the port gives out nothing.
+// Reference: the law of the wall. However late the 100 Hz states are, though one in twenty is lost
+// and their force lags by a quarter of a second more, the hand feels exactly K d + shear at its own
+// depth: it cannot oscillate, reaches the depth, does not pass it, and the port gives out nothing.
 TEST_P(SlowStatesTest, TheForceIsTheLawAtTheHandsOwnPlace) {
   VirtualSlave::Options options = Foam({1, 2, 3});
   std::tie(options.K, options.delay) = GetParam();
   options.shear = 0.6 * options.K;
   options.jitter = std::min(0.005, options.delay);
+  options.loss = 0.05;
   Rig rig(options, RenderMode::kLocal, 12);
   SimHand hand(kDepth, 0.020);
   double peak = 0, worst = 0, last_force = 0, largest_step = 0;
@@ -160,28 +158,6 @@ TEST(LaggingForceTest, ShowsInTheErrorOfInterpolationAndNotInThatOfTheLocalModel
     EXPECT_NEAR(local.rms, slope * delay, slope * 1.5 * kTick) << delay;
     const double lag = (0.5 * (kWindow - 1) + 1) * kSample + delay;
     EXPECT_NEAR(late.rms, slope * lag, slope * (1.5 * kTick)) << delay;
-  }
-}
-
-// States that tell of fingers that cannot be are ignored as a whole.
-TEST(SeveralFingersTest, ImpossibleOnesAreNeverTaken) {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  for (int damage = 0; damage < 4; ++damage) {
-    LatestValue<ReceivedState> states;
-    LatestValue<OperatorCommand> commands;
-    SpscRing<TickRecord> records(8);
-    HapticLoop loop({}, {&states, &commands, &records});
-    ReceivedState received;
-    received.state.sequence = 1;
-    received.state.finger_count = damage == 0 ? 6 : damage == 1 ? -1 : 2;
-    if (damage == 2) received.state.fingers[1].p_S_contact.x() = nan;
-    if (damage == 3) received.state.fingers[1].force = Eigen::Vector3f(0, 0, nan);
-    const Time now{std::chrono::hours(1)};
-    received.received_at = now;
-    states.Put(received);
-    loop.Tick({}, now);
-    EXPECT_TRUE(loop.record().chain.reasons.Has(Reason::kBadState)) << damage;
-    EXPECT_EQ(loop.record().finger_count, 0) << damage;
   }
 }
 

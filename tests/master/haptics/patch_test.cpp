@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "master/device/sim_hand.h"
+#include "tests/master/haptics/port_energy.h"
 #include "tests/master/haptics/rig.h"
 #include "tests/master/haptics/wall_patch.h"
 
@@ -16,28 +17,6 @@ namespace {
 
 constexpr double kK = 500;           // of the wall [N/m]
 constexpr double kSurface = -0.004;  // [m]
-
-// Energy at the device's port as malicious_slave_test counts it.
-class PortEnergy {
- public:
-  void Add(const TickRecord& record) {
-    const Eigen::Vector3d dp = record.p_M - last_p_;
-    energy_ += -last_force_.dot(dp) + dp.squaredNorm() / 0.001;
-    if (last_force_.isZero(0)) energy_ = std::min(energy_, 0.0);
-    min_ = std::min(min_, energy_);
-    last_p_ = record.p_M;
-    peak_ = std::max(peak_, record.chain.sent.norm());
-    step_ = std::max(step_, (record.chain.sent - last_force_).norm());
-    last_force_ = record.chain.sent;
-  }
-  [[nodiscard]] double min() const { return min_; }    // [J]
-  [[nodiscard]] double peak() const { return peak_; }  // [N]
-  [[nodiscard]] double step() const { return step_; }  // [N/ms]
-
- private:
-  Eigen::Vector3d last_p_{0, 0, 0}, last_force_{0, 0, 0};
-  double energy_ = 0, min_ = 0, peak_ = 0, step_ = 0;
-};
 
 class DelayTest : public testing::TestWithParam<double> {};
 

@@ -33,13 +33,5 @@ TEST(StableStiffnessTest, IsWhereACycleBeginsToGainEnergy) {
   }
 }
 
-// Reference: K < b / (T_s / 2 + t_d), by hand for 50 Hz and 10 ms.
-TEST(StableStiffnessTest, HeldAndInterpolatedForcesDependOnSensorAndLink) {
-  const RenderedRate rate{.sensor_rate = 50};
-  EXPECT_NEAR(StableStiffness(RenderMode::kHold, rate, 0.010), 50, 1e-9);
-  EXPECT_NEAR(StableStiffness(RenderMode::kInterpolate, rate, 0.010), 25, 1e-9);
-  EXPECT_EQ(StableStiffness(RenderMode::kLocal, rate, 0.010), 2000);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -1,9 +1,7 @@
 #include "master/station/moment_json.h"
 
-#include <algorithm>
 #include <limits>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -117,19 +115,6 @@ TEST(MomentJsonTest, NumbersThatAreNoneAndWordsThatAreNoTextStayReadable) {
   const Json json = Json::parse(StatusJson(moment));
   EXPECT_TRUE(json["p_M"][0].is_null());
   EXPECT_NE(json["link"]["trouble"].get<std::string>().find("\"quoted\""), std::string::npos);
-}
-
-// Three counts, the places, the elements: what page/body.js reads.
-TEST(MomentJsonTest, ATopologyIsAsLongAsItsCountsSay) {
-  MeshTopology topology;
-  topology.surface.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  topology.surface.triangles = {{0, 1, 2}};
-  EXPECT_EQ(TopologyBytes(topology).size(), 12U + 3 * 12 + 3 * 4);
-  RemoteMesh mesh;
-  mesh.positions = topology.surface.nodes;
-  EXPECT_EQ(ShapeBytes(mesh).size(), 4U + 3 * 12);
-  mesh.traction = {50, {0, 3, 255}};
-  EXPECT_EQ(ShapeBytes(mesh).size(), 4U + 3 * 12 + 4 + 3);
 }
 
 }  // namespace

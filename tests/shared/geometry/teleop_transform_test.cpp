@@ -11,21 +11,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-TeleopTransform Example() {
-  TeleopTransform transform{0.02, 350.0, Eigen::Matrix3d::Identity(), {0.01, -0.02, 0.005}};
-  transform.R_SM = Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
-  return transform;
-}
-
-// Virtual work: F_M . dp_M = (s_F / s_p) F_S . dp_S for every motion, which fixes T^F given T^p.
-TEST(TeleopTransformTest, PowerScalesWithTheRatioOfTheScales) {
-  const TeleopTransform transform = Example();
-  const Vector3d f_S(0.001, 0.002, -0.0005), v_M(0.1, -0.2, 0.05);
-  const double power_M = transform.ForceToMaster(f_S).dot(v_M);
-  const double power_S = f_S.dot(transform.VelocityToSlave(v_M));
-  EXPECT_NEAR(power_M / power_S, 350.0 / 0.02, 1e-8);
-}
-
 Eigen::Quaterniond AnyRotation(Dice* dice) {
   return Eigen::Quaterniond(dice->Normal(), dice->Normal(), dice->Normal(), dice->Normal())
       .normalized();

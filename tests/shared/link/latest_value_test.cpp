@@ -20,15 +20,6 @@ TEST(LatestValueTest, NothingIsTakenTwice) {
   EXPECT_EQ(value.Take(), nullptr);
 }
 
-TEST(LatestValueTest, WhatWasTakenStaysWhileNewerOnesCome) {
-  LatestValue<int> value;
-  value.Put(1);
-  const int* taken = value.Take();
-  ASSERT_NE(taken, nullptr);
-  for (int i = 2; i < 10; ++i) value.Put(i);
-  EXPECT_EQ(*taken, 1);
-}
-
 // A value is torn when its numbers differ. The sequence seen by the reader only rises and ends at
 // the last one written.
 TEST(LatestValueTest, AReaderNeverSeesATornOrOlderValue) {

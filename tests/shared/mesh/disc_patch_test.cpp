@@ -120,20 +120,6 @@ TEST(FindPlaceTest, RefusesWhatIsFarOrNotFinite) {
   EXPECT_FALSE(FindPlace(SurfaceMesh{}, {0, 0, 0}));
 }
 
-TEST(TriangleTest, HasAreaCentroidAndOutwardNormal) {
-  const SurfaceMesh s = SurfaceOf(MeshBox({2, 2, 2}, {1, 1, 1}));
-  double area = 0;
-  for (int t = 0; t < static_cast<int>(s.triangles.size()); ++t) {
-    area += Area(s, t);
-    EXPECT_NEAR(Normal(s, t).norm(), 1, 1e-15);
-    EXPECT_NEAR(Normal(s, t).dot(Centroid(s, t) - Vector3d(1, 1, 1)), 1, 1e-15);
-  }
-  EXPECT_NEAR(area, 24, 1e-14);
-  const SurfaceMesh flat{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}};
-  EXPECT_EQ(Normal(flat, 0), Vector3d::Zero());
-  EXPECT_EQ(Area(flat, 0), 0);
-}
-
 // Reference: the rule, applied to a mesh whose top face is z = 1. Tolerances 1e-9 relative.
 TEST(PatchAtTest, HasTheCentroidsAndNodesInTheDiscOnItsSideOnly) {
   const SurfaceMesh s = SurfaceOf(MeshBox({1, 1, 0.05}, {8, 8, 1}));

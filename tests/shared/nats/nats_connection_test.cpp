@@ -4,10 +4,8 @@
 
 #include <mutex>
 #include <stdexcept>
-#include <stop_token>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <vector>
 
 #include <arpa/inet.h>
@@ -16,7 +14,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "tests/support/eventually.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -93,94 +90,6 @@ TEST(NatsConnection, WithoutAServerIsReportedOnceAndTakesNothing) {
     ASSERT_EQ(news.size(), 1U);
     EXPECT_THAT(news[0], HasSubstr("no connection to the NATS server at 127.0.0.1:"));
   }
-}
-
-// Speaks enough of the protocol to accept one client after the other and to send its messages back.
-class EchoServer {
- public:
-  EchoServer() {
-    thread_ = std::jthread([this](const std::stop_token& stop) {
-      while (!stop.stop_requested()) Serve(accept(port_.socket(), nullptr, nullptr));
-    });
-  }
-  ~EchoServer() {
-    thread_.request_stop();
-    shutdown(port_.socket(), SHUT_RDWR);
-    Drop();
-  }
-  EchoServer(const EchoServer&) = delete;
-  EchoServer& operator=(const EchoServer&) = delete;
-  [[nodiscard]] NatsServer server() const { return port_.server(); }
-  // Ends the present connection.
-  void Drop() {
-    const std::scoped_lock lock(mutex_);
-    if (client_ >= 0) shutdown(client_, SHUT_RDWR);
-  }
-
- private:
-  void Serve(int client) {
-    if (client < 0) return;
-    Set(client);
-    Send(client, "INFO {\"server_id\":\"test\",\"version\":\"2.9.10\",\"max_payload\":1000}\r\n");
-    std::string words;
-    char room[4096];
-    for (ssize_t count = 0; (count = recv(client, room, sizeof room, 0)) > 0;) {
-      words.append(room, static_cast<std::size_t>(count));
-      for (std::size_t end = 0; (end = words.find("\r\n")) != std::string::npos;) {
-        const std::string line = words.substr(0, end);
-        words.erase(0, end + 2);
-        if (line == "PING") Send(client, "PONG\r\n");
-        if (line.starts_with("PUB ")) subject_ = line.substr(4, line.find(' ', 4) - 4);
-        if (line == "bytes") Send(client, "MSG " + subject_ + " 1 5\r\nbytes\r\n");
-      }
-    }
-    Set(-1);
-    close(client);
-  }
-  static void Send(int client, const std::string& words) {
-    send(client, words.data(), words.size(), MSG_NOSIGNAL);
-  }
-  void Set(int client) {
-    const std::scoped_lock lock(mutex_);
-    client_ = client;
-  }
-
-  const Port port_{true};
-  std::string subject_;
-  std::mutex mutex_;  // guards the next member
-  int client_ = -1;
-  std::jthread thread_;
-};
-
-TEST(NatsConnection, PassesMessagesAndDoesSoAgainAfterAnEnd) {
-  EchoServer server;
-  std::mutex mutex;
-  std::vector<std::string> news, messages;
-  NatsConnection connection(server.server(), "a \"name\"", [&](const std::string& text) {
-    const std::scoped_lock lock(mutex);
-    news.push_back(text);
-  });
-  connection.Subscribe("palpate.>", [&](std::string_view subject, std::string_view bytes) {
-    const std::scoped_lock lock(mutex);
-    messages.push_back(std::string(subject) + " " + std::string(bytes));
-  });
-  const auto received = [&] {
-    const std::scoped_lock lock(mutex);
-    return messages.size();
-  };
-  for (std::size_t i = 1; i <= 3; ++i) {
-    ASSERT_TRUE(Eventually([&] { return connection.Confirm(); }));
-    EXPECT_TRUE(connection.Publish("palpate.a.state", "bytes"));
-    EXPECT_TRUE(connection.Confirm());
-    EXPECT_TRUE(Eventually([&] { return received() == i; }));
-    EXPECT_FALSE(connection.Publish("palpate.a.mesh", std::string(2000, 'x')));  // too large
-    server.Drop();
-    ASSERT_TRUE(Eventually([&] { return !connection.Publish("palpate.a.state", ""); }));
-  }
-  const std::scoped_lock lock(mutex);
-  EXPECT_THAT(messages, testing::Each("palpate.a.state bytes"));
-  EXPECT_THAT(news, testing::Contains(HasSubstr("connected to the NATS server")).Times(3));
-  EXPECT_THAT(news, testing::Contains(HasSubstr("palpate.a.mesh is not published")).Times(3));
 }
 
 }  // namespace

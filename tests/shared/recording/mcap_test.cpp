@@ -15,7 +15,6 @@
 #include "shared/recording/mcap_reader.h"
 #include "shared/recording/mcap_writer.h"
 #include "shared/text/text.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -117,21 +116,6 @@ TEST_F(McapTest, ADamagedByteNeverMakesAMessageThatWasNotWritten) {
     for (const Message& message : ReadAll(&reader)) {
       ASSERT_NE(std::ranges::find(written, message), written.end()) << "byte " << i;
     }
-  }
-}
-
-TEST_F(McapTest, RandomBytesAreReadToTheirEnd) {
-  std::mt19937 random(7);
-  for (int trial = 0; trial < 300; ++trial) {
-    std::string bytes(kMcapMagic);
-    const std::size_t size = random() % 400;
-    for (std::size_t i = 0; i < size; ++i) {
-      // Kinds of records, and small lengths, more often than chance.
-      bytes += static_cast<char>(random() % 3 == 0 ? random() % 256 : random() % 16);
-    }
-    WriteBytes(file_, bytes);
-    McapReader reader(file_);
-    EXPECT_THAT(ReadAll(&reader), IsEmpty());
   }
 }
 

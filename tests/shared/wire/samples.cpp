@@ -65,4 +65,66 @@ OperatorCommand FullCommand() {
   return command;
 }
 
+const char* const kFullStateText = R"(
+  sequence: 41
+  sensed_at { seconds: 1700000000 nanos: 1 }
+  sent_at { seconds: 1700000000 nanos: 999999999 }
+  p_S_tip { x: 0.1 y: -0.2 z: 0.3 }
+  force { x: -1.1 y: 2.2 z: 3.3 }
+  sigma: 0.125
+  validity: VALIDITY_EXTRAPOLATED
+  check: FAILED_CHECK_INDENTATION
+  local_model {
+    kind: KIND_UNILATERAL_PLANE
+    reference { x: 0.25 y: -0.5 z: 0.75 }
+    normal { z: -1 }
+    force { x: 0.5 y: 1.5 z: -2.5 }
+    stiffness: [ 1, 2, 3, 4, 5, 6, 7, 8, 9 ]  # row by row
+    valid_radius: 0.0625
+    revision: 7
+    in_contact: true
+  }
+  energy_in: 1.25
+  energy_out: 0.75
+  events: [ EVENT_CONTACT, EVENT_COMMAND_REFUSED ]
+  command_sequence: 99
+  echo { seconds: 1600000000 nanos: 5 }
+  echo_delay: 0.001953125
+  epoch: 3
+  offset { x: 0.5 y: 0.25 z: -0.125 }
+  phase: PHASE_FOLLOWING
+  settings_revision: 5
+  true_force { x: -1 y: 2 z: 3 }
+  moment { x: 0.5 y: -0.25 z: 2 }
+  moment_sigma: 0.0625
+  fingers {
+    p_S_contact { x: 0.5 y: -0.25 z: 0.125 }
+    force { x: 1 y: -2 z: 4 }
+    in_contact: true
+    validity: VALIDITY_VALID
+  }
+  fingers {
+    p_S_contact { x: 0.25 y: 0.5 z: -2 }
+    in_contact: true
+    validity: VALIDITY_TRACKING_LOST
+  }
+)";
+
+const char* const kFullCommandText = R"(
+  sequence: 12
+  sent_at { seconds: 1700000001 nanos: 250 }
+  epoch: 2
+  p_M { x: 0.01 y: -0.02 z: 0.03 }
+  velocity { x: 1 y: 2 z: -3 }
+  engaged: true
+  energy_in: 0.5
+  energy_out: 0.25
+  state_sequence: 40
+  echo { seconds: 1700000000 nanos: 999999999 }
+  settings_revision: 5
+  stop: true
+  orientation: [ 0.5, -0.5, 0.5, 0.5 ]
+  torque: true
+)";
+
 }  // namespace palpate

@@ -3,7 +3,6 @@
 #include <functional>
 #include <limits>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/shared/wire/samples.h"
@@ -27,48 +26,9 @@ SlaveState Read(const v1::SlaveState& message) {
   return state.value_or(SlaveState{});
 }
 
-// Reference: the state that was sent; every number of the sample is exact on the wire.
-TEST(StateMessageTest, WhatWasSentIsWhatArrives) {
-  const SlaveState sent = FullState();
-  v1::SlaveState over_the_wire;
-  ASSERT_TRUE(over_the_wire.ParseFromString(FullMessage().SerializeAsString()));
-  const SlaveState got = Read(over_the_wire);
-  EXPECT_EQ(got.sequence, sent.sequence);
-  EXPECT_EQ(got.sensed_at, sent.sensed_at);
-  EXPECT_EQ(got.sent_at, sent.sent_at);
-  EXPECT_EQ(got.p_S_tip, sent.p_S_tip);
-  EXPECT_EQ(got.force, sent.force);
-  EXPECT_EQ(got.sigma, sent.sigma);
-  EXPECT_EQ(got.validity, sent.validity);
-  EXPECT_EQ(got.check, sent.check);
-  EXPECT_EQ(got.local_model.reference, sent.local_model.reference);
-  EXPECT_EQ(got.local_model.normal, sent.local_model.normal);
-  EXPECT_EQ(got.local_model.force, sent.local_model.force);
-  EXPECT_EQ(got.local_model.stiffness, sent.local_model.stiffness);
-  EXPECT_EQ(got.local_model.valid_radius, sent.local_model.valid_radius);
-  EXPECT_EQ(got.local_model.revision, sent.local_model.revision);
-  EXPECT_EQ(got.local_model.in_contact, sent.local_model.in_contact);
-  EXPECT_EQ(got.energy_in, sent.energy_in);
-  EXPECT_EQ(got.energy_out, sent.energy_out);
-  EXPECT_TRUE(got.events.Has(Event::kContact));
-  EXPECT_TRUE(got.events.Has(Event::kCommandRefused));
-  EXPECT_FALSE(got.events.Has(Event::kRelease));
-  EXPECT_EQ(got.command_sequence, sent.command_sequence);
-  EXPECT_EQ(got.echo, sent.echo);
-  EXPECT_EQ(got.echo_delay, sent.echo_delay);
-  EXPECT_EQ(got.epoch, sent.epoch);
-  EXPECT_EQ(got.offset, sent.offset);
-  EXPECT_EQ(got.phase, sent.phase);
-  EXPECT_EQ(got.true_force, sent.true_force);
-  EXPECT_EQ(got.moment, sent.moment);
-  EXPECT_EQ(got.moment_sigma, sent.moment_sigma);
-  ASSERT_EQ(got.finger_count, sent.finger_count);
-  for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_EQ(got.fingers[i].p_S_contact, sent.fingers[i].p_S_contact);
-    EXPECT_EQ(got.fingers[i].force, sent.fingers[i].force);
-    EXPECT_EQ(got.fingers[i].in_contact, sent.fingers[i].in_contact);
-    EXPECT_EQ(got.fingers[i].validity, sent.fingers[i].validity);
-  }
+TEST(StateMessageTest, EveryFieldTravels) {
+  // Others: details, datagrams and datagrams_seen.
+  ExpectTravelsWhole<v1::SlaveState>(FullState(), kFullStateText, 3);
 }
 
 TEST(StateMessageTest, OneFingerIsTheToolAndIsNotSentTwice) {
@@ -82,27 +42,10 @@ TEST(StateMessageTest, OneFingerIsTheToolAndIsNotSentTwice) {
   EXPECT_EQ(message.fingers_size(), kMaxFingers);
 }
 
-TEST(StateMessageTest, WhatIsNotFiniteAtAFingerIsSentAsUnknown) {
-  SlaveState state = FullState();
-  state.fingers[0].force = Eigen::Vector3f(1, NAN, 0);
-  state.fingers[1].p_S_contact.x() = INFINITY;
-  v1::SlaveState message;
-  ToProto(state, &message);
-  EXPECT_FALSE(message.fingers(0).has_force());
-  EXPECT_EQ(message.fingers(0).validity(), v1::VALIDITY_FAILED);
-  EXPECT_FALSE(message.fingers(1).has_p_s_contact());
-  EXPECT_FALSE(Read(message).fingers[0].force.has_value());
-}
-
 TEST(StateMessageTest, OfMoreFingersThanAHandHasTheFirstAreRead) {
   v1::SlaveState message = FullMessage();
   while (message.fingers_size() < 9) *message.add_fingers() = message.fingers(0);
   EXPECT_EQ(Read(message).finger_count, kMaxFingers);
-}
-
-TEST(StateMessageTest, AStiffnessMatrixTravelsRowByRow) {
-  EXPECT_THAT(FullMessage().local_model().stiffness(),
-              testing::ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9));
 }
 
 TEST(StateMessageTest, AnUnknownForceArrivesUnknownAndNotZero) {
@@ -117,34 +60,28 @@ TEST(StateMessageTest, AnUnknownForceArrivesUnknownAndNotZero) {
   EXPECT_FALSE(Read(message).true_force.has_value());
 }
 
-TEST(StateMessageTest, ANotFiniteForceIsSentAsUnknown) {
-  SlaveState state = FullState();
-  state.force = Eigen::Vector3d(1, kNan, 0);
-  v1::SlaveState message;
-  ToProto(state, &message);
-  EXPECT_FALSE(message.has_force());
-  EXPECT_EQ(message.validity(), v1::VALIDITY_FAILED);
-}
-
-TEST(StateMessageTest, ANotFiniteLocalModelIsSentAsNone) {
-  SlaveState state = FullState();
-  state.local_model.stiffness(1, 1) = kInf;
-  v1::SlaveState message;
-  ToProto(state, &message);
-  EXPECT_FALSE(message.has_local_model());
-  EXPECT_FALSE(Read(message).local_model.known());
-}
-
-TEST(StateMessageTest, ANotFiniteMomentIsSentAsUnknown) {
-  SlaveState state = FullState();
-  state.moment->y() = kNan;
-  v1::SlaveState message;
-  ToProto(state, &message);
-  EXPECT_FALSE(message.has_moment());
-  state = FullState();
-  state.moment_sigma = kInf;
-  ToProto(state, &message);
-  EXPECT_FALSE(message.has_moment());
+// Neither a number nor zero takes the place of what is not finite.
+TEST(StateMessageTest, WhatIsNotFiniteIsSentAsUnknown) {
+  const auto sent = [](const std::function<void(SlaveState*)>& alter) {
+    SlaveState state = FullState();
+    alter(&state);
+    v1::SlaveState message;
+    ToProto(state, &message);
+    Read(message);
+    return message;
+  };
+  const auto force = sent([](SlaveState* s) { s->force->y() = kNan; });
+  EXPECT_FALSE(force.has_force());
+  EXPECT_EQ(force.validity(), v1::VALIDITY_FAILED);
+  const auto finger = sent([](SlaveState* s) { s->fingers[0].force->y() = NAN; }).fingers(0);
+  EXPECT_FALSE(finger.has_force());
+  EXPECT_EQ(finger.validity(), v1::VALIDITY_FAILED);
+  const auto place = [](SlaveState* s) { s->fingers[1].p_S_contact.x() = INFINITY; };
+  EXPECT_FALSE(sent(place).fingers(1).has_p_s_contact());
+  const auto model = [](SlaveState* s) { s->local_model.stiffness(1, 1) = kInf; };
+  EXPECT_FALSE(sent(model).has_local_model());
+  EXPECT_FALSE(sent([](SlaveState* s) { s->moment->y() = kNan; }).has_moment());
+  EXPECT_FALSE(sent([](SlaveState* s) { s->moment_sigma = kInf; }).has_moment());
 }
 
 // The largest planar state: every optional field present, all ten events at once, no component zero
@@ -195,48 +132,37 @@ TEST(StateMessageTest, WhatANewerSlaveMayHaveAddedIsReadWithCare) {
   EXPECT_FALSE(state.local_model.known());
 }
 
-struct Malformation {
-  const char* reason;  // what the refusal must name
-  std::function<void(v1::SlaveState*)> apply;
-};
-
-class MalformedStateTest : public testing::TestWithParam<Malformation> {};
+using StateRow = Malformation<v1::SlaveState>;
+class MalformedStateTest : public testing::TestWithParam<StateRow> {};
 
 TEST_P(MalformedStateTest, IsRefusedAndNamed) {
-  v1::SlaveState message = FullMessage();
-  GetParam().apply(&message);
-  std::string reason;
-  EXPECT_FALSE(FromProto(message, &reason).has_value());
-  EXPECT_THAT(reason, testing::HasSubstr(GetParam().reason));
-  EXPECT_THAT(reason, testing::HasSubstr("expected"));
+  ExpectRefused(FullMessage(), GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(
     OneFieldEach, MalformedStateTest,
     testing::Values(
-        Malformation{"sensed_at is absent", [](auto* m) { m->clear_sensed_at(); }},
-        Malformation{"sent_at", [](auto* m) { m->mutable_sent_at()->set_nanos(1'000'000'000); }},
-        Malformation{"p_S_tip is absent", [](auto* m) { m->clear_p_s_tip(); }},
-        Malformation{"p_S_tip.y = nan", [](auto* m) { m->mutable_p_s_tip()->set_y(kNan); }},
-        Malformation{"force is absent", [](auto* m) { m->clear_force(); }},
-        Malformation{"force.z = -inf", [](auto* m) { m->mutable_force()->set_z(-kInf); }},
-        Malformation{"sigma", [](auto* m) { m->set_sigma(-1); }},
-        Malformation{"energy_in", [](auto* m) { m->set_energy_in(-0.5F); }},
-        Malformation{"echo_delay", [](auto* m) { m->set_echo_delay(-1e-3F); }},
-        Malformation{"moment.y", [](auto* m) { m->mutable_moment()->set_y(NAN); }},
-        Malformation{"moment_sigma", [](auto* m) { m->set_moment_sigma(-1); }},
-        Malformation{"fingers.force is absent",
-                     [](auto* m) { m->mutable_fingers(0)->clear_force(); }},
-        Malformation{"fingers.p_S_contact.z",
-                     [](auto* m) { m->mutable_fingers(1)->mutable_p_s_contact()->set_z(1e9F); }},
-        Malformation{"local_model.stiffness",
-                     [](auto* m) { m->mutable_local_model()->mutable_stiffness()->RemoveLast(); }},
-        Malformation{"local_model.normal",
-                     [](auto* m) { m->mutable_local_model()->clear_normal(); }},
-        Malformation{"local_model.reference",
-                     [](auto* m) { m->mutable_local_model()->clear_reference(); }},
-        Malformation{"local_model.valid_radius",
-                     [](auto* m) { m->mutable_local_model()->set_valid_radius(INFINITY); }}));
+        StateRow{"sensed_at is absent", [](auto* m) { m->clear_sensed_at(); }},
+        StateRow{"sent_at", [](auto* m) { m->mutable_sent_at()->set_nanos(1'000'000'000); }},
+        StateRow{"p_S_tip is absent", [](auto* m) { m->clear_p_s_tip(); }},
+        StateRow{"p_S_tip.y = nan", [](auto* m) { m->mutable_p_s_tip()->set_y(kNan); }},
+        StateRow{"force is absent", [](auto* m) { m->clear_force(); }},
+        StateRow{"force.z = -inf", [](auto* m) { m->mutable_force()->set_z(-kInf); }},
+        StateRow{"sigma", [](auto* m) { m->set_sigma(-1); }},
+        StateRow{"energy_in", [](auto* m) { m->set_energy_in(-0.5F); }},
+        StateRow{"echo_delay", [](auto* m) { m->set_echo_delay(-1e-3F); }},
+        StateRow{"moment.y", [](auto* m) { m->mutable_moment()->set_y(NAN); }},
+        StateRow{"moment_sigma", [](auto* m) { m->set_moment_sigma(-1); }},
+        StateRow{"fingers.force is absent", [](auto* m) { m->mutable_fingers(0)->clear_force(); }},
+        StateRow{"fingers.p_S_contact.z",
+                 [](auto* m) { m->mutable_fingers(1)->mutable_p_s_contact()->set_z(1e9F); }},
+        StateRow{"local_model.stiffness",
+                 [](auto* m) { m->mutable_local_model()->mutable_stiffness()->RemoveLast(); }},
+        StateRow{"local_model.normal", [](auto* m) { m->mutable_local_model()->clear_normal(); }},
+        StateRow{"local_model.reference",
+                 [](auto* m) { m->mutable_local_model()->clear_reference(); }},
+        StateRow{"local_model.valid_radius",
+                 [](auto* m) { m->mutable_local_model()->set_valid_radius(INFINITY); }}));
 
 }  // namespace
 }  // namespace palpate

@@ -38,14 +38,14 @@ Tactile Scened(const std::vector<std::string>& names, double rate = 100) {
 FingerReading Reading(double t) {
   FingerReading reading;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    reading.electrodes[i] = static_cast<float>(1000 * t + static_cast<double>(i));
+    reading.channels[i] = static_cast<float>(1000 * t + static_cast<double>(i));
   }
   reading.pac = static_cast<float>(-1000 * t);
   reading.pdc = static_cast<float>(2000 * t);
   return reading;
 }
 double TimeIn(const FingerReading& reading) {
-  return static_cast<double>(reading.electrodes[0]) / 1000;
+  return static_cast<double>(reading.channels[0]) / 1000;
 }
 
 // Feeds inboxes as drivers would: sequences rise by themselves.
@@ -97,7 +97,7 @@ TEST(TactileInboxTest, SamplesAtTheScenesRateAreTheFrames) {
   ASSERT_EQ(frames.size(), times.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     EXPECT_EQ(frames[i].sequence, i + 1);
-    EXPECT_EQ(frames[i].fingers[0].electrodes, Reading(times[i]).electrodes);
+    EXPECT_EQ(frames[i].fingers[0].channels, Reading(times[i]).channels);
     EXPECT_EQ(frames[i].fingers[0].pac, Reading(times[i]).pac);
     EXPECT_EQ(frames[i].fingers[0].pdc, Reading(times[i]).pdc);
     EXPECT_TRUE(frames[i].fingers[0].present);
@@ -232,7 +232,7 @@ TEST(TactileInboxTest, SaysWhatItRefuses) {
   for (const float bad :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1e30F}) {
     FingerReading reading = Reading(2);
-    reading.electrodes[18] = bad;
+    reading.channels[18] = bad;
     EXPECT_THAT(why("ff", 8, 2, reading), HasSubstr("electrode E19 = "));
     reading = Reading(2);
     reading.pac = bad;
@@ -357,7 +357,7 @@ TEST(TactileInboxTest, WildStreamsGiveOrderedFiniteFrames) {
     for (const auto& frame : TakeAll(&inbox)) {
       EXPECT_GT(frame.sensed_at, last);
       last = frame.sensed_at;
-      for (const auto& finger : frame.fingers) EXPECT_TRUE(std::isfinite(finger.electrodes[18]));
+      for (const auto& finger : frame.fingers) EXPECT_TRUE(std::isfinite(finger.channels[18]));
     }
   }
   EXPECT_GT(taken, 500);

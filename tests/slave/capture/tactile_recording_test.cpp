@@ -68,7 +68,7 @@ TEST(TactileRecordingTest, FingersComeInTheOrderWanted) {
   ASSERT_EQ(both.fingers.size(), 2U);
   EXPECT_EQ(both.fingers[0].name, "th");
   EXPECT_FALSE(both.fingers[0].has_pdc);
-  EXPECT_FLOAT_EQ(both.fingers[0].samples[0].electrodes[0], 201);
+  EXPECT_FLOAT_EQ(both.fingers[0].samples[0].channels[0], 201);
   EXPECT_TRUE(both.fingers[1].has_pdc);
   EXPECT_FALSE(both.fingers[1].has_pac);
   EXPECT_FLOAT_EQ(both.fingers[1].samples[0].pdc, 7);
@@ -81,7 +81,7 @@ TEST(TactileRecordingTest, ColumnsOfAnotherDriverAreUnderstood) {
                               "1581073084.69,91,1211,1209," + Counts(0) + ",\r\n");
   EXPECT_DOUBLE_EQ(recording.t.at(0), 1581073084.69);
   EXPECT_FLOAT_EQ(recording.fingers.at(0).samples.at(0).pac, 1211);
-  EXPECT_FLOAT_EQ(recording.fingers.at(0).samples.at(0).electrodes[18], 19);
+  EXPECT_FLOAT_EQ(recording.fingers.at(0).samples.at(0).channels[18], 19);
 }
 
 struct BadRecording {
@@ -108,7 +108,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRecording{"NoTime",
                      Electrodes("E") + "\n" + Counts(0) + "\n",
                      {},
-                     "1: no time: expected a column rel_time_s, time_s, t, time or timestamp"},
+                     "1: no time: expected a column rel_time_s, time_s, t_s, t, time or timestamp"},
         BadRecording{"ElectrodeMissing",
                      "t," + Electrodes("rf_E", 18) + "\n",
                      {"rf"},
@@ -130,6 +130,32 @@ INSTANTIATE_TEST_SUITE_P(
                      {},
                      "2: t = 1581073084690542596: expected a time in seconds"}),
     [](const auto& row) { return std::string(row.param.name); });
+
+TEST(TactileRecordingTest, AnyNumberOfChannelsIsReadAndOthersAreRefused) {
+  const Scratch scratch;
+  const auto read = [&](const std::string& text, int count) {
+    return ReadTactileRecording(scratch.Write("pad.csv", text), {}, {count, "kPa"});
+  };
+  const TactileRecording recording = read("t,c1 [kPa],c2 [kPa]\n0,1,2.5\n0.01,3,4\n", 2);
+  ASSERT_EQ(recording.fingers.at(0).samples.size(), 2U);
+  EXPECT_EQ(recording.fingers[0].samples[0].channels.size(), 2U);
+  EXPECT_FLOAT_EQ(recording.fingers[0].samples[0].channels[1], 2.5F);
+  const auto complaint = [&](const std::string& text) -> std::string {
+    try {
+      read(text, 2);
+      return {};
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_THAT(complaint("t,c1\n0,1\n"),
+              HasSubstr("pad.csv:1: channel c2 is missing: expected c1 to c2"));
+  EXPECT_THAT(complaint("t,c1,c2,c3\n0,1,2,3\n"),
+              HasSubstr("pad.csv:1: channel c3: expected c1 to c2"));
+  EXPECT_THAT(complaint("t,c1 [Pa],c2 [Pa]\n0,1,2\n"),
+              HasSubstr("pad.csv:1: column c1 [Pa]: expected c1 [kPa]"));
+  EXPECT_THAT(complaint("t,c1,c2\n0,1,\n"), HasSubstr("pad.csv:2: c2 = "));
+}
 
 // Whatever is cut off or changed: a recording of finite numbers in rising time, or an error that
 // names the file.
@@ -153,7 +179,7 @@ TEST(TactileRecordingTest, BrokenFilesAreReadOrRefused) {
       for (std::size_t i = 0; i < recording.t.size(); ++i) {
         ASSERT_TRUE(std::isfinite(recording.t[i]));
         ASSERT_TRUE(i == 0 || recording.t[i] > recording.t[i - 1]);
-        for (const float e : recording.fingers[0].samples[i].electrodes) {
+        for (const float e : recording.fingers[0].samples[i].channels) {
           ASSERT_TRUE(std::isfinite(e));
         }
       }
@@ -195,7 +221,7 @@ TEST(RecordedTactileTest, SamplesAtAboutTheScenesRateAreTakenAsTheyAre) {
   for (std::size_t i = 0; i < t.size(); ++i) {
     EXPECT_EQ(frames[i].sequence, i + 1);
     EXPECT_NEAR(SecondsBetween(frames[0].sensed_at, frames[i].sensed_at), t[i] - t[0], 2e-9);
-    EXPECT_FLOAT_EQ(frames[i].fingers[0].electrodes[0], static_cast<float>(1000 * t[i] + 1));
+    EXPECT_FLOAT_EQ(frames[i].fingers[0].channels[0], static_cast<float>(1000 * t[i] + 1));
     EXPECT_FALSE(frames[i].fingers[0].X_SF);
   }
 }
@@ -221,7 +247,7 @@ TEST(RecordedTactileTest, ResamplingIsLinearAndMakesNothingUpInsideAGap) {
     EXPECT_EQ(frames[k].sequence, k + 1);
     EXPECT_NEAR(SecondsBetween(frames[0].sensed_at, frames[k].sensed_at), at - 0.5, 2e-9);
     EXPECT_EQ(frames[k].after_gap, k == 13);
-    EXPECT_NEAR(frames[k].fingers[0].electrodes[4], 1000 * at + 5, 1e-3);
+    EXPECT_NEAR(frames[k].fingers[0].channels[4], 1000 * at + 5, 1e-3);
     EXPECT_NEAR(frames[k].fingers[0].pdc, 2000 * at, 1e-3);
     EXPECT_FALSE(frames[k].fingers[1].present);
   }
@@ -321,7 +347,7 @@ TEST_F(RealRecordingTest, TheAuthorsRecordingIsReadWithoutResampling) {
   const auto frames = AllFrames(SceneOf(file));
   ASSERT_EQ(frames.size(), recording.t.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    ASSERT_EQ(frames[i].fingers[0].electrodes, recording.fingers[2].samples[i].electrodes);
+    ASSERT_EQ(frames[i].fingers[0].channels, recording.fingers[2].samples[i].channels);
     ASSERT_FALSE(frames[i].after_gap);
   }
 }

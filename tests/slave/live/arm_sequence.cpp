@@ -20,7 +20,7 @@ constexpr double kStep = 0.002;                           // of the watchdog [s]
 constexpr double kExact = 1e-9;                           // [m]
 const Vector3d kOutward(0, 1, 0);
 
-// What must be true of every place that the arm is told to go to.
+// What must be true of every place that is commanded to the arm.
 struct Rules {
   bool is_stopped = false, is_faulty = false, operates = false;
   bool is_guarded = false;  // a guard was reached, and nobody knows that it fell
@@ -32,40 +32,41 @@ class CheckedArm final : public Manipulator {
   explicit CheckedArm(const Rules* rules) : rules_(rules) {}
 
   bool Command(const Vector3d& p_S_target) noexcept override {
-    told_ = p_S_target;
+    target_ = p_S_target;
     if (!complaint_.empty()) return true;
-    if (!p_S_target.allFinite()) complaint_ = "told no numbers";
-    if (rules_->is_stopped) complaint_ = "told to go under an emergency stop";
-    if (rules_->is_faulty) complaint_ = "told to go with a fault";
+    if (!p_S_target.allFinite()) complaint_ = "target that is not finite";
+    if (rules_->is_stopped) complaint_ = "target under an emergency stop";
+    if (rules_->is_faulty) complaint_ = "target with a fault";
     const Vector3d within = p_S_target.cwiseMax(-kReach).cwiseMin(kReach);
     const Vector3d way = within - tip_;
-    if (rules_->is_guarded && way.dot(kOutward) < -kExact) complaint_ = "told to go deeper";
+    if (rules_->is_guarded && way.dot(kOutward) < -kExact)
+      complaint_ = "target deeper under a guard";
     if (!by_operator) return true;
     if (!rules_->operates) complaint_ = "led by nobody";
     if (rules_->unknown_for > kBlindAfter + kStep) complaint_ = "led in the blind";
-    if (way.norm() > kLeapTime * kSpeed + kExact) complaint_ = "told to leap";
+    if (way.norm() > kLeapTime * kSpeed + kExact) complaint_ = "target farther than a leap";
     return true;
   }
-  void Hold() noexcept override { told_.reset(); }
+  void Hold() noexcept override { target_.reset(); }
   [[nodiscard]] Vector3d Tip() const noexcept override { return tip_; }
   [[nodiscard]] bool at_limit() const noexcept override { return false; }
   [[nodiscard]] bool carries_tool() const noexcept override { return true; }
   [[nodiscard]] bool is_faulty() const noexcept override { return rules_->is_faulty; }
 
   void Step() {
-    if (!told_ || rules_->is_faulty) return;
-    const Vector3d way = told_->cwiseMax(-kReach).cwiseMin(kReach) - tip_;
+    if (!target_ || rules_->is_faulty) return;
+    const Vector3d way = target_->cwiseMax(-kReach).cwiseMin(kReach) - tip_;
     tip_ += std::min(1.0, kSpeed * kStep / std::max(way.norm(), 1e-12)) * way;
   }
   [[nodiscard]] const std::string& complaint() const { return complaint_; }
-  [[nodiscard]] std::optional<Vector3d> told() const { return told_; }
+  [[nodiscard]] std::optional<Vector3d> target() const { return target_; }
 
   bool by_operator = false;  // who tells it now; else the port itself, on its retreat
 
  private:
   const Rules* rules_;
   Vector3d tip_{0, 0, 0};
-  std::optional<Vector3d> told_;
+  std::optional<Vector3d> target_;
   std::string complaint_;
 };
 
@@ -130,7 +131,7 @@ class Sequence {
     rules_.operates = choices_.Byte() % 4 != 0;
     if (rules_.operates) {
       port_.BeginOperating();
-      told_epoch_ = last_epoch_ = 0;
+      largest_epoch_ = last_epoch_ = 0;
       sequence_ = 0;
     } else {
       port_.EndOperating();
@@ -169,10 +170,10 @@ class Sequence {
     }
   }
   void Know() {
-    const double felt = contact_.force ? contact_.force->norm() : 0;
-    const double force = std::max(felt, contact_.force_by_now);
+    const double estimate = contact_.force ? contact_.force->norm() : 0;
+    const double force = std::max(estimate, contact_.force_by_now);
     const double depth = std::max(contact_.depth, contact_.depth_by_now);
-    // Where it stands on, it is looked for at a twentieth less.
+    // Where the guard does not end, it is looked for at a twentieth less.
     if (force > kForceGuard || depth > kDepthGuard) {
       rules_.is_guarded = true;
     } else if (contact_.force && force <= 0.95 * kForceGuard && depth <= 0.95 * kDepthGuard) {
@@ -185,14 +186,14 @@ class Sequence {
     const bool engages = choices_.Byte() % 4 == 0;
     const bool is_engaged = choices_.Byte() % 8 != 0;
     const Vector3d speed = 0.5 * kSpeed * choices_.Within(1);
-    if (engages) ++told_epoch_;
+    if (engages) ++largest_epoch_;
     for (int left = choices_.Byte() / 4; left >= 0; --left) {
       hand_ += kStep * speed;
       OperatorCommand command;
       command.p_M = hand_;
       command.velocity = speed;
       command.engaged = is_engaged;
-      command.epoch = told_epoch_;
+      command.epoch = largest_epoch_;
       Send(command);
       Watch(1);
     }
@@ -203,7 +204,7 @@ class Sequence {
     if (choices_.Coin()) command.p_M[1] = choices_.Wild();
     if (choices_.Coin()) command.velocity[0] = choices_.Wild();
     command.engaged = choices_.Byte() % 4 != 0;
-    command.epoch = told_epoch_ + static_cast<std::uint32_t>(choices_.Below(3));
+    command.epoch = largest_epoch_ + static_cast<std::uint32_t>(choices_.Below(3));
     command.energy_in = choices_.Wild();
     return command;
   }
@@ -217,7 +218,7 @@ class Sequence {
     arm_.by_operator = false;
     const OperatorView view = port_.view();
     if (is_taken && !command.engaged && !rules_.is_stopped) is_open_ = true;
-    told_epoch_ = std::max(told_epoch_, view.epoch);
+    largest_epoch_ = std::max(largest_epoch_, view.epoch);
     if (!(is_taken && view.phase == Phase::kFollowing)) return followed_.reset();
     Demand(command.engaged, "it follows an open clutch");
     Demand(command.p_M.allFinite() && command.velocity.allFinite(), "it follows no numbers");
@@ -227,14 +228,14 @@ class Sequence {
     if (rules_.is_guarded) return followed_.reset();
     if (!followed_) Demand(view.epoch == command.epoch, "another engagement than the hand's");
     if (followed_ && followed_->epoch == command.epoch) {
-      const Vector3d way = *arm_.told() - followed_target_;
+      const Vector3d way = *arm_.target() - followed_target_;
       const Vector3d asked = scale * (command.p_M - followed_->p_M);
       Demand((way - asked).norm() <= kExact, "another way than the hand's");
     } else if (is_new) {
-      Demand((*arm_.told() - tip).norm() <= kExact, "an engagement that moves the tool");
+      Demand((*arm_.target() - tip).norm() <= kExact, "an engagement that moves the tool");
     }
     followed_ = command;
-    followed_target_ = *arm_.told();
+    followed_target_ = *arm_.target();
   }
 
   Choices choices_;
@@ -246,7 +247,7 @@ class Sequence {
   Time now_ = Time{} + Seconds(100);
   Vector3d hand_{0, 0, 0};
   std::uint64_t sequence_ = 0;
-  std::uint32_t told_epoch_ = 0;             // the greatest that was told
+  std::uint32_t largest_epoch_ = 0;          // that the port has reported
   std::uint32_t last_epoch_ = 0;             // used up by a stop
   bool is_open_ = false;                     // the clutch was, since
   std::uint32_t followed_epoch_ = 0;         // of the last motion

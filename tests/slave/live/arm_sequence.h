@@ -1,13 +1,13 @@
-// Commands, forces, stops, faults and settings in any order at the operator's port: what the arm is
-// told meanwhile.
+// Commands, forces, stops, faults and settings in any order at the operator's port, and the targets
+// that the arm receives.
 #pragma once
 
 #include "tests/support/choices.h"
 
 namespace palpate {
 
-// Throws std::logic_error where the arm is told to go though it must stand, farther or deeper than
-// it may, or by another scale than the engagement's.
+// Throws std::logic_error if the arm receives a target while it must be held, farther or deeper
+// than allowed, or by another scale than the engagement's.
 void RunArm(Choices choices);
 
 }  // namespace palpate

@@ -33,70 +33,70 @@ Outcome Press(const std::function<double(double)>& late, double scale = 1, doubl
   ImageLatencyEstimator pictures;
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, kSeenSigma);
-  Outcome told;
+  Outcome outcome;
   for (int k = 0; k < 10 * kRate; ++k) {
     const double t = k / kRate;
     if (t > away_at && t < away_at + 1) continue;
     const double depth = DepthAt(t - late(t)) + noise(random);
-    ContactEstimate felt;
-    felt.sensed_at = Time{} + Seconds(1 + t);
-    felt.validity = Validity::kValid;
-    felt.force = Vector3d(0, 0, kStiffness * depth);
-    felt.sigma = kStiffness * kSeenSigma;
-    felt.depth = std::max(0.0, depth);
-    felt.p_S_tip = Vector3d(0.1, 0, -depth);
-    felt.local_model.normal = Vector3d::UnitZ();
-    felt.local_model.stiffness = kStiffness * Vector3d::UnitZ() * Vector3d::UnitZ().transpose();
-    felt.local_model.revision = 1;
-    felt.local_model.valid_radius = 1;
-    pictures.Update(felt.p_S_tip, {7, 0, -scale * DepthAt(t)}, kSeenSigma, &felt);
-    if (felt.validity != Validity::kValid) {
-      ++told.doubted;
+    ContactEstimate estimate;
+    estimate.sensed_at = Time{} + Seconds(1 + t);
+    estimate.validity = Validity::kValid;
+    estimate.force = Vector3d(0, 0, kStiffness * depth);
+    estimate.sigma = kStiffness * kSeenSigma;
+    estimate.depth = std::max(0.0, depth);
+    estimate.p_S_tip = Vector3d(0.1, 0, -depth);
+    estimate.local_model.normal = Vector3d::UnitZ();
+    estimate.local_model.stiffness = kStiffness * Vector3d::UnitZ() * Vector3d::UnitZ().transpose();
+    estimate.local_model.revision = 1;
+    estimate.local_model.valid_radius = 1;
+    pictures.Update(estimate.p_S_tip, {7, 0, -scale * DepthAt(t)}, kSeenSigma, &estimate);
+    if (estimate.validity != Validity::kValid) {
+      ++outcome.doubted;
       continue;
     }
-    const double error = std::abs(felt.force->z() - kStiffness * DepthAt(t));
-    ++told.valid;
-    told.wrong += error > 0.05 * kPeak && error > 3 * felt.sigma;
-    if (t > 2) told.sigma = std::max(told.sigma, felt.sigma);
+    const double error = std::abs(estimate.force->z() - kStiffness * DepthAt(t));
+    ++outcome.valid;
+    outcome.wrong += error > 0.05 * kPeak && error > 3 * estimate.sigma;
+    if (t > 2) outcome.sigma = std::max(outcome.sigma, estimate.sigma);
   }
-  return told;
+  return outcome;
 }
 
 TEST(ImageLatencyEstimatorTest, ThoseThatAreInTimeAreAsSureAsBefore) {
-  const Outcome told = Press([](double) { return 0.0; });
-  EXPECT_EQ(told.doubted, 0);
-  EXPECT_EQ(told.wrong, 0);
-  EXPECT_LT(told.sigma, 3 * kStiffness * kSeenSigma);
+  const Outcome outcome = Press([](double) { return 0.0; });
+  EXPECT_EQ(outcome.doubted, 0);
+  EXPECT_EQ(outcome.wrong, 0);
+  EXPECT_LT(outcome.sigma, 3 * kStiffness * kSeenSigma);
 }
 
 // As a camera's that are stamped when they come.
 TEST(ImageLatencyEstimatorTest, ALittleLateMakesAChangingForceLessSure) {
-  const Outcome told = Press([](double) { return 0.05; });
-  EXPECT_EQ(told.wrong, 0);
-  EXPECT_EQ(told.doubted, 0);
-  EXPECT_GT(told.sigma, 0.1 * kPeak);
+  const Outcome outcome = Press([](double) { return 0.05; });
+  EXPECT_EQ(outcome.wrong, 0);
+  EXPECT_EQ(outcome.doubted, 0);
+  EXPECT_GT(outcome.sigma, 0.1 * kPeak);
 }
 
 TEST(ImageLatencyEstimatorTest, AQueueIsDoubtedFromItsFirstPicture) {
-  const Outcome told = Press([](double t) { return t < 3.3 ? 0.0 : 0.2; });
-  EXPECT_EQ(told.wrong, 0);
-  EXPECT_GT(told.valid, 3 * kRate);
-  EXPECT_GT(told.doubted, 6 * kRate);
+  const Outcome outcome = Press([](double t) { return t < 3.3 ? 0.0 : 0.2; });
+  EXPECT_EQ(outcome.wrong, 0);
+  EXPECT_GT(outcome.valid, 3 * kRate);
+  EXPECT_GT(outcome.doubted, 6 * kRate);
 }
 
 TEST(ImageLatencyEstimatorTest, ADriverThatComesBackInTimeIsBelieved) {
-  const Outcome told = Press([](double t) { return t > 2 && t < 5 ? 0.2 : 0.0; }, 1, 5);
-  EXPECT_EQ(told.wrong, 0);
-  EXPECT_GT(told.valid, 5.9 * kRate);
+  const Outcome outcome = Press([](double t) { return t > 2 && t < 5 ? 0.2 : 0.0; }, 1, 5);
+  EXPECT_EQ(outcome.wrong, 0);
+  EXPECT_GT(outcome.valid, 5.9 * kRate);
 }
 
-// One picture again and again, with noise of its own, while the arm presses on by 2 mm, stands
+// One picture again and again, with noise of its own, while the arm presses on by 2 mm, rests
 // there for two seconds and comes back: its force is that of where it stood.
 TEST(ImageLatencyEstimatorTest, APictureThatStaysIsDoubtedAsLongAsTheArmIsElsewhere) {
   const double stays = 3.25;  // at half the depth
-  const Outcome told = Press([&](double t) { return t > stays && t < 3.9 ? t - stays : 0.0; });
-  EXPECT_EQ(told.wrong, 0);
-  EXPECT_GT(told.doubted, 0.4 * kRate);
+  const Outcome outcome = Press([&](double t) { return t > stays && t < 3.9 ? t - stays : 0.0; });
+  EXPECT_EQ(outcome.wrong, 0);
+  EXPECT_GT(outcome.doubted, 0.4 * kRate);
 }
 
 }  // namespace

@@ -16,10 +16,10 @@ constexpr double kRate = 60;  // [Hz]
 
 SlaveStatus StatusAfter(double silence, double nap) {
   LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
-  ContactEstimate felt;
-  felt.validity = Validity::kValid;
-  felt.sensed_at = Clock::now() - Seconds(silence);
-  newest.Put(felt);
+  ContactEstimate estimate;
+  estimate.validity = Validity::kValid;
+  estimate.sensed_at = Clock::now() - Seconds(silence);
+  newest.Put(estimate);
   newest.SetNap(nap);
   SlaveStatus status;
   newest.Describe(&status);
@@ -32,14 +32,14 @@ TEST(LatestEstimateTest, ASensorThatIsSilentIsAnAlarmInWords) {
   EXPECT_THAT(status.alarms, ElementsAre(HasSubstr("no sample from the sensor for 10 s")));
 }
 
-TEST(LatestEstimateTest, NoSamplesTraceIsToldTwiceOrLeftOutOfTheNewest) {
+TEST(LatestEstimateTest, NoSamplesTraceIsSentTwiceOrLeftOutOfTheNewest) {
   LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
   const Time begin = Clock::now();
   for (int i = 1; i <= 300; ++i) {
-    ContactEstimate felt;
-    felt.sample = static_cast<std::uint64_t>(i);
-    felt.sensed_at = begin + std::chrono::milliseconds(i);
-    newest.Put(felt, {.acquired_at = felt.sensed_at});
+    ContactEstimate estimate;
+    estimate.sample = static_cast<std::uint64_t>(i);
+    estimate.sensed_at = begin + std::chrono::milliseconds(i);
+    newest.Put(estimate, {.acquired_at = estimate.sensed_at});
   }
   const auto since = [&](int i) {
     return newest.TracesSince(begin + std::chrono::milliseconds(i));

@@ -31,19 +31,19 @@ double LevelOf(const std::string& jpeg) {
 
 struct Sighting {
   double level;
-  bool is_said_dim;
+  bool is_marked_dim;
 };
 
-// Of pictures and the traces that name the same instant.
+// Images, and the traces of the same instant.
 std::vector<Sighting> Watch(Slave* slave) {
   std::vector<Sighting> seen;
-  Time told{};
+  Time last{};
   for (const Time begin = Clock::now(); seen.size() < kPictures;) {
     if (SecondsBetween(begin, Clock::now()) > kPatience) break;
-    slave->WaitForNewer(told, std::chrono::milliseconds(50));
+    slave->WaitForNewer(last, std::chrono::milliseconds(50));
     const auto picture = slave->Picture(false, 90);
-    for (const SampleTrace& trace : slave->TracesSince(told)) {
-      told = trace.sensed_at;
+    for (const SampleTrace& trace : slave->TracesSince(last)) {
+      last = trace.sensed_at;
       EXPECT_LE(trace.sensed_at, trace.acquired_at);
       EXPECT_LE(trace.acquired_at, trace.processed_at);
       EXPECT_LE(trace.processed_at, trace.solved_at);
@@ -68,7 +68,7 @@ TEST(LightTest, ATraceSaysWhenTheLightWasThatItsPictureShows) {
   ASSERT_GT(brightest.level - dimmest.level, 0.05 * brightest.level) << "the lamp never switched";
   const double between = (dimmest.level + brightest.level) / 2;
   const auto wrong = std::ranges::count_if(
-      seen, [&](const Sighting& one) { return (one.level < between) != one.is_said_dim; });
+      seen, [&](const Sighting& one) { return (one.level < between) != one.is_marked_dim; });
   EXPECT_LE(wrong, static_cast<std::ptrdiff_t>(kPictures / 10));
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Goes wherever it is told at once.
+// Reaches its target at once.
 class PerfectManipulator : public Manipulator {
  public:
   bool Command(const Vector3d& p_S_target) noexcept override {
@@ -286,7 +286,7 @@ TEST_F(OperatorPortTest, BrokenNumbersAreRefusedAndHoldTheTool) {
 }
 
 // As the .proto has it: an epoch begins with an engagement, so before the first there may be none.
-TEST_F(OperatorPortTest, AnOpenClutchNeedsNoEpochAndStandsInAny) {
+TEST_F(OperatorPortTest, AnOpenClutchNeedsNoEpochAndHoldsInAny) {
   EXPECT_TRUE(Send(Next({0, 0, 0}, false, 0)));
   EXPECT_EQ(port_.view().phase, Phase::kClutched);
   EXPECT_FALSE(port_.TakeEvents().Has(Event::kCommandRefused));
@@ -384,7 +384,7 @@ class GuardedPortTest : public OperatorPortTest {
     EXPECT_TRUE(Send(Next({0, 0, 0})));
   }
   bool Send(const OperatorCommand& command) { return guarded_->Command(command, now_); }
-  // At 2 mm/s down for `seconds`, as felt meanwhile.
+  // At 2 mm/s down for `seconds`, with the force estimated meanwhile.
   void Press(double seconds, const ContactState& contact) {
     for (double t = 0; t < seconds; t += 0.002) {
       now_ += Seconds(0.002);
@@ -447,10 +447,10 @@ TEST_F(GuardedPortTest, NeitherEpochsNorANewLeaseMoveABlindTool) {
   EXPECT_EQ(arm_.Tip(), tip);
   guarded_->Watch(now_, {Vector3d::Zero()});
   EXPECT_TRUE(Send(Next({0, 0, 0}, true, ++epoch_)));
-  EXPECT_EQ(phase(), Phase::kFollowing) << "what is felt again is led again";
+  EXPECT_EQ(phase(), Phase::kFollowing) << "a known force lets the tool follow again";
 }
 
-TEST_F(GuardedPortTest, AGuardStandsWhileTheForceIsUnknown) {
+TEST_F(GuardedPortTest, AGuardStaysWhileTheForceIsUnknown) {
   Use({.max_speed = 0.020, .force_guard = 2});
   Press(0.004, {Vector3d(0, 2.1, 0), 1e-3, {0, 1, 0}});
   EXPECT_EQ(phase(), Phase::kHold);
@@ -515,7 +515,7 @@ class RetreatTest : public GuardedPortTest {
   double deepest_ = 0;
 };
 
-// An arm with a fault stands and forgets where it was told to go.
+// An arm with a fault stops and forgets its target.
 TEST_F(RetreatTest, AFaultDelaysItAndLocksNobodyOut) {
   arm_.faulty = true;
   arm_.moves = false;
@@ -573,7 +573,7 @@ TEST_F(RetreatTest, ItBeginsWhenWhatNobodySawIsSeen) {
 }
 
 // It is not the tool that moved then.
-TEST_F(RetreatTest, AToolThatStandsForLongIsLeftWhereItIs) {
+TEST_F(RetreatTest, AToolAtRestForLongIsLeftWhereItIs) {
   LetGo();
   Watch(0.5, light_);
   Watch(0.5, heavy_);
@@ -695,8 +695,8 @@ TEST_F(GuardedPortTest, EngagementsDoNotAddUpBeyondAGuard) {
       depths.push_back(std::max(0.0, depth));
       deepest = std::max(deepest, depth);
       const double old = depths[static_cast<std::size_t>(std::max(0, step - 25))];
-      const double felt = kSpring * old * (step % 10 < 5 ? 1.04 : 0.96);
-      guarded_->Watch(now_ += Seconds(0.002), {.force = Vector3d(0, felt, 0),
+      const double estimated = kSpring * old * (step % 10 < 5 ? 1.04 : 0.96);
+      guarded_->Watch(now_ += Seconds(0.002), {.force = Vector3d(0, estimated, 0),
                                                .depth = old,
                                                .outward = Vector3d::UnitY(),
                                                .force_by_now = kSpring * depths.back(),
@@ -732,9 +732,9 @@ TEST_F(GuardedPortTest, AnOperatorWhoFeelsNothingIsHeld) {
   EXPECT_EQ(phase(), Phase::kHold) << "a long one needs an act";
 }
 
-// The eyes define S: with encoders that are off by a constant, targets still mean what the eyes
+// Images define S: with encoders that are off by a constant, targets still mean what images
 // see.
-TEST_F(OperatorPortTest, TargetsAreGivenInTheFrameOfTheEyes) {
+TEST_F(OperatorPortTest, TargetsAreGivenInTheFrameOfTheImages) {
   const Vector3d off(0.001, -0.002, 0);
   port_.SetRegistration(off);
   const Vector3d start = arm_.Tip();

@@ -36,7 +36,7 @@ TEST_F(StopRecordFileTest, OutlivesTheProcess) {
   EXPECT_FALSE(StopRecord().KeepIn(folder_));
 }
 
-// The folder is gone, its disk full: the stop stands all the same, and outlives the process as soon
+// The folder is gone, its disk full: the stop stays all the same, and outlives the process as soon
 // as it can.
 TEST_F(StopRecordFileTest, IsKeptAsSoonAsItCanBe) {
   StopRecord record;

@@ -7,7 +7,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-TEST(TipRegistrationTest, AStandingToolGivesTheDifferenceOfEyesAndEncoders) {
+TEST(TipRegistrationTest, AToolAtRestGivesTheDifferenceOfImageAndEncoders) {
   TipRegistration registration(1e-5);
   const Vector3d encoders(0.04, 0.09, 0), off(0.0003, -0.0001, 0);
   for (int picture = 0; picture < 3; ++picture) registration.Add(encoders + off, encoders);

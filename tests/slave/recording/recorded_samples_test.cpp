@@ -103,7 +103,7 @@ TEST(TactileMessageTest, ASampleComesBackBitForBit) {
   for (int f = 0; f < 3; ++f) {
     FingerReading& reading = frame.fingers[static_cast<std::size_t>(f)];
     reading.present = f != 1;
-    for (float& x : reading.electrodes) x = static_cast<float>(number(random));
+    for (float& x : reading.channels) x = static_cast<float>(number(random));
     reading.pac = static_cast<float>(number(random));
     reading.pdc = static_cast<float>(number(random));
     if (f == 2) {
@@ -120,7 +120,7 @@ TEST(TactileMessageTest, ASampleComesBackBitForBit) {
   for (std::size_t f = 0; f < frame.fingers.size(); ++f) {
     const FingerReading &a = again.fingers[f], &b = frame.fingers[f];
     EXPECT_EQ(a.present, b.present);
-    EXPECT_EQ(a.electrodes, b.electrodes);
+    EXPECT_EQ(a.channels, b.channels);
     EXPECT_EQ(a.pac, b.pac);
     EXPECT_EQ(a.pdc, b.pdc);
     ASSERT_EQ(a.X_SF.has_value(), b.X_SF.has_value());

@@ -41,7 +41,7 @@ class Line {
       }
     }
   }
-  // Of what was waited since the last call, the share `quantile` waited less [s].
+  // Quantile of the waiting times since the last call [s].
   double Waited(double quantile) {
     std::ranges::sort(waits_);
     return waits_[static_cast<std::size_t>(quantile * static_cast<double>(waits_.size() - 1))];

@@ -1,4 +1,4 @@
-// Drivers of cameras and arms: what goes to and fro, what they are told if something is wrong.
+// Drivers of cameras and arms: their messages, and the errors they receive.
 #include <limits>
 
 #include <gmock/gmock.h>

@@ -20,7 +20,7 @@ FakeSlave::FakeSlave() {
   state_.local_model.stiffness(1, 1) = kStiffness;
   state_.local_model.valid_radius = 0.01;
   state_.local_model.revision = state_.sample = 1;
-  felt_.Put(state_);
+  estimate_.Put(state_);
 }
 
 void FakeSlave::TakeSample() {
@@ -30,7 +30,7 @@ void FakeSlave::TakeSample() {
   const double depth = std::max(0.0, -state_.p_S_tip.y());
   state_.force = state_.true_force = Eigen::Vector3d(0, kStiffness * depth, 0);
   state_.local_model.in_contact = depth > 0;
-  felt_.Put(state_, {state_.sample, at, at, at, at});
+  estimate_.Put(state_, {state_.sample, at, at, at, at});
 }
 
 void FakeSlave::TakeTactile(const std::vector<std::string>& fingers) {
@@ -76,7 +76,7 @@ bool FakeSlave::Command(const OperatorCommand& command) noexcept {
   ++came_;
   if (!command.p_M.allFinite() || command.p_M.norm() > kReach) {
     ++refused_;
-    felt_.Add(Event::kCommandRefused);
+    estimate_.Add(Event::kCommandRefused);
     return false;
   }
   if (command.sequence <= state_.command_sequence) return true;
@@ -110,12 +110,12 @@ SlaveState FakeSlave::Compose(Time now) {
   if (state.echo) state.echo_delay = std::max(0.0, SecondsBetween(command_at_, now));
   if (!tactile_) return state;
   state.finger_count = static_cast<int>(tactile_->fingers.size());
-  FingerState felt;  // by each of them
-  felt.p_S_contact = state.p_S_tip.cast<float>();
-  if (state.force) felt.force = state.force->cast<float>();
-  felt.in_contact = state.local_model.in_contact;
-  felt.validity = state.validity;
-  state.fingers.fill(felt);
+  FingerState estimate;  // by each of them
+  estimate.p_S_contact = state.p_S_tip.cast<float>();
+  if (state.force) estimate.force = state.force->cast<float>();
+  estimate.in_contact = state.local_model.in_contact;
+  estimate.validity = state.validity;
+  state.fingers.fill(estimate);
   return state;
 }
 
@@ -124,6 +124,7 @@ SlaveDescription FakeSlave::Describe() const {
   SlaveDescription description;
   description.scene.name = "spring-surface";
   description.settings_revision = state_.settings_revision;
+  description.scene.manipulator.source = manipulator_;
   description.scene.object.geometry = RectangleGeometry{0.088, 0.088, 0.009};
   description.scene.object.material = {127e3, 0.49, 1050, 0};
   if (has_camera_ && !tactile_) description.scene.sense.Set(CameraOptions{.camera = Camera{}});
@@ -180,7 +181,7 @@ void FakeSlave::EmergencyStop(const std::string& reason) {
   const std::scoped_lock lock(mutex_);
   state_.phase = Phase::kEstop;
   stop_reason_ = reason;
-  felt_.Add(Event::kEstop);
+  estimate_.Add(Event::kEstop);
 }
 
 BoundaryShape FakeSlave::Shape(bool nodal_forces) {

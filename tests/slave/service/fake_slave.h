@@ -29,7 +29,7 @@ class FakeSlave : public Slave {
   // Something new was sensed: a state follows at once.
   void TakeSample();
   // The next states carry `event`.
-  void Happen(Event event) { felt_.Add(event); }
+  void Happen(Event event) { estimate_.Add(event); }
   [[nodiscard]] int begins() const { return Locked(begins_); }
   [[nodiscard]] int ends() const { return Locked(ends_); }
   [[nodiscard]] std::vector<OperatorCommand> commands() const {
@@ -52,6 +52,9 @@ class FakeSlave : public Slave {
 
   // From now on pictures of one grey camera of 64 x 48 px at 30 Hz are streamed.
   void TakePictures();
+  // From now on the scene has no manipulator.
+  void TakeNoManipulator() { Set(ManipulatorOptions::Source::kNone, &manipulator_); }
+  void TakeScenes(SceneSetup* setup) { setup_ = setup; }
   // From now on a driver moves an arm, which nobody here commands but by `arm()`.
   void TakeArm(const ManipulatorOptions& options);
   [[nodiscard]] StreamedManipulator& arm() { return *arm_; }
@@ -61,9 +64,9 @@ class FakeSlave : public Slave {
   bool Command(const OperatorCommand& command) noexcept override;
   void EndOperating() override;
   SlaveState Compose(Time now) override;
-  Events TakeEvents() override { return felt_.TakeEvents(); }
+  Events TakeEvents() override { return estimate_.TakeEvents(); }
   bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
-    return felt_.WaitForNewer(sensed_at, patience);
+    return estimate_.WaitForNewer(sensed_at, patience);
   }
   SlaveDescription Describe() const override;
   SlaveStatus Status() const override;
@@ -74,7 +77,7 @@ class FakeSlave : public Slave {
   void ReinitializeTracking() override { ++reinitialized_; }
   void EmergencyStop(const std::string& reason) override;
   std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
-    return felt_.TracesSince(sensed_at);
+    return estimate_.TracesSince(sensed_at);
   }
   BoundaryShape Shape(bool nodal_forces) override;
   std::optional<JpegPicture> Picture(bool overlays, int quality) override;
@@ -83,6 +86,7 @@ class FakeSlave : public Slave {
   TactileInbox* tactile_inbox() override;
   PictureInbox* picture_inbox() override { return pushed_.get(); }
   DrivenArm* driven_arm() override { return arm_.get(); }
+  SceneSetup* setup() override { return setup_; }
 
  private:
   template <class T>
@@ -98,7 +102,7 @@ class FakeSlave : public Slave {
 
   std::atomic<bool> makes_for_ever_{false}, is_making_{false};
   std::atomic<int> reinitialized_{0};
-  LatestEstimate felt_{30, {0, kHome, 0}};
+  LatestEstimate estimate_{30, {0, kHome, 0}};
   mutable std::mutex mutex_;  // guards everything below
   SlaveState state_;
   TeleopTransform transform_;
@@ -114,6 +118,8 @@ class FakeSlave : public Slave {
   std::unique_ptr<TactileInbox> inbox_;
   std::unique_ptr<PictureInbox> pushed_;
   std::unique_ptr<StreamedManipulator> arm_;
+  std::atomic<SceneSetup*> setup_ = nullptr;
+  ManipulatorOptions::Source manipulator_ = ManipulatorOptions::Source::kSimulated;
 };
 
 }  // namespace palpate

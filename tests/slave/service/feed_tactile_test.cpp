@@ -1,4 +1,4 @@
-// Drivers feed tactile samples; what they are told if something is wrong with them.
+// Drivers feed tactile samples; the errors they receive for bad ones.
 #include <cmath>
 #include <limits>
 
@@ -69,7 +69,7 @@ TEST_F(FeedTactileTest, SamplesComeOutAsFramesAndAreCounted) {
   EXPECT_EQ(frame->sequence, 20U);
   EXPECT_FALSE(frame->fingers[0].present);
   EXPECT_TRUE(frame->fingers[1].present);
-  EXPECT_EQ(frame->fingers[1].electrodes[18], 3018);
+  EXPECT_EQ(frame->fingers[1].channels[18], 3018);
   EXPECT_EQ(frame->fingers[1].pdc, 2000);
   EXPECT_EQ(frame->fingers[1].pac, 1800);
   EXPECT_LE(frame->sensed_at, Clock::now());
@@ -124,7 +124,9 @@ INSTANTIATE_TEST_SUITE_P(
     Samples, BadSampleTest,
     testing::Values(
         BadSample{"Eighteen", [](auto* s) { s->mutable_electrodes()->RemoveLast(); },
-                  "finger rf: 18 electrodes: expected 19"},
+                  "finger rf has 18 electrodes: expected 19, E1 to E19"},
+        BadSample{"AnotherUnit", [](auto* s) { s->set_unit("kPa"); },
+                  "finger rf unit = kPa: expected counts"},
         BadSample{"NotANumber", [](auto* s) { s->set_electrodes(6, kNan); },
                   "finger rf electrode E7 = nan: expected a finite number"},
         BadSample{"NoSuchFinger", [](auto* s) { s->set_finger("mf"); },

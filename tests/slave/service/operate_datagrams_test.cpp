@@ -81,8 +81,8 @@ class OperateDatagramsTest : public ServiceTest {
  protected:
   static std::optional<v1::DatagramOffer> OfferTo(Operator* who) {
     who->Send(DatagramRequest());
-    const auto told = who->ReadUntil([](const auto& state) { return state.has_datagrams(); });
-    return told ? std::optional(told->datagrams()) : std::nullopt;
+    const auto offer = who->ReadUntil([](const auto& state) { return state.has_datagrams(); });
+    return offer ? std::optional(offer->datagrams()) : std::nullopt;
   }
   Operator ada{Connect()};
 };
@@ -165,7 +165,7 @@ TEST_F(OperateDatagramsTest, TheKeysEndWithTheirStream) {
   EXPECT_NE(far.newest().phase(), v1::PHASE_FOLLOWING);
 }
 
-TEST_F(OperateDatagramsTest, WhatCannotBeReadIsCountedToldAndNotFollowed) {
+TEST_F(OperateDatagramsTest, UnreadableCommandsAreCountedReportedAndNotFollowed) {
   const auto offer = OfferTo(&ada);
   ASSERT_TRUE(offer.has_value());
   Far far(*offer, server_->address());

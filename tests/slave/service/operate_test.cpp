@@ -74,7 +74,7 @@ TEST_F(OperateTest, StatesAreRepeatedWhileNothingIsSensed) {
   EXPECT_NE(first->sent_at().nanos(), second->sent_at().nanos());
 }
 
-TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
+TEST_F(OperateTest, ASecondOperatorIsRefusedWithTheHolderOfTheLease) {
   ada.Hold(0, "Ada at the window");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   const grpc::Status refused = Operator(Connect()).Finish();
@@ -120,7 +120,7 @@ TEST_F(NoOperatorTest, AfterTheOperatorsProgramWasKilledItGetsTheLeaseAgain) {
   EXPECT_TRUE(again.Read().has_value());
 }
 
-TEST_F(OperateTest, NotFiniteAndAbsurdCommandsAreCountedToldAndNotFollowed) {
+TEST_F(OperateTest, NotFiniteAndAbsurdCommandsAreCountedReportedAndNotFollowed) {
   ada.Hold(0);
   v1::OperatorCommand command;
   command.set_sequence(2);
@@ -130,17 +130,17 @@ TEST_F(OperateTest, NotFiniteAndAbsurdCommandsAreCountedToldAndNotFollowed) {
     command.set_sequence(command.sequence() + 1);
     command.mutable_p_m()->set_y(absurd);
     ada.Send(command);
-    const auto told =
+    const auto state =
         ada.ReadUntil([](const auto& s) { return HasEvent(s, v1::EVENT_COMMAND_REFUSED); });
-    ASSERT_TRUE(told.has_value()) << absurd;
-    EXPECT_EQ(told->p_s_tip().y(), FakeSlave::kHome) << absurd;
+    ASSERT_TRUE(state.has_value()) << absurd;
+    EXPECT_EQ(state->p_s_tip().y(), FakeSlave::kHome) << absurd;
   }
   EXPECT_EQ(GetStatus().commands_refused(), 4U);
   EXPECT_EQ(GetStatus().commands(), 5U);
   EXPECT_EQ(slave_.commands().size(), 1U);
 }
 
-TEST_F(OperateTest, AnEmergencyStopIsToldAndStaysUntilReset) {
+TEST_F(OperateTest, AnEmergencyStopIsReportedAndStaysUntilReset) {
   ada.Hold(0);
   // Events are discarded while nobody reads states.
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));

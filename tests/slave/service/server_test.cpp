@@ -70,10 +70,10 @@ TEST_F(ServerTest, WhileSomebodyOperatesOnlyTheOperatorChangesSettings) {
     softer.set_young_modulus(1e13);
     v1::SettingsReply settings;
     v1::Status status;
-    grpc::ClientContext for_parameters, for_reset, for_eyes;
+    grpc::ClientContext for_parameters, for_reset, for_tracking;
     return std::vector{caller.SetParameters(&for_parameters, softer, &settings),
                        caller.Reset(&for_reset, {}, &status),
-                       caller.ReinitializeTracking(&for_eyes, {}, &status)};
+                       caller.ReinitializeTracking(&for_tracking, {}, &status)};
   };
   for (const grpc::Status& refused : refusals(*stub)) {
     EXPECT_THAT(

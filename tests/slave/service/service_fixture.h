@@ -24,7 +24,7 @@ inline void SetDeadline(grpc::ClientContext* context) {
   context->set_deadline(std::chrono::system_clock::now() + kLiveness);
 }
 
-// Of one call that may take as long as anything.
+// Deadline of a call in tests.
 struct CallContext : grpc::ClientContext {
   CallContext() { SetDeadline(this); }
 };

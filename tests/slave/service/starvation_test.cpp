@@ -83,11 +83,11 @@ TEST_F(StarvationTest, ModelsAreMadeOneAtATimeAndEndWithTheirCall) {
     ASSERT_EQ(Connect()->SetModel(&context, {}, &reply).error_code(), grpc::StatusCode::ABORTED);
   }
   EXPECT_EQ(Stop(), grpc::StatusCode::OK);
-  const v1::Status told = GetStatus();
-  EXPECT_EQ(told.making().stage(), "factorising");
-  EXPECT_EQ(told.making().done(), FakeSlave::kDone);
-  EXPECT_EQ(told.making().expected(), FakeSlave::kExpected);
-  EXPECT_GT(told.making().elapsed(), 0);
+  const v1::Status status = GetStatus();
+  EXPECT_EQ(status.making().stage(), "factorising");
+  EXPECT_EQ(status.making().done(), FakeSlave::kDone);
+  EXPECT_EQ(status.making().expected(), FakeSlave::kExpected);
+  EXPECT_GT(status.making().elapsed(), 0);
   first.TryCancel();
   asking.join();
   EXPECT_EQ(first_status.error_code(), grpc::StatusCode::CANCELLED);

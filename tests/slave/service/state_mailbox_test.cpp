@@ -35,7 +35,7 @@ TEST(StateMailboxTest, EventsOfSkippedStatesArriveWithTheNextOne) {
   EXPECT_TRUE(taken->events.Has(Event::kContact));
   EXPECT_TRUE(taken->events.Has(Event::kRelease));
   box.Put(State(4));
-  EXPECT_TRUE(box.TakeNewest()->events.empty()) << "told twice";
+  EXPECT_TRUE(box.TakeNewest()->events.empty()) << "sent twice";
 }
 
 TEST(StateMailboxTest, WaitingEndsWithTheNextStateOrWithPatience) {

@@ -19,6 +19,7 @@
 #include "shared/link/latest_value.h"
 #include "shared/text/text.h"
 #include "shared/tls/credentials.h"
+#include "shared/wire/errors.h"
 #include "slave/service/roles.h"
 #include "tests/slave/service/service_fixture.h"
 #include "tests/support/paths.h"
@@ -128,7 +129,8 @@ TEST_F(TlsTest, AStreamOutlivesNoCertificate) {
   ada.Hold(0, "Ada");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
   EXPECT_FALSE(ada.Finish().ok());
-  EXPECT_TRUE(Eventually([&] { return slave_.Status().phase == Phase::kReady; })) << "it stands";
+  EXPECT_TRUE(Eventually([&] { return slave_.Status().phase == Phase::kReady; }))
+      << "the tool is at rest";
   EXPECT_EQ(Stop(*As("brief")), grpc::StatusCode::UNAVAILABLE);
 }
 
@@ -271,6 +273,19 @@ TEST_F(TlsTest, TheRoleDecidesWhoMayCallWhat) {
   EXPECT_EQ(Stop(*As("arm")), grpc::StatusCode::OK) << "anyone with a role may stop";
 }
 
+TEST_F(TlsTest, OnlyAnAdminSetsASceneUp) {
+  const auto use = [](v1::Teleoperation::Stub& stub) {
+    CallContext context;
+    v1::SceneDescription reply;
+    return stub.UseScene(&context, {}, &reply);
+  };
+  for (const char* role : {"observer", "operator", "sensor", "arm"}) {
+    EXPECT_EQ(use(*As(role)).error_code(), grpc::StatusCode::PERMISSION_DENIED) << role;
+  }
+  EXPECT_EQ(use(*As("stranger")).error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(ReasonOf(use(*As("admin"))), v1::ERROR_REASON_NOT_IN_SETUP) << "it may, elsewhere";
+}
+
 TEST_F(TlsTest, WhatIsMissingOrOpenToOthersIsNamed) {
   EXPECT_THROW(ChannelTls(At("nowhere")), std::invalid_argument);
   const std::string key = At("admin") + "/key.pem";
@@ -311,7 +326,7 @@ TEST_F(TlsTest, AnEmergencyStopIsClearedByWhoOperatesOrByAnAdmin) {
     static_cast<void>(stream->Finish());
   }
   EXPECT_EQ(slave_.Status().phase, Phase::kReady);
-  EXPECT_EQ(reset(*ada), grpc::StatusCode::OK) << "no stop stands";
+  EXPECT_EQ(reset(*ada), grpc::StatusCode::OK) << "no stop is active";
   ASSERT_EQ(Stop(*ada), grpc::StatusCode::OK);
   EXPECT_EQ(reset(*admin), grpc::StatusCode::OK);
   EXPECT_EQ(slave_.Status().phase, Phase::kReady);
@@ -320,10 +335,12 @@ TEST_F(TlsTest, AnEmergencyStopIsClearedByWhoOperatesOrByAnAdmin) {
 // Reference: the roles, one line each; whatever else is called, by anyone: no.
 TEST(RolesTest, TheWholeTable) {
   const std::vector<std::string> methods{
-      "GetScene",  "GetStatus",   "Operate",       "WatchState",
-      "WatchMesh", "WatchImages", "SetModel",      "Reset",
-      "Stop",      "FeedTactile", "SetParameters", "FeedImages",
-      "DriveTool", "WatchPatch",  "WatchTrace",    "ReinitializeTracking"};
+      "GetScene",     "GetStatus",   "Operate",       "WatchState",
+      "WatchMesh",    "WatchImages", "SetModel",      "Reset",
+      "Stop",         "FeedTactile", "SetParameters", "FeedImages",
+      "DriveTool",    "WatchPatch",  "WatchTrace",    "ReinitializeTracking",
+      "ProposeScene", "UseScene",    "FindOutline",   "FindTool",
+      "FindBoard"};
   const auto allowed = [&](const std::string& role) {
     std::string may;
     for (const std::string& method : methods) {
@@ -336,11 +353,11 @@ TEST(RolesTest, TheWholeTable) {
     }
     return may;
   };
-  EXPECT_EQ(allowed("operator"), "xxxxxxxxx.x..xxxx.....");
-  EXPECT_EQ(allowed("observer"), "xx.xxx..x....xx.x.....");
-  EXPECT_EQ(allowed("sensor"), "xx......xx.x....x.....");
-  EXPECT_EQ(allowed("arm"), "xx......x...x...x.....");
-  EXPECT_EQ(allowed("admin"), "xx.xxxxxx.x..xxxx....x");
+  EXPECT_EQ(allowed("operator"), "xxxxxxxxx.x..xxx.....x.....");
+  EXPECT_EQ(allowed("observer"), "xx.xxx..x....xx......x.....");
+  EXPECT_EQ(allowed("sensor"), "xx......xx.x.........x.....");
+  EXPECT_EQ(allowed("arm"), "xx......x...x........x.....");
+  EXPECT_EQ(allowed("admin"), "xx.xxxxxx.x..xxxxxxxxx....x");
   for (const char* none : {"", "slave", "Operator", "root"}) {
     EXPECT_EQ(allowed(none), std::string(methods.size() + 6, '.')) << none;
   }

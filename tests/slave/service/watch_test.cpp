@@ -47,7 +47,7 @@ TEST_F(WatchTest, OnlyRatesThatCanBeKeptAreAccepted) {
   }
 }
 
-// Of two readers of the same states, the one that asked for at most 20 per second gets fewer, by
+// Two readers of the same states: the one that asked for at most 20 per second gets fewer, by
 // the states' own stamps. Tolerance: the rate is counted over a second between stamps, which are
 // taken up to one period (5 ms) before the sending that is paced.
 TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
@@ -66,7 +66,7 @@ TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
   context.TryCancel();
 }
 
-TEST_F(WatchTest, WhatTheChecksMeasuredIsToldToWhomAsksForIt) {
+TEST_F(WatchTest, MeasurementsOfTheChecksAreSentOnRequest) {
   for (const bool asked : {false, true}) {
     CallContext context;
     v1::WatchStateRequest request;
@@ -264,7 +264,7 @@ TEST_F(WatchTest, PlacesComeAsMovesToThoseWhoGiveAnError) {
 
 // Reference: the force itself, spread over the nodes of two triangles by hand: size by area, summed
 // over the areas, is the force again. Tolerance: half a step of each node.
-TEST(MeshStreamEncoderTest, TractionIsToldToWhomAsksForItAndAddsUpToTheForce) {
+TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   BoundaryShape shape;
   shape.nodes_per_element = 3;
   shape.elements = {0, 1, 2, 0, 2, 3};
@@ -282,18 +282,18 @@ TEST(MeshStreamEncoderTest, TractionIsToldToWhomAsksForItAndAddsUpToTheForce) {
   encoder.Encode(shape, &message);
   EXPECT_EQ(message.nodal_forces_size(), 0) << "not asked for";
   const double unit = message.traction().unit();
-  const auto told = Unpacked(unit, message.traction().steps(), 4);
-  ASSERT_TRUE(told);
+  const auto traction = Unpacked(unit, message.traction().steps(), 4);
+  ASSERT_TRUE(traction);
   const std::array<double, 4> areas{2e-4 / 3, 1e-4 / 3, 2e-4 / 3, 1e-4 / 3};
   double force = 0;
-  for (std::size_t i = 0; i < areas.size(); ++i) force += areas[i] * told->steps[i] * unit;
+  for (std::size_t i = 0; i < areas.size(); ++i) force += areas[i] * traction->steps[i] * unit;
   EXPECT_NEAR(force, 1, 2e-4 * unit / 2);
   shape.nodal_forces.clear();  // a force is unknown
   encoder.Encode(shape, &message);
   EXPECT_FALSE(message.has_traction());
 }
 
-TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
+TEST_F(WatchTest, EachSamplesTraceIsSentOnce) {
   CallContext context;
   v1::WatchTraceRequest request;
   request.set_max_rate(120);
@@ -305,9 +305,9 @@ TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
     slave_.TakeSample();
     ASSERT_TRUE(stream->Read(&update));
     ASSERT_GT(update.samples_size(), 0);
-    for (const auto& told : update.samples()) {
-      EXPECT_GT(told.sample(), last);
-      last = told.sample();
+    for (const auto& trace : update.samples()) {
+      EXPECT_GT(trace.sample(), last);
+      last = trace.sample();
     }
   }
   context.TryCancel();

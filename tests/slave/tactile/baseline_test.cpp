@@ -18,7 +18,7 @@ class BaselineTest : public ::testing::Test {
     reading.present = true;
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
       const double at = 3000 + 10.0 * static_cast<double>(i) + (i % 2 == 0 ? moved : -moved);
-      reading.electrodes[i] = static_cast<float>(std::round(at + noise_(random_)));
+      reading.channels[i] = static_cast<float>(std::round(at + noise_(random_)));
     }
     reading.pdc = 2000;
     return reading;

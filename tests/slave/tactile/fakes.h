@@ -73,7 +73,7 @@ class PadLocaliser final : public Localiser {
     if (!std::isfinite(change[3])) {
       place.status = TouchPlace::Status::kFailed;
     } else if (std::abs(change[3]) >= 5) {
-      place.is_flawed = raw.electrodes[4] >= 4095;
+      place.is_flawed = raw.channels[4] >= 4095;
       place.status = place.is_flawed ? TouchPlace::Status::kFlawed : TouchPlace::Status::kFound;
       place.active = 1;
       place.p_F = {0, 0, -radius_};
@@ -92,12 +92,12 @@ class PadLocaliser final : public Localiser {
 inline FingerReading ReadingOf(const Eigen::Vector3d& force_F, bool active) {
   FingerReading reading;
   reading.present = true;
-  reading.electrodes.fill(3000);
+  reading.channels.fill(3000);
   for (std::size_t i = 0; i < 3; ++i) {
-    reading.electrodes[i] +=
+    reading.channels[i] +=
         static_cast<float>(force_F[static_cast<Eigen::Index>(i)] / MeanNetwork::kPerCount);
   }
-  if (active) reading.electrodes[3] += 50;
+  if (active) reading.channels[3] += 50;
   reading.pac = 2000;
   reading.pdc = 2200;
   return reading;

@@ -134,7 +134,7 @@ TEST_F(FingertipTest, RestValuesAreFollowedWhileNothingIsNear) {
   Rest(10);
   const auto drifted = [](float counts, float pressure) {
     FingerReading reading = ReadingOf(kNothing, false);
-    for (float& electrode : reading.electrodes) electrode += counts;
+    for (float& electrode : reading.channels) electrode += counts;
     reading.pdc += pressure;
     return reading;
   };
@@ -171,7 +171,7 @@ TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
       const auto localiser = MakeLocaliser(tactile, SimulatedLayout(7e-3));
       CheckedFingertip fingertip(tactile, &network_, *localiser);
       FingerReading reading = ReadingOf(kNothing, false);
-      reading.electrodes.fill(end);
+      reading.channels.fill(end);
       for (int i = 0; i < 10; ++i) fingertip.Estimate(reading, false);
       EXPECT_EQ(fingertip.touch().validity, Validity::kExtrapolated) << variant << " " << end;
       EXPECT_EQ(fingertip.touch().reason, "electrodes are saturated or dead");
@@ -185,7 +185,7 @@ TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
   Rest(10);
   Press({0, 0, -0.9}, 10);
   FingerReading saturated = ReadingOf({0, 0, -0.9}, true);
-  saturated.electrodes[4] = 4095;
+  saturated.channels[4] = 4095;
   fingertip_.Estimate(saturated, false);
   for (int i = 1; i <= 9; ++i) {
     Press({0, 0, -0.9}, 1);
@@ -206,7 +206,7 @@ TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
         FingerReading reading = ReadingOf(force, touches && i >= 5);
         for (std::size_t e = 0; e < kElectrodeCount; ++e) {
           if (stuck != kElectrodeCount && e != stuck) {
-            reading.electrodes[e] += static_cast<float>(i % 2);
+            reading.channels[e] += static_cast<float>(i % 2);
           }
         }
         const FingerTouch& touch = fingertip_.Estimate(reading, false);
@@ -246,7 +246,7 @@ TEST(StuckElectrodesTest, ASilencedNoiseIsAFrozenSample) {
   StuckElectrodes noisy(100), quiet(100);
   FingerReading reading, same;
   for (int k = 0; k < 50; ++k) {
-    reading.electrodes.fill(static_cast<float>(k % 3));
+    reading.channels.fill(static_cast<float>(k % 3));
     noisy.Take(reading);
     quiet.Take(same);
   }

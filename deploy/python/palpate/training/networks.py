@@ -68,6 +68,9 @@ class Network:
     origin: str = ""
     training: dict[str, Any] = dataclasses.field(default_factory=dict)
     pattern: Pattern | None = None
+    unit: str = ""  # of the channels of a sensor without electrodes
+    noise: float = 1.0
+    longest_constant: float = 0.0
 
 
 @dataclasses.dataclass
@@ -370,10 +373,16 @@ def single_precision(values: Array) -> Any:
     return [float(str(np.float32(value))) for value in values]
 
 
+def of_channels(network: Network) -> dict[str, Any]:
+    if not network.unit:
+        return {}
+    return {"unit": network.unit, "noise": network.noise, "longest_constant": network.longest_constant}
+
+
 def document(network: Network) -> dict[str, Any]:
     content: dict[str, Any] = {
         "palpate_force_network": 1, "architecture": network.architecture, "inputs": network.inputs, "window": network.window,
-        "outputs": network.outputs, "rate": network.rate, "gain": network.gain, "sigma": network.sigma.tolist(),
+        "outputs": network.outputs, **of_channels(network), "rate": network.rate, "gain": network.gain, "sigma": network.sigma.tolist(),
         "rest_sigma": network.rest_sigma, "growing_variance": network.law.growing, "relative_sigma": network.law.relative,
         "learnt_force": network.learnt_force, "origin": network.origin, "training": network.training,
         "input": {"mean": single_precision(network.input_mean), "scale": single_precision(network.input_scale)},

@@ -1,6 +1,7 @@
 """Recordings of a fingertip with measured forces: reading, contacts, and their split."""
 from __future__ import annotations
 
+import copy
 import csv
 import dataclasses
 import math
@@ -19,8 +20,10 @@ ELECTRODES = tuple(f"E{i}" for i in range(1, 20))
 SIGNALS = (*ELECTRODES, "pac0", "pdc")
 WINDOW = 50  # samples
 
-TIME_COLUMNS = ("rel_time_s", "time_s", "t", "time", "timestamp")
-FORCE_COLUMNS = (("fx", "fy", "fz"), ("fx_N", "fy_N", "fz_N"))
+TIME_COLUMNS = ("rel_time_s", "time_s", "t_s", "t", "time", "timestamp")
+FORCE_COLUMNS = (("fx", "fy", "fz"), ("fx_N", "fy_N", "fz_N"), ("fx [N]", "fy [N]", "fz [N]"))
+MOST_CHANNELS = 256
+LONGEST_CONSTANT = 5.0  # a channel that stays the same for longer says nothing about whether it works [s]
 LARGEST_FORCE_GAP = 0.1  # longer gaps of a force sensor are not interpolated [s]
 OFFSET_TIME = 0.5  # mean force of this time is the force sensor's offset [s]
 LARGEST_GAP = 3  # periods; a longer step is a gap
@@ -32,6 +35,19 @@ SHORTEST_CONTACT = 0.1  # shorter contacts are spikes of the force sensor [s]
 SET_ASIDE = 0.2
 ENOUGH_RECORDINGS = 5
 SHORTEST_PART = 60  # samples: a window of 50 and a few more
+
+
+@dataclasses.dataclass(frozen=True)
+class Sensor:
+    """What the columns of a recording are. The default: the 19 electrodes of a fingertip, with its two pressures."""
+    unit: str = ""  # of the channels; empty: electrodes
+    prefix: str = "E"  # of the channels' columns
+    rate: float = RATE  # of the samples [Hz]
+    normal: tuple[str, float] | None = None  # column and factor [N] of fz, the only measured force
+
+    @property
+    def are_electrodes(self) -> bool:
+        return not self.unit
 
 
 class InputError(ValueError):
@@ -66,6 +82,7 @@ class Recording:
     force: Array
     begin: int = 0
     end: int = 0
+    constant: float = 0.0  # longest time for which a channel stayed the same [s]
     missing: str = ""  # pac0 or pdc where the file lacks it; that signal reads 0
 
 
@@ -92,6 +109,7 @@ class Table:
     def __init__(self, file: pathlib.Path) -> None:
         self.file = file
         self.lines: list[int] = []  # of the rows
+        self.header = 1  # its line
         self.names: list[str] = []
         self.rows: list[list[str]] = []
         try:
@@ -100,7 +118,7 @@ class Table:
                     if not any(cell.strip() for cell in row) or row[0].lstrip().startswith("#"):
                         continue
                     if not self.names:
-                        self.names = [cell.strip() for cell in row]
+                        self.names, self.header = [cell.strip() for cell in row], number
                         continue
                     if len(row) != len(self.names):
                         raise InputError(f"{file}:{number}: {len(row)} columns, expected {len(self.names)} as in the header")
@@ -126,6 +144,15 @@ class Table:
                 raise InputError(f"{self.file}:{self.lines[i]}: {self.names[column]} = {row[column] or 'nothing'}: "
                                  "expected a finite number")
         return values
+
+    def without_empty(self, column: int) -> "Table":
+        """The rows in which this column has a value."""
+        used = copy.copy(self)
+        kept = [i for i, row in enumerate(self.rows) if row[column].strip()]
+        used.rows, used.lines = [self.rows[i] for i in kept], [self.lines[i] for i in kept]
+        if not kept:
+            raise InputError(f"{self.file}: column {self.names[column]} is empty: expected a force")
+        return used
 
     def times(self) -> Array:
         column = self.find(*TIME_COLUMNS)
@@ -212,10 +239,54 @@ def _signals(table: Table, finger: str) -> tuple[Array, str]:
     return counts, missing
 
 
+def _channels(table: Table, finger: str, sensor: Sensor) -> Array:
+    """n x channels, in the unit of the sensor."""
+    where, own = f"{table.file}:{table.header}", f"{finger}_" if finger else ""
+    found: dict[str, dict[int, int]] = {}
+    for column, title in enumerate(table.names):
+        match = re.fullmatch(rf"(|\w+_){re.escape(sensor.prefix)}([1-9]\d*)(?: ?[\[(](.*)[\])])?", title)
+        if not match or (own and match[1] not in ("", own)):
+            continue
+        if match[3] is not None and match[3] != sensor.unit:
+            raise InputError(f"{where}: column {title}: expected the unit [{sensor.unit}]")
+        found.setdefault(match[1], {})[int(match[2])] = column
+    if not found:
+        raise InputError(f"{where}: no column {own}{sensor.prefix}1: expected {own}{sensor.prefix}1 to {own}{sensor.prefix}N")
+    if len(found) > 1:
+        raise InputError(f"{where}: several fingers: choose one with --finger: " + ", ".join(p.rstrip("_") for p in found))
+    (prefix, columns), = found.items()
+    for k in range(1, max(columns) + 1):
+        if k not in columns:
+            raise InputError(f"{where}: no column {prefix}{sensor.prefix}{k}: expected all up to {max(columns)}")
+    if len(columns) > MOST_CHANNELS:
+        raise InputError(f"{where}: {len(columns)} channels: expected 1 to {MOST_CHANNELS}")
+    return np.stack([table.numbers(columns[k]) for k in sorted(columns)], axis=1)
+
+
+def _longest_constant(t: Array, values: Array) -> float:
+    longest = 0.0
+    for column in values.T:
+        changes = np.flatnonzero(np.concatenate([[True], np.diff(column) != 0, [True]]))
+        last = np.minimum(changes[1:], len(t) - 1)
+        longest = max(longest, float((t[last] - t[changes[:-1]]).max()))
+    return longest
+
+
 class ForceCurve:
     """What a force sensor recorded, less the mean of its first half second."""
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: Table, sensor: Sensor = Sensor()) -> None:
+        self.gap = max(LARGEST_FORCE_GAP, LARGEST_GAP / sensor.rate)
+        if sensor.normal is not None:
+            column = table.find(sensor.normal[0])
+            if column is None:
+                raise InputError(f"{table.file}:{table.header}: no column {sensor.normal[0]}: expected the normal force")
+            table = table.without_empty(column)
+            self.t, first = np.unique(table.times(), return_index=True)
+            fz = sensor.normal[1] * table.numbers(column)[first]
+            fz -= fz[self.t - self.t[0] < OFFSET_TIME].mean()
+            self.force = np.stack([np.zeros_like(fz), np.zeros_like(fz), fz], axis=1)
+            return
         self.t, first = np.unique(table.times(), return_index=True)
         for names in FORCE_COLUMNS:
             columns = [table.find(name) for name in names]
@@ -232,19 +303,19 @@ class ForceCurve:
         after = np.clip(np.searchsorted(self.t, t), 0, len(self.t) - 1)
         before = np.maximum(after - 1, 0)
         between = self.t[after] != t
-        unknown = (t < self.t[0]) | (t > self.t[-1]) | (between & (self.t[after] - self.t[before] > LARGEST_FORCE_GAP))
+        unknown = (t < self.t[0]) | (t > self.t[-1]) | (between & (self.t[after] - self.t[before] > self.gap))
         force[unknown] = math.nan
         return force
 
 
-def _instants(file: pathlib.Path, t: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Times of the samples at RATE, and which of them come after a gap."""
+def _instants(file: pathlib.Path, t: Array, rate: float) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Times of the samples at `rate`, and which of them come after a gap."""
     steps = np.diff(t)
-    period = float(np.median(steps)) if len(steps) else 1 / RATE
-    if period > 4 / RATE:
-        raise InputError(f"{file}: a sample every {period:.3g} s: expected at most {4 / RATE:.3g} s")
-    step = period if abs(period - 1 / RATE) <= SAME_PERIOD / RATE else 1 / RATE
-    largest = LARGEST_GAP * max(period, 1 / RATE)
+    period = float(np.median(steps)) if len(steps) else 1 / rate
+    if period > 4 / rate:
+        raise InputError(f"{file}: a sample every {period:.3g} s: expected at most {4 / rate:.3g} s, or another --sample-rate")
+    step = period if abs(period - 1 / rate) <= SAME_PERIOD / rate else 1 / rate
+    largest = LARGEST_GAP * max(period, 1 / rate)
     cuts = [0, *(int(i) + 1 for i in np.flatnonzero(steps > largest)), len(t)]
     times: list[Array] = []
     for begin, end in zip(cuts, cuts[1:]):
@@ -263,15 +334,15 @@ def _instants(file: pathlib.Path, t: Array) -> tuple[Array, npt.NDArray[np.bool_
     return np.concatenate(times), after_gap
 
 
-def read_recording(data: DataArgument, finger: str, rest_samples: int) -> list[Recording]:
+def read_recording(data: DataArgument, finger: str, rest_samples: int, sensor: Sensor = Sensor()) -> list[Recording]:
     """One recording, or more where it has gaps or the force is unknown for a while."""
     table = Table(data.tactile)
     times = table.times()
-    counts, missing = _signals(table, finger)
+    counts, missing = _signals(table, finger) if sensor.are_electrodes else (_channels(table, finger, sensor), "")
     unique, first = np.unique(times, return_index=True)
     counts = counts[first]
-    curve = ForceCurve(table if data.wrench is None else Table(data.wrench))
-    t, after_gap = _instants(data.tactile, unique)
+    curve = ForceCurve(table if data.wrench is None else Table(data.wrench), sensor)
+    t, after_gap = _instants(data.tactile, unique, sensor.rate)
     if len(t) < rest_samples:
         raise InputError(f"{data.tactile}: {len(t)} samples: too few for a baseline from the first {rest_samples}")
     signals = np.stack([np.interp(t, unique, counts[:, k]) for k in range(counts.shape[1])], axis=1)
@@ -288,14 +359,20 @@ def read_recording(data: DataArgument, finger: str, rest_samples: int) -> list[R
         begin, end = np.searchsorted(t[rows], (data.start, data.end))
         if begin < end:
             recordings.append(Recording(data.text, data.tactile, t[rows], change[rows], force[rows], int(begin), int(end),
-                                        missing))
+                                        _longest_constant(unique, counts), missing))
     if not recordings:
         raise InputError(f"{data.text}: no samples between these times: the recording has {t[0]:g} to {t[-1]:g} s")
     return recordings
 
 
-def read_recordings(arguments: Sequence[DataArgument], finger: str, rest_samples: int) -> list[Recording]:
-    return [recording for data in arguments for recording in read_recording(data, finger, rest_samples)]
+def read_recordings(arguments: Sequence[DataArgument], finger: str, rest_samples: int,
+                    sensor: Sensor = Sensor()) -> list[Recording]:
+    recordings = [recording for data in arguments for recording in read_recording(data, finger, rest_samples, sensor)]
+    for r in recordings:
+        if r.change.shape[1] != recordings[0].change.shape[1]:
+            raise InputError(f"{r.file}: {r.change.shape[1]} channels: expected {recordings[0].change.shape[1]} as in "
+                             f"{recordings[0].file}")
+    return recordings
 
 
 def _contacts(recording: Recording, threshold: float) -> list[tuple[int, int]]:

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 using Eigen::VectorXf;
 
 // What a step lacks in all by what it lacks at once [-]. [tuned:
-// TheRemainingChangeOfTheForceIsTold]
+// TheRemainingChangeOfTheForceIsReported]
 constexpr double kSlowness = 3;
 constexpr int kContactSamples = 24;  // of a zone, on the contact
 constexpr int kSamples = 64;         // of a zone

@@ -116,18 +116,6 @@ TEST_F(TouchDeviceTest, AReadingWithAnErrorIsNoPosition) {
   }
 }
 
-TEST_F(TouchDeviceTest, TheEndLeavesTheMotorsOff) {
-  const std::vector<PressTick> press = SimulatedPress();
-  bench_.Open();
-  bench_.Play(press, 1500);
-  ASSERT_GT(bench_.Made().norm(), 0.5);
-  bench_.device->StopTicks();
-  bench_.device->DropForce();
-  bench_.device.reset();
-  double f[3];
-  EXPECT_EQ(bench_.fake.last_force(f), 0);
-}
-
 // The library's own clock thread runs, and nobody writes for 20 ms.
 TEST_F(TouchDeviceTest, TheServoDropsTheForceOfASilentLoop) {
   const std::vector<PressTick> press = SimulatedPress();

@@ -4,9 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
-#include <limits>
-#include <utility>
 
 namespace palpate::fakes {
 namespace {
@@ -16,7 +13,6 @@ using Lock = std::lock_guard<std::recursive_mutex>;
 
 // Longest step of the device [s].
 constexpr double kStep = 0.00025;
-constexpr std::size_t kMaxLog = 60000;  // a minute at 1 kHz
 
 double RealNow() {
   static const auto start = std::chrono::steady_clock::now();
@@ -45,8 +41,8 @@ void Core::Reset() {
     buttons = 0;
     faults.clear();
     calls.clear();
-    log.resize(kMaxLog);
-    logged = 0;
+    command.setZero();
+    command_at = 0;
     shown_ = {};
     options_.clear();
     std::map<std::string, std::string> defaults = {{"resolution", "0"}};
@@ -134,12 +130,9 @@ const Sample& Core::Look() {
   return shown_;
 }
 
-void Core::Log(const double (&asked)[7]) {
-  FakeForce& entry = log[logged++ % log.size()];
-  entry.t = time;
-  std::copy(std::begin(asked), std::end(asked), entry.asked);
-  const Vector3d made = MotorForce();
-  std::copy(made.data(), made.data() + 3, entry.made);
+void Core::Took(const Vector3d& force) {
+  command = force;
+  command_at = time;
 }
 
 // Minimum jerk between the knots: at their times the hand rests. Without knots the handle rests.
@@ -246,15 +239,10 @@ FAKE_EXPORT int fake_last_force(double f[3]) {
   return TheCore().MotorsOn();
 }
 
-FAKE_EXPORT int fake_force_log(FakeForce* log, int room) {
+FAKE_EXPORT double fake_last_command(double f[3]) {
   const Guard guard(TheCore().mutex);
-  const Core& core = TheCore();
-  const std::size_t count =
-      std::min({static_cast<std::size_t>(std::max(room, 0)), core.logged, core.log.size()});
-  for (std::size_t i = 0; i < count; ++i) {
-    log[i] = core.log[(core.logged - count + i) % core.log.size()];
-  }
-  return static_cast<int>(count);
+  Eigen::Map<Eigen::Vector3d>{f} = TheCore().command;
+  return TheCore().command_at;
 }
 
 FAKE_EXPORT int fake_calls(const char* function) {

@@ -1,6 +1,5 @@
-// What all fake devices have in common: clock, handle, operator's script, faults and log. Once the
-// log is full, or nothing is new, calls and steps allocate no memory: allocations that a test
-// counts are a driver's own.
+// What all fake devices have in common: clock, handle, operator's script and faults. Calls and
+// steps allocate no memory where nothing is new: allocations that a test counts are a driver's own.
 #pragma once
 
 #include <atomic>
@@ -50,7 +49,7 @@ class Core {
   const Sample& Look();
   double Number(std::string_view name) const;
   const std::string& Text(std::string_view name) const;
-  void Log(const double (&asked)[7]);
+  void Took(const Eigen::Vector3d& force);
 
   bool plugged = true;
   int frozen = 0;
@@ -70,8 +69,8 @@ class Core {
   };
   std::map<std::string, Fault, std::less<>> faults;
   std::map<std::string, int, std::less<>> calls;
-  std::vector<FakeForce> log;  // a ring of the latest
-  std::size_t logged = 0;
+  Eigen::Vector3d command = Eigen::Vector3d::Zero();  // the newest that the device took [N]
+  double command_at = 0;                              // [s]
 
   // The motors' force now; zero where they are off.
   virtual Eigen::Vector3d MotorForce() const { return Eigen::Vector3d::Zero(); }

@@ -129,8 +129,7 @@ struct Dhd : Core {
     const double most = model().max_force;
     const bool saturated = f.norm() > most;
     if (force_on) motors = Number("force_gain") * (saturated ? Vector3d(f * (most / f.norm())) : f);
-    const Vector3d torque = model().wrist ? t : Vector3d(Vector3d::Zero());
-    Log({f.x(), f.y(), f.z(), torque.x(), torque.y(), torque.z(), 0});
+    Took(f);
     return saturated ? kSaturated : 0;
   }
 };

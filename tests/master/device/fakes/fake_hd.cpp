@@ -4,18 +4,17 @@
 namespace palpate::fakes {
 
 Hd::Values Hd::Find(unsigned name) const {
-  const auto numbers = [](std::initializer_list<double> all, unsigned types = kDouble) {
-    Values values{types, {}, static_cast<std::ptrdiff_t>(all.size())};
+  const auto numbers = [](std::initializer_list<double> all) {
+    Values values{{}, static_cast<std::ptrdiff_t>(all.size())};
     std::copy(all.begin(), all.end(), values.all.begin());
     return values;
   };
   const auto list = [&](const Vector3d& a) { return numbers({a.x(), a.y(), a.z()}); };
-  const auto whole = [&](double a) { return numbers({a}, kInteger); };
-  if (name == 0x2000) return whole(frame.buttons);
+  if (name == 0x2000) return numbers({double(frame.buttons)});
   if (name == 0x2050) return list(1000 * frame.p);
   if (name == 0x2051) return list(1000 * frame.v);
   if (name == 0x2052) {
-    Values values{kDouble, {}, 16};
+    Values values{{}, 16};
     Eigen::Map<Eigen::Matrix4d> transform(values.all.data());  // columns one after another
     transform.setIdentity();
     transform.topRightCorner<3, 1>() = 1000 * frame.p;
@@ -23,9 +22,9 @@ Hd::Values Hd::Find(unsigned name) const {
   }
   if (name == 0x2053) return numbers({0, 0, 0});
   if (name == 0x2551) return numbers({-80, -60, -35, 80, 60, 35});
-  if (name == 0x2553) return whole(6);
-  if (name == 0x2554) return whole(3);
-  if (name == 0x2600) return whole(1000);
+  if (name == 0x2553) return numbers({6});
+  if (name == 0x2554) return numbers({3});
+  if (name == 0x2600) return numbers({1000});
   if (name == 0x2602) return numbers({0.5});
   if (name == 0x2603) return numbers({kMaxForce});
   if (name == 0x2604) return numbers({kContinuousForce});
@@ -121,11 +120,10 @@ namespace {
 const Start start(hd, "HD");
 }
 
-FAKE_EXPORT Handle hdInitDevice(const char* name) {
+FAKE_EXPORT Handle hdInitDevice(const char* /*name*/) {
   const Guard guard(hd.mutex);
   if (!hd.Begins(__func__)) return kInvalidHandle;
-  const bool known = name == nullptr || hd.Text("name") == name;
-  if (!hd.plugged || !known) {
+  if (!hd.plugged) {
     hd.Push(kDeviceFault);
     return kInvalidHandle;
   }
@@ -133,15 +131,13 @@ FAKE_EXPORT Handle hdInitDevice(const char* name) {
     hd.Push(kAlreadyInitiated);
     return kInvalidHandle;
   }
-  const auto handle = static_cast<Handle>(hd.Number("handle"));
-  if (handle > 1024) return handle;  // garbage, which is no device
-  hd.initiated = hd.current = handle;
+  hd.initiated = hd.current = 0;
   hd.lost = false;
   hd.enabled.clear();
   hd.enabled.insert(kRamping);
   hd.enabled.insert(kForceLimit);
   hd.Take();
-  return handle;
+  return hd.current;
 }
 
 FAKE_EXPORT void hdDisableDevice(Handle device) {
@@ -200,7 +196,7 @@ FAKE_EXPORT void hdEndFrame(Handle device) {
   }
   if (hd.hot) hd.Push(kWarmMotors);
   hd.motors = force;
-  hd.Core::Log({hd.asked.x(), hd.asked.y(), hd.asked.z(), 0, 0, 0, 0});
+  hd.Took(hd.asked);
 }
 
 FAKE_EXPORT ErrorInfo hdGetError() {
@@ -241,11 +237,11 @@ FAKE_EXPORT void hdDisable(unsigned capability) {
 }
 
 FAKE_EXPORT void hdGetIntegerv(unsigned name, int* to) {
-  hd.Get(name, to, kInteger, __func__);
+  hd.Get(name, to, __func__);
 }
 
 FAKE_EXPORT void hdGetDoublev(unsigned name, double* to) {
-  hd.Get(name, to, kDouble, __func__);
+  hd.Get(name, to, __func__);
 }
 
 FAKE_EXPORT void hdSetDoublev(unsigned name, const double* from) {

@@ -25,10 +25,10 @@ using Guard = std::lock_guard<std::recursive_mutex>;
 
 constexpr Handle kInvalidHandle = 0xFFFFFFFF;
 constexpr unsigned kInvalidEnum = 0x100, kInvalidValue = 0x101, kInvalidOperation = 0x102,
-                   kInvalidType = 0x103, kBadHandle = 0x104, kWarmMotors = 0x200,
-                   kTooMuchForce = 0x201, kTooFast = 0x203, kForceError = 0x204,
-                   kDeviceFault = 0x300, kAlreadyInitiated = 0x301, kCommError = 0x302,
-                   kIllegalBegin = 0x400, kIllegalEnd = 0x401, kFrameError = 0x402;
+                   kBadHandle = 0x104, kWarmMotors = 0x200, kTooMuchForce = 0x201, kTooFast = 0x203,
+                   kForceError = 0x204, kDeviceFault = 0x300, kAlreadyInitiated = 0x301,
+                   kCommError = 0x302, kIllegalBegin = 0x400, kIllegalEnd = 0x401,
+                   kFrameError = 0x402;
 constexpr unsigned kForceOutput = 0x4000, kClamping = 0x4001, kRamping = 0x4002,
                    kForceLimit = 0x4003;
 constexpr unsigned kCalibrationOk = 0x5000, kNeedsUpdate = 0x5001, kNeedsManual = 0x5002;
@@ -43,8 +43,6 @@ constexpr double kVelocityLimit = 2, kRamp = 100;           // [m/s], [N/s]
 constexpr std::chrono::milliseconds kTickPeriod(1);
 // Below this part of the limit motors that were warm make forces again.
 constexpr double kCooled = 0.8;
-
-enum Type : unsigned { kInteger = 2, kDouble = 8 };
 
 // Capabilities that are enabled.
 class Capabilities {
@@ -86,14 +84,11 @@ struct Hd : Core {
 
   ~Hd() override { StopServo(); }
 
-  // name: what hdInitDevice accepts besides NULL. handle: what it returns; one above 1024 is
-  // garbage. calibration: ok, update or manual, which the inkwell cures while parked is 1. style:
+  // calibration: ok, update or manual, which the inkwell cures while parked is 1. style:
   // of calibration, 1 encoder reset, 2 automatic, 4 inkwell. heating: seconds until the motors'
   // temperature has followed (|f| / continuous)^2 to 63 %; at 1 they are warm.
   std::map<std::string, std::string> Defaults() const override {
-    return {{"name", "Default Device"},
-            {"handle", "0"},
-            {"calibration", "ok"},
+    return {{"calibration", "ok"},
             {"parked", "0"},
             {"style", "4"},
             {"heating", "60"},
@@ -158,20 +153,18 @@ struct Hd : Core {
     if (Calibration() != kCalibrationOk) frame.p += kUncalibrated;
   }
 
-  // What hdGet*v gives for `name`: `types` that it may be read as, and `count` numbers.
+  // What hdGet*v gives for `name`: `count` numbers.
   struct Values {
-    unsigned types = kDouble;
     std::array<double, 16> all{};
     std::ptrdiff_t count = 0;
   };
   Values Find(unsigned name) const;
   template <class T>
-  void Get(unsigned name, T* values, Type type, const char* function) {
+  void Get(unsigned name, T* values, const char* function) {
     const Guard guard(mutex);
     if (!Begins(function) || !HasDevice()) return;
     const Values got = Find(name);
     if (got.count == 0) return Push(kInvalidEnum);
-    if (!(got.types & type)) return Push(kInvalidType);
     std::transform(got.all.begin(), got.all.begin() + got.count, values,
                    [](double x) { return static_cast<T>(x); });
   }

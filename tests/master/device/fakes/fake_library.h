@@ -51,7 +51,8 @@ class Library {
   decltype(&fake_freeze) const freeze = Find<decltype(fake_freeze)>("fake_freeze");
   decltype(&fake_set_error) const set_error = Find<decltype(fake_set_error)>("fake_set_error");
   decltype(&fake_last_force) const last_force = Find<decltype(fake_last_force)>("fake_last_force");
-  decltype(&fake_force_log) const force_log = Find<decltype(fake_force_log)>("fake_force_log");
+  decltype(&fake_last_command) const last_command =
+      Find<decltype(fake_last_command)>("fake_last_command");
   decltype(&fake_calls) const calls = Find<decltype(fake_calls)>("fake_calls");
 };
 

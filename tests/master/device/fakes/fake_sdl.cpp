@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 #include "tests/master/device/fakes/fake_core.h"
 
@@ -75,7 +74,6 @@ struct Sdl : Core {
   int Rumble(double low_part, double high_part, std::uint32_t ms) {
     if (!plugged) return Fail("That operation is not supported");
     if (frozen) return 0;
-    Log({low_part, high_part, 0, 0, 0, 0, 0});
     if (taken_at >= 0 && time - taken_at < 0.050 - 1e-9) return 0;
     taken_at = time;
     low = low_part;

@@ -23,15 +23,9 @@ struct FakeKnot {
   double x, y, z;  // [m]
 };
 
-struct FakeForce {
-  double t;         // when the vendor's call gave it [s]
-  double asked[7];  // force [N], torque [N m], force of the gripper [N]
-  double made[3];   // what the motors make of it at that instant [N]
-};
-
 extern "C" {
 // As after loading: real time, plugged in, at rest at the origin, default options, nothing scripted
-// or logged.
+// or commanded.
 void fake_reset();
 // From now on time is what the test says: it is `now` [s], and only `fake_step` moves it. Servo
 // threads rest; their callbacks run inside `fake_step`.
@@ -58,8 +52,8 @@ void fake_set_error(const char* function, int code, int count);
 
 // What the motors make now. 1: they are on; 0: off, f is zero.
 int fake_last_force(double f[3]);
-// The latest `room` entries, oldest first; how many.
-int fake_force_log(FakeForce* log, int room);
+// Force of the newest command that the device took [N], and when [s].
+double fake_last_command(double f[3]);
 // How often the vendor's `function` was called.
 int fake_calls(const char* function);
 }

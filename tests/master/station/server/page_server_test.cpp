@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <stdexcept>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -145,6 +146,59 @@ TEST_F(PageServerTest, TellsWhoLeft) {
     ASSERT_TRUE(Eventually([this] { return server_.pages() == 1; }));
   }
   EXPECT_TRUE(Eventually([this] { return left_ == 1 && server_.pages() == 0; }));
+}
+
+// The set-up's requests carry images, which a message of a page may not.
+class PageSetupTest : public testing::Test {
+ protected:
+  std::string Post(const std::string& target, const std::string& body,
+                   const std::string& origin = {}) {
+    const std::string host = ToString(server_.endpoint());
+    PageClient client(server_.endpoint());
+    client.Send("POST " + target + " HTTP/1.1\r\nHost: " + host + "\r\n" +
+                (origin.empty() ? "" : "Origin: " + origin + "\r\n") +
+                "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n");
+    client.Send(body);
+    return client.ReadAll();
+  }
+
+  NoticeBoard board_;
+  std::atomic<int> calls_{0};
+  std::jthread slave_;
+  PageServer server_{
+      {"127.0.0.1", 0},
+      &board_,
+      {[](std::uint64_t /*page*/, std::string_view /*message*/) { return std::string(); },
+       [](std::uint64_t /*page*/) {},
+       [this](const std::string& call, const std::string& json,
+              const PageServer::Listener::Done& done) {
+         ++calls_;
+         slave_ = std::jthread([=] {  // answers later and on a thread of its own, as a slave does
+           done(call == "propose" ? 200 : 409,
+                R"({"call":")" + call + R"(","bytes":)" + std::to_string(json.size()) + "}");
+         });
+       }}};
+};
+
+TEST_F(PageSetupTest, ARequestOfAnImageIsForwardedAndAnswered) {
+  const std::string answer = Post("/setup/propose", std::string(3'000'000, 'x'));
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(answer, HasSubstr(R"({"call":"propose","bytes":3000000})"));
+  EXPECT_THAT(Post("/setup/use?token=1", "{}"), StartsWith("HTTP/1.1 409"));
+}
+
+TEST_F(PageSetupTest, AnotherPageAndARequestThatIsTooLongAreRefused) {
+  EXPECT_THAT(Post("/setup/use", "{}", "http://evil.example"), StartsWith("HTTP/1.1 403"));
+  EXPECT_THAT(Post("/setup/use", std::string(PageServer::kLongestSetup + 1, 'x')),
+              StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(Post("/index.html", "{}"), StartsWith("HTTP/1.1 405"));
+  EXPECT_EQ(calls_, 0);
+}
+
+TEST_F(PageServerTest, AStationWithoutASetupForwardsNothing) {
+  PageClient client(server_.endpoint());
+  client.Send("POST /setup/use HTTP/1.1\r\nHost: " + Host() + "\r\nContent-Length: 2\r\n\r\n{}");
+  EXPECT_THAT(client.ReadAll(), StartsWith("HTTP/1.1 405"));
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/zone/pressed_slab.h"
-#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -103,7 +102,7 @@ TEST(ZoneSet, TheEstimateIsTheErrorOfDeepPresses) {
 }
 
 // What a step still lacks is known: the force after many more steps.
-TEST(ZoneSet, TheRemainingChangeOfTheForceIsTold) {
+TEST(ZoneSet, TheRemainingChangeOfTheForceIsReported) {
   const Slab slab(10, 0.4);
   NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, {});
   const PressedZones zones(slab, green, {kThree[1]}), converged(slab, green, {kThree[1]});
@@ -135,24 +134,6 @@ TEST(ZoneSet, AZoneThatMovesKeepsTheForce) {
   EXPECT_LT((zones.set->part(0).Force() - before).norm(), 0.01 * before.norm());
   zones.Converge();
   EXPECT_LT((zones.set->part(0).Force() - before).norm(), 0.01 * before.norm());
-}
-
-// An update takes nothing from the heap.
-TEST(ZoneSet, UpdatesTakeNoMemory) {
-  const Slab slab(8, 0.4);
-  NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, {});
-  const PressedZones zones(slab, green, kThree);
-  zones.set->Begin(zones.targets);
-  zones.set->Step(true);
-  zones.set->EstimateErrors();
-  const long before = AllocationCount();
-  for (int k = 0; k < 10; ++k) {
-    zones.set->Begin(zones.targets);
-    zones.set->Step(false);
-    zones.set->Step(true);
-    for (int piece = 0; piece < 20; ++piece) zones.set->EstimateErrors();
-  }
-  EXPECT_EQ(AllocationCount(), before);
 }
 
 }  // namespace

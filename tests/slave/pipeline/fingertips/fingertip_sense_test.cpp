@@ -47,7 +47,7 @@ class FakeSource final : public TactileSource {
       frame.sensed_at = Clock::now();
       frame.fingers[0].X_SF = environment_->X_SF;
       is_odd_ = !is_odd_;
-      for (float& counts : frame.fingers[0].electrodes) counts += is_odd_ ? 1.0F : 0.0F;
+      for (float& counts : frame.fingers[0].channels) counts += is_odd_ ? 1.0F : 0.0F;
       return frame;
     }
     return std::nullopt;

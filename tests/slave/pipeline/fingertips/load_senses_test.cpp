@@ -45,5 +45,20 @@ TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
   EXPECT_NE(ComplaintOf(scene).find("no column pac0"), std::string::npos);
 }
 
+TEST(LoadSensesTest, ANetworkForOtherChannelsIsRefused) {
+  Scene scene = CubeScene(kAbove);
+  Tactile& tactile = *scene.sense.Find<Tactile>();
+  tactile.network = kShipped;
+  tactile.channels = {16, "kPa"};
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.channels = 16: expected 19, for which"),
+            std::string::npos);
+  tactile.channels = {19, "kPa"};
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.unit = kPa: expected counts, for which"),
+            std::string::npos);
+  tactile.network.clear();
+  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.electrodes is missing: expected a layout"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace palpate

@@ -28,7 +28,7 @@ std::filesystem::path Data(const std::string& name) {
 std::vector<double> Column(const Samples& samples, std::size_t signal) {
   std::vector<double> column;
   for (const FingerReading& reading : samples) {
-    column.push_back(signal < kElectrodeCount    ? reading.electrodes[signal]
+    column.push_back(signal < kElectrodeCount    ? reading.channels[signal]
                      : signal == kElectrodeCount ? reading.pac
                                                  : reading.pdc);
   }

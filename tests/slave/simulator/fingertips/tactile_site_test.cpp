@@ -67,7 +67,7 @@ TEST(TactileSite, PosesOfObjectAndHandTurnTheWholeWorld) {
   EXPECT_LT((a.p_S_contact - X * b.p_S_contact).norm(), 1e-9);
   // The skin feels the same in its own frame.
   const TactileFrame fa = turned.TakeSample(Time{}), fb = plain.TakeSample(Time{});
-  EXPECT_EQ(fa.fingers[0].electrodes, fb.fingers[0].electrodes);
+  EXPECT_EQ(fa.fingers[0].channels, fb.fingers[0].channels);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ class LocaliserTest : public ::testing::TestWithParam<std::string> {
   static FingerReading RawOf(const TactileSignals& change) {
     FingerReading raw;
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-      raw.electrodes[i] = kRest + static_cast<float>(change[i]);
+      raw.channels[i] = kRest + static_cast<float>(change[i]);
     }
     return raw;
   }
@@ -85,7 +85,7 @@ TEST_P(LocaliserTest, FailsOnSignalsThatAreNotFinite) {
   }
   TactileSignals change{};
   FingerReading raw = RawOf(change);
-  raw.electrodes[4] = kNan;
+  raw.channels[4] = kNan;
   EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFailed);
 }
 
@@ -93,12 +93,12 @@ TEST_P(LocaliserTest, FlagsSaturatedElectrodes) {
   TactileSignals change{};
   change[6] = -80;
   FingerReading raw = RawOf(change);
-  raw.electrodes[11] = 4095;
+  raw.channels[11] = 4095;
   EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFlawed);
-  raw.electrodes[11] = 0;
+  raw.channels[11] = 0;
   EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFlawed);
   EXPECT_TRUE(localiser_->Locate(change, raw).usable());
-  raw.electrodes[11] = 1;
+  raw.channels[11] = 1;
   EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFound);
 }
 
@@ -146,7 +146,7 @@ TEST(MakeLocaliserTest, FindsASoftContactUnderWhichNoElectrodeFalls) {
   }
   Tactile tactile;
   FingerReading raw;
-  raw.electrodes.fill(kRest);
+  raw.channels.fill(kRest);
   const TouchPlace place = MakeLocaliser(tactile, layout)->Locate(change, raw);
   EXPECT_TRUE(place.usable());
   EXPECT_GT(place.n_F.y(), 0.7);
@@ -164,7 +164,7 @@ TEST(PaperLocaliserTest, DividesTwiceAndClipsAtFullScale) {
   tactile.localise = "paper";
   const auto localiser = MakeLocaliser(tactile, layout);
   FingerReading raw;
-  raw.electrodes.fill(kRest);
+  raw.channels.fill(kRest);
   TactileSignals change{};
   change[0] = -180;
   change[1] = -60;

@@ -89,7 +89,7 @@ void Append(const Table& table, std::size_t k, const std::string& prefix,
   TactileSignals change{};
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     const std::string name = prefix + ElectrodeName(i);
-    raw.electrodes[i] = static_cast<float>(table.At(k, name));
+    raw.channels[i] = static_cast<float>(table.At(k, name));
     change[i] = static_cast<float>(table.At(k, name) - rest.at(name));
   }
   const std::string pdc = prefix + "pdc";

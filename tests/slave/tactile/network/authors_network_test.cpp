@@ -49,7 +49,7 @@ FingerReading ReadingOf(const std::map<std::string, std::vector<double>>& column
   };
   FingerReading reading;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    reading.electrodes[i] = value(Numbered("E", i + 1));
+    reading.channels[i] = value(Numbered("E", i + 1));
   }
   reading.pac = value("pac0");
   reading.pdc = value("pdc");

@@ -1,0 +1,126 @@
+"""Networks of any sensor's channels: the force is quadratic in them, by least squares (architecture `qnn_N`)."""
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.training.errors import CONTACT_SHARE, ErrorLaw, ForceErrors, compare_forces, fit_law
+from palpate.training.networks import QUIET_SIGNAL, Network
+from palpate.training.recordings import (LONGEST_CONSTANT, Array, InputError, Recording, Sensor, Stretch, find_contacts)
+
+LEAST_SIZE = 0.1  # added to the size of the channels, as FORMAT.md says
+# Relative to the mean square of a feature. Smaller ones fit one day and not the next.
+RIDGES = (1e-3, 3e-3, 1e-2)
+PARTS = 5  # of the contacts, each of which is estimated from the others
+FEWEST_CONTACTS = 3
+COVERED = ((1, 0.6827), (2, 0.9545))  # sigmas and the share of errors within them
+LEAST_NOISE = 2e-3  # of the rms of the channels
+SHORTEST_CONSTANT = 1.0  # a channel that changes more often counts as dead after this time [s]
+
+
+def features(x: Array) -> Array:
+    """n x 3 N of scaled channels n x N: x, x times their size, x squared."""
+    size = np.sqrt((x**2).mean(axis=1, keepdims=True) + LEAST_SIZE**2)
+    return np.concatenate([x, x * size, x * x], axis=1)
+
+
+@dataclasses.dataclass
+class Samples:
+    change: Array  # n x N
+    force: Array  # n x 3 [N]
+    part: npt.NDArray[np.int64]  # 0 to PARTS - 1
+
+
+def samples_of(recordings: Sequence[Recording]) -> Samples:
+    """Every fifth contact belongs to a part; with five recordings or more every fifth recording."""
+    contacts = find_contacts(recordings)
+    if len(contacts) < FEWEST_CONTACTS:
+        raise InputError(f"{len(contacts)} contacts: expected {FEWEST_CONTACTS} or more")
+    by_recording = len({c.recording for c in contacts}) >= PARTS
+    count = len(recordings) if by_recording else len(contacts)
+
+    def part(k: int, contact: Stretch) -> int:
+        return (contact.recording if by_recording else k) * PARTS // count
+
+    rows = [(recordings[c.recording], c.begin, c.end, part(k, c)) for k, c in enumerate(contacts)]
+    return Samples(np.concatenate([r.change[a:b] for r, a, b, _ in rows]), np.concatenate([r.force[a:b] for r, a, b, _ in rows]),
+                   np.concatenate([np.full(b - a, p) for _, a, b, p in rows]))
+
+
+class Squares:
+    """Normal equations of least squares, per part."""
+
+    def __init__(self, x: Array, force: Array, part: npt.NDArray[np.int64]) -> None:
+        self.scale = np.sqrt((x**2).mean(axis=0))
+        self.scale[self.scale == 0] = 1
+        own = [(x[part == p] / self.scale, force[part == p]) for p in range(PARTS)]
+        self.matrices = [a.T @ a for a, _ in own]
+        self.sides = [a.T @ b for a, b in own]
+        self.counts = [len(a) for a, _ in own]
+
+    def solve(self, ridge: float, without: int = -1) -> Array:
+        used = [p for p in range(PARTS) if p != without]
+        count = sum(self.counts[p] for p in used)
+        matrix = sum(self.matrices[p] for p in used) + ridge * count * np.eye(len(self.scale))
+        solution: Array = np.linalg.solve(matrix, sum(self.sides[p] for p in used)) / self.scale[:, None]
+        return solution
+
+
+def errors_of(estimated: Array, measured: Array) -> ForceErrors:
+    """As compare_forces; sigma = sqrt(rest^2 + law^2) covers 68 % of the errors or more, and twice that 95 %."""
+    errors = compare_forces(estimated, measured)
+    size = np.linalg.norm(measured, axis=1)
+    square = ((estimated - measured)**2).sum(axis=1)
+    touches = size > CONTACT_SHARE * size.max()
+    rest = 0.0
+    if not touches.all():
+        rest = max(math.sqrt(np.quantile(square[~touches] / k**2, share)) for k, share in COVERED)
+    law = fit_law(square[touches], size[touches])
+    if law != ErrorLaw():
+        height2 = max(float(np.quantile(np.maximum(square[touches] / k**2 - rest**2, 0) / law.at(size[touches])**2, share))
+                      for k, share in COVERED)
+        law = ErrorLaw(law.growing * height2, law.relative * math.sqrt(height2))
+    return dataclasses.replace(errors, at_rest=rest, law=law)
+
+
+def noise_of(recordings: Sequence[Recording], scale: Array) -> float:
+    """The median rms of a channel from sample to sample without contact."""
+    largest = max(float(np.linalg.norm(r.force, axis=1).max()) for r in recordings)
+    steps = [np.diff(r.change, axis=0)[(np.linalg.norm(r.force, axis=1) < CONTACT_SHARE * largest)[1:]] for r in recordings]
+    return float(max(np.median(np.sqrt((np.concatenate(steps)**2).mean(axis=0) / 2)), LEAST_NOISE * np.sqrt((scale**2).mean())))
+
+
+def train(recordings: Sequence[Recording], test: Sequence[Recording], sensor: Sensor) -> tuple[Network, ForceErrors, float]:
+    """The network, its errors on `test`, or if there is none on contacts that the fit did not see, and the chosen ridge."""
+    samples = samples_of(recordings)
+    rms = np.sqrt((samples.change**2).mean(axis=0))
+    if not rms.max() > 0:
+        raise InputError("the channels are constant in all training samples")
+    scale = np.maximum(rms, QUIET_SIGNAL * np.sqrt((rms**2).mean()))
+    x = features(samples.change / scale)
+    squares = Squares(x, samples.force, samples.part)
+
+    def unseen(ridge: float) -> Array:
+        estimated = np.empty_like(samples.force)
+        for p in range(PARTS):
+            estimated[samples.part == p] = x[samples.part == p] @ squares.solve(ridge, p)
+        return estimated
+
+    ridge = min(RIDGES, key=lambda each: float(((unseen(each) - samples.force)**2).sum()))
+    kernel = squares.solve(ridge)
+    if test:
+        estimated = np.concatenate([features(r.change[r.begin:r.end] / scale) @ kernel for r in test])
+        errors = errors_of(estimated, np.concatenate([r.force[r.begin:r.end] for r in test]))
+    else:
+        errors = errors_of(unseen(ridge), samples.force)
+    channels, constant = len(scale), 2 * max(r.constant for r in recordings)
+    network = Network(f"qnn_{channels}", channels, 1, 3, np.zeros(channels), scale, np.zeros(3), np.ones(3), [],
+                      [(kernel, np.zeros(3))], rate=sensor.rate, sigma=errors.rmse, rest_sigma=errors.at_rest, law=errors.law,
+                      learnt_force=float(np.linalg.norm(samples.force, axis=1).max()), unit=sensor.unit,
+                      noise=noise_of(recordings, scale),
+                      longest_constant=max(SHORTEST_CONSTANT, constant) if constant < LONGEST_CONSTANT else 0.0)
+    return network, errors, ridge

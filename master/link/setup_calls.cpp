@@ -1,0 +1,117 @@
+#include "master/link/setup_calls.h"
+
+#include <chrono>
+#include <utility>
+
+#include <google/protobuf/struct.pb.h>
+#include <google/protobuf/util/json_util.h>
+
+#include "master/link/observer.h"
+#include "master/link/stream_keeper.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::chrono::seconds kCallWithin(
+    90);                                     // a scene whose model is chosen takes long to check
+constexpr std::uint32_t kBestQuality = 100;  // of a JPEG: the tip's template is cut from it
+
+using Stub = v1::Teleoperation::Stub;
+
+int HttpStatusOf(grpc::StatusCode code) {
+  switch (code) {
+    case grpc::StatusCode::INVALID_ARGUMENT:
+      return 400;
+    case grpc::StatusCode::PERMISSION_DENIED:
+    case grpc::StatusCode::UNAUTHENTICATED:
+      return 403;
+    case grpc::StatusCode::FAILED_PRECONDITION:
+    case grpc::StatusCode::ABORTED:
+    case grpc::StatusCode::UNIMPLEMENTED:
+      return 409;
+    default:
+      return 502;
+  }
+}
+
+SetupCalls::Answer AnswerOf(const grpc::Status& status, const google::protobuf::Message& reply) {
+  if (status.ok()) return {200, JsonOf(reply)};
+  const std::string words = WordsOf(status);
+  return {HttpStatusOf(status.error_code()),
+          SetupErrorJson(words.empty() ? "rejected without a reason" : words)};
+}
+
+class TimedCall {
+ public:
+  explicit TimedCall(const std::stop_token& stop) : cancel_(stop, Cancel{&context_}) {
+    context_.set_deadline(std::chrono::system_clock::now() + kCallWithin);
+  }
+  [[nodiscard]] grpc::ClientContext* context() { return &context_; }
+
+ private:
+  struct Cancel {
+    grpc::ClientContext* context;
+    void operator()() const { context->TryCancel(); }
+  };
+  grpc::ClientContext context_;
+  std::stop_callback<Cancel> cancel_;
+};
+
+template <class Request, class Reply>
+SetupCalls::Answer MakeCall(Stub* stub,
+                            grpc::Status (Stub::*call)(grpc::ClientContext*, const Request&,
+                                                       Reply*),
+                            const std::string& json, const std::stop_token& stop) {
+  Request request;
+  const auto read = google::protobuf::util::JsonStringToMessage(json, &request);
+  if (!read.ok()) {
+    return {400, SetupErrorJson("not understood: expected " + Request::descriptor()->name() +
+                                " as JSON: " + std::string(read.message()))};
+  }
+  TimedCall timed(stop);
+  Reply reply;
+  const grpc::Status status = (stub->*call)(timed.context(), request, &reply);
+  return AnswerOf(status, reply);
+}
+
+SetupCalls::Answer RequestImage(Stub* stub, const std::stop_token& stop) {
+  v1::WatchImagesRequest request;
+  request.set_quality(kBestQuality);
+  TimedCall timed(stop);
+  const auto reader = stub->WatchImages(timed.context(), request);
+  v1::ImageState image;
+  if (!reader->Read(&image)) return AnswerOf(reader->Finish(), image);
+  timed.context()->TryCancel();
+  reader->Finish();
+  return AnswerOf(grpc::Status::OK, image);
+}
+
+}  // namespace
+
+struct SetupCalls::Parts {
+  explicit Parts(const SlaveLink::Options& link) : stub(BulkStub(link)) {}
+
+  const std::unique_ptr<Stub> stub;
+};
+
+SetupCalls::SetupCalls(const SlaveLink::Options& link) : parts_(std::make_unique<Parts>(link)) {}
+SetupCalls::~SetupCalls() = default;
+
+SetupCalls::Answer SetupCalls::Make(std::string_view name, const std::string& json,
+                                    const std::stop_token& stop) const {
+  Stub* stub = parts_->stub.get();
+  if (name == "propose") return MakeCall(stub, &Stub::ProposeScene, json, stop);
+  if (name == "use") return MakeCall(stub, &Stub::UseScene, json, stop);
+  if (name == "outline") return MakeCall(stub, &Stub::FindOutline, json, stop);
+  if (name == "board") return MakeCall(stub, &Stub::FindBoard, json, stop);
+  if (name == "image") return RequestImage(stub, stop);
+  return {400, SetupErrorJson("not understood: expected propose, use, outline, board or image")};
+}
+
+std::string SetupErrorJson(std::string_view why) {
+  google::protobuf::Struct answer;
+  (*answer.mutable_fields())["error"].set_string_value(std::string(why));
+  return JsonOf(answer);
+}
+
+}  // namespace palpate

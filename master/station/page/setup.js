@@ -1,0 +1,413 @@
+// The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
+import { CHECK_HELP } from './setup_words.js';
+import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js';
+import { Answers, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
+import { findTip, greyOf, imageTrouble } from './setup_tip.js';
+import { save, zipOf } from './save.js';
+import { VALIDITY, codeOf, figure, write } from './words.js';
+
+const byId = (id) => document.getElementById(id);
+const NAMES = Object.keys(STEPS);
+const HINTS = {
+  image: 'The object is untouched, the tool is in view above it, and a ruler lies in their plane.', scale: 'Click two marks of a ruler that are far apart, or let a printed board be found.',
+  object: 'Click around the object. The slave then pulls the outline to the edge.', held: 'Click the edges where the object is held. Click again to free an edge.', material: 'How soft is the object?',
+  tool: 'Drag a box around the tip: some of the tool, some background on both sides, and a little before the tip.', check: 'The slave checks the scene.', press: 'Press the object with the tool.',
+};
+const SPACING_PX = 3;  // of the points of an outline
+const EDGE_PX = 14;  // from a click to the edge that it means [px on the screen]
+
+const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+const base64Of = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''));
+
+export class Setup {
+  constructor(picture) {
+    Object.assign(this, { picture, answers: new Answers(), step: 'image', frozen: null, scene: null, wanted: null, drag: null, trouble: {}, report: null, curve: new PressCurve(), state: null, busy: '', images: 0 });
+    this.canvas = byId('setup-canvas');
+    this.pen = this.canvas.getContext('2d', { willReadFrequently: true });
+    byId('setup-steps').replaceChildren(...NAMES.map((name, i) => this.stepItem(name, i)));
+    byId('setup-material').replaceChildren(new Option('choose', ''), ...MATERIALS.map((name) => new Option(name, name)));
+    byId('setup-open').addEventListener('click', () => this.show(true));
+    byId('setup-close').addEventListener('click', () => this.show(false));
+    byId('setup-undo').addEventListener('click', () => this.undo());
+    byId('setup-back').addEventListener('click', () => this.go(NAMES[NAMES.indexOf(this.step) - 1]));
+    byId('setup-next').addEventListener('click', () => this.next());
+    byId('setup-board').addEventListener('click', () => this.findBoard());
+    byId('setup-pull').addEventListener('click', () => this.pull());
+    byId('setup-freeze').addEventListener('click', () => this.freeze());
+    byId('setup-live').addEventListener('click', () => (this.answers.set('image', null), this.changed()));
+    byId('setup-use').addEventListener('click', () => this.use());
+    byId('setup-download').addEventListener('click', () => this.download());
+    byId('setup-clear').addEventListener('click', () => { this.curve = new PressCurve(); });
+    byId('setup-form').addEventListener('submit', (event) => event.preventDefault());
+    byId('setup-form').addEventListener('change', ({ target }) => this.takeField(target));
+    this.canvas.addEventListener('pointerdown', (event) => this.press(event));
+    this.canvas.addEventListener('pointermove', (event) => this.move(event));
+    this.canvas.addEventListener('pointerup', (event) => this.release(event));
+    window.addEventListener('keydown', (event) => this.key(event));
+  }
+  stepItem(name, i) {
+    const item = document.createElement('li'), button = document.createElement('button');
+    button.type = 'button';
+    button.dataset.step = name;
+    button.textContent = `${i + 1} ${STEPS[name]}`;
+    button.addEventListener('click', () => this.go(name));
+    item.append(button);
+    return item;
+  }
+
+  // What the slave tells: whether it accepts a set-up, and whether it has a scene.
+  takeHealth({ scene }) {
+    const lines = scene?.setup_camera || '';
+    byId('setup-open').hidden = !lines;
+    this.cameraLines = lines.split('\n').map((line) => line.trim()).filter(Boolean);
+    if (!lines || this.wanted === null) this.show(Boolean(lines) && !scene.name, false);
+  }
+  takeStatus({ slave_state: state }) {
+    this.state = state;
+    if (!state || this.step !== 'press') return;
+    const point = this.curve.add(state);
+    if (point) this.point = point;
+  }
+  show(isOn, byHand = true) {
+    if (byHand) this.wanted = isOn;
+    byId('setup').hidden = !isOn;
+    document.body.classList.toggle('setting-up', isOn);
+    if (isOn) this.draw();
+  }
+  // Whether nothing changes by itself.
+  get isFrozen() {
+    return Boolean(this.frozen) && this.step !== 'press';
+  }
+  get isShown() {
+    return !byId('setup').hidden;
+  }
+
+  go(step) {
+    if (!step) return;
+    this.step = step;
+    if (step === 'check') this.propose();
+    this.draw();
+  }
+  next() {
+    this.trouble[this.step] = null;
+    if (!problemsAt(this.step, this.answers.now).length && !this.busy) return this.go(NAMES[NAMES.indexOf(this.step) + 1]);
+    this.tried = this.step;  // only now the step says what it lacks
+    this.draw();
+  }
+  undo() {
+    this.answers.undo(this.step);
+    this.trouble[this.step] = null;
+    this.changed();
+  }
+  key(event) {
+    if (!this.isShown || event.key !== 'z' || !(event.ctrlKey || event.metaKey)) return;
+    event.preventDefault();
+    this.undo();
+  }
+  // After each change: the tip is searched again, because it depends on outline and scale.
+  changed() {
+    const { tool, object } = this.answers.now;
+    this.report = null;
+    const key = JSON.stringify([tool.box, tool.width, tool.shape, object, this.answers.now.scale, this.answers.now.image?.number]);
+    if (key !== this.searched) {
+      this.searched = key;
+      this.answers.now.tool = { ...tool, seen: this.tipIn(tool) };
+    }
+    this.draw();
+  }
+  tipIn({ box, width, shape }) {
+    const outline = outlineOf(this.answers.now), px = (1e-3 * Number(width)) / pixelOf(this.answers.now);
+    if (box.length < 2 || !this.frozen || !outline.length || !(px > 0)) return null;
+    return px >= 3 ? findTip(this.frozen.grey, box, outline, px, shape === 'round') : { why: `The tip is ${px.toFixed(1)} px wide in the image: expected at least 3 px. Move the camera nearer, or correct the width.` };
+  }
+  takeField(field) {
+    const [step, key] = (field.name || '').split('.');
+    if (!key) return;
+    if (step === 'name') this.answers.set('name', field.value);
+    else if (key === 'kind') this.answers.change('object', { kind: field.value, points: [], found: null, clear: null });
+    else this.answers.change(step, { [key]: field.value });
+    if (key === 'kind') this.answers.set('held', []);
+    this.trouble[step] = null;
+    this.changed();
+  }
+
+  // One call of the slave: its reply, or null with the reason at `step`.
+  async call(name, step, request, words) {
+    if (this.busy) return null;
+    this.busy = words;
+    this.draw();
+    const token = location.hash.slice(1);
+    let reply = null;
+    try {
+      const response = await fetch(`/setup/${name}${token && `?token=${token}`}`, { method: 'POST', body: JSON.stringify(request) });
+      reply = await response.json().catch(() => ({ error: `palpate-master answers ${response.status} ${response.statusText}` }));
+      if (response.ok && !reply.error) this.trouble[step] = null;
+      else this.trouble[step] = [reply.error || `palpate-master answers ${response.status}`];
+      if (!response.ok || reply.error) reply = null;
+    } catch {
+      this.trouble[step] = ['palpate-master does not answer. Your answers are kept: try again.'];
+    }
+    this.busy = '';
+    this.draw();
+    return reply;
+  }
+  async freeze() {
+    const reply = await this.call('image', 'image', {}, 'An image is fetched ...');
+    if (!reply) return;
+    try {
+      const bitmap = await createImageBitmap(new Blob([bytesOf(reply.jpeg)], { type: 'image/jpeg' }));
+      const still = new OffscreenCanvas(bitmap.width, bitmap.height), pen = still.getContext('2d', { willReadFrequently: true });
+      pen.drawImage(bitmap, 0, 0);
+      const grey = greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height));
+      this.frozen = { still, grey, jpeg: reply.jpeg };
+      this.answers.set('image', { width: bitmap.width, height: bitmap.height, number: ++this.images, trouble: imageTrouble(grey), frozen: this.frozen });
+    } catch {
+      this.trouble.image = ['The image cannot be decoded. Freeze again.'];
+    }
+    this.changed();
+  }
+  async findOutline() {
+    const { points } = this.answers.now.object, near = points.map(([u, v]) => ({ u, v }));
+    const reply = await this.call('outline', 'object', { image: this.frozen.jpeg, near }, 'The slave looks for the edge ...');
+    if (!reply) return;
+    const found = denser(reply.outline.map(({ u, v }) => [u, v]), SPACING_PX);  // straight sides come as their ends alone
+    this.answers.now = { ...this.answers.now, object: { ...this.answers.now.object, found, clear: reply.clear } };  // belongs to the click before
+    this.changed();
+  }
+  async findBoard() {
+    const { scale } = this.answers.now;
+    this.trouble.scale = boardProblems(this.answers.now);
+    if (this.trouble.scale.length) return this.draw();
+    const request = { images: [this.frozen.jpeg], columns: Number(scale.columns), rows: Number(scale.rows), square: 1e-3 * Number(scale.square) };
+    const reply = await this.call('board', 'scale', request, 'The slave looks for the board ...');
+    if (!reply) return;
+    this.answers.change('scale', { board: { pixel: reply.pixel, points: reply.corners.map(({ u, v }) => [u, v]) } });
+    this.changed();
+  }
+  async proposal() {
+    const [[u0, v0], [u1, v1]] = this.answers.now.tool.seen.box, cut = new OffscreenCanvas(u1 - u0 + 1, v1 - v0 + 1);
+    cut.getContext('2d').drawImage(this.frozen.still, -u0, -v0);
+    const template = new Uint8Array(await (await cut.convertToBlob({ type: 'image/png' })).arrayBuffer());
+    const { scene, files } = sceneOf(this.answers.now, this.cameraLines, template);
+    return { scene, files: { ...files, 'image.jpg': bytesOf(this.frozen.jpeg) } };
+  }
+  requestOf({ scene, files }) {
+    return { scene, files: Object.fromEntries(Object.entries(files).map(([name, bytes]) => [name, base64Of(bytes)])) };
+  }
+  // Checks the scene. Errors go to the step that owns their key.
+  async propose() {
+    const first = firstProblem(this.answers.now);
+    if (first) {
+      this.step = this.tried = first;
+      return this.draw();
+    }
+    const proposal = await this.proposal(), reply = await this.call('propose', 'check', this.requestOf(proposal), 'The slave checks the scene ...');
+    if (!reply) return;
+    this.scene = proposal;
+    if (!reply.errors?.length) this.report = reply;
+    else this.assign(reply.errors);
+    this.draw();
+  }
+  // Errors of the slave to the steps that own their keys, and to the first of these.
+  assign(errors) {
+    for (const { key, value, message, expected } of errors) {
+      const step = stepOfKey(key || ''), words = [key && `${key}${value ? ` = ${value}` : ''}`, message, expected && `expected ${expected}`].filter(Boolean).join(': ');
+      (this.trouble[step] ||= []).push(words);
+    }
+    this.step = NAMES.find((name) => this.trouble[name]?.length) || 'check';
+  }
+  async use() {
+    if (!this.report) return this.propose();
+    const reply = await this.call('use', 'check', this.requestOf(this.scene), 'The slave takes the scene into use ...');
+    if (!reply) return;
+    this.wanted = true;
+    this.curve = new PressCurve();
+    this.go('press');
+  }
+  async download() {
+    const scene = this.scene || (firstProblem(this.answers.now) ? null : await this.proposal());
+    if (!scene) return this.go('check');
+    save(new Blob([zipOf({ 'scene.yaml': new TextEncoder().encode(scene.scene), ...scene.files })], { type: 'application/zip' }), `${this.answers.now.name}.zip`);
+  }
+
+  // Clicks. Places are in the frozen image [px].
+  place({ clientX, clientY }) {
+    const box = this.canvas.getBoundingClientRect(), scale = Math.min(box.width / this.canvas.width, box.height / this.canvas.height);
+    this.scale = scale;
+    return [(clientX - box.x - (box.width - scale * this.canvas.width) / 2) / scale - 0.5, (clientY - box.y - (box.height - scale * this.canvas.height) / 2) / scale - 0.5];
+  }
+  isInside([u, v]) {
+    return u >= -0.5 && v >= -0.5 && u < this.canvas.width && v < this.canvas.height;
+  }
+  press(event) {
+    const at = this.place(event);
+    if (event.button !== 0 || !this.frozen || this.busy || !this.isInside(at)) return;
+    this.trouble[this.step] = null;
+    const act = { scale: () => this.clickScale(at), object: () => this.clickObject(at), held: () => this.clickEdge(at), tool: () => { this.drag = [at, at]; } }[this.step];
+    if (act) this.canvas.setPointerCapture(event.pointerId);
+    act?.();
+  }
+  move(event) {
+    if (!this.drag) return;
+    this.drag[1] = this.place(event);
+    this.draw();
+  }
+  release() {
+    if (!this.drag) return;
+    const box = this.drag;
+    this.drag = null;
+    if (distance(...box) > 3) this.answers.change('tool', { box });
+    this.changed();
+  }
+  clickScale(at) {
+    const { by, points } = this.answers.now.scale;
+    if (by === 'board') return this.draw();
+    this.answers.change('scale', { points: points.length < 2 ? [...points, at] : [at] });
+    this.changed();
+  }
+  clickObject(at) {
+    const { object } = this.answers.now, isFull = object.kind === 'rectangle' && object.points.length === 4;
+    this.answers.change('object', { points: isFull ? [at] : [...object.points, at], found: null, clear: null });
+    if (this.answers.now.held.length) this.answers.set('held', []);
+    this.changed();
+    const now = this.answers.now.object;
+    if (isComplete(now) && now.kind === 'rectangle') this.pull();
+  }
+  pull() {
+    const { object } = this.answers.now;
+    if (isComplete(object) && !crossesItself(object.points)) this.findOutline();
+    else this.next();
+  }
+  clickEdge(at) {
+    const near = edgesOf(this.answers.now).map((edge, i) => ({ i, far: nearestOn(edge, at, false).distance })).sort((a, b) => a.far - b.far)[0];
+    if (!near || near.far * this.scale > EDGE_PX) {
+      this.trouble.held = ['No edge is there: click on the line around the object.'];
+      return this.draw();
+    }
+    const { held } = this.answers.now;
+    this.answers.set('held', held.includes(near.i) ? held.filter((i) => i !== near.i) : [...held, near.i].sort((a, b) => a - b));
+    this.changed();
+  }
+
+  // Shows all. Called after each change, and for each new image while it is live.
+  draw() {
+    if (!this.isShown) return;
+    const { now } = this.answers;
+    this.frozen = now.image?.frozen || null;
+    byId('setup-live').hidden = !this.frozen;
+    this.drawImage();
+    for (const button of document.querySelectorAll('#setup-steps button')) {
+      const name = button.dataset.step, isDone = NAMES.indexOf(name) < NAMES.indexOf('check') && !problemsAt(name, now).length;
+      button.setAttribute('aria-current', name === this.step ? 'step' : 'false');
+      button.classList.toggle('done', isDone || (name === 'check' && Boolean(this.report)));
+    }
+    for (const part of document.querySelectorAll('#setup-form [data-step]')) part.hidden = part.dataset.step !== this.step;
+    for (const part of document.querySelectorAll('#setup-form [data-kind]')) part.hidden = part.dataset.kind !== (now[part.closest('[data-step]').dataset.step].by || now.object.kind);
+    for (const field of byId('setup-form').elements) this.fillField(field);
+    byId('setup-freeze').dataset.count = now.image?.number || 0;
+    write(byId('setup-hint'), this.busy || HINTS[this.step]);
+    byId('setup-undo').disabled = !this.answers.canUndo(this.step);
+    byId('setup-back').hidden = this.step === 'image';
+    byId('setup-next').hidden = NAMES.indexOf(this.step) >= NAMES.indexOf('check');
+    byId('setup-use').disabled = !this.report || Boolean(this.busy);
+    write(byId('setup-report'), this.report ? this.reportText() : this.busy);
+    this.showProblems();
+    this.showFacts();
+  }
+  fillField(field) {
+    const [step, key] = (field.name || '').split('.');
+    if (!key || field === document.activeElement) return;
+    const value = step === 'name' ? this.answers.now.name : this.answers.now[step][key];
+    if (field.type === 'radio') field.checked = field.value === value;
+    else if (field.value !== value) field.value = value;
+  }
+  showProblems() {
+    const own = this.tried === this.step ? problemsAt(this.step, this.answers.now) : [], list = [...(this.trouble[this.step] || []), ...own];
+    if (this.step === 'image' && this.answers.now.image?.trouble && !own.length) list.push(this.answers.now.image.trouble);
+    if (this.step === 'tool' && this.answers.now.tool.seen?.why && !own.length) list.push(this.answers.now.tool.seen.why);
+    const text = JSON.stringify(list);
+    if (text === this.shownProblems) return;
+    this.shownProblems = text;
+    byId('setup-problems').replaceChildren(...list.map((words) => Object.assign(document.createElement('li'), { textContent: words })));
+  }
+  reportText() {
+    const { report, contact } = this.report;
+    const lines = contact ? [`At ${figure(1e3 * contact.depth)} mm depth the force is about ${figure(contact.force)} N.`, contact.largest_depth ? `Forces are valid down to about ${figure(1e3 * contact.largest_depth)} mm.` : ''] : [];
+    return [...lines.filter(Boolean), report].join('\n');
+  }
+  showFacts() {
+    const { now } = this.answers, pixel = pixelOf(now), { clear } = now.object, { seen } = now.tool;
+    write(byId('setup-scale-fact'), pixel > 0 ? `${figure(1e3 * pixel)} mm per pixel` : '');
+    write(byId('setup-object-fact'), clear === null ? '' : `${Math.round(100 * clear)} % of the outline lie on a clear edge.`);
+    write(byId('setup-tool-fact'), seen?.tip ? `Tip found at (${seen.tip.map((value) => value.toFixed(1)).join(', ')}) px, ${figure(1e3 * seen.width * pixel)} mm wide.` : '');
+    write(byId('setup-held-fact'), `${now.held.length} of ${edgesOf(now).length} edges are held.`);
+    if (this.step === 'press') this.showPress();
+  }
+  showPress() {
+    const { state, point } = this, validity = codeOf(state?.validity, 'VALIDITY_'), check = codeOf(state?.check, 'FAILED_CHECK_');
+    write(byId('setup-force'), state?.force && point ? `${figure(point.force)} N ± ${figure(point.sigma)} N at ${figure(1e3 * point.depth)} mm` : 'no force yet');
+    const [level, words] = VALIDITY[validity] || ['idle', 'waiting for the first force'];
+    byId('setup-validity').dataset.level = level;
+    write(byId('setup-validity'), words + (CHECK_HELP[check] ? `: ${CHECK_HELP[check]}` : ''));
+    write(byId('setup-largest'), this.curve.largestValid > 0 ? `Largest valid depth so far: ${figure(1e3 * this.curve.largestValid)} mm` : '');
+    drawCurve(byId('setup-curve'), this.curve.points);
+  }
+  drawImage() {
+    const live = !this.isFrozen, source = live ? this.picture.canvas : this.frozen.still;
+    if (this.canvas.width !== source.width || this.canvas.height !== source.height) [this.canvas.width, this.canvas.height] = [source.width, source.height];
+    this.pen.drawImage(source, 0, 0);
+    if (!live) this.drawAnswers();
+  }
+  drawAnswers() {
+    const { pen, answers: { now } } = this, width = Math.max(1, this.canvas.width / 500);
+    const tone = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+    const line = (points, colour, isClosed = false, dash = []) => {
+      pen.beginPath();
+      points.forEach(([u, v], i) => pen[i ? 'lineTo' : 'moveTo'](u + 0.5, v + 0.5));
+      if (isClosed) pen.closePath();
+      pen.setLineDash(dash.map((part) => part * width));
+      Object.assign(pen, { strokeStyle: colour, lineWidth: width });
+      pen.stroke();
+    };
+    const dots = (points, colour) => points.forEach(([u, v]) => {
+      line([[u - 4 * width, v], [u + 4 * width, v]], colour);
+      line([[u, v - 4 * width], [u, v + 4 * width]], colour);
+    });
+    const marks = now.scale.by === 'board' ? now.scale.board?.points || [] : now.scale.points;
+    if (now.scale.by === 'clicks') line(marks, tone('--series-b'));
+    dots(marks, tone('--series-b'));
+    const outline = outlineOf(now);
+    line(outline.length ? outline : now.object.points, tone('--series-a'), outline.length > 0);
+    if (this.step === 'object') dots(now.object.points, tone('--series-a'));
+    const edges = edgesOf(now);
+    pen.save();
+    for (const i of now.held) if (edges[i]) line(edges[i], tone('--stop'), false, [3, 2]);
+    pen.restore();
+    const box = this.drag || now.tool.box;
+    if (box.length === 2) line([box[0], [box[1][0], box[0][1]], box[1], [box[0][0], box[1][1]]], tone('--series-c'), true);
+    if (now.tool.seen?.tip) dots([now.tool.seen.tip], tone('--stop'));
+  }
+}
+
+// Force over depth: the points, and a band of one sigma around them.
+function drawCurve(canvas, points) {
+  const pen = canvas.getContext('2d'), { width, height } = canvas, tone = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+  pen.clearRect(0, 0, width, height);
+  const deepest = Math.max(1e-4, ...points.map((p) => p.depth)), most = Math.max(1e-2, ...points.map((p) => p.force + (p.sigma || 0)));
+  const x = (depth) => 44 + ((width - 54) * depth) / deepest, y = (force) => height - 24 - ((height - 36) * force) / most;
+  pen.font = '12px system-ui, sans-serif';
+  pen.fillStyle = tone('--dim');
+  pen.fillText(`${figure(most)} N`, 2, 12);
+  pen.fillText(`${figure(1e3 * deepest)} mm`, width - 54, height - 6);
+  pen.fillText('0', 32, height - 10);
+  pen.globalAlpha = 0.25;
+  for (const { depth, force, sigma, valid } of points) {
+    pen.fillStyle = tone(valid ? '--fill' : '--force');
+    pen.fillRect(x(depth) - 1, y(force + (sigma || 0)), 2, Math.max(1, y(force - (sigma || 0)) - y(force + (sigma || 0))));
+  }
+  pen.globalAlpha = 1;
+  for (const { depth, force, valid } of points) {
+    pen.fillStyle = tone(valid ? '--fill' : '--force');
+    pen.fillRect(x(depth) - 1.5, y(force) - 1.5, 3, 3);
+  }
+}

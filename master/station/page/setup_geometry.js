@@ -1,0 +1,163 @@
+// Plane geometry of the set-up. Points are [u, v] in the image [px]: (0, 0) is the centre of the upper left pixel, v points down.
+
+export const distance = ([a, b], [c, d]) => Math.hypot(c - a, d - b);
+const cross = ([ax, ay], [bx, by]) => ax * by - ay * bx;
+const minus = ([ax, ay], [bx, by]) => [ax - bx, ay - by];
+const along = ([ax, ay], [bx, by], part) => [ax + part * (bx - ax), ay + part * (by - ay)];
+
+// The pairs of neighbours of a closed polygon.
+export const sidesOf = (points) => points.map((point, i) => [point, points[(i + 1) % points.length]]);
+
+// Area with its sign: positive if the points run clockwise in the image, where v points down.
+export const areaOf = (points) => sidesOf(points).reduce((sum, [a, b]) => sum + cross(a, b), 0) / 2;
+
+// The polygon counter-clockwise to the eye.
+export const counterClockwise = (points) => (areaOf(points) > 0 ? [...points].reverse() : points);
+
+export function centroidOf(points) {
+  let [u, v, sum] = [0, 0, 0];
+  for (const [a, b] of sidesOf(points)) {
+    const part = cross(minus(a, points[0]), minus(b, points[0]));
+    u += (part * (a[0] + b[0] + points[0][0])) / 3;
+    v += (part * (a[1] + b[1] + points[0][1])) / 3;
+    sum += part;
+  }
+  return [u / sum, v / sum];
+}
+
+const meet = ([a, b], [c, d]) => {
+  const side = (p, q, r) => Math.sign(cross(minus(q, p), minus(r, p)));
+  return side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0;
+};
+export function crossesItself(points) {
+  const sides = sidesOf(points);
+  return sides.some((one, i) => sides.some((other, j) => j > i + 1 && !(i === 0 && j === sides.length - 1) && meet(one, other)));
+}
+
+export const contains = (points, [u, v]) => sidesOf(points).filter(([a, b]) => (a[1] > v) !== (b[1] > v) && u < a[0] + ((v - a[1]) / (b[1] - a[1])) * (b[0] - a[0])).length % 2 === 1;
+
+// Points of the closed polygon about every `spacing` px, its corners too.
+export const denser = (points, spacing) => sidesOf(points).flatMap(([a, b]) => {
+  const parts = Math.max(1, Math.round(distance(a, b) / spacing));
+  return Array.from({ length: parts }, (_, i) => along(a, b, i / parts));
+});
+
+// The nearest point of a line of points to `p`, as {distance, at: [u, v], i: number of its first point, part}.
+export function nearestOn(points, p, isClosed = true) {
+  const sides = isClosed ? sidesOf(points) : sidesOf(points).slice(0, -1);
+  return sides.reduce((best, [a, b], i) => {
+    const way = minus(b, a), length = way[0] ** 2 + way[1] ** 2;
+    const part = length > 0 ? Math.min(1, Math.max(0, ((p[0] - a[0]) * way[0] + (p[1] - a[1]) * way[1]) / length)) : 0;
+    const at = along(a, b, part), far = distance(at, p);
+    return far < best.distance ? { distance: far, at, i, part } : best;
+  }, { distance: Infinity });
+}
+
+// The outline divided at the points nearest to `marks`: a line of points for each mark, from it to the next.
+export function divideAt(outline, marks) {
+  const places = marks.map((mark) => nearestOn(outline, mark)).sort((a, b) => a.i + a.part - b.i - b.part);
+  return places.map((from, k) => {
+    const to = places[(k + 1) % places.length], line = [from.at], count = outline.length;
+    for (let i = from.i, steps = (to.i - from.i + count) % count || (k + 1 === places.length ? count : 0); steps > 0; --steps) line.push(outline[(i = (i + 1) % count)]);
+    return [...line, to.at].filter((point, i, all) => i === 0 || distance(point, all[i - 1]) > 1e-9);
+  });
+}
+
+// A circle through the points, least squares of their squared distances: {centre, radius}; null: they lie on a line.
+export function fitCircle(points) {
+  const n = points.length, mean = [0, 1].map((k) => points.reduce((sum, p) => sum + p[k], 0) / n);
+  let [suu, suv, svv, suz, svz] = [0, 0, 0, 0, 0];
+  for (const p of points) {
+    const [u, v] = minus(p, mean), z = u * u + v * v;
+    suu += u * u, suv += u * v, svv += v * v, suz += u * z, svz += v * z;
+  }
+  const determinant = suu * svv - suv * suv;
+  if (!(determinant > 1e-9 * (suu + svv) ** 2)) return null;
+  const a = (suz * svv - svz * suv) / determinant / 2, b = (suu * svz - suv * suz) / determinant / 2;
+  return { centre: [mean[0] + a, mean[1] + b], radius: Math.sqrt(a * a + b * b + (suu + svv) / n) };
+}
+
+// The line through points: {at: their mean, way: unit vector}; the residuals' rms is `off`.
+function fitLine(points) {
+  const n = points.length, at = [0, 1].map((k) => points.reduce((sum, p) => sum + p[k], 0) / n);
+  let [suu, suv, svv] = [0, 0, 0];
+  for (const p of points) {
+    const [u, v] = minus(p, at);
+    suu += u * u, suv += u * v, svv += v * v;
+  }
+  const angle = Math.atan2(2 * suv, suu - svv) / 2;
+  return { at, way: [Math.cos(angle), Math.sin(angle)] };
+}
+
+const FAR_PX = 8, FAR_SHARE = 0.06, CORNER_SHARE = 0.12;
+
+// Corners that were clicked, moved to where lines through the outline's points beside each side meet. A side without at least
+// four points near it stays as it was clicked.
+export function refineCorners(corners, outline) {
+  let now = corners;
+  for (let round = 0; round < 2; ++round) {
+    const lines = sidesOf(now).map(([a, b]) => {
+      const length = distance(a, b), far = round === 0 ? Math.max(FAR_PX, FAR_SHARE * length) : FAR_PX / 2;
+      const near = outline.filter((p) => {
+        const place = nearestOn([a, b], p, false);
+        return place.distance < far && place.part > CORNER_SHARE && place.part < 1 - CORNER_SHARE;
+      });
+      return near.length >= 4 ? trimmedLine(near) : fitLine([a, b]);
+    });
+    now = now.map((corner, i) => meeting(lines[(i + lines.length - 1) % lines.length], lines[i]) || corner);
+  }
+  return now;
+}
+
+// Without the quarter of the points that is farthest from a first line, such as those on the tool.
+function trimmedLine(points) {
+  const { at, way } = fitLine(points), off = (p) => Math.abs(cross(minus(p, at), way));
+  const kept = [...points].sort((a, b) => off(a) - off(b)).slice(0, Math.max(4, Math.ceil(0.75 * points.length)));
+  return fitLine(kept);
+}
+
+function meeting(one, other) {
+  const slope = cross(one.way, other.way);
+  if (Math.abs(slope) < 0.05) return null;
+  const part = cross(minus(other.at, one.at), other.way) / slope;
+  return [one.at[0] + part * one.way[0], one.at[1] + part * one.way[1]];
+}
+
+// The corners of a rectangle in the order lower left, lower right, upper right, upper left, as the eye sees them.
+export function orderCorners(corners) {
+  const round = counterClockwise(corners);
+  const first = round.reduce((best, [u, v], i) => (u - v < round[best][0] - round[best][1] ? i : best), 0);
+  return [...round.slice(first), ...round.slice(0, first)];
+}
+
+// The rectangle of `width` and `height` [m] that fits its ordered corners best at `pixel` [m/px]: {origin: its lower left corner,
+// turn: counter-clockwise [rad], misfit: of the corners, rms [px]}.
+export function fitRectangle(corners, width, height, pixel) {
+  const [w, h] = [width / pixel, height / pixel], model = [[0, 0], [w, 0], [w, h], [0, h]];
+  const mean = [0, 1].map((k) => corners.reduce((sum, p) => sum + p[k], 0) / 4);
+  let [c, s] = [0, 0];
+  corners.forEach(([u, v], i) => {
+    const [x, y] = [model[i][0] - w / 2, model[i][1] - h / 2], [a, b] = [u - mean[0], mean[1] - v];
+    c += x * a + y * b, s += x * b - y * a;
+  });
+  const turn = Math.atan2(s, c), [cos, sin] = [Math.cos(turn), Math.sin(turn)];
+  const place = ([x, y]) => [mean[0] + cos * (x - w / 2) - sin * (y - h / 2), mean[1] - sin * (x - w / 2) - cos * (y - h / 2)];
+  const misfit = Math.sqrt(corners.reduce((sum, p, i) => sum + distance(p, place(model[i])) ** 2, 0) / 4);
+  return { origin: place([0, 0]), turn, misfit };
+}
+
+// The polygon with the fewest of its points that stays within `tolerance` [px] of it (Douglas-Peucker).
+export function simplify(points, tolerance) {
+  const keep = (line) => {
+    if (line.length < 3) return line;
+    let [worst, at] = [0, 0];
+    for (let i = 1; i + 1 < line.length; ++i) {
+      const off = nearestOn([line[0], line[line.length - 1]], line[i], false).distance;
+      if (off > worst) [worst, at] = [off, i];
+    }
+    if (worst <= tolerance) return [line[0], line[line.length - 1]];
+    return [...keep(line.slice(0, at + 1)).slice(0, -1), ...keep(line.slice(at))];
+  };
+  const half = Math.floor(points.length / 2);
+  return [...keep(points.slice(0, half + 1)).slice(0, -1), ...keep([...points.slice(half), points[0]]).slice(0, -1)];
+}

@@ -1,0 +1,315 @@
+// The answers of the set-up: what is wrong with them, and the scene that they make. Lengths of answers in mm, moduli in kPa.
+import { areaOf, centroidOf, counterClockwise, crossesItself, distance, divideAt, fitCircle, fitRectangle, orderCorners, refineCorners, sidesOf, simplify } from './setup_geometry.js';
+
+// Step: its title. The steps own the keys of the scene below.
+export const STEPS = { image: 'Image', scale: 'Scale', object: 'Object', held: 'Held edges', material: 'Material', tool: 'Tool', check: 'Check', press: 'Press' };
+const OWNERS = [['sense.camera.pixel', 'scale'], ['sense.camera.pose', 'object'], ['sense.camera', 'image'], ['object.geometry', 'object'], ['object.pose', 'object'], ['object.fixed', 'held'],
+  ['object.material', 'material'], ['tool', 'tool'], ['sense.tip', 'tool'], ['sense.contour', 'object'], ['model.plane', 'object'], ['manipulator', 'tool']];
+export const stepOfKey = (key) => OWNERS.find(([start]) => key === start || key.startsWith(`${start}.`))?.[1] || 'check';
+
+const FEWEST_PX = 20;  // between the two clicks of the scale
+const WIDEST_M = 20, NARROWEST_M = 2e-5;  // of what an image shows
+const SIZE_OFF = 0.05;  // of a measured side, from what the scale gives
+const TOOL_OFF = 0.12;  // of the tool's width, as the slave's check `scale`
+const LEAST_CLEAR = 0.5;  // part of an outline with an edge
+const SKEW_OFF = 0.03;  // of corners from a rectangle, in parts of its diagonal
+const DISC_PARTS = 12, ELEMENTS = 180;
+// The rows of deploy/scenes/materials.md.
+export const MATERIALS = ['dragon-skin-10', 'ecoflex-00-10', 'ecoflex-00-30', 'ecoflex-00-50'];
+export const TEMPLATE = 'tip.png', OUTLINE = 'outline.csv';
+
+export const emptyAnswers = () => ({
+  name: 'my-object', image: null, scale: { by: 'clicks', points: [], length: '', columns: '9', rows: '6', square: '', board: null },
+  object: { kind: 'rectangle', points: [], width: '', height: '', diameter: '', sides: '', thickness: '', plane: 'stress', found: null, clear: null },
+  held: [], material: { by: 'modulus', name: '', modulus: '', poisson: '0.49', tolerance: '5' }, tool: { box: [], width: '', shape: 'flat', seen: null },
+});
+
+// Answers with a past for each step, so that a step can be undone alone.
+export class Answers {
+  constructor() {
+    this.now = emptyAnswers();
+    this.past = {};
+  }
+  set(step, value) {
+    (this.past[step] ||= []).push(this.now[step]);
+    this.now = { ...this.now, [step]: value };
+  }
+  change(step, part) {
+    this.set(step, { ...this.now[step], ...part });
+  }
+  canUndo(step) {
+    return Boolean(this.past[step]?.length);
+  }
+  undo(step) {
+    if (this.canUndo(step)) this.now = { ...this.now, [step]: this.past[step].pop() };
+  }
+}
+
+const number = (text) => (String(text).trim() === '' ? NaN : Number(String(text).replace(',', '.')));
+const numbers = (text) => String(text).split(/[;\s]+/).filter(Boolean).map(number);
+const mm = (text) => 1e-3 * number(text);
+const positive = (text, name, unit) => (number(text) > 0 && Number.isFinite(number(text)) ? '' : `${name}: expected a number above 0, in ${unit}.`);
+const digits = (value, count = 6) => String(Number(value.toPrecision(count)));
+const length = (metres) => `${digits(1e3 * metres)} mm`;
+
+// [m/px] by the two clicks or the board; NaN: not known.
+const clickedPixel = ({ scale: { by, board, points, length: text } }) => (by === 'board' ? board?.pixel ?? NaN : points.length === 2 ? mm(text) / distance(...points) : NaN);
+// Why a board cannot be looked for; empty: it can.
+export const boardProblems = ({ scale: { columns, rows, square } }) => [
+  ...(number(columns) >= 3 && number(rows) >= 3 && Number.isInteger(number(columns)) && Number.isInteger(number(rows)) ? [] : ['Inner corners of the board: expected whole numbers of 3 or more, one less than its squares.']),
+  positive(square, 'Edge of a square', 'mm')].filter(Boolean);
+
+// The corners or clicks of the object, on the edge where the slave found it.
+const cornersOf = ({ points, found }) => (found?.length ? refineCorners(points, found) : points);
+const KINDS = { rectangle: 'corners', polygon: 'corners', outline: 'points on the edge', disc: 'points on the edge' };
+const fewest = { rectangle: 4, polygon: 3, outline: 3, disc: 3 };
+export const isComplete = ({ kind, points }) => (kind === 'rectangle' ? points.length === 4 : points.length >= fewest[kind]);
+
+// Measured sides as [m, px], each with its name.
+function measuredSides(object) {
+  const { kind, points, found } = object;
+  if (!isComplete(object)) return [];
+  if (kind === 'disc') {
+    const circle = fitCircle(found?.length ? found : points);
+    return circle ? [['diameter', mm(object.diameter), 2 * circle.radius]] : [];
+  }
+  const corners = cornersOf(object);
+  if (kind === 'rectangle') {
+    const [a, b, c, d] = orderCorners(corners);
+    return [['width', mm(object.width), (distance(a, b) + distance(d, c)) / 2], ['height', mm(object.height), (distance(a, d) + distance(b, c)) / 2]];
+  }
+  if (kind === 'polygon') return numbers(object.sides).map((side, i) => [`side ${i + 1}`, 1e-3 * side, corners[i] ? distance(corners[i], corners[(i + 1) % corners.length]) : NaN]);
+  return [];
+}
+
+// [m/px]: where the edge of a measured object was found, by its sides, which are longer than most scales; else by the two clicks.
+export function pixelOf(answers) {
+  const clicked = clickedPixel(answers), sides = measuredSides(answers.object).filter(([, metres, px]) => metres > 0 && px > 0);
+  if (!answers.object.found?.length || !sides.length) return clicked;
+  return sides.reduce((sum, [, metres]) => sum + metres, 0) / sides.reduce((sum, [, , px]) => sum + px, 0);
+}
+
+// The outline in the image, counter-clockwise to the eye; [] while there is none.
+export function outlineOf({ object }) {
+  if (!isComplete(object)) return [];
+  if (object.kind === 'outline') return counterClockwise(object.found?.length ? object.found : object.points);
+  if (object.kind !== 'disc') return object.kind === 'rectangle' ? orderCorners(cornersOf(object)) : counterClockwise(cornersOf(object));
+  const circle = fitCircle(object.found?.length ? object.found : object.points);
+  if (!circle) return [];
+  return Array.from({ length: 10 * DISC_PARTS }, (_, i) => {
+    const angle = (2 * Math.PI * i) / (10 * DISC_PARTS);
+    return [circle.centre[0] + circle.radius * Math.cos(angle), circle.centre[1] - circle.radius * Math.sin(angle)];
+  });
+}
+
+// The edges that can be held, lines of points in the image, counter-clockwise.
+export function edgesOf(answers) {
+  const outline = outlineOf(answers), { kind, points } = answers.object;
+  if (!outline.length) return [];
+  if (kind === 'rectangle' || kind === 'polygon') return sidesOf(outline);
+  if (kind === 'outline') return divideAt(outline, counterClockwise(points));
+  return Array.from({ length: DISC_PARTS }, (_, i) => Array.from({ length: 11 }, (__, j) => outline[(10 * i + j) % outline.length]));
+}
+
+// Where frame O is: its origin in the image, and its turn in S [rad].
+function frameOf(answers, pixel) {
+  const outline = outlineOf(answers), { kind } = answers.object;
+  if (kind === 'rectangle') return fitRectangle(outline, mm(answers.object.width), mm(answers.object.height), pixel);
+  return { origin: kind === 'disc' ? fitCircle(outline).centre : centroidOf(outline), turn: 0 };
+}
+
+const SIDES = ['bottom', 'right', 'top', 'left'];
+const angleFrom = (origin, [u, v]) => Math.atan2(origin[1] - v, u - origin[0]);
+const turnTo = (from, to) => ((to - from) % (2 * Math.PI) + 2 * Math.PI) % (2 * Math.PI);
+
+// Held edges in a row, as [first, last] of each.
+export function runsOf(held, count) {
+  const isHeld = (i) => held.includes((i + count) % count);
+  if (held.length >= count) return [[0, count - 1]];
+  const starts = [...Array(count).keys()].filter((i) => isHeld(i) && !isHeld(i - 1));
+  return starts.map((first) => {
+    let last = first;
+    while (isHeld(last + 1)) ++last;
+    return [first, last % count];
+  });
+}
+
+function fixedOf(answers, frame) {
+  if (answers.object.kind === 'rectangle') return answers.held.map((i) => `{side: ${SIDES[i]}}`);
+  const edges = edgesOf(answers);
+  return runsOf(answers.held, edges.length).map(([first, last]) => {
+    const from = angleFrom(frame.origin, edges[first][0]), span = turnTo(from, angleFrom(frame.origin, edges[last].at(-1)));
+    return `{arc: {centre: ${digits(Math.atan2(Math.sin(from + span / 2), Math.cos(from + span / 2)), 9)} rad, half_angle: ${digits(span / 2, 9)} rad}}`;
+  });
+}
+
+// Whether no other part of the outline is seen from the origin in the directions of the held edges.
+function areEdgesApart(answers) {
+  const edges = edgesOf(answers), { origin } = frameOf(answers, 1);
+  return runsOf(answers.held, edges.length).every(([first, last]) => {
+    const from = angleFrom(origin, edges[first][0]), span = turnTo(from, angleFrom(origin, edges[last].at(-1)));
+    const inRun = (i) => (last >= first ? i >= first && i <= last : i >= first || i <= last);
+    return edges.every((edge, i) => edge.every((point, j) => {
+      const next = edge[j + 1];
+      if (!next) return true;
+      const off = turnTo(from, angleFrom(origin, [(point[0] + next[0]) / 2, (point[1] + next[1]) / 2]));
+      return inRun(i) === (off <= span);
+    }));
+  });
+}
+
+// What is wrong at a step, in words; empty: nothing. `trouble`: of the frozen image and of the tool's box, as setup_tip.js tells it.
+const CHECKS = {
+  image: ({ image }) => (image ? [image.trouble].filter(Boolean) : ['Freeze an image first: the object untouched, the tool in view above it, and a ruler in their plane.']),
+  scale(answers) {
+    const { by, board, points, length: text } = answers.scale, found = [];
+    if (by === 'board') return board ? [] : [...boardProblems(answers), 'Press "Find the board".'];
+    if (points.length < 2) return ['Click two marks of the ruler that are far apart.'];
+    const far = distance(...points), wrong = positive(text, 'Length between the two marks', 'mm');
+    if (far < FEWEST_PX) found.push(`The two marks are ${Math.round(far)} px apart: expected at least ${FEWEST_PX} px. Click marks that are farther apart.`);
+    if (wrong) found.push(wrong);
+    const wide = clickedPixel(answers) * answers.image.width;
+    if (!found.length && !(wide > NARROWEST_M && wide < WIDEST_M)) found.push(`With this length the image would show ${digits(1e3 * wide, 2)} mm from left to right. Give the length in mm.`);
+    return found;
+  },
+  object(answers) {
+    const { object } = answers, { kind, points } = object, found = [];
+    const name = KINDS[kind];
+    if (!isComplete(object)) return [`Click ${kind === 'rectangle' ? 'the four' : `${fewest[kind]} or more`} ${name}, in order around the object: ${points.length} so far.`];
+    if (kind !== 'disc' && crossesItself(kind === 'rectangle' ? points : outlineOf(answers))) return ['The outline crosses itself: click the points in order around the object.'];
+    const outline = outlineOf(answers);
+    if (!outline.length || Math.abs(areaOf(outline)) < 400) return ['The outline encloses almost nothing: click points all around the object.'];
+    if (kind === 'disc') found.push(positive(object.diameter, 'Diameter', 'mm'));
+    if (kind === 'rectangle') found.push(positive(object.width, 'Width', 'mm'), positive(object.height, 'Height', 'mm'));
+    const sides = numbers(object.sides);
+    if (kind === 'polygon' && sides.length && (sides.length !== points.length || !sides.every((side) => side > 0))) found.push(`Sides: expected ${points.length} lengths in mm with semicolons between, in the order of your clicks, or none.`);
+    found.push(positive(object.thickness, 'Thickness', 'mm'));
+    const wrong = found.filter(Boolean);
+    return wrong.length ? wrong : [...sizeProblems(answers), ...skewProblems(answers, outline), ...thicknessProblems(answers, outline)];
+  },
+  held(answers) {
+    const edges = edgesOf(answers), { held } = answers;
+    if (!held.length) return ['Click the edges where the object is held: glued, clamped, or lying on the table. Without one it would move away.'];
+    if (held.length >= edges.length) return ['All edges are held, so that none can be pressed: leave the edge free where the tool presses.'];
+    if (answers.object.kind !== 'rectangle' && !areEdgesApart(answers)) return ['From the middle of the object, another edge is seen behind or before a held one. Hold that edge, too, or choose a simpler outline.'];
+    return [];
+  },
+  material({ material: { by, name, modulus, poisson, tolerance } }) {
+    if (by === 'name') return name ? (number(poisson) > -1 && number(poisson) <= 0.5 ? [] : ["Poisson's ratio: expected more than -1 and at most 0.5."]) : ['Choose a material, or give its modulus.'];
+    const found = [positive(modulus, "Young's modulus", 'kPa')];
+    if (!found[0] && !(number(modulus) >= 1e-3 && number(modulus) <= 1e10)) found.push("Young's modulus: expected 0.001 to 1e10 kPa.");
+    if (!(number(poisson) > -1 && number(poisson) <= 0.5)) found.push("Poisson's ratio: expected more than -1 and at most 0.5.");
+    if (!(number(tolerance) >= 0 && number(tolerance) <= 100)) found.push('Uncertainty: expected 0 to 100 %.');
+    return found.filter(Boolean);
+  },
+  tool(answers) {
+    const { box, width, seen } = answers.tool, wrong = positive(width, 'Width of the tip', 'mm');
+    if (wrong) return [wrong];
+    if (box.length < 2) return ['Drag a box around the tip of the tool, from one corner to the opposite one.'];
+    if (!seen || seen.why) return [seen?.why || 'The tip was not searched yet.'];
+    const wide = seen.width * pixelOf(answers), outline = outlineOf(answers), found = [];
+    if (Math.abs(wide / mm(width) - 1) > TOOL_OFF) found.push(`Width of the tip: ${digits(number(width), 3)} mm, but the image shows ${digits(1e3 * wide, 3)} mm: correct the width, or the scale.`);
+    const largest = Math.max(...[0, 1].map((k) => Math.max(...outline.map((p) => p[k])) - Math.min(...outline.map((p) => p[k]))));
+    if (seen.width > 0.8 * largest) found.push('The tip is nearly as wide as the object: expected at most 80 % of it.');
+    return found;
+  },
+  check: () => [], press: () => [],
+};
+export function problemsAt(step, answers) {
+  try {
+    return CHECKS[step](answers);
+  } catch {  // what it needs is answered at an earlier step
+    return ['Answer the steps before this one first.'];
+  }
+}
+// The first step with a problem; null: none.
+export const firstProblem = (answers) => Object.keys(STEPS).find((step) => problemsAt(step, answers).length) || null;
+
+function sizeProblems(answers) {
+  const clicked = clickedPixel(answers), found = answers.object.found, clear = answers.object.clear;
+  const sides = measuredSides(answers.object).filter(([, metres, px]) => Math.abs(metres / (px * clicked) - 1) > SIZE_OFF)
+    .map(([name, metres, px]) => `The ${name} is ${digits(1e3 * metres, 3)} mm, but at the scale of step 2 the image shows ${digits(1e3 * px * clicked, 3)} mm: correct the ${name}, the scale, or the ${KINDS[answers.object.kind]}.`);
+  if (found && clear !== null && clear < LEAST_CLEAR) sides.push(`Only ${Math.round(100 * clear)} % of the outline lie on a clear edge: expected at least ${Math.round(100 * LEAST_CLEAR)} %. Click nearer to the edge, or light the object from the side.`);
+  return sides;
+}
+
+function skewProblems(answers, outline) {
+  if (answers.object.kind !== 'rectangle') return [];
+  const { misfit } = fitRectangle(outline, mm(answers.object.width), mm(answers.object.height), pixelOf(answers)), skew = misfit / distance(outline[0], outline[2]);
+  return skew < SKEW_OFF ? [] : [`The corners form no rectangle: they are ${Math.round(misfit)} px off. Click the corners again, or turn the camera so that it looks straight at the object.`];
+}
+
+function thicknessProblems({ object }, outline) {
+  const pixel = measuredSides(object).filter(([, metres, px]) => metres > 0 && px > 0).map(([, metres, px]) => metres / px)[0];
+  if (!pixel) return [];
+  const spans = [0, 1].map((k) => pixel * (Math.max(...outline.map((p) => p[k])) - Math.min(...outline.map((p) => p[k]))));
+  const most = Math.max(...spans);
+  return mm(object.thickness) < most * (object.plane === 'stress' ? 0.9 : 100) ? [] :
+    [`The thickness is ${digits(number(object.thickness), 3)} mm, as much as the width: thickness is measured towards the camera. For a body that is as deep as it is wide, choose "thick".`];
+}
+
+// Modulus etc. by name are the slave's; Poisson's ratio is given where its table has none.
+function materialText({ by, name, modulus, poisson, tolerance }) {
+  if (by === 'name') return `{name: ${name}, poisson_ratio: ${number(poisson)}}`;
+  return `{young_modulus: ${number(modulus)} kPa, poisson_ratio: ${number(poisson)}, tolerance: ${number(tolerance)} %}`;
+}
+
+function geometryText(answers, { origin }, pixel) {
+  const { kind, width, height, diameter, thickness } = answers.object, outline = outlineOf(answers);
+  const thick = `thickness: ${length(mm(thickness))}`, inO = ([u, v]) => [(u - origin[0]) * pixel, (origin[1] - v) * pixel];
+  if (kind === 'rectangle') return [`rectangle: {width: ${length(mm(width))}, height: ${length(mm(height))}, ${thick}}`];
+  if (kind === 'disc') return [`disc: {radius: ${length(mm(diameter) / 2)}, ${thick}}`];
+  if (kind === 'polygon') return [`polygon: {points: [${outline.map((p) => `[${inO(p).map(length).join(', ')}]`).join(', ')}], ${thick}}`];
+  return [`contour: ${OUTLINE}`, thick];
+}
+
+// The scene of complete answers, and its files: {scene, files: {name: Uint8Array}}. `cameraLines`: of SceneDescription.setup_camera.
+// `template`: PNG of answers.tool.seen.box.
+export function sceneOf(answers, cameraLines, template) {
+  const pixel = pixelOf(answers), frame = frameOf(answers, pixel), { image, object, tool } = answers, { tip, box, direction } = tool.seen;
+  const centre = [((image.width - 1) / 2 - frame.origin[0]) * pixel, (frame.origin[1] - (image.height - 1) / 2) * pixel];
+  const outline = simplify(outlineOf(answers), 1), size = [0, 1].map((k) => box[1][k] - box[0][k] + 1);
+  const lines = [
+    '# Made by the set-up of the operator\'s page.',
+    `name: ${answers.name}`,
+    'object:', '  geometry:', ...geometryText(answers, frame, pixel).map((line) => `    ${line}`),
+    ...(Math.abs(frame.turn) > 1e-6 ? [`  pose: {rotation: [0, 0, ${digits(frame.turn, 8)} rad]}`] : []),
+    `  material: ${materialText(answers.material)}`,
+    `  fixed: [${fixedOf(answers, frame).join(', ')}]`,
+    `tool: {shape: ${tool.shape}, width: ${length(mm(tool.width))}, direction: [${digits(direction[0], 4)}, ${digits(-direction[1] || 0, 4)}]}`,
+    'sense:', '  camera:', ...cameraLines.map((line) => `    ${line}`),
+    `    pixel: ${digits(1e3 * pixel, 8)} mm`,
+    `    pose: {translation: [${centre.map((value) => `${digits(1e3 * value, 8)} mm`).join(', ')}, 0]}`,
+    `  tip: {track: template, template: ${TEMPLATE}, anchor: [${tip.map((value, k) => `${digits(value - box[0][k], 7)} px`).join(', ')}], roi: ${Math.max(64, Math.max(...size) + 20)} px}`,
+    `  contour: {track: snake, start: {polygon: [${outline.map((p) => `[${p.map((value) => `${digits(value, 5)} px`).join(', ')}]`).join(', ')}]}}`,
+    `model: {kind: bem2d, elements: ${ELEMENTS}, plane: ${object.plane}, contact: bonded}`,
+    'manipulator: none',
+  ];
+  const files = { [TEMPLATE]: template };
+  if (object.kind === 'outline') {
+    const points = outlineOf(answers).map(([u, v]) => [(u - frame.origin[0]) * pixel, (frame.origin[1] - v) * pixel]);
+    files[OUTLINE] = new TextEncoder().encode(`x,y\n${points.map((p) => p.map((value) => value.toPrecision(8)).join(',')).join('\n')}\n`);
+  }
+  return { scene: `${lines.join('\n')}\n`, files };
+}
+
+// Largest depth [m] and force [N] that were valid, and the curve of the press: medians over depth.
+export class PressCurve {
+  constructor() {
+    this.points = [];
+  }
+  // `state`: of state.proto, as JSON. Returns its point {depth, force, sigma, valid}; null: it has no force.
+  add(state) {
+    const { force, local_model: model, p_S_tip: tip } = state;
+    if (!force || !model?.reference || !tip || this.last === state.sequence) return null;
+    this.last = state.sequence;
+    const depth = ['x', 'y', 'z'].reduce((sum, axis) => sum + (model.reference[axis] - tip[axis]) * model.normal[axis], 0);
+    const point = { depth: model.in_contact ? Math.max(0, depth) : 0, force: Math.hypot(force.x, force.y, force.z), sigma: state.sigma, valid: state.validity === 'VALIDITY_VALID' };
+    if (model.in_contact) this.points.push(point);
+    if (this.points.length > 3000) this.points.splice(0, 1000);
+    return point;
+  }
+  get largestValid() {
+    return this.points.reduce((most, { depth, valid }) => (valid && depth > most ? depth : most), 0);
+  }
+}

@@ -1,0 +1,140 @@
+// What the page finds in a frozen image by itself: its light, and the tool's tip in a box. `grey` is {width, height, levels: one
+// number per pixel, 0 to 255}.
+
+import { contains } from './setup_geometry.js';
+
+const DARK = 60, BRIGHT_SHARE = 0.35, LEAST_SPREAD = 8;  // levels
+const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
+const LEAST_STEP = 12;  // levels across an edge of the tool
+const SLAB_PX = 6;  // rows that are taken together, in the search for the tool's sides
+const LEAST_MARKS = 200;  // squared changes along the tool, summed [levels^2]
+const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;  // of the template, as the slave cuts its own
+
+export function greyOf({ width, height, data }) {
+  const levels = new Float32Array(width * height);
+  for (let i = 0; i < levels.length; ++i) levels[i] = 0.299 * data[4 * i] + 0.587 * data[4 * i + 1] + 0.114 * data[4 * i + 2];
+  return { width, height, levels };
+}
+
+// Why the image cannot be used; empty: it can.
+export function imageTrouble({ levels }) {
+  const counts = new Array(256).fill(0);
+  for (const level of levels) ++counts[Math.min(255, Math.round(level))];
+  const quantile = (share) => {
+    let sum = 0;
+    return counts.findIndex((count) => (sum += count) >= share * levels.length);
+  };
+  const [low, high] = [quantile(0.02), quantile(0.98)];
+  if (high < DARK) return `The image is too dark: the brightest parts have ${high} of 255 levels, expected at least ${DARK}. Add light, or open the aperture.`;
+  if ((counts[254] + counts[255]) / levels.length > BRIGHT_SHARE) return 'The image is too bright: more than a third of it is white. Use less light, or a shorter exposure.';
+  if (high - low < LEAST_SPREAD) return 'The image shows nothing: all of it has the same brightness. Is the lens covered, or out of focus?';
+  return '';
+}
+
+// The level at a place between pixels.
+export function levelAt({ width, height, levels }, u, v) {
+  const x = Math.min(width - 1.001, Math.max(0, u)), y = Math.min(height - 1.001, Math.max(0, v));
+  const i = Math.floor(x), j = Math.floor(y), a = x - i, b = y - j, at = j * width + i;
+  return (1 - b) * ((1 - a) * levels[at] + a * levels[at + 1]) + b * ((1 - a) * levels[at + width] + a * levels[at + width + 1]);
+}
+
+const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
+
+// Which of the four directions leads from the box to the object: [1, 0], [-1, 0], [0, 1] (down) or [0, -1].
+export function directionTo([[u0, v0], [u1, v1]], outline) {
+  const outside = [(u0 + u1) / 2, (v0 + v1) / 2].map((mid, k) => {
+    const low = Math.min(...outline.map((p) => p[k])), high = Math.max(...outline.map((p) => p[k]));
+    return { far: Math.max(low - mid, mid - high), towards: low - mid > mid - high ? 1 : -1 };
+  });
+  return outside[0].far > outside[1].far ? [outside[0].towards, 0] : [0, outside[1].towards];
+}
+
+// Changes of a profile, and the place of the largest one near `i`, to a part of a pixel.
+const changesOf = (profile) => profile.map((_, i) => (i > 0 && i + 1 < profile.length ? (profile[i + 1] - profile[i - 1]) / 2 : 0));
+function peakAt(values, i) {
+  const [a, b, c] = [values[i - 1] ?? 0, values[i], values[i + 1] ?? 0].map(Math.abs), bend = a - 2 * b + c;
+  return i + (bend < 0 ? Math.min(0.5, Math.max(-0.5, (a - c) / (2 * bend))) : 0);
+}
+
+// Two sides of a bar of about `width` [px] in a profile across it: [left, right]; null: there are none.
+function sidesIn(profile, width) {
+  const changes = changesOf(profile);
+  let best = null;
+  for (let i = 1; i + 1 < profile.length; ++i) {
+    for (let j = i + Math.max(2, Math.ceil(width * (1 - WIDTH_OFF))); j + 1 < profile.length && j - i <= width * (1 + WIDTH_OFF); ++j) {
+      const weaker = Math.sign(changes[i]) === -Math.sign(changes[j]) ? Math.min(Math.abs(changes[i]), Math.abs(changes[j])) : 0;
+      if (weaker > (best?.weaker ?? LEAST_STEP / 4)) best = { weaker, i, j };
+    }
+  }
+  return best && [peakAt(changes, best.i), peakAt(changes, best.j)];
+}
+
+// The axis of the tool in the box, from the sides in slabs across it: {at: a point on it where the tool enters the box, d: unit vector
+// towards the tip, width}; null: there is no tool. `place(a, s)`: a point of the box, a px from there and s px across.
+function axisOf(grey, place, d, length, across, width) {
+  const slabs = Math.max(2, Math.floor((0.6 * length) / SLAB_PX)), found = [];
+  for (let slab = 0; slab < slabs; ++slab) {
+    const rows = Array.from({ length: SLAB_PX }, (_, i) => slab * SLAB_PX + i);
+    const sides = sidesIn(Array.from({ length: across }, (_, s) => median(rows.map((a) => levelAt(grey, ...place(a, s))))), width);
+    if (sides) found.push([(slab + 0.5) * SLAB_PX - 0.5, (sides[0] + sides[1]) / 2, sides[1] - sides[0]]);
+  }
+  if (found.length < Math.max(2, slabs / 2)) return null;
+  // The median slope of all pairs, which one slab that shows something else does not turn.
+  const slopes = found.flatMap(([a, s], i) => found.slice(i + 1).map(([b, t]) => (t - s) / (b - a)));
+  const slope = median(slopes), start = median(found.map(([a, s]) => s - slope * a)), tall = Math.hypot(1, slope);
+  const [from, to] = [place(0, start), place(1, start + slope)];
+  return { at: from, d: [0, 1].map((i) => (to[i] - from[i]) / tall), width: median(found.map(([, , wide]) => wide)) / tall };
+}
+
+// The tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v], direction: unit vector in the image, width: as
+// seen [px], box: of the template [[u, v], [u, v]] in whole pixels, beyond: whether it shows what lies before the tip}. What is wrong
+// comes as {why}.
+export function findTip(grey, box, outline, width, isRound = false) {
+  const d = directionTo(box, outline), n = [Math.abs(d[1]), Math.abs(d[0])], k = d[0] ? 0 : 1;
+  const low = [0, 1].map((i) => Math.round(Math.min(box[0][i], box[1][i]))), high = [0, 1].map((i) => Math.round(Math.max(box[0][i], box[1][i])));
+  const [length, across] = [high[k] - low[k] + 1, high[1 - k] - low[1 - k] + 1];
+  const back = d[k] > 0 ? low[k] : high[k], side = low[1 - k];  // where the tool enters, and the left or upper side
+  if (length < 3 * SLAB_PX || across < 8) return { why: 'The box is too small: drag it around the tip, with some of the tool and of the background.' };
+
+  const axis = axisOf(grey, (a, s) => [0, 1].map((i) => (i === k ? back + a * d[k] : side + s * n[i])), d, length, across, width);
+  if (!axis) return { why: `No tool is seen in the box: expected a bar about ${Math.round(width)} px wide that enters the box opposite to the object. Drag the box around the tip, or correct the tool's width.` };
+  const place = (a, s) => [axis.at[0] + a * axis.d[0] - s * axis.d[1], axis.at[1] + a * axis.d[1] + s * axis.d[0]];
+  const within = Math.max(1, Math.floor((isRound ? 0.15 : 0.35) * axis.width)), long = Math.floor(length * Math.hypot(1, axis.d[1 - k] / axis.d[k]));
+  const along = Array.from({ length: long }, (_, a) => {
+    let sum = 0;
+    for (let s = -within; s <= within; ++s) sum += levelAt(grey, ...place(a, s));
+    return sum / (2 * within + 1);
+  });
+  const end = endOf(along, long);
+  if (end === null) return { why: "The tool's end is not seen in the box: enlarge it by 10 px towards the object, but not onto the object." };
+  const tip = place(end, 0);
+  if (contains(outline, tip)) return { why: 'The tip lies on the object: in the frozen image the tool must not touch it. Lift the tool and freeze again.' };
+  return { tip, direction: axis.d, width: axis.width, ...templateAt(grey, place, along, end, axis) };
+}
+
+// Where the tool ends: from the front of the box backwards, the first place that is half way from the background to the tool.
+function endOf(along, length) {
+  const background = median(along.slice(-Math.max(2, Math.floor(length / 8))));
+  const tool = median(along.slice(0, Math.ceil(length / 2))), first = along.findLastIndex((value) => Math.abs(value - background) > Math.max(LEAST_STEP / 2, Math.abs(tool - background) / 2));
+  if (first < 2 || first > length - 3) return null;
+  const near = median(along.slice(Math.max(0, first - 3), first)), level = (background + near) / 2;
+  for (let a = first + 2; a > 0; --a) {
+    if ((along[a] - level) * (along[a - 1] - level) <= 0 && along[a] !== along[a - 1]) return a - 1 + (level - along[a - 1]) / (along[a] - along[a - 1]);
+  }
+  return null;
+}
+
+// The template as the slave cuts its own: the tool with a little background on either side, and nothing beyond the tip, where the
+// object will be, unless the tool has no marks that show where along itself it is.
+function templateAt(grey, place, along, end, { d, width }) {
+  const before = along.slice(0, Math.max(0, Math.floor(end) - 1));
+  const noise = 1.4826 * median(before.slice(2).map((value, i) => Math.abs(value - 2 * before[i + 1] + before[i]))) / Math.sqrt(6);
+  const marks = changesOf(before).slice(1, -1).reduce((sum, change) => sum + width * change * change, 0);
+  const isMarked = before.length > 8 && marks > Math.max(LEAST_MARKS, 100 * width * noise * noise);
+  const half = width / 2 + SIDE_PX, slant = 2 * half * Math.abs(d[0] * d[1]);  // the upright box around a turned piece is longer
+  const front = end + (isMarked ? -1 : BEYOND_PX) - slant, rear = front - LENGTH_PX + slant;
+  const corners = [rear, front].flatMap((a) => [place(a, -half), place(a, half)]), size = [grey.width, grey.height];
+  const low = [0, 1].map((i) => Math.max(0, Math.ceil(Math.min(...corners.map((p) => p[i])))));
+  const high = [0, 1].map((i) => Math.min(size[i] - 1, Math.floor(Math.max(...corners.map((p) => p[i])))));
+  return { box: [low, high], beyond: !isMarked };
+}

@@ -1,0 +1,12 @@
+// For each check of a force with one camera (slave/CHECKS.md): what to do, for a person who holds the tool.
+export const CHECK_HELP = {
+  model_range: 'pressed deeper than the model is made for: press less deeply',
+  tip: 'the tip is covered, turned or out of view: show it to the camera as in the frozen image',
+  arm: 'the tip is not where the manipulator says',
+  image: 'blur or light differ from the start: hold the camera still, keep hands out of the light, switch automatic exposure off',
+  registration: 'the edge of the object is not where it was: clear the view, or freeze and set up again',
+  camera_motion: 'the camera has moved: fix it, then freeze and set up again',
+  scale: 'the image has another scale than the scene: check zoom, scale and width of the tip',
+  indentation: 'the surface gives way differently than computed: hold the tool in the plane, keep it straight, check the width of the tip',
+  frozen: 'the camera repeats the same image: check camera and cable',
+};

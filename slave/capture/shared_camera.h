@@ -1,0 +1,43 @@
+// The camera of a set-up: several readers use its images at the same time, and recorded images
+// repeat.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "slave/capture/frame_source.h"
+
+namespace palpate {
+
+// Thread-safe.
+class SharedCamera {
+ public:
+  // Opens a live camera. Throws as OpenFrameSource does.
+  explicit SharedCamera(const Camera& camera);
+  ~SharedCamera();
+  SharedCamera(const SharedCamera&) = delete;
+  SharedCamera& operator=(const SharedCamera&) = delete;
+
+  // A source of its own for one reader, which this object outlives. Live: from the newest image on.
+  // Recorded: from the first image on, again and again.
+  [[nodiscard]] std::unique_ptr<FrameSource> Open(const PictureFilter& filter = {}) const;
+
+  // With the size of the images.
+  [[nodiscard]] const Camera& camera() const { return camera_; }
+  // The keys of `sense.camera` that open it, one a line.
+  [[nodiscard]] std::string SceneLines() const;
+  // Whether `other` opens the same images.
+  [[nodiscard]] bool IsOpenedBy(const Camera& other) const;
+
+ private:
+  class Live;
+  class LiveFrames;
+  Camera camera_;
+  std::shared_ptr<Live> live_;  // null: recorded
+};
+
+// The camera that a command line names: a number (/dev/video0), an address or a GStreamer pipeline,
+// otherwise image files or a video.
+Camera NamedCamera(const std::string& name, double rate);
+
+}  // namespace palpate

@@ -1,0 +1,23 @@
+// No manipulator: a tool that somebody holds, or that another controller moves.
+#pragma once
+
+#include "slave/manipulator/manipulator.h"
+
+namespace palpate {
+
+// Its tip stays at home and is compared with nothing.
+class AbsentManipulator final : public Manipulator {
+ public:
+  explicit AbsentManipulator(const ManipulatorOptions& options) : home_(options.home) {}
+
+  bool Command(const Eigen::Vector3d& /*p_S_target*/) noexcept override { return false; }
+  void Hold() noexcept override {}
+  [[nodiscard]] Eigen::Vector3d Tip() const noexcept override { return home_; }
+  [[nodiscard]] bool at_limit() const noexcept override { return false; }
+  [[nodiscard]] bool carries_tool() const noexcept override { return false; }
+
+ private:
+  const Eigen::Vector3d home_;  // S [m]
+};
+
+}  // namespace palpate

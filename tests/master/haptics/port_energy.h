@@ -1,0 +1,43 @@
+// Energy, force and change of force that the operator gets through the device, counted from the
+// ticks alone.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include "master/haptics/haptic_loop.h"
+
+namespace palpate {
+
+// The energy is counted from any moment on, no contact excepted, within an engagement: what the
+// operator got, less what a force leaks by being held from tick to tick, as far as the damping of
+// device and hand that may be relied on, b = 1 N s/m, dissipates that.
+class PortEnergy {
+ public:
+  void Add(const TickRecord& record) {
+    const Eigen::Vector3d& sent = record.chain.sent;
+    const Eigen::Vector3d dp = begun_ ? Eigen::Vector3d(record.p_M - p_) : force_;
+    begun_ = true;
+    const double dissipated = dp.squaredNorm() / 0.001;
+    energy_ -= force_.dot(dp);
+    energy_ += std::clamp(0.5 * (force_ - sent).dot(dp), -dissipated, dissipated);
+    if (force_.isZero(0)) energy_ = std::min(energy_, 0.0);
+    if (std::exchange(epoch_, record.epoch) != record.epoch) energy_ = std::max(energy_, 0.0);
+    min_ = std::min(min_, energy_);
+    p_ = record.p_M;
+    peak_ = std::max(peak_, sent.norm());
+    step_ = std::max(step_, (sent - force_).norm());
+    force_ = sent;
+  }
+  [[nodiscard]] double min() const { return min_; }    // [J]
+  [[nodiscard]] double peak() const { return peak_; }  // [N]
+  [[nodiscard]] double step() const { return step_; }  // [N/ms]
+
+ private:
+  Eigen::Vector3d p_{0, 0, 0}, force_{0, 0, 0};
+  bool begun_ = false;
+  std::uint32_t epoch_ = 0;
+  double energy_ = 0, min_ = 0, peak_ = 0, step_ = 0;
+};
+
+}  // namespace palpate

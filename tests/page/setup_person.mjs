@@ -1,0 +1,114 @@
+// A person who sets up a slave in the browser, with clicks that are some pixels off.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { existsSync, mkdirSync, readFileSync, readdirSync } from 'node:fs';
+import path from 'node:path';
+
+import { BIN, Stage, serveSetup, until } from './stage.mjs';
+
+export const SLAVE = path.join(BIN, 'palpate-slave');
+// Pseudo-random numbers: uniform from 0 to 1, and of a normal distribution.
+export const uniform = (seed) => () => ((seed = (seed * 1664525 + 1013904223) % 4294967296) + 0.5) / 4294967296;
+const normal = (seed) => {
+  const next = uniform(seed);
+  return () => Math.sqrt(-2 * Math.log(next())) * Math.cos(2 * Math.PI * next());
+};
+
+// Simulates the press of a scene file: its images, and in states.csv the forces of the scene itself.
+export function imagesOf(scene, folder) {
+  if (!existsSync(path.join(folder, 'states.csv'))) execFileSync(SLAVE, ['process', scene, '--out', folder, '--frames'], { stdio: 'ignore' });
+  return path.join(folder, 'frames/%06d.png');
+}
+export function statesOf(folder) {
+  const [head, ...rows] = readFileSync(path.join(folder, 'states.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
+  return rows.map((row) => Object.fromEntries(head.map((name, i) => [name, ['validity', 'finger', 'check'].includes(name) ? row[i] : Number(row[i])])));
+}
+const size = ({ fx, fy, fz }) => Math.hypot(fx, fy, fz);
+// The forces of two folders with the same images, relative to the largest: {worst, rms, valid: share, sigmas: share within one, two}.
+export function compare(own, wanted) {
+  const peak = Math.max(...wanted.map(size)), pairs = own.map((state, i) => [state, wanted[i]]).filter(([a, b]) => a.validity === 'valid' && b?.validity === 'valid');
+  const off = pairs.map(([a, b]) => (size(a) - size(b)) / peak), touched = pairs.filter(([, b]) => size(b) > 0.02 * peak);
+  const within = (count) => touched.filter(([a, b]) => Math.abs(size(a) - size(b)) <= count * a.sigma).length / touched.length;
+  return { peak, worst: Math.max(...off.map(Math.abs)), rms: Math.sqrt(off.reduce((sum, value) => sum + value * value, 0) / off.length), valid: pairs.length / own.length, sigmas: [within(1), within(2)] };
+}
+
+// A camera of `width` x `height` px, as a scene gives it: a place of S [mm] in the image [px].
+export const cameraOf = ({ width = 640, height = 480, pixel, centre }) => ([x, y]) => [(width - 1) / 2 + (x - centre[0]) / pixel, (height - 1) / 2 - (y - centre[1]) / pixel];
+
+export class Person {
+  constructor(stage, { off = 0, seed = 1 } = {}) {
+    Object.assign(this, { stage, off, random: normal(seed) });
+  }
+  // A slave that waits for a scene on `images`, its station, and a person before it.
+  static async sitDown({ images, rate, saved, off, seed }) {
+    mkdirSync(saved, { recursive: true });
+    const slave = await serveSetup(saved, images, rate), stage = await Stage.open({ scene: 'setup', slave, device: 'pointer', log: false, size: [1280, 800], scheme: 'light' });
+    await stage.sees('#setup');
+    return new Person(stage, { off, seed });
+  }
+  async standUp() {
+    await this.stage.close();
+    await this.stage.endSlave();
+  }
+  get page() {
+    return this.stage.page;
+  }
+  async screen([u, v], off = this.off) {
+    const box = await this.page.locator('#setup-canvas').boundingBox(), image = await this.page.evaluate(() => [document.getElementById('setup-canvas').width, document.getElementById('setup-canvas').height]);
+    const scale = Math.min(box.width / image[0], box.height / image[1]), error = [off * this.random(), off * this.random()];
+    return [box.x + (box.width - scale * image[0]) / 2 + scale * (u + error[0] + 0.5), box.y + (box.height - scale * image[1]) / 2 + scale * (v + error[1] + 0.5)];
+  }
+  async click(place, off) {
+    await this.page.mouse.click(...(await this.screen(place, off)));
+  }
+  async drag(from, to) {
+    await this.page.mouse.move(...(await this.screen(from)));
+    await this.page.mouse.down();
+    await this.page.mouse.move(...(await this.screen(to)), { steps: 3 });
+    await this.page.mouse.up();
+  }
+  next() {
+    return this.page.click('#setup-next');
+  }
+  undo() {
+    return this.page.click('#setup-undo');
+  }
+  async fill(name, value) {
+    await this.page.locator(`[name="${name}"]`).fill(String(value));
+    await this.page.locator(`[name="${name}"]`).blur();
+  }
+  choose(name, value) {
+    return this.page.check(`[name="${name}"][value="${value}"]`);
+  }
+  shows(id, words) {
+    return this.stage.shows(id, words);
+  }
+  // Freezes until the end of the tool is at `tip` [px], where the press begins: the recorded images repeat.
+  async freezeAtRest(tip) {
+    const [u, v] = tip.map(Math.round);
+    await until(async () => {
+      const before = await this.page.locator('#setup-freeze').getAttribute('data-count');
+      await this.page.click('#setup-freeze');
+      await until(async () => (await this.page.locator('#setup-freeze').getAttribute('data-count')) !== before, 'an image');
+      return this.page.evaluate(([x, y]) => {
+        const pen = document.getElementById('setup-canvas').getContext('2d'), level = (a, b) => pen.getImageData(a, b, 1, 1).data[1];
+        const isTool = (row) => Math.abs(level(x, row) - level(x - 60, row)) > 20;
+        return isTool(y - 3) && !isTool(y + 4);
+      }, [u, v]);
+    }, 'an image at rest');
+  }
+  // The box around the tip of a tool of `width` px that points down.
+  boxTip([u, v], width) {
+    return this.drag([u - width / 2 - 15, v - 60], [u + width / 2 + 15, v + 10]);
+  }
+}
+
+// The forces of the scene in `saved`, processed from the images that it names: {scene, states}.
+export function processSaved(saved) {
+  const scenes = readdirSync(saved, { recursive: true }).map(String).filter((name) => name.endsWith('.yaml'));
+  assert.equal(scenes.length, 1, `${scenes}`);
+  const scene = path.join(saved, scenes[0]), out = path.join(saved, 'out');
+  execFileSync(SLAVE, ['check', scene], { stdio: 'ignore' });
+  execFileSync(SLAVE, ['process', scene, '--out', out], { stdio: 'ignore' });
+  return { scene, states: statesOf(out) };
+}
