@@ -49,9 +49,9 @@ class Cube:
         paths = [(1, 3), (1, 5), (2, 3), (2, 6), (4, 5), (4, 6)]  # corners between 0 and 7; bit k: one step along axis k
         self.tets = [self.upright([self.corner(x, y, z, c) for c in (0, *path, 7)])
                      for x in range(cells) for y in range(cells) for z in range(cells) for path in paths]
-        near = (TOOL + 1e-9) / 2
+        near = TOOL / 2 + 1e-9
         self.tool = [i for i, (x, y, z) in enumerate(self.nodes)
-                     if z == SIDE and abs(x - SIDE / 2) <= near and abs(y - SIDE / 2) <= near]
+                     if z > SIDE - 1e-9 and abs(x - SIDE / 2) <= near and abs(y - SIDE / 2) <= near]
         self.bottom = [i for i, node in enumerate(self.nodes) if node[2] == 0]
 
     def corner(self, x, y, z, c):
