@@ -24,6 +24,7 @@ FEWEST_WINDOWS = 100  # one second of samples
 QUICK_TEST = 10_000  # windows that are tested after a stop
 LEAST_FORCE = 1e-6  # an fz that varies by less is constant [N]
 LEAST_CORRELATION = 0.5  # of fz, below which a gain is refused
+REST_TIME = 0.5  # at the beginning of a recording, without contact [s]
 
 EPILOG = """DATA is one of
   TACTILE.csv              with force columns fx,fy,fz (or fx_N,fy_N,fz_N) [N]
@@ -268,7 +269,7 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--from", dest="source", type=pathlib.Path, metavar="DIR",
                         help="fit only the gain of this network, on the normal force fz")
     parser.add_argument("--finger", default="", help="finger of a recording with several fingers")
-    parser.add_argument("--rest", type=at_least(1), default=50, help="first samples, without contact, whose mean is the baseline")
+    parser.add_argument("--rest", type=at_least(1), help="first samples, without contact, whose mean is the baseline (default: half a second)")
     parser.add_argument("--unit", help="unit of the channels of a sensor without electrodes, for example kPa")
     parser.add_argument("--channels", default="c", metavar="PREFIX", help="its columns are PREFIX1 to PREFIXN (default: c)")
     parser.add_argument("--sample-rate", type=float, default=100.0, metavar="HZ", help="of its samples (default: 100)")
@@ -291,6 +292,8 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
         parser.error(f"--unit {arguments.unit}: expected 1 to 16 characters")
     if not 1 <= arguments.sample_rate <= 10_000:
         parser.error(f"--sample-rate {arguments.sample_rate:g}: expected 1 to 10000")
+    if arguments.rest is None:
+        arguments.rest = max(1, round(REST_TIME * arguments.sample_rate))
     if not 0 <= arguments.rate <= 1:
         parser.error(f"--rate {arguments.rate:g}: expected 0 to 1")
     return arguments
