@@ -115,7 +115,7 @@ TEST_F(SetupSessionTest, AMistakeInTheImageIsNamedByItsKey) {
   const ProposalReport report = session_.Check(wrong, nullptr);
   ASSERT_EQ(report.mistakes.size(), 1U);
   EXPECT_EQ(report.mistakes.front().key, "object.geometry");
-  EXPECT_THAT(report.mistakes.front().message, HasSubstr("check camera.pixel"));
+  EXPECT_THAT(report.mistakes.front().message, HasSubstr("smaller than in the scene"));
 }
 
 // Reference: the tool's width and end in the painted image.
@@ -131,7 +131,7 @@ TEST_F(SetupSessionTest, AToolThatIsNotTheOneInTheImageIsNamed) {
   EXPECT_THAT(width.expected, HasSubstr("5.8"));
   const SceneMistake anchor = changed("anchor: [14.5, ", "anchor: [17.5, ");
   EXPECT_EQ(anchor.key, "sense.tip.anchor");
-  EXPECT_THAT(anchor.expected, HasSubstr("-3.0 px to the right"));
+  EXPECT_THAT(anchor.expected, testing::ContainsRegex("-(2.[89]|3.[01]) px to the right"));
 }
 
 TEST_F(SetupSessionTest, OtherCamerasFoldersAndFilesAreRefused) {
@@ -246,7 +246,7 @@ TEST_F(SetupSessionTest, AClickNearTheTipIsMovedOntoIt) {
   for (const Vector2d& off : {Vector2d(2, -2), Vector2d(-2, 2), Vector2d(0, 2)}) {
     const auto tool = FindTool(first_, kTip + off, kToolWidth + off.x(), {319.5, 240});
     ASSERT_TRUE(tool);
-    EXPECT_LT((tool->p_I_tip - kTip).norm(), 0.4);
+    EXPECT_LT((tool->p_I_tip - kTip).norm(), 0.4) << (tool->p_I_tip - kTip).transpose();
     EXPECT_NEAR(tool->width, kToolWidth, 0.4);
     EXPECT_NEAR(tool->d_I.y(), 1, 1e-3);
   }
