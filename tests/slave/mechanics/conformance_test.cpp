@@ -1,6 +1,7 @@
 // What every deformation model owes its callers (deformation_model.h). A kind joins by one line in
 // Kinds().
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -20,6 +21,7 @@
 #include "slave/mechanics/plate/plate_model.h"
 #include "tests/slave/mechanics/bodies.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/fixed_nodes.h"
 
 namespace palpate {
 namespace {
@@ -30,14 +32,14 @@ using Law = FemOptions::Law;
 using Pressure = FemOptions::Pressure;
 using Model = std::unique_ptr<DeformationModel>;
 
-// Two places of contact and a displacement, in body sizes.
+// Two places of contact, one that is fixed, and a displacement, in body sizes.
 struct Presses {
-  Vector3d p_O, other_p_O, direction;
+  Vector3d p_O, other_p_O, fixed_O, direction;
   double depth = 0.002;
 };
-const Presses kOnCube{{0.5, 0.5, 1}, {0.25, 0.5, 1}, {0.1, 0.05, -1}};
-const Presses kOnBlock{{0.52, 1, 0}, {0.21, 1, 0}, {0.1, -1, 0}};
-const Presses kOnDisc{{0.05, 0, 0}, {-0.2, 0.1, 0}, {0, 0, -1}, 1e-4};
+const Presses kOnCube{{0.5, 0.5, 1}, {0.25, 0.5, 1}, {0.5, 0.5, 0}, {0.1, 0.05, -1}};
+const Presses kOnBlock{{0.52, 1, 0}, {0.21, 1, 0}, {0.52, 0, 0}, {0.1, -1, 0}};
+const Presses kOnDisc{{0.05, 0, 0}, {-0.2, 0.1, 0}, {0.5, 0, 0}, {0, 0, -1}, 1e-4};
 
 struct Kind {
   std::string name;
@@ -62,15 +64,12 @@ struct Cube {
   HeldNodes held;  // its bottom
 };
 Cube MakeCube(double size) {
-  Cube cube{MeshBox({size, size, size}, {4, 4, 4}), {}};
-  for (const Vector3d& p : cube.mesh.nodes) {
-    const bool is_held = p.z() < 1e-6 * size;
-    cube.held.push_back({is_held, is_held, is_held});
-  }
-  return cube;
+  const SolidMesh mesh = MeshBox({size, size, size}, {4, 4, 4});
+  return {mesh, FixedWhere(mesh, [&](const Vector3d& p) { return p.z() < 1e-6 * size; })};
 }
 
-Kind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress) {
+Kind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress,
+           ContactLaw contact = ContactLaw::kBonded) {
   return {name,
           &kOnBlock,
           true,
@@ -79,7 +78,9 @@ Kind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress) {
             ReferenceProblem problem = bodies::Block(60, size, 0.4, plane);
             problem.order = order;
             return std::make_unique<Bem2dModel>(
-                problem, Bem2dModel::Params{.young_modulus = modulus, .thickness = 0.1 * size});
+                problem,
+                Bem2dModel::Params{
+                    .young_modulus = modulus, .thickness = 0.1 * size, .contact = contact});
           },
           0.03};
 }
@@ -111,11 +112,13 @@ Kind Solid(const char* name, Element element, Law law, double nu = 0.3,
           }};
 }
 
-Kind Green(const char* name, FemOptions::Element element, double nu = 0.3) {
+Kind Green(const char* name, FemOptions::Element element, double nu = 0.3,
+           ContactLaw contact = ContactLaw::kBonded) {
   return {name, &kOnCube, true, 1e-9, [=](double size, double modulus) -> Model {
             const Cube cube = MakeCube(size);
-            return std::make_unique<FemGreenModel>(cube.mesh, cube.held, modulus, nu,
-                                                   FemGreenModel::Options{.element = element});
+            return std::make_unique<FemGreenModel>(
+                cube.mesh, cube.held, modulus, nu,
+                FemGreenModel::Options{.element = element, .contact = contact});
           }};
 }
 
@@ -148,6 +151,7 @@ std::vector<Kind> Kinds() {
       Bem2d("bem2d-quadratic", ElementOrder::kQuadratic, Plane::kStrain),
       Fem("fem-linear", Law::kLinear),
       Fem("fem-corotational", Law::kCorotational),
+      Fem("fem-neo-hookean", Law::kNeoHookean),
       Solid("fem-tet10-linear", Element::kTet10, Law::kLinear),
       Solid("fem-tet10-linear-mixed", Element::kTet10, Law::kLinear, 0.499),
       Solid("fem-tet10-neo-hookean", Element::kTet10, Law::kNeoHookean),
@@ -161,6 +165,15 @@ std::vector<Kind> Kinds() {
       Plate(),
       PlateLarge(),
   };
+}
+
+std::vector<Kind> FrictionlessKinds() {
+  const auto law = ContactLaw::kFrictionless;
+  return {Bem2d("bem2d-constant", ElementOrder::kConstant, Plane::kStress, law),
+          Bem2d("bem2d-quadratic", ElementOrder::kQuadratic, Plane::kStress, law),
+          Green("fem-green-tet4", Element::kTet4, 0.3, law),
+          Green("fem-green-tet10", Element::kTet10, 0.3, law),
+          Green("fem-green-tet10-mixed", Element::kTet10, 0.499, law)};
 }
 
 class Conformance : public testing::TestWithParam<Kind> {
@@ -285,6 +298,21 @@ TEST_P(LinearConformance, ForcesSuperpose) {
   }
 }
 
+// By a displacement or by the load that it needs.
+TEST_P(LinearConformance, ADisplacementBeyondTheRangeIsExtrapolated) {
+  const Model model = Make();
+  for (const double share : {0.9, 1.1}) {
+    Contact contact = Move();
+    contact.prescribed_O *= share * model->info().range * kSize / contact.prescribed_O.norm();
+    const ContactResponse moved = Answer(*model, {contact}).front();
+    contact.kind = Contact::Kind::kForce;
+    contact.prescribed_O = moved.force_O;
+    for (const ContactResponse& response : {moved, Answer(*model, {contact}).front()}) {
+      EXPECT_EQ(response.validity, share < 1 ? Validity::kValid : Validity::kExtrapolated);
+    }
+  }
+}
+
 // Forces scale with modulus and square of the length.
 TEST_P(Conformance, SizeAndModulusAreUnits) {
   const Model usual = Make();
@@ -346,15 +374,39 @@ TEST_P(Conformance, AbsurdContactsAreFlaggedAndForgotten) {
   }
 }
 
-TEST_P(Conformance, TwoContactsAtOnePlaceFailWithAReason) {
+TEST_P(Conformance, ImpossibleContactsFailWithAReason) {
   const Model model = Make();
-  for (const auto& contacts : {std::vector{Move(), Move()}, std::vector{Move(), Move(2)}}) {
-    EXPECT_EQ(Answer(*model, contacts).front().validity, Validity::kFailed);
+  Contact fixed = Move();
+  fixed.p_O = kSize * GetParam().presses->fixed_O;
+  for (const auto& contacts :
+       {std::vector{Move(), Move()}, std::vector{Move(), Move(2)}, std::vector{fixed}}) {
+    for (const ContactResponse& response : Answer(*model, contacts)) {
+      EXPECT_EQ(response.validity, Validity::kFailed);
+      EXPECT_TRUE(response.force_O.isZero(0));
+    }
     EXPECT_NE(model->failure(), "");
   }
   const ContactResponse next = Answer(*model, {Move()}).front();
   EXPECT_EQ(next.validity, Validity::kValid);
   EXPECT_EQ(model->failure(), "");
+}
+
+TEST_P(Conformance, AModulusThatIsNoneIsRefused) {
+  for (const double bad : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
+    EXPECT_THROW(const Model refused = Make(kSize, bad), std::invalid_argument) << bad;
+  }
+}
+
+TEST_P(Conformance, AStiffnessIsGivenWhereItIsWanted) {
+  const Model model = Make();
+  const ContactResponse wanted = Answer(*model, {Move(), MoveOther()}).front();
+  std::vector<Contact> unwanted{Move(), MoveOther()};
+  for (Contact& contact : unwanted) contact.wants_stiffness = false;
+  const ContactResponse without = Answer(*Make(), unwanted).front();
+  ExpectNear(without.force_O, wanted.force_O, 10 * tolerance() * wanted.force_O.norm());
+  const ContactResponse again = Answer(*model, {Move(), MoveOther()}).front();
+  EXPECT_LE((again.stiffness_O - wanted.stiffness_O).norm(),
+            10 * tolerance() * wanted.stiffness_O.norm());
 }
 
 TEST_P(Conformance, ASolutionKeepsItsFieldWhateverIsAskedNext) {
@@ -390,6 +442,34 @@ TEST_P(Conformance, RepeatedAnswersAllocateNothing) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
+// Law: without friction there is no traction across the normal, so that a slanted displacement does
+// what its part along the normal does. A node, the middle of an edge of an element and a disc.
+class FrictionlessConformance : public Conformance {};
+
+TEST_P(FrictionlessConformance, ContactsPushAlongTheNormalOnly) {
+  const Model model = Make();
+  const bool is_plane = GetParam().presses == &kOnBlock;
+  const Vector3d normal = is_plane ? Vector3d::UnitY() : Vector3d::UnitZ();
+  const Vector3d &one = GetParam().presses->p_O, &other = GetParam().presses->other_p_O;
+  for (const Vector3d& place : {one, other, Vector3d((one + other) / 2)}) {
+    for (const double width : {0.0, 0.4}) {
+      const auto press = [&](double across) {
+        Contact contact =
+            At(place, Contact::Kind::kDisplacement, kSize * across * Vector3d::UnitX());
+        contact.prescribed_O -= 0.002 * kSize * normal;
+        contact.width = width * kSize;
+        return Answer(*model, {contact}).front();
+      };
+      const ContactResponse straight = press(0), slanted = press(0.006);
+      ASSERT_NE(slanted.validity, Validity::kFailed) << model->failure();
+      const double size = straight.force_O.norm();
+      EXPECT_LT(straight.force_O.dot(normal), -0.999 * size);
+      ExpectNear(slanted.force_O, straight.force_O, tolerance() * size);
+      EXPECT_NEAR(slanted.displacement_O.x(), 0.006 * kSize, 1e-15) << "as prescribed";
+    }
+  }
+}
+
 std::string NameOf(const testing::TestParamInfo<Kind>& tested) {
   std::string name = tested.param.name;
   std::ranges::replace(name, '-', '_');
@@ -403,6 +483,8 @@ std::vector<Kind> LinearKinds() {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Conformance, testing::ValuesIn(Kinds()), NameOf);
 INSTANTIATE_TEST_SUITE_P(Kinds, LinearConformance, testing::ValuesIn(LinearKinds()), NameOf);
+INSTANTIATE_TEST_SUITE_P(Kinds, FrictionlessConformance, testing::ValuesIn(FrictionlessKinds()),
+                         NameOf);
 
 }  // namespace
 }  // namespace palpate

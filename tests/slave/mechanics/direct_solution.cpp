@@ -11,6 +11,7 @@
 #include "shared/mesh/disc_patch.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/mesh/index.h"
+#include "tests/support/fixed_nodes.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -106,12 +107,8 @@ Body Standing(SolidMesh mesh, int axis, double E, double nu) {
   double low = mesh.nodes.front()[axis];
   for (const auto& p : mesh.nodes) low = std::min(low, p[axis]);
   const double near = 1e-6 * Diagonal(mesh.nodes);
-  Body body{std::move(mesh), {}, E, nu};
-  for (const auto& p : body.mesh.nodes) {
-    const bool held = p[axis] <= low + near;
-    body.held.push_back({held, held, held});
-  }
-  return body;
+  HeldNodes held = FixedWhere(mesh, [&](const Vector3d& p) { return p[axis] <= low + near; });
+  return {std::move(mesh), std::move(held), E, nu};
 }
 
 Body ShakenBox(std::array<int, 3> cells, double E, double nu) {
@@ -159,6 +156,13 @@ DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, 
     std::vector<Vector3d> directions{Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
     if (frictionless) directions = {NodeNormal(surface, FindPlace(surface, contact.p_O)->node)};
     for (const Vector3d& direction : directions) {
+      Eigen::Index axis = 0;
+      direction.maxCoeff(&axis);
+      const bool is_node = point && shares.back().size() == 1 && !frictionless;
+      if (is_node &&
+          body.held[Index(shares.back().begin()->first)][Index(static_cast<int>(axis))]) {
+        continue;  // fixed already
+      }
       Constraint together{{}, direction.dot(contact.prescribed_O), i, direction};
       for (const auto& [n, w] : shares.back()) {
         Constraint alone{{}, together.value, i, direction};

@@ -31,42 +31,6 @@ TEST(GreensFunctions, CarryARigidTranslationWithoutForce) {
   }
 }
 
-double ReactionError(int elements) {
-  const GreensFunctions greens(bodies::Block(elements));
-  const int top = elements * 5 / 8;
-  const double area = greens.lengths()[static_cast<std::size_t>(top)];
-  Matrix2d reaction = Matrix2d::Zero();
-  for (int i = 0; i < greens.size(); ++i) {
-    if (greens.held(i, 0))
-      reaction += greens.lengths()[static_cast<std::size_t>(i)] * Block(greens, i, top);
-  }
-  return (reaction / area + Matrix2d::Identity()).norm();
-}
-
-// Reference: equilibrium. Collocation does not build it in, so it holds as the mesh gets finer.
-TEST(GreensFunctions, ReactionsBalanceALoadBetterAndBetter) {
-  const double coarse = ReactionError(40);
-  const double fine = ReactionError(160);
-  EXPECT_LT(coarse, 0.05);
-  EXPECT_LT(fine, coarse / 3);
-}
-
-double ReciprocityError(int elements) {
-  const GreensFunctions greens(bodies::Block(elements));
-  const int i = elements * 5 / 8;
-  const int j = elements * 3 / 8;
-  const Matrix2d ij = Block(greens, i, j);
-  return (ij - Block(greens, j, i).transpose()).norm() / ij.norm();
-}
-
-// Reference: Betti's reciprocity, again only as the mesh gets finer.
-TEST(GreensFunctions, FlexibilityBecomesSymmetric) {
-  const double coarse = ReciprocityError(40);
-  const double fine = ReciprocityError(160);
-  EXPECT_LT(coarse, 0.1);
-  EXPECT_LT(fine, coarse / 2);
-}
-
 TEST(GreensFunctions, CountTheRigidMotionsThatAreLeftFree) {
   ReferenceProblem problem = bodies::Block(40);
   EXPECT_EQ(GreensFunctions(problem).free_motions(), 0);

@@ -58,14 +58,6 @@ TEST(HeldVertices, AreTheEndsOfWhatHoldsAnOutlineThePlaneOfAVolumeTheRimOfAMembr
   for (const std::uint32_t node : rim) EXPECT_NEAR(disc.nodes[node].norm(), 0.039, 1e-12);
 }
 
-TEST(MakeModel, AutoIsBem2dAndSaysThatNoStudyExists) {
-  Scene scene = BlockScene();
-  EXPECT_EQ(ChooseModel(scene).kind, "bem2d");
-  EXPECT_THAT(ChooseModel(scene).reason, testing::HasSubstr("no study"));
-  scene.model.kind = "bem2d";
-  EXPECT_THAT(ChooseModel(scene).reason, testing::HasSubstr("set by"));
-}
-
 Scene PressedMembraneScene(double depth, double tolerance) {
   Scene scene;
   scene.object.geometry = MembraneGeometry{0.039, 0.001};
@@ -148,13 +140,6 @@ TEST(MakeModel, NeedsAnOutlineForAPictureContour) {
     seen.outer.emplace_back(std::cos(i * 9 * kDegree), std::sin(i * 9 * kDegree));
   }
   EXPECT_EQ(MeshOutline(scene, seen).size(), 60);
-}
-
-TEST(MakeModel, KeepsTheScenesRangeAndTakesTenPercentOtherwise) {
-  Scene scene = BlockScene();
-  EXPECT_EQ(MakeModel(scene, MeshOutline(scene, std::nullopt))->info().range, 0.1);
-  scene.model.range = 0.2;
-  EXPECT_EQ(MakeModel(scene, MeshOutline(scene, std::nullopt))->info().range, 0.2);
 }
 
 }  // namespace

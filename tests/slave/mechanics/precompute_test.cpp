@@ -54,16 +54,5 @@ TEST(Precompute, StopsOnRequest) {
   }
 }
 
-// Reference: the number of unknowns by order, 2 N, 4 N and 6 N.
-TEST(Precompute, CostsMoreForHigherOrders) {
-  const auto memory = [](int elements, ElementOrder order) {
-    return static_cast<double>(GreensFunctions::Estimate(elements, order).memory_bytes);
-  };
-  const double constant = memory(500, ElementOrder::kConstant);
-  EXPECT_EQ(memory(500, ElementOrder::kLinear) / constant, 4);
-  EXPECT_EQ(memory(500, ElementOrder::kQuadratic) / constant, 9);
-  EXPECT_EQ(memory(1000, ElementOrder::kConstant) / constant, 4);
-}
-
 }  // namespace
 }  // namespace palpate

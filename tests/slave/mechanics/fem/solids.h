@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -10,6 +9,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "tests/slave/mechanics/contacts.h"
+#include "tests/support/fixed_nodes.h"
 #include "tests/support/references.h"
 
 namespace palpate::solids {
@@ -19,15 +19,6 @@ using contacts::Displacement;
 using contacts::Respond;
 using Eigen::Vector3d;
 using reference::VectorOf;
-
-inline Held HeldWhere(const SolidMesh& mesh, const std::function<bool(const Vector3d&)>& where) {
-  Held held;
-  for (const auto& p : mesh.nodes) {
-    const bool h = where(p);
-    held.push_back({h, h, h});
-  }
-  return held;
-}
 
 inline int NodeAt(const SolidMesh& mesh, const Vector3d& p) {
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {

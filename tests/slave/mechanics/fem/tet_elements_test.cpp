@@ -53,38 +53,10 @@ std::array<Vector3d, 4> Deformed(const Matrix3d& F, const Vector3d& t = {0, 0, 0
   return x;
 }
 
-Matrix3d MatrixOf(const nlohmann::json& rows) {
-  Matrix3d m;
-  for (int i = 0; i < 3; ++i) m.row(i) = solids::VectorOf(rows.at(static_cast<std::size_t>(i)));
-  return m;
-}
-
 void ExpectForces(const Vector12d& forces, const nlohmann::json& expected, double tolerance) {
   for (int a = 0; a < 4; ++a) {
     const Vector3d f = solids::VectorOf(expected.at(static_cast<std::size_t>(a)));
     EXPECT_LT((forces.segment<3>(3 * a) - f).cwiseAbs().maxCoeff(), tolerance) << "node " << a;
-  }
-}
-
-// Reference d: exact rational numbers.
-TEST(TetElements, StiffnessIsExact) {
-  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "tet_stiffness_exact");
-  FemBody body = UnitTet(kLinear);
-  BlockMatrix K(body.pattern());
-  body.AssembleTangent(0, 1, K);
-  for (int a = 0; a < 4; ++a) {
-    for (int b = 0; b < 4; ++b) {
-      const double* block = K.block(body.pattern().Find(body.Number(a), body.Number(b)));
-      for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-          const double expected = given.at("expected")
-                                      .at("K_rows")
-                                      .at(static_cast<std::size_t>(3 * a + i))
-                                      .at(static_cast<std::size_t>(3 * b + j));
-          EXPECT_NEAR(block[i + 3 * j], expected, 1e-13);
-        }
-      }
-    }
   }
 }
 
@@ -124,52 +96,6 @@ TEST(TetElements, NodesTurnWithTheirBody) {
       EXPECT_LT((of_node - R).norm(), 1e-12) << "node " << i << ", " << angle << " rad";
     }
   }
-}
-
-// Reference d.
-TEST(TetElements, ForcesTurnWithTheElement) {
-  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "objectivity");
-  const auto& p = given.at("params");
-  const Matrix3d S = MatrixOf(p.at("S_rows"));
-  const Matrix3d R = Eigen::AngleAxisd(p.at("degrees").get<double>() * std::numbers::pi / 180,
-                                       solids::VectorOf(p.at("axis")).normalized())
-                         .toRotationMatrix();
-  FemBody body = UnitTet(kCorotational);
-  ExpectForces(ForcesAt(body, Deformed(S)), given.at("expected").at("force_unrotated"), 1e-12);
-  ExpectForces(ForcesAt(body, Deformed(R * S)), given.at("expected").at("force_rotated"), 1e-12);
-}
-
-// Reference d: with det R = +1 inverted elements push back. At the exact mirror every rotation
-// about an axis is as good, so only finiteness is asked for.
-TEST(TetElements, InvertedElementsPushBack) {
-  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "inversion");
-  for (const auto& c : given.at("expected")) {
-    FemBody body = UnitTet(kCorotational);
-    const Vector12d forces = ForcesAt(body, Deformed(MatrixOf(c.at("F"))));
-    EXPECT_TRUE(forces.allFinite());
-    if (c.at("name") == "mirror" || c.at("force_signed_svd").is_null()) continue;
-    ExpectForces(forces, c.at("force_signed_svd"), 1e-12);
-  }
-}
-
-// Reference d: energy V (lambda / 2 + mu) (z - 1)^2 and force along the way through the base, and
-// relaxation from z = -0.5 to z = 1.
-TEST(TetElements, AnInvertedApexComesBack) {
-  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "inversion_recovery_apex");
-  FemBody body = UnitTet(kCorotational);
-  double z = given.at("params").at("z_start");
-  NodeVector u(4);
-  At(u, body.Number(3)).v[2] = z - 1;
-  EXPECT_NEAR(body.Evaluate(u).energy, given.at("expected").at("energy_at_start").get<double>(),
-              1e-12);
-  EXPECT_EQ(body.Evaluate(u).inverted, 1);
-  const double expected = given.at("expected").at("apex_internal_force_z_at_start");
-  EXPECT_NEAR(ForcesAt(body, {Vector3d(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, z}})[11], expected,
-              1e-12);
-  for (int step = 0; step < 100; ++step) {
-    z -= ForcesAt(body, {Vector3d(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, z}})[11];
-  }
-  EXPECT_NEAR(z, 1, 1e-6);
 }
 
 // Reference: F = R Q diag(s) Q^T made from rotations, s1 >= s2 >= |s3|: its signed polar rotation

@@ -1,4 +1,3 @@
-#include <numeric>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -84,60 +83,6 @@ TEST(SurfaceFootprints, ANamedTriangleGivesThePlaceThatTheWalkGives) {
     contact.p_O += Vector3d(1, 1, 1);
     EXPECT_FALSE(footprints.OnNodes(contact, &named).empty());
   }
-}
-
-// Law: what a load puts on nodes has its sum and, spread over the triangles of a
-// disc, its moment: the centroid of the loaded area.
-TEST(SurfacePlaces, LoadsKeepTheirSumAndMoment) {
-  const TetMesh mesh = MakeTetMesh(ShakenBox({5, 4, 3}, 1, 0.3).mesh, 4, 1);
-  const SurfaceMesh& surface = mesh.surface;
-  std::vector<int> itself(surface.nodes.size());
-  std::iota(itself.begin(), itself.end(), 0);
-  SurfaceNodePlaces nodes(mesh, 1, itself, {});
-  SurfaceFootprints triangles(surface);
-  ContactFootprint by_node, by_triangle;
-  for (auto contact : Everywhere(surface)) {
-    contact.kind = Contact::Kind::kForce;
-    for (const double width : {0.0, 0.02}) {
-      contact.width = width;
-      ASSERT_TRUE(nodes.Find(contact, &by_node).empty());
-      ASSERT_TRUE(
-          triangles.OnTriangles(contact, &by_triangle, PatchBasis::kLoadedTriangles).empty());
-      double sum = 0, triangle_sum = 0;
-      Vector3d at = Vector3d::Zero(), triangle_at = Vector3d::Zero();
-      for (const auto& [n, w] : by_node.places) {
-        sum += w;
-        at += w * surface.nodes[static_cast<std::size_t>(n)];
-      }
-      for (const auto& [t, w] : by_triangle.places) {
-        triangle_sum += w;
-        triangle_at += w * Centroid(surface, t);
-      }
-      EXPECT_NEAR(sum, 1, 1e-12);
-      EXPECT_NEAR(triangle_sum, 1, 1e-12);
-      if (width > 0) {
-        EXPECT_LT((at - triangle_at).norm(), 1e-12);
-      } else {
-        EXPECT_LT((at - contact.p_O).norm(), 1.1e-4);  // some places are that far off
-      }
-    }
-  }
-}
-
-// Reference: the outline of a box. On its edges and corners the normals of the sides are averaged.
-TEST(SurfacePlaces, NormalsPointOutwards) {
-  const TetMesh mesh = MakeTetMesh(MeshBox({1, 1, 1}, {2, 2, 2}), 4, 1);
-  std::vector<int> itself(mesh.nodes.size());
-  std::iota(itself.begin(), itself.end(), 0);
-  SurfaceNodePlaces nodes(mesh, 1, itself, {});
-  ContactFootprint footprint;
-  Contact contact;
-  contact.p_O = {0.5, 0.5, 1};
-  ASSERT_TRUE(nodes.Find(contact, &footprint).empty());
-  EXPECT_LT((footprint.normal_O - Vector3d::UnitZ()).norm(), 1e-12);
-  contact.p_O = {0.25, 1, 1};  // in the middle of an edge of the mesh: one triangle on each side
-  ASSERT_TRUE(nodes.Find(contact, &footprint).empty());
-  EXPECT_LT((footprint.normal_O - Vector3d(0, 1, 1).normalized()).norm(), 1e-12);
 }
 
 }  // namespace

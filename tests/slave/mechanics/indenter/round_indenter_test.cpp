@@ -13,6 +13,7 @@
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
+#include "tests/support/fixed_nodes.h"
 
 namespace palpate {
 namespace {
@@ -220,11 +221,7 @@ SolidMesh GradedBlock(const std::array<int, 3>& cells) {
 // stiff where the strain changes from one to the next.
 TEST(RoundIndenter3d, ASpheresForceOnFiniteElementsIsHertzs) {
   const SolidMesh solid = GradedBlock({18, 18, 14});
-  HeldNodes held(solid.nodes.size());
-  for (std::size_t i = 0; i < held.size(); ++i) {
-    const bool low = solid.nodes[i].z() < 1e-9;
-    held[i] = {low, low, low};
-  }
+  const HeldNodes held = FixedWhere(solid, [](const Vector3d& p) { return p.z() < 1e-9; });
   FemGreenModel model(solid, held, 1, Sphere3d::kNu, {.contact = ContactLaw::kFrictionless});
   RoundIndenter tool(TouchableNodes(SurfaceOf(solid)), Sphere3d::kRadius,
                      ContactLaw::kFrictionless);

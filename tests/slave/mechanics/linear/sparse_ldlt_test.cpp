@@ -88,31 +88,6 @@ TEST(EliminationOrder, IsThatOfAllNodesAndTheSameAgain) {
   EXPECT_EQ(EliminationOrder({{0}, {1}, {2}}).size(), 3U);  // nothing is beside anything
 }
 
-TEST(EliminationOrder, TakesWhatHasNoEdgesAndWhatHasAll) {
-  EXPECT_TRUE(EliminationOrder({}).empty());
-  EXPECT_EQ(EliminationOrder({{0}}), AsNumbered(1));
-  for (const int nodes : {2, 40, 300}) {
-    const std::vector<std::vector<int>> all(static_cast<std::size_t>(nodes), AsNumbered(nodes));
-    EXPECT_TRUE(std::ranges::is_permutation(EliminationOrder(all), AsNumbered(nodes))) << nodes;
-  }
-}
-
-// Models are made on several threads.
-TEST(EliminationOrder, ThreadsDoNotDisturbEachOther) {
-  const auto grid = Grid(9);
-  const auto expected = EliminationOrder(grid);
-  std::vector<std::vector<int>> found(4);
-  {
-    std::vector<std::jthread> threads;
-    for (auto& order : found) {
-      threads.emplace_back([&] {
-        for (int k = 0; k < 10; ++k) order = EliminationOrder(grid);
-      });
-    }
-  }
-  for (const auto& order : found) EXPECT_EQ(order, expected);
-}
-
 // Reference: factors in the order of numbering, slice by slice, have side^5 entries, dissected ones
 // some 31 n log2 n of a plane's and 10 side^4 here.
 TEST(EliminationOrder, KeepsFactorsSparse) {
@@ -161,21 +136,6 @@ TYPED_TEST(SparseLdltTest, SolvesWhatIsDefiniteAndWhatIsNot) {
   }
 }
 
-// Loads of one row, of all, and none, more than are solved at once. Reference: the equation.
-TYPED_TEST(SparseLdltTest, SolvesManyRightSidesTogether) {
-  const auto grid = Grid(8);
-  const Sparse matrix = Matrix(grid, EliminationOrder(grid), 64);
-  auto factor = this->Allocated(matrix);
-  ASSERT_TRUE(factor.Factorize(matrix, false));
-  MatrixXd B = MatrixXd::Zero(matrix.cols(), 70);
-  for (int k = 0; k < 40; ++k) B(7 * k, k) = 1;
-  B.rightCols(29).setOnes();
-  typename TestFixture::Columns X = B.cast<TypeParam>();
-  factor.Solve(X);
-  EXPECT_LT((Full(matrix) * X.template cast<double>() - B).norm(), this->kTolerance * B.norm());
-  EXPECT_TRUE(X.col(40).isZero(0));
-}
-
 // Reference: the same factor made at once, to the last bit. No part may be a large share.
 TYPED_TEST(SparseLdltTest, AFactorMadeInPartsIsTheSame) {
   using Progress = typename SparseLdlt<TypeParam>::Progress;
@@ -200,17 +160,6 @@ TYPED_TEST(SparseLdltTest, AFactorMadeInPartsIsTheSame) {
   in_parts.Solve(&other);
   EXPECT_EQ(AllocationCount(), before);
   EXPECT_EQ(one, other);
-}
-
-TYPED_TEST(SparseLdltTest, AnIndefiniteMatrixFailsInItsPart) {
-  using Progress = typename SparseLdlt<TypeParam>::Progress;
-  const auto grid = Grid(8);
-  const Sparse matrix = Matrix(grid, EliminationOrder(grid), 1);
-  auto factor = this->Allocated(matrix);
-  factor.Begin(matrix, true);
-  Progress progress = Progress::kMore;
-  while (progress == Progress::kMore) progress = factor.Continue(factor.flops() / 8);
-  EXPECT_EQ(progress, Progress::kFailed);
 }
 
 TYPED_TEST(SparseLdltTest, RefusesZeroPivotsAndWhatIsNotFinite) {

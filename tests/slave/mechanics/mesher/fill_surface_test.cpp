@@ -107,11 +107,6 @@ TEST_P(FillSurfaceTest, GetsFinerWithTheResolution) {
   }
 }
 
-TEST_P(FillSurfaceTest, FillsWithoutAskingForAResolution) {
-  SolidMesh mesh = FillSurface(Sphere(2), options_);
-  EXPECT_THAT(CheckMesh(mesh).refusals, IsEmpty());
-}
-
 TEST_P(FillSurfaceTest, LeavesCavitiesEmpty) {
   for (const double resolution : {0.5, 0.0}) {
     options_.resolution = resolution;
@@ -216,16 +211,6 @@ TEST_F(FakeMesherTest, LeavesNoFolderBehind) {
   FailureOf("exit 1\n");
   unsetenv("TMPDIR");
   EXPECT_TRUE(std::filesystem::is_empty(temporary / ""));
-}
-
-TEST(FillSurfaceStopTest, StopsOnRequest) {
-  const Scratch folder;
-  const auto file = folder.Write("tetgen", "#!/bin/sh\nsleep 60\n");
-  std::filesystem::permissions(file, std::filesystem::perms::owner_all);
-  const PathGuard path((folder / "").string() + ":/bin:/usr/bin");
-  std::stop_source source;
-  source.request_stop();
-  EXPECT_THROW(FillSurface(Box({0, 0, 0}, {1, 1, 1}), {}, source.get_token()), Interrupted);
 }
 
 // A shell round a bent void: the point lies in the void.

@@ -22,17 +22,6 @@ std::string_view Why(std::vector<Contact> contacts) {
   return Check(contacts, kPlate, &touches);
 }
 
-TEST(PlateContacts, ArePressesByTheRadius) {
-  std::vector<Touch> touches;
-  const std::vector contacts = {Moved({0.0195, 0}, 0.00039, 0.0078), Loaded({0, -0.0195}, 2)};
-  ASSERT_EQ(Check(contacts, kPlate, &touches), "");
-  EXPECT_DOUBLE_EQ(touches[0].disc.centre.x(), 0.5);
-  EXPECT_DOUBLE_EQ(touches[0].disc.radius, 0.1);
-  EXPECT_DOUBLE_EQ(touches[0].value, 0.01);
-  EXPECT_DOUBLE_EQ(touches[1].disc.centre.y(), -0.5);
-  EXPECT_DOUBLE_EQ(touches[1].value, 2);
-}
-
 TEST(PlateContacts, TheImpossibleIsRefusedWithItsReason) {
   EXPECT_THAT(Why({Moved({kNaN, 0}, 1e-3)}), HasSubstr("finite"));
   EXPECT_THAT(Why({Moved({0, 0}, kNaN)}), HasSubstr("finite"));

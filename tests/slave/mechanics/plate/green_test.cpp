@@ -6,38 +6,13 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/reference/reference_file.h"
-
 namespace palpate::plate {
 namespace {
 
 using Eigen::Vector2d;
-using reference::CaseOf;
-using reference::json;
 
 Vector2d Polar(double r, double angle) {
   return {r * std::cos(angle), r * std::sin(angle)};
-}
-
-// Reference: c plate_argmax_is_not_load_point, tolerances of the file.
-TEST(Green, TheLargestDeflectionLiesNearerToTheCentreThanTheLoad) {
-  PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
-  const json expected = CaseOf(file, "plate_argmax_is_not_load_point").at("expected");
-  for (const json& row : expected) {
-    const Vector2d p(row.at("p_over_a").get<double>(), 0);
-    double low = 0, high = p.x();
-    while (high - low > 1e-9) {  // golden enough: the deflection has one maximum on the radius
-      const double third = (high - low) / 3;
-      const bool left = Deflection(p, {low + third, 0}) > Deflection(p, {high - third, 0});
-      (left ? high : low) = left ? high - third : low + third;
-    }
-    EXPECT_NEAR(low, row.at("r_of_max_over_a").get<double>(), 1e-4) << row;
-    const double most = Deflection(p, {low, 0});
-    EXPECT_NEAR(most / Deflection(p, p), row.at("w_max_over_w_load").get<double>(), 1e-6) << row;
-    const double taken = most / Deflection({low, 0}, {low, 0});
-    EXPECT_NEAR(taken, row.at("force_ratio_if_argmax_taken_as_load_point").get<double>(), 1e-4)
-        << row;
-  }
 }
 
 double Laplacian(const Disc& load, const Vector2d& x, double h) {

@@ -16,7 +16,6 @@ namespace palpate {
 namespace {
 
 using contacts::Respond;
-using Eigen::Vector2d;
 using plates::Loaded;
 using plates::Moved;
 using testing::HasSubstr;
@@ -72,11 +71,18 @@ TEST(PlateModel, StiffnessBesideMovedContactsIsTheDerivative) {
   EXPECT_NEAR(less.stiffness_O(2, 2) * change / -0.01, 1, 1e-9);
 }
 
-TEST(PlateModel, HalfAThicknessIsItsRange) {
-  PlateModel model(kRubber);
-  EXPECT_EQ(Respond(model, {Moved({0, 0}, 4.9e-4)})[0].validity, Validity::kValid);
-  EXPECT_EQ(Respond(model, {Moved({0, 0}, 5.1e-4)})[0].validity, Validity::kExtrapolated);
-  EXPECT_EQ(Respond(model, {Loaded({0.01, 0}, 10)})[0].validity, Validity::kExtrapolated);
+// Reference: a regular 144-gon's area, and Euler's formula for a disc.
+TEST(MembraneGrid, CoversTheDiscOnce) {
+  const SurfaceMesh grid = MembraneGrid(1);
+  double area = 0;
+  for (const auto& [i, j, k] : grid.triangles) {
+    const auto node = [&](int n) { return grid.nodes.at(static_cast<std::size_t>(n)); };
+    const double twice = (node(j) - node(i)).cross(node(k) - node(i)).z();
+    EXPECT_GT(twice, 0);
+    area += twice / 2;
+  }
+  EXPECT_NEAR(area, 72 * std::sin(2 * std::numbers::pi / 144), 1e-12);
+  EXPECT_EQ(grid.triangles.size(), 2 * grid.nodes.size() - 2 - 144);
 }
 
 TEST(PlateModel, FailsWithItsReasonAndRecovers) {

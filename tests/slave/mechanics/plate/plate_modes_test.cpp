@@ -2,7 +2,6 @@
 #include "slave/mechanics/plate/plate_modes.h"
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -41,27 +40,6 @@ TEST(PlateModes, AddUpToTheGreensFunction) {
   const PlateModes modes(24, kNu);
   const Vector2d x(-0.5, 0.2);
   EXPECT_NEAR(At(modes, p).dot(At(modes, x)) / Deflection(p, x), 1, 3e-4);
-}
-
-// Reference: the mean over the disc of a finer rule; the degree of the modes is 28 at most.
-TEST(PlateModes, MeansAreThoseOfAFinerRule) {
-  const PlateModes modes(24, kNu);
-  for (const double R : {0.01, 0.05, 0.08, 0.2, 0.45}) {
-    const Disc disc{{0.3, -0.4}, R};
-    VectorXd mean(modes.deflections(Symmetry::kNone)), fine = VectorXd::Zero(mean.size());
-    modes.Mean(disc, mean);
-    constexpr int kRings = 400, kAngles = 60;
-    for (int i = 0; i < kRings; ++i) {
-      const double r = R * std::sqrt((i + 0.5) / kRings);
-      for (int k = 0; k < kAngles; ++k) {
-        const double angle = 2 * std::numbers::pi * k / kAngles;
-        fine += At(modes, disc.centre + r * Vector2d(std::cos(angle), std::sin(angle)));
-      }
-    }
-    fine /= kRings * kAngles;
-    // The finer rule is of second order in the rings.
-    EXPECT_LT((mean - fine).norm() / fine.norm(), 1e-4 * R + 1e-7) << R;
-  }
 }
 
 double ModalForce(const PlateModes& modes, const Vector2d& place, double R, double w,

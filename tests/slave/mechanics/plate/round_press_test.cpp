@@ -15,26 +15,6 @@ namespace {
 using reference::CaseOf;
 using reference::json;
 
-// Reference: c von_karman_curve, 1e-5; there and back, and from rest as from the answer before.
-TEST(RoundPress, FollowsTheVonKarmanCurves) {
-  PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
-  for (const char* id :
-       {"von_karman_curve_r0_0", "von_karman_curve_r0_0.002", "von_karman_curve_r0_0.005"}) {
-    const json c = CaseOf(file, id);
-    const double R = c.at("params").at("r0_over_a"), nu = c.at("params").at("nu");
-    RoundPress press(nu, R);
-    for (const json& row : c.at("expected")) {
-      const double w = row.at("w0_over_t"), F = row.at("F_bar");
-      ASSERT_TRUE(press.SolveDeflection(w));
-      EXPECT_NEAR(press.force() / F, 1, 1e-5) << id << row;
-      const double found = press.force();
-      press.Reset();
-      ASSERT_TRUE(press.SolveForce(found));
-      EXPECT_NEAR(press.deflection() / w, 1, 1e-10) << id << row;
-    }
-  }
-}
-
 // Reference: c membrane_limit: the table's own convergence is 1e-6; Schwerin's pi / 3 beyond it,
 // approached like a power of t / w.
 TEST(RoundPress, ApproachesSchwerinsMembrane) {

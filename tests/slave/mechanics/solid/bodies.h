@@ -1,13 +1,13 @@
 // Bodies, holds and contacts that the tests of solids share.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "tests/slave/mechanics/contacts.h"
+#include "tests/support/fixed_nodes.h"
 #include "tests/support/references.h"
 
 namespace palpate::solid_tests {
@@ -17,19 +17,8 @@ using contacts::Push;
 using reference::json;
 using reference::VectorOf;
 
-// All components held where `where(p_O)` says so.
-inline HeldNodes HeldWhere(const SolidMesh& mesh,
-                           const std::function<bool(const Eigen::Vector3d&)>& where) {
-  HeldNodes held;
-  for (const auto& p : mesh.nodes) {
-    const bool h = where(p);
-    held.push_back({h, h, h});
-  }
-  return held;
-}
-
 inline HeldNodes Bottom(const SolidMesh& mesh) {
-  return HeldWhere(mesh, [](const Eigen::Vector3d& p) { return p.z() == 0; });
+  return FixedWhere(mesh, [](const Eigen::Vector3d& p) { return p.z() == 0; });
 }
 
 inline HeldNodes Nothing(const SolidMesh& mesh) {
@@ -95,17 +84,6 @@ inline std::vector<Contact> SquareLoad(const SolidMesh& mesh, double force) {
   }
   for (auto& contact : contacts) contact.prescribed_O *= force / area;
   return contacts;
-}
-
-// Mean depth of contacts that share one load in proportion to their areas.
-inline double MeanDepth(const std::vector<Contact>& contacts,
-                        const std::vector<ContactResponse>& responses) {
-  double depth = 0, force = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    depth += contacts[i].prescribed_O.z() * responses[i].displacement_O.z();
-    force -= contacts[i].prescribed_O.z();
-  }
-  return depth / force;
 }
 
 }  // namespace palpate::solid_tests

@@ -108,13 +108,9 @@ TEST_F(FemZone, RegionsHaveTheirModuli) {
 TEST(FemZoneLimits, ABodyThatBendsFarIsFlaggedOrItsErrorIsBounded) {
   Slab slab(12, 0.4);
   slab.mesh = MeshBox({0.08, 0.08, 0.02}, {12, 12, 3});
-  slab.held.clear();
+  slab.held = FixedWhere(slab.mesh, [](const Vector3d& p) { return p.x() == 0; });
   slab.positions.clear();
-  for (const Vector3d& p : slab.mesh.nodes) {
-    const bool side = p.x() == 0;
-    slab.held.push_back({side, side, side});
-    slab.positions.push_back(p / 0.08);
-  }
+  for (const Vector3d& p : slab.mesh.nodes) slab.positions.push_back(p / 0.08);
   FemZoneModel zone(slab.mesh, slab.held, kModulus, slab.nu, {});
   SolidModel full = slab.Full(FemOptions::Law::kNeoHookean);
   for (const double depth : {0.001, 0.004, 0.012, 0.03}) {
@@ -133,9 +129,7 @@ TEST(FemZoneLimits, ABodyThatBendsFarIsFlaggedOrItsErrorIsBounded) {
 TEST(FemZoneLimits, ANearbyContactBendsTheBodyAlike) {
   Slab slab(12, 0.4);
   slab.mesh = MeshBox({0.12, 0.03, 0.01}, {24, 6, 2});
-  slab.held.clear();
-  for (const Vector3d& p : slab.mesh.nodes)
-    slab.held.push_back({p.x() == 0, p.x() == 0, p.x() == 0});
+  slab.held = FixedWhere(slab.mesh, [](const Vector3d& p) { return p.x() == 0; });
   FemZoneModel zone(slab.mesh, slab.held, kModulus, slab.nu, {});
   bool bends = false;
   for (const double x : {0.005, 0.03, 0.06, 0.1}) {
@@ -153,9 +147,7 @@ TEST(FemZoneLimits, ANearbyContactBendsTheBodyAlike) {
 TEST(FemZoneLimits, ABodyWithinOneZoneIsTheFullModel) {
   Slab slab(10, 0.3);
   slab.mesh = MeshBox({0.01, 0.01, 0.01}, {4, 4, 4});
-  slab.held.clear();
-  for (const Vector3d& p : slab.mesh.nodes)
-    slab.held.push_back({p.z() == 0, p.z() == 0, p.z() == 0});
+  slab.held = FixedWhere(slab.mesh, [](const Vector3d& p) { return p.z() == 0; });
   FemZoneModel zone(slab.mesh, slab.held, kModulus, slab.nu, {});
   SolidModel full = slab.Full(FemOptions::Law::kNeoHookean);
   const std::vector<Contact> contacts{Pressed({0.005, 0.005, 0.01}, {0, 0, -0.002}, 0.03)};

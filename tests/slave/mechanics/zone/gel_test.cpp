@@ -30,8 +30,9 @@ class FineGel : public testing::Test {
     options.friction = friction;
     options.tool = {.shape = RigidTool::Shape::kSphere, .radius = radius};
     options.memory_limit = std::size_t{1} << 33;
-    model_ =
-        std::make_unique<FemZoneModel>(mesh_, HeldBelow(mesh_, -0.004 + 1e-9), 1e5, 0.49, options);
+    model_ = std::make_unique<FemZoneModel>(
+        mesh_, FixedWhere(mesh_, [&](const Vector3d& p) { return p.z() < -0.004 + 1e-9; }), 1e5,
+        0.49, options);
   }
   Vector3d Move(double x, double depth) {
     contact_.prescribed_O = {x, 0, -depth};

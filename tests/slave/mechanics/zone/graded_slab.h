@@ -12,6 +12,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mesh/index.h"
+#include "tests/support/fixed_nodes.h"
 
 namespace palpate::zone_tests {
 
@@ -80,12 +81,6 @@ inline SolidMesh CrossedBox(const std::array<std::vector<double>, 3>& grid) {
     }
   }
   return mesh;
-}
-
-inline HeldNodes HeldBelow(const SolidMesh& mesh, double z) {
-  HeldNodes held;
-  for (const Eigen::Vector3d& p : mesh.nodes) held.push_back({p.z() < z, p.z() < z, p.z() < z});
-  return held;
 }
 
 // A prism of three tetrahedra on every triangle, up to its image at `growth` times its place. Each

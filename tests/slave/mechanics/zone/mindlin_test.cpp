@@ -94,7 +94,9 @@ TEST(FineSlab, ASphereSlipsAsCattaneoAndMindlinHaveIt) {
   const SolidMesh mesh = GradedSlab(1.25, 6, kExtent);
   const SphereOnHalfSpace exact{50, 1.0 / 50, kNu, 0.3};
   const double unit = LargerSide(mesh.nodes), N = kBase * exact.NormalForce();
-  NearGreen green(mesh, HeldBelow(mesh, -kExtent * (1 - 1e-9)), kNu, std::size_t{1} << 33, {});
+  NearGreen green(
+      mesh, FixedWhere(mesh, [&](const Vector3d& p) { return p.z() < -kExtent * (1 - 1e-9); }), kNu,
+      std::size_t{1} << 33, {});
   ZoneSet::Touch touch;
   touch.radius = 0.65;  // small strains: nonlinear enough
   touch.contact.tool = RigidTool{.shape = RigidTool::Shape::kSphere, .radius = 50 / unit};

@@ -1,13 +1,11 @@
 // Green's functions between near nodes against whole solutions of the same body.
 #include "slave/mechanics/fem/zone/near/near_green.h"
 
-#include <filesystem>
 #include <numeric>
 
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/zone/pressed_slab.h"
-#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -87,68 +85,6 @@ TEST(NearGreen, WhatIsBeyondReachIsInterpolatedBetweenAnchors) {
   expected = Expected(green, green.anchors(), from);
   EXPECT_LT((got.cast<double>() - expected).cwiseAbs().maxCoeff(),
             kTwoBytes * expected.cwiseAbs().maxCoeff());
-}
-
-// One column of a pair is enough, and what was asked first does not matter.
-TEST(NearGreen, OfAPairEitherColumnWillDo) {
-  const Slab slab(8, 0.4);
-  const std::array centres{Vector3d(0.4, 0.5, 0.5), Vector3d(0.6, 0.5, 0.45)};
-  std::vector<MatrixXf> got(3);
-  for (int order = 0; order < 3; ++order) {
-    NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, {});
-    const std::vector<int> first = NodesWithin(green, centres[0], 0.15),
-                           second = NodesWithin(green, centres[1], 0.15);
-    if (order != 1) ASSERT_TRUE(green.Prepare(first, kReach));
-    if (order != 0) ASSERT_TRUE(green.Prepare(second, kReach));
-    if (order == 1) ASSERT_TRUE(green.Prepare(first, kReach));
-    ASSERT_TRUE(green.Gather(first, first, &got[Index(order)]));
-    EXPECT_TRUE(green.Gather(second, first, &got[Index(order)]));
-    const MatrixXd expected = Expected(green, second, first);
-    EXPECT_LT((got[Index(order)].cast<double>() - expected).cwiseAbs().maxCoeff(),
-              kTwoBytes * expected.cwiseAbs().maxCoeff());
-  }
-}
-
-// What is on disk is not solved again and has the same digits; another body does not take it.
-TEST(NearGreen, ColumnsAreKeptOnDisk) {
-  const Scratch folder;
-  const Slab slab(6, 0.4), other(6, 0.3);
-  MatrixXf first, second;
-  std::vector<int> nodes;
-  for (MatrixXf* got : {&first, &second}) {
-    NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, folder.path());
-    nodes = NodesWithin(green, {0.5, 0.5, 0.5}, 0.2);
-    ASSERT_TRUE(green.Prepare(nodes, kReach));
-    EXPECT_EQ(green.columns_solved() > 0, got == &first);
-    ASSERT_TRUE(green.Gather(nodes, nodes, got));
-  }
-  EXPECT_EQ(first, second);
-  NearGreen green(other.mesh, other.held, other.nu, kEnough, folder.path());
-  ASSERT_TRUE(green.Prepare(nodes, kReach));
-  EXPECT_GT(green.columns_solved(), 0);
-}
-
-// A computation that is stopped goes on where it was.
-TEST(NearGreen, AStoppedComputationGoesOn) {
-  struct Stop : Progress {
-    int reports = 0;
-    bool Report(std::string_view, double) override { return ++reports <= 5; }
-  };
-  const Scratch folder;
-  const Slab slab(8, 0.4);
-  const auto prepare = [&](Progress* progress) {
-    NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, folder.path());
-    try {
-      green.Prepare(NodesWithin(green, {0.5, 0.5, 0.5}, 2), kReach, progress);
-    } catch (const Interrupted&) {
-    }
-    return green.columns_solved();
-  };
-  Stop stop;
-  EXPECT_EQ(prepare(&stop), 5 * 3 * NearGreen::kGroup);
-  const int groups = static_cast<int>((slab.mesh.nodes.size() + 7) / 8);
-  EXPECT_EQ(prepare(nullptr), (groups - 5) * 3 * NearGreen::kGroup);
-  EXPECT_EQ(prepare(nullptr), 0);
 }
 
 TEST(NearGreen, TheMemoryLimitIsKept) {

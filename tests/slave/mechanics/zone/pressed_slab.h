@@ -7,6 +7,7 @@
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "slave/mechanics/fem/zone/zone_set.h"
 #include "slave/mesh/index.h"
+#include "tests/support/fixed_nodes.h"
 
 namespace palpate::zone_tests {
 
@@ -24,11 +25,8 @@ struct Slab {
   // 80 x 80 x 40 mm in cells of 80 mm / `cells`.
   Slab(int cells, double poisson_ratio)
       : mesh(MeshBox({0.08, 0.08, 0.04}, {cells, cells, cells / 2})), nu(poisson_ratio) {
-    for (const Vector3d& p : mesh.nodes) {
-      const bool bottom = p.z() == 0;
-      held.push_back({bottom, bottom, bottom});
-      positions.push_back(p / LargerSide(mesh.nodes));
-    }
+    held = FixedWhere(mesh, [](const Vector3d& p) { return p.z() == 0; });
+    for (const Vector3d& p : mesh.nodes) positions.push_back(p / LargerSide(mesh.nodes));
   }
   [[nodiscard]] SolidModel Full(FemOptions::Law law) const {
     SolidParams params;

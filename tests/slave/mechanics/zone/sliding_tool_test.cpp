@@ -135,8 +135,7 @@ class Rubbing : public testing::TestWithParam<int> {};
 TEST_P(Rubbing, HasNoStepBeyondItsBoundWhereZonesChange) {
   constexpr double kStep = 1e-4, kDepth = 2e-3, kHistory = 5e-4;  // [m], [m], [-]
   const SolidMesh mesh = MeshBox({0.12, 0.04, 0.02}, {24, 8, 4});
-  HeldNodes held;
-  for (const Vector3d& p : mesh.nodes) held.push_back({p.z() == 0, p.z() == 0, p.z() == 0});
+  const HeldNodes held = FixedWhere(mesh, [](const Vector3d& p) { return p.z() == 0; });
   FemZoneModel::Options options = Rough(0.3, {.shape = RigidTool::Shape::kSphere, .radius = 0.01});
   FemZoneModel zone(mesh, held, kModulus, kNu, options);
   options.least_radius = 1;

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/zone/pressed_slab.h"
-#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -135,24 +134,6 @@ TEST(ZoneSet, AZoneThatMovesKeepsTheForce) {
   EXPECT_LT((zones.set->part(0).Force() - before).norm(), 0.01 * before.norm());
   zones.Converge();
   EXPECT_LT((zones.set->part(0).Force() - before).norm(), 0.01 * before.norm());
-}
-
-// An update takes nothing from the heap.
-TEST(ZoneSet, UpdatesTakeNoMemory) {
-  const Slab slab(8, 0.4);
-  NearGreen green(slab.mesh, slab.held, slab.nu, kEnough, {});
-  const PressedZones zones(slab, green, kThree);
-  zones.set->Begin(zones.targets);
-  zones.set->Step(true);
-  zones.set->EstimateErrors();
-  const long before = AllocationCount();
-  for (int k = 0; k < 10; ++k) {
-    zones.set->Begin(zones.targets);
-    zones.set->Step(false);
-    zones.set->Step(true);
-    for (int piece = 0; piece < 20; ++piece) zones.set->EstimateErrors();
-  }
-  EXPECT_EQ(AllocationCount(), before);
 }
 
 }  // namespace
