@@ -157,6 +157,8 @@ def print_wrong_units():
              [f"compression={changed(folder, silicone, 'Stress (kPa)', 'Stress (MPa)', 'MPa')}"]),
             ("silicone, fractions labelled %",
              [f"compression={changed(folder, silicone, 'Engineering Strain [-]', 'Engineering Strain [%]', 'percent')}"]),
+            ("foam, MPa labelled GPa",
+             [f"tension={changed(folder, DATA / 'foam_curves/foam_leap/UT.csv', 'P_MPa', 'P_GPa', 'GPa')}"]),
             ("rubber, MPa read as GPa", [f"uniaxial={curves / 'Treloar_1944/UT.csv'}", "--stress-unit", "GPa"]),
             ("rubber, MPa read as kPa, scene in MPa",
              [f"uniaxial={curves / 'Treloar_1944/UT.csv'}", "--stress-unit", "kPa", "--scene",

@@ -195,6 +195,25 @@ class BadInput(unittest.TestCase):
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr
 
+    # What each command that reads a scene needs beside it. A command joins by one line.
+    COMMANDS = {
+        "check": (), "precompute": (), "serve": (),
+        "evaluate": ("--cloud", "absent.pcd", "--out", "out"),
+        "process": ("--out", "out"),
+        "solve": ("--contacts", "rows.csv", "--out", "out.csv"),
+        "study": ("--out", "out"),
+        "verify": ("--sensor", "--out", "out"),
+    }
+
+    def test_every_command_has_help_and_refuses_an_unknown_option_and_an_absent_file(self):
+        for command, needs in self.COMMANDS.items():
+            with self.subTest(command=command):
+                usage = run(SLAVE, command, "--help")
+                self.assertEqual((usage.returncode, usage.stderr), (0, ""))
+                self.assertIn("Usage: ", usage.stdout)
+                self.assertIn("--levitate", self.refuse(2, command, *needs, BLOCK, "--levitate"))
+                self.assertIn("absent.", self.refuse(2, command, *needs, self.out / "absent.yaml"))
+
     def test_unknown_things_on_the_command_line(self):
         self.refuse(2, "serve", BLOCK, "--tls", "certificates")
         self.refuse(2, "levitate", BLOCK)

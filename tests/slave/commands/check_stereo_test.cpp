@@ -13,6 +13,7 @@
 #include "tests/slave/scene/scene_file.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -26,12 +27,7 @@ const std::filesystem::path kScenes = SourcePath("/deploy/scenes");
 std::string OutputOf(const std::filesystem::path& scene,
                      const std::vector<std::string>& overrides = {}) {
   ::testing::internal::CaptureStdout();
-  std::string error;
-  try {
-    RunCheck({scene, overrides});
-  } catch (const std::exception& e) {
-    error = e.what();
-  }
+  const std::string error = Thrown<std::exception>([&] { RunCheck({scene, overrides}); });
   return ::testing::internal::GetCapturedStdout() + error;
 }
 
@@ -51,16 +47,6 @@ TEST(CheckStereoTest, TheMembranesCamerasAreReported) {
       output,
       HasSubstr(
           "31 of 31 points in the last of 15 images; the rest shape comes from the first 10"));
-}
-
-// A press within half the thickness is the closed form's, if the tolerance allows.
-TEST(CheckStereoTest, AutoFollowsThePress) {
-  const auto scene = kScenes / "rubber-membrane.yaml";
-  EXPECT_THAT(OutputOf(scene, {"model={kind: auto}"}),
-              HasSubstr("model          plate-large: auto: plate-large"));
-  EXPECT_THAT(
-      OutputOf(scene, {"model={kind: auto}", "operator.press.depth=0.2 mm"}),
-      HasSubstr("model          plate: auto: plate, as in the scene: the cheapest that meets"));
 }
 
 TEST(CheckStereoTest, WhatMovesAsAWholeTellsNoForce) {

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <random>
 #include <string>
@@ -28,7 +27,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -117,57 +115,70 @@ TEST(VerifyTest, ACorrectSetUpPassesWithEverySensor) {
   }
 }
 
-TEST(VerifyTest, AModulusThatIsOffScalesForcesOnly) {
-  for (const Sensor sensor : {Sensor::kCamera, Sensor::kPlate}) {
-    for (unsigned seed = 1; seed <= 8; ++seed) {
-      const double gain = seed % 2 == 0 ? 1.2 : 0.8;
-      const ForceCard card = CardOf(sensor, seed, {.map = gain * Matrix3d::Identity()});
-      EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kWrong) << ToText({card});
-      EXPECT_EQ(FindingOf(card, "sign"), Finding::kRight);
-      EXPECT_EQ(FindingOf(card, "frame"), Finding::kRight);
-      EXPECT_EQ(FindingOf(card, "position"), Finding::kRight);
-      EXPECT_THAT(Causes(card), HasSubstr("object.material.young_modulus"));
-      EXPECT_NEAR(card.line("magnitude").interval->value, gain, 0.08);
-    }
-  }
+Fault Mapped(const Matrix3d& map, double position_scale = 1) {
+  return {.map = map, .position_scale = position_scale};
 }
-
-TEST(VerifyTest, AReversedSignIsFound) {
-  for (const Sensor sensor : kSensors) {
-    for (unsigned seed = 1; seed <= 8; ++seed) {
-      const ForceCard card = CardOf(sensor, seed, {.map = -Matrix3d::Identity()});
-      EXPECT_EQ(FindingOf(card, "sign"), Finding::kWrong) << ToText({card});
-      EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kRight) << ToText({card});
-      EXPECT_EQ(FindingOf(card, "frame"), Finding::kRight) << ToText({card});
-      EXPECT_THAT(Causes(card), HasSubstr("The sign is reversed on every axis"));
-    }
-  }
-}
-
-TEST(VerifyTest, SwappedAxesAreFound) {
+Matrix3d Swap() {
   Matrix3d swap = Matrix3d::Zero();
   swap(0, 1) = swap(1, 0) = swap(2, 2) = 1;
-  for (const Sensor sensor : {Sensor::kCamera, Sensor::kFingertips}) {
+  return swap;
+}
+
+// What a fault makes wrong on the card, what it leaves right, and a part of the cause that is
+// named.
+struct KnownFault {
+  const char* name;
+  std::vector<Sensor> sensors;
+  Fault fault;
+  const char* wrong;
+  std::string right;
+  const char* cause;
+};
+void PrintTo(const KnownFault& fault, std::ostream* out) {
+  *out << fault.name;
+}
+
+class KnownFaultTest : public testing::TestWithParam<KnownFault> {};
+
+TEST_P(KnownFaultTest, IsFoundWithItsCauseAndNothingElse) {
+  const KnownFault& known = GetParam();
+  for (const Sensor sensor : known.sensors) {
     for (unsigned seed = 1; seed <= 8; ++seed) {
-      const ForceCard card = CardOf(sensor, seed, {.map = swap});
-      EXPECT_EQ(FindingOf(card, "frame"), Finding::kWrong) << ToText({card});
-      EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kRight) << ToText({card});
-      EXPECT_THAT(Causes(card), HasSubstr("known x is reported as y, known y is reported as x"));
+      const ForceCard card = CardOf(sensor, seed, known.fault);
+      EXPECT_EQ(FindingOf(card, known.wrong), Finding::kWrong) << ToText({card});
+      std::istringstream right(known.right);
+      for (std::string key; right >> key;) {
+        EXPECT_EQ(FindingOf(card, key.c_str()), Finding::kRight) << key << "\n" << ToText({card});
+      }
+      EXPECT_THAT(Causes(card), HasSubstr(known.cause));
+      if (known.fault.position_scale != 1) {  // the force follows the depth, so that it is scaled
+        EXPECT_THAT(Causes(card), Not(HasSubstr("young_modulus")));
+      }
     }
   }
 }
 
-// The force follows the depth, so that it is scaled, too.
-TEST(VerifyTest, AScaleOfThePixelsIsDistinguishedFromAModulus) {
-  for (unsigned seed = 1; seed <= 8; ++seed) {
-    const double scale = seed % 2 == 0 ? 1.03 : 0.97;
-    const ForceCard card = CardOf(Sensor::kCamera, seed,
-                                  {.map = scale * Matrix3d::Identity(), .position_scale = scale});
-    EXPECT_EQ(FindingOf(card, "position"), Finding::kWrong) << ToText({card});
-    EXPECT_THAT(Causes(card), HasSubstr("sense.camera.pixel"));
-    EXPECT_THAT(Causes(card), Not(HasSubstr("young_modulus")));
-  }
-}
+const std::vector<Sensor> kEvery(kSensors.begin(), kSensors.end());
+const std::vector<Sensor> kWithModulus{Sensor::kCamera, Sensor::kPlate};
+const std::vector<Sensor> kOneCamera{Sensor::kCamera};
+const std::vector<Sensor> kSeveralAxes{Sensor::kCamera, Sensor::kFingertips};
+const Matrix3d kOne = Matrix3d::Identity();
+const Fault kSmallSigma{.sigma_scale = 0.2};
+const KnownFault kFaults[] = {
+    {"SoftModulus", kWithModulus, Mapped(0.8 * kOne), "magnitude", "sign frame position",
+     "object.material.young_modulus"},
+    {"StiffModulus", kWithModulus, Mapped(1.2 * kOne), "magnitude", "sign frame position",
+     "object.material.young_modulus"},
+    {"ReversedSign", kEvery, Mapped(-kOne), "sign", "magnitude frame",
+     "The sign is reversed on every axis"},
+    {"SwappedAxes", kSeveralAxes, Mapped(Swap()), "frame", "magnitude",
+     "known x is reported as y, known y is reported as x"},
+    {"SmallPixels", kOneCamera, Mapped(0.97 * kOne, 0.97), "position", "", "sense.camera.pixel"},
+    {"LargePixels", kOneCamera, Mapped(1.03 * kOne, 1.03), "position", "", "sense.camera.pixel"},
+    {"SmallSigma", kEvery, kSmallSigma, "sigma", "magnitude", "Only sigma is wrong"},
+};
+INSTANTIATE_TEST_SUITE_P(Faults, KnownFaultTest, testing::ValuesIn(kFaults),
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(VerifyTest, APixelScaleAndAModulusAreFoundTogether) {
   const ForceCard card =
@@ -217,17 +228,6 @@ TEST(VerifyTest, ARotatedFrameIsFoundWithItsAngle) {
     EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kRight) << ToText({card});
     EXPECT_EQ(FindingOf(card, "sign"), Finding::kRight) << ToText({card});
     EXPECT_NEAR(card.force.turn.value, 0.35, 0.05);
-  }
-}
-
-TEST(VerifyTest, ASigmaThatIsTooSmallIsFound) {
-  for (const Sensor sensor : kSensors) {
-    for (unsigned seed = 1; seed <= 4; ++seed) {
-      const ForceCard card = CardOf(sensor, seed, {.sigma_scale = 0.2});
-      EXPECT_EQ(FindingOf(card, "sigma"), Finding::kWrong) << ToText({card});
-      EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kRight);
-      EXPECT_THAT(Causes(card), HasSubstr("Only sigma is wrong"));
-    }
   }
 }
 
@@ -385,17 +385,17 @@ TEST_F(VerifyFilesTest, UnusableInputIsNamed) {
   EXPECT_THAT(Refusal(), HasSubstr("--states: only with --loads or --sensor"));
   options_.sensor = true;
   EXPECT_THAT(Refusal(), HasSubstr("measured_force"));
-  options_.loads = Write("loads.csv", "t,until,fy\n0,1,2\n");
-  EXPECT_THAT(Refusal(), HasSubstr("--sensor, --loads"));
   options_.sensor = false;
-  options_.loads = Write("loads.csv", "t,until,fy\n5,6,2\n");
-  EXPECT_THAT(Refusal(), HasSubstr("none matches"));
-  options_.loads = Write("loads.csv", "t,until,fy\n5,4,2\n");
-  EXPECT_THAT(Refusal(), HasSubstr("loads.csv:2: until: expected a time after t"));
-  options_.loads = Write("loads.csv", "until,fy\n5,4\n");
-  EXPECT_THAT(Refusal(), HasSubstr("no column t"));
-  options_.loads = Write("loads.csv", "t,fy\n1,nan\n");
-  EXPECT_THAT(Refusal(), HasSubstr("fy = nan"));
+  for (const auto& [loads, message] :
+       {std::pair{"t,until,fy\n5,6,2\n", "none matches"},
+        {"t,until,fy\n5,4,2\n", "loads.csv:2: until: expected a time after t"},
+        {"until,fy\n5,4\n", "no column t"},
+        {"t,fy\n1,nan\n", "fy = nan"}}) {
+    options_.loads = Write("loads.csv", loads);
+    EXPECT_THAT(Refusal(), HasSubstr(message));
+  }
+  options_.sensor = true;
+  EXPECT_THAT(Refusal(), HasSubstr("--sensor, --loads"));
 }
 
 TEST_F(VerifyFilesTest, ATipBesideTheKnownOneIsNamed) {

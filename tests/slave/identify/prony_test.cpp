@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/text/text.h"
+#include "tests/support/thrown.h"
 
 namespace palpate::identify {
 namespace {
@@ -66,12 +67,7 @@ TEST(Prony, DropsTermsThatMayBeZero) {
 }
 
 std::string Complaint(const std::vector<RelaxationTable>& tables) {
-  try {
-    FitProny(tables);
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return {};
+  return Thrown<InputError>([&] { FitProny(tables); });
 }
 
 // A ramp of a law that stiffens, such as a compression test; with a hold, a return or another rate

@@ -11,6 +11,7 @@
 
 #include "shared/text/text.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate::identify {
 namespace {
@@ -31,12 +32,7 @@ MaterialTest Read(const std::string& kind, const std::string& text, const Specim
 
 std::string Complaint(const std::string& kind, const std::string& text,
                       const Specimen& specimen = {}) {
-  try {
-    Read(kind, text, specimen);
-  } catch (const std::exception& e) {
-    return e.what();
-  }
-  return {};
+  return Thrown<std::exception>([&] { Read(kind, text, specimen); });
 }
 
 TEST(TestTable, RemarksUnitsForcesAndSignsOfAMachineAreUnderstood) {
