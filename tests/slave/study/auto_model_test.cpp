@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/factory/make_model.h"
 #include "tests/slave/study/fake_model_factory.h"
 
 namespace palpate::study {
@@ -171,17 +170,6 @@ TEST(AutoModelTest, AModelWithContactsOfItsOwnIsTakenForFlatToolsOnly) {
   EXPECT_EQ(decided_kind(), "fem");
   scene.sense.Set(PointsOptions{});
   EXPECT_EQ(decided_kind(), "fem-zone");
-}
-
-TEST(AutoModelTest, TensionMakesALargePlate) {
-  Scene drum = fake::Square();
-  drum.object.geometry = MembraneGeometry{0.04, 0.001};
-  drum.object.material = {27e6, 0.45, 0, 0};
-  drum.operator_options.press_depth = 0.0001;
-  drum.model = {.kind = "auto", .prestress = 12};
-  const auto plate = DecideQuickly(drum, RealWorkshop());
-  ASSERT_TRUE(plate);
-  EXPECT_EQ(plate->model.kind, "plate-large");
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 #include <stdexcept>
 #include <stop_token>
@@ -12,7 +11,6 @@
 
 #include "slave/scene/model_kinds.h"
 #include "slave/study/candidate.h"
-#include "slave/study/measurement.h"
 #include "slave/study/reference.h"
 #include "slave/study/width_mismatch.h"
 #include "tests/slave/study/fake_model_factory.h"
@@ -256,35 +254,6 @@ TEST(StudyTest, AModelThatBoundsItsErrorIsMeasuredAndMeasuresNone) {
   EXPECT_NEAR(rows.back().deviation, 1.6 / 1.2 - 1, 2e-2);
   const std::vector<StudyRow> alone{rows.back()};
   EXPECT_TRUE(std::isnan(finder.Find(alone).presses.at(0).full.value));
-}
-
-// The bound that the model states reaches the row, and holds against the full model of the same
-// mesh under the same press. Models without one state none.
-TEST(StudyTest, AStatedBoundIsThatOfThePressAtFullDepth) {
-  Scene scene = HeldBox();
-  scene.object.geometry = BoxGeometry{{0.08, 0.08, 0.04}, {10, 10, 5}};
-  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
-  scene.object.material.density = 1000;
-  scene.model.range = 0.1;
-  scene.model.contact = ContactLaw::kBonded;
-  scene.tool->width = 0.02;
-  scene.operator_options.press_depth = 0.004;
-  CandidateLimits limits{.residuals = false};
-  limits.families = {"fem tet4 neo-hookean", "fem-zone"};
-  const PressSpec question = AskedOf(scene);
-  std::map<std::string, StudyRow> rows;
-  for (const Candidate& c : CandidatesFor(scene, question, limits)) {
-    if (c.own) rows[c.family] = Measure(c, question, RealWorkshop(), nullptr, 0);
-  }
-  const StudyRow &zone = rows.at("fem-zone"), &full = rows.at("fem tet4 neo-hookean");
-  ASSERT_EQ(zone.outcome, Outcome::kAnswered) << zone.reason;
-  ASSERT_EQ(full.outcome, Outcome::kAnswered) << full.reason;
-  const double force = zone.answers.at(0).full.value;
-  const double error = std::abs(full.answers.at(0).full.value - force);
-  EXPECT_LE(error, zone.stated_error * force);
-  EXPECT_LT(zone.stated_error, 0.05);
-  EXPECT_EQ(zone.validity, full.validity) << zone.reason;
-  EXPECT_TRUE(std::isnan(full.stated_error));
 }
 
 // An element longer than the tool sees a wider one. Where the stiffness grows with the width, an

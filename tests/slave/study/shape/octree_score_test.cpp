@@ -50,37 +50,5 @@ TEST(OctreeScoreTest, IsTheShareInsideTheOccupiedCells) {
   EXPECT_NEAR(OctreeScore(measured, asked, kLeaf), expected, 2e-5);
 }
 
-// Reference: one measured point, a quarter of a leaf from a border of each of the two lattices
-// along an axis. Up to a quarter away one shares its leaf in both, up to three quarters in one.
-TEST(OctreeScoreTest, IsTheMeanOverLatticesHalfALeafApart) {
-  const std::vector<Vector3d> one{{0.123, -0.456, 0.789}};
-  const auto score = [&](const Vector3d& leaves_away) {
-    const std::vector<Vector3d> asked{one[0] + 0.01 * leaves_away};
-    return OctreeScore(one, asked, 0.01);
-  };
-  EXPECT_EQ(score({0.2, -0.2, 0.2}), 1);
-  EXPECT_EQ(score({0.3, 0, 0}), 0.5);
-  EXPECT_EQ(score({0, -0.7, 0}), 0.5);
-  EXPECT_EQ(score({0.3, -0.7, 0}), 0.25);
-  EXPECT_EQ(score({0.5, 0.5, -0.5}), 0.125);
-  EXPECT_EQ(score({0, 0, 0.8}), 0);
-}
-
-// A flat face without noise against the same with 2 mm.
-TEST(OctreeScoreTest, IsTheSameWhereverTheFrameLies) {
-  std::mt19937 generator(6);
-  std::normal_distribution<double> noise(0, 0.002);
-  auto measured = RandomPoints(20000, 0.1, 4), simulated = RandomPoints(5000, 0.1, 5);
-  for (auto& p : measured) p.z() = 0;
-  for (auto& p : simulated) p.z() = noise(generator);
-  const double score = OctreeScore(measured, simulated, 0.01);
-  EXPECT_GT(score, 0.8);
-  const Vector3d way(0.0031, -0.0072, 0.005);
-  for (auto& p : measured) p += way;
-  for (auto& p : simulated) p += way;
-  // Hardly one of 5000 points in eight lattices lies so close to a border that rounding moves it.
-  EXPECT_NEAR(OctreeScore(measured, simulated, 0.01), score, 1e-4);
-}
-
 }  // namespace
 }  // namespace palpate::study
