@@ -1,7 +1,6 @@
 #include "slave/reference/planar/graded_mesh.h"
 
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <string>
 
@@ -85,24 +84,6 @@ TEST_P(GradedMeshTest, TrianglesFillTheOutline) {
 // corners here are 60 degrees or wider.
 TEST_P(GradedMeshTest, NoAngleIsBelowTwentyDegrees) {
   EXPECT_GT(SmallestAngle(Make()), 20 * std::numbers::pi / 180);
-}
-
-TEST_P(GradedMeshTest, EveryBoundaryEdgeIsWhollyCoveredInItsDirection) {
-  const Input input = SegmentsOf(GetParam());
-  const TriangleMesh mesh = Make();
-  std::map<int, double> covered;
-  for (const Segment& s : mesh.boundary) {
-    const Point& a = input.points[static_cast<std::size_t>(input.segments[std::size_t(s.tag)].a)];
-    const Point& b = input.points[static_cast<std::size_t>(input.segments[std::size_t(s.tag)].b)];
-    const Point p = mesh.points[std::size_t(s.a)], q = mesh.points[std::size_t(s.b)];
-    EXPECT_NEAR(Orientation(a, b, p), 0, 1e-12);
-    EXPECT_NEAR(Orientation(a, b, q), 0, 1e-12);
-    covered[s.tag] += (q - p).dot((b - a).normalized());
-  }
-  for (const Segment& s : input.segments) {
-    const double length = (input.points[std::size_t(s.b)] - input.points[std::size_t(s.a)]).norm();
-    EXPECT_NEAR(covered[s.tag], length, 1e-12) << "segment " << s.tag;
-  }
 }
 
 INSTANTIATE_TEST_SUITE_P(
