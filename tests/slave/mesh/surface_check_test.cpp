@@ -1,5 +1,3 @@
-#include <cmath>
-#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -99,16 +97,6 @@ TEST(SurfaceCheckTest, RefusesTrianglesWithoutAreaOrTwice) {
   twice.triangles.push_back(twice.triangles[3]);
   EXPECT_THAT(CheckMesh(flat).refusals[0], HasSubstr("without area"));
   EXPECT_THAT(CheckMesh(twice).refusals[0], HasSubstr("element 12 has the nodes of element 3"));
-}
-
-// Reference: one inside, none outside, one half on a face.
-TEST(WindingNumberTest, TellsInsideFromOutside) {
-  const SurfaceMesh s = Box({0, 0, 0}, 1);
-  std::vector<int> all;
-  for (int t = 0; t < 12; ++t) all.push_back(t);
-  EXPECT_NEAR(WindingNumber(s, all, {0.3, 0.2, 0.9}), 1, 1e-13);
-  EXPECT_NEAR(WindingNumber(s, all, {1.3, 0.2, 0.9}), 0, 1e-13);
-  EXPECT_NEAR(WindingNumber(s, all, {1 - 1e-9, 0.2, 0.9}), 1, 1e-6);
 }
 
 }  // namespace

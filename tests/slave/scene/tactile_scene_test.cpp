@@ -9,6 +9,7 @@
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
 #include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -48,12 +49,7 @@ class TactileSceneTest : public ::testing::Test {
     return LoadScene(folder_.Write("scene.yaml", text), overrides, use);
   }
   std::string MistakesOf(const std::string& text, SceneUse use = SceneUse::kFull) const {
-    try {
-      Load(text, {}, use);
-      return {};
-    } catch (const SceneError& error) {
-      return error.what();
-    }
+    return Thrown<SceneError>([&] { Load(text, {}, use); });
   }
   Scratch folder_;
 };
@@ -144,10 +140,6 @@ const BadTactile kBad[] = {
      "sense.tactile.network = none: expected a folder with network.json; there"},
     {"PosesOfAStream", "source: stream, poses: poses.csv",
      "sense.tactile.poses = poses.csv: expected nothing here: only a recording"},
-    {"NoSuchLocaliser", "source: stream, localise: polarity-free",
-     "sense.tactile.localise = polarity-free: expected auto, paper or pressure-weighted"},
-    {"ThinFinger", "source: stream, radius: 0.5 mm",
-     "sense.tactile.radius = 0.5 mm: expected a length, 1 mm to 50 mm (m, mm, um, nm, km)"},
     {"RestAsNumber", "source: stream, rest: 50",
      "sense.tactile.rest = 50: expected `first N`, N from 1 to 10000 samples"},
     {"FingerAndFingers", "source: stream, finger: rf, fingers: {rf: {}}",
