@@ -143,29 +143,6 @@ grpc::Status TeleoperationService::FindOutline(grpc::ServerContext* context,
   });
 }
 
-grpc::Status TeleoperationService::FindTool(grpc::ServerContext* context,
-                                            const v1::FindToolRequest* request,
-                                            v1::FindToolReply* reply) {
-  return SetUp(context, [&](SceneSetup& setup, Progress* /*progress*/) {
-    const cv::Mat image = ImageOf(request->image(), setup);
-    const double width = request->width();
-    if (!(width > 0 && width < image.cols)) {
-      throw std::invalid_argument(
-          Formatted("width = %g px: expected > 0, and less than the image has", width));
-    }
-    const auto tool =
-        palpate::FindTool(image, FromProto(request->tip()), width, FromProto(request->towards()));
-    if (!tool) {
-      throw std::invalid_argument(
-          "no end of a tool here: expected a bar with straight sides that ends within 8 px of the "
-          "point, in front of a plain background");
-    }
-    ToProto(tool->p_I_tip, reply->mutable_tip());
-    ToProto(tool->d_I, reply->mutable_direction());
-    reply->set_width(tool->width);
-  });
-}
-
 grpc::Status TeleoperationService::FindBoard(grpc::ServerContext* context,
                                              const v1::FindBoardRequest* request,
                                              v1::FindBoardReply* reply) {

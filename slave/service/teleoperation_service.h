@@ -91,8 +91,6 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
                         v1::SceneDescription* reply) override;
   grpc::Status FindOutline(grpc::ServerContext* context, const v1::FindOutlineRequest* request,
                            v1::FindOutlineReply* reply) override;
-  grpc::Status FindTool(grpc::ServerContext* context, const v1::FindToolRequest* request,
-                        v1::FindToolReply* reply) override;
   grpc::Status FindBoard(grpc::ServerContext* context, const v1::FindBoardRequest* request,
                          v1::FindBoardReply* reply) override;
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "slave/statistics/robust.h"
-#include "slave/vision/tip_tracker.h"
 
 namespace palpate {
 namespace {
@@ -148,21 +147,6 @@ std::optional<ToolEnd> DetectToolEnd(const cv::Mat& first, const GreyFormat& for
              other = bar.Side(-1, kReach + kBehind, kReach + kLength);
   if (!end || !one || !other) return std::nullopt;
   return ToolEnd{*end, (*one - *other) / 2, *one + *other};
-}
-
-std::optional<FoundTool> FindTool(const cv::Mat& image, const Vector2d& p_I_tip, double width,
-                                  const Vector2d& towards_I) {
-  constexpr int kRounds = 3;  // the direction needs tip and width, and they need the direction
-  const GreyFormat format(image);
-  FoundTool tool{p_I_tip, {0, 0}, width};
-  for (int round = 0; round < kRounds; ++round) {
-    tool.d_I = FindToolDirection(image, format, tool.p_I_tip, towards_I - tool.p_I_tip, tool.width);
-    const auto end = DetectToolEnd(image, format, tool.p_I_tip, tool.d_I, tool.width);
-    if (!end) return std::nullopt;
-    tool.p_I_tip += end->beyond * tool.d_I + end->aside * Vector2d(-tool.d_I.y(), tool.d_I.x());
-    tool.width = end->width;
-  }
-  return tool;
 }
 
 bool ToolGoesOn(const cv::Mat& first, const GreyFormat& format, const Vector2d& p_I_tip,

@@ -25,17 +25,6 @@ std::optional<ToolEnd> DetectToolEnd(const cv::Mat& first, const GreyFormat& for
                                      const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I,
                                      double width);
 
-struct FoundTool {
-  Eigen::Vector2d p_I_tip{0, 0},
-      d_I{0, 0};     // end on its axis [px]; unit vector along which it points
-  double width = 0;  // [px]
-};
-
-// A tool near `p_I_tip` (8 px), about `width` [px] wide (a third), that points to `towards_I` [px]
-// (60 degrees), as DetectToolEnd measures it. nullopt: as there.
-std::optional<FoundTool> FindTool(const cv::Mat& image, const Eigen::Vector2d& p_I_tip,
-                                  double width, const Eigen::Vector2d& towards_I);
-
 // Whether it continues beyond its reported end: its sides are visible 4 to 8 px beyond as well.
 // Another thing there, for example the object, has another width.
 bool ToolGoesOn(const cv::Mat& first, const GreyFormat& format, const Eigen::Vector2d& p_I_tip,

@@ -138,7 +138,7 @@ TEST(TactileMessageTest, WhatIsNoSampleIsRefused) {
   longer.add_fingers();
   EXPECT_THROW(FromProto(longer), InputError);
   auto shorter = message;
-  shorter.mutable_fingers(0)->mutable_electrodes()->RemoveLast();
+  shorter.mutable_fingers(0)->clear_electrodes();
   EXPECT_THROW(FromProto(shorter), InputError);
   auto unknown = message;
   unknown.mutable_fingers(0)->set_electrodes(3, std::nanf(""));

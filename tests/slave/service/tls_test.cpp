@@ -339,8 +339,7 @@ TEST(RolesTest, TheWholeTable) {
       "WatchMesh",    "WatchImages", "SetModel",      "Reset",
       "Stop",         "FeedTactile", "SetParameters", "FeedImages",
       "DriveTool",    "WatchPatch",  "WatchTrace",    "ReinitializeTracking",
-      "ProposeScene", "UseScene",    "FindOutline",   "FindTool",
-      "FindBoard"};
+      "ProposeScene", "UseScene",    "FindOutline",   "FindBoard"};
   const auto allowed = [&](const std::string& role) {
     std::string may;
     for (const std::string& method : methods) {
