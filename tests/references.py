@@ -102,7 +102,7 @@ def option_of(left, meaning):
         rest, repeat = rest.removesuffix("...").strip(), ", one or more"
     kind, has_default, value = rest.partition("=")
     if has_default:
-        rest, default = kind.strip(), f"`{value.strip()}`"
+        rest, default = kind.strip(), f"`{value.partition(' Needs:')[0].strip()}`"
     if "{false}" in name:
         name = name.replace("{false}", "")
     if is_required:
