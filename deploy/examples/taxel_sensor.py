@@ -20,6 +20,9 @@ import time
 from typing import Iterator
 
 import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
 
 RATE = 100.0  # [Hz]
 GRIDS = {16: (4, 4), 60: (10, 6)}  # taxels along x and y
@@ -33,7 +36,7 @@ REST = 1.5  # seconds without contact at the start
 LIMIT = 5.0  # [% of the peak]
 
 
-def dome(x, y):
+def dome(x: Array, y: Array) -> tuple[Array, Array]:
     """Points of the surface [m] and outward normals; frame F of the pad: outwards is -z."""
     n = np.stack([x / DOME, y / DOME, -np.sqrt(1 - (x**2 + y**2) / DOME**2)], axis=-1)
     return n * DOME + np.array([0, 0, DOME]), n
@@ -55,7 +58,7 @@ class Pad:
         self.creep = np.zeros(taxels)
         self.drift = np.zeros(taxels)
 
-    def press(self, centre, radius: float):
+    def press(self, centre: Array, radius: float) -> tuple[Array, Array]:
         """Readings [kPa] and the force of the pad on a ball [N]."""
         depth = np.maximum(radius - np.linalg.norm(self.points - centre, axis=1), 0)
         pressure = STIFFNESS * depth
@@ -68,7 +71,7 @@ class Pad:
         return self.rest + self.drift + seen + CREEP * self.creep + noise, force
 
 
-def samples(pad: Pad, presses: int) -> Iterator:
+def samples(pad: Pad, presses: int) -> Iterator[tuple[Array, Array]]:
     """Readings and forces at RATE: rest, then presses that slide."""
     for _ in range(round(REST * RATE)):
         yield pad.press(np.array([0, 0, -1.0]), 0.01)
@@ -102,8 +105,8 @@ def feed(target: str, taxels: int, presses: int, seed: int, tls: str | None) -> 
     import palpate
     with palpate.connect(target, tls) as slave:
         finger = slave.scene().fingertips[0].name
-        truth: list[tuple[float, np.ndarray]] = []
-        states: list = []
+        truth: list[tuple[float, Array]] = []
+        states: list[palpate.State] = []
         readings = list(samples(Pad(taxels, seed), presses))
         ready, seconds = threading.Event(), len(readings) / RATE
 
@@ -118,7 +121,7 @@ def feed(target: str, taxels: int, presses: int, seed: int, tls: str | None) -> 
         time.sleep(0.5)
         start = time.time()
 
-        def live() -> Iterator:
+        def live() -> Iterator[palpate.TactileSample]:
             for k, (values, force) in enumerate(readings):
                 t = start + k / RATE
                 time.sleep(max(0.0, t - time.time()))
