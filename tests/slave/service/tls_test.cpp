@@ -352,11 +352,11 @@ TEST(RolesTest, TheWholeTable) {
     }
     return may;
   };
-  EXPECT_EQ(allowed("operator"), "xxxxxxxxx.x..xxx.....x.....");
-  EXPECT_EQ(allowed("observer"), "xx.xxx..x....xx......x.....");
-  EXPECT_EQ(allowed("sensor"), "xx......xx.x.........x.....");
-  EXPECT_EQ(allowed("arm"), "xx......x...x........x.....");
-  EXPECT_EQ(allowed("admin"), "xx.xxxxxx.x..xxxxxxxxx....x");
+  EXPECT_EQ(allowed("operator"), "xxxxxxxxx.x..xxx....x.....");
+  EXPECT_EQ(allowed("observer"), "xx.xxx..x....xx.....x.....");
+  EXPECT_EQ(allowed("sensor"), "xx......xx.x........x.....");
+  EXPECT_EQ(allowed("arm"), "xx......x...x.......x.....");
+  EXPECT_EQ(allowed("admin"), "xx.xxxxxx.x..xxxxxxxx....x");
   for (const char* none : {"", "slave", "Operator", "root"}) {
     EXPECT_EQ(allowed(none), std::string(methods.size() + 6, '.')) << none;
   }
