@@ -19,7 +19,8 @@ struct LineSample {
   LatencyHistogram gap_us;                    // between consecutive arrivals of states
   std::uint64_t states = 0, gaps_beyond = 0;  // received; gaps longer than `dead_after`
   double seconds = 0;                         // duration of the measurement [s]
-  // Of the newest state's sample on arrival, by both clocks [s]. nullopt: nothing was sensed yet.
+  // Age of the newest state's sample on arrival, by both clocks [s]. nullopt: nothing was sensed
+  // yet.
   std::optional<double> age;
   std::string version, phase;  // the phase in words
   std::vector<std::string> alarms;

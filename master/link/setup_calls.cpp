@@ -12,8 +12,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::seconds kCallWithin(
-    90);                                     // a scene whose model is chosen takes long to check
+// A scene whose model is chosen takes long to check.
+constexpr std::chrono::seconds kCallWithin(90);
 constexpr std::uint32_t kBestQuality = 100;  // of a JPEG: the tip's template is cut from it
 
 using Stub = v1::Teleoperation::Stub;

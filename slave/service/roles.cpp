@@ -48,7 +48,6 @@ constexpr std::array<Rule, 22> kRules{{{"GetScene", kAnybody, false},
                                        {"ProposeScene", kAdmin, true},
                                        {"UseScene", kAdmin, true},
                                        {"FindOutline", kAdmin, false},
-
                                        {"FindBoard", kAdmin, false}}};
 constexpr std::string_view kHealth = "/grpc.health.v1.Health/";
 constexpr std::string_view kReflection = "/grpc.reflection.v1alpha.ServerReflection/";

@@ -11,7 +11,6 @@
 #include "slave/service/status.h"
 #include "slave/service/teleoperation_service.h"
 #include "slave/vision/outline_finder.h"
-#include "slave/vision/tool_end.h"
 
 namespace palpate {
 namespace {

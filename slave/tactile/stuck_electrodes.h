@@ -14,7 +14,7 @@ namespace palpate {
 class StuckElectrodes {
  public:
   // `patience`: samples; 0: channels may stay the same.
-  explicit StuckElectrodes(int patience, int channels = kElectrodeCount)
+  StuckElectrodes(int patience, int channels)
       : patience_(patience), channels_(static_cast<std::size_t>(channels)) {}
 
   void Take(const FingerReading& reading) noexcept {

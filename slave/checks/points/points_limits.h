@@ -10,7 +10,7 @@ struct PointsLimits {
   static constexpr int kLearning = 10;
 
   // Distance of left and right rays.
-  // Of a camera that has not moved [px]. [tuned: one camera bumped at rest - across]
+  // For a camera that has not moved [px]. [tuned: one camera bumped at rest - across]
   static constexpr double kMostOffset = 0.5;
   // At rest, in addition to the rig's own rms [px]. [tuned: rig turned against the scene]
   static constexpr double kMostAtRest = 0.5;

@@ -99,10 +99,6 @@ void PrintOff(const Scene& scene) {
                                      camera.rate));
 }
 
-}  // namespace
-
-namespace {
-
 thread_local ReportCollector* collector = nullptr;
 
 }  // namespace

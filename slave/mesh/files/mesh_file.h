@@ -34,7 +34,7 @@ struct MeshFile {
 //   .stl         ASCII and binary; equal corners become one node
 //   .ply         ASCII and binary of either byte order; vertices at the same place become one node
 //
-// Of quadratic elements the corners are used. Triangles beside tetrahedra, lines and points are
+// Quadratic elements are read by their corners. Triangles beside tetrahedra, lines and points are
 // passed over; remarks name sections and groups that are not used. A byte order mark and line ends
 // of CR alone are accepted. Throws std::invalid_argument, `file:line: what: expected ...`
 // (`file: byte n` in binary parts): a file that cannot be read, is malformed, cut short, larger

@@ -42,10 +42,10 @@ struct DenseLayer {
 // NetworkInfo::gain (output_mean + output_scale y), entry by entry. Without recurrent layers the
 // network is feed-forward and sees one sample.
 //
-// Of qnn_* the first layer takes 3 N features: x, x s and the squares of x, with s = sqrt(mean x² +
+// The first layer of qnn_* takes 3 N features: x, x s and the squares of x, with s = sqrt(mean x² +
 // 0.01); input_mean is 0.
 //
-// Of tnn_* the first layer takes the features of SignalTraces for `input_scale`, and the outputs
+// The first layer of tnn_* takes the features of SignalTraces for `input_scale`, and the outputs
 // are multiplied by the size that these are parts of; input_mean and output_mean are 0.
 struct NetworkWeights {
   Eigen::VectorXf input_mean, input_scale;  // NetworkInfo::inputs [counts]; scale not 0
@@ -62,7 +62,7 @@ std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights);
 
 // N of rnn_N, dnn_N, tnn_N or (not of electrodes) qnn_N, 1 to kMaxChannels, for electrodes 21 or
 // 19; 0: another name.
-int InputsOf(std::string_view architecture, bool are_electrodes = true);
+int InputsOf(std::string_view architecture, bool are_electrodes);
 bool IsRecurrent(std::string_view architecture);
 bool IsTraced(std::string_view architecture);
 bool IsQuadratic(std::string_view architecture);

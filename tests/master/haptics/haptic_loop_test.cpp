@@ -406,6 +406,52 @@ TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsReportedAndLetsTheHandGo) {
   EXPECT_EQ(rig_.state(), kEstop);
 }
 
+// The state that came last, before the line broke, tells of an older stop, which was reset since.
+TEST_F(HapticLoopTest, AStopIsNotTakenForReportedByTheStateOfAnOlderOne) {
+  rig_.slave.forced_phase = Phase::kEstop;
+  rig_.Run(puppet_, 0.1);
+  rig_.slave.silent = true;
+  rig_.Run(puppet_, 0.1);
+  rig_.loop.stops().Request();
+  rig_.Run(puppet_, 0.1);
+  EXPECT_TRUE(rig_.commands.Take()->stop);
+}
+
+// A round trip of 0.5 s: stopped, reset, and stopped again before the reset is seen.
+TEST(EmergencyStopTest, EachIsReportedHoweverSoonAfterAReset) {
+  Rig rig({.delay = 0.25});
+  Puppet puppet;
+  rig.Run(puppet, 1);
+  rig.loop.stops().Request();
+  rig.Run(puppet, 0.25);
+  rig.slave.forced_phase = Phase::kEstop;
+  rig.Run(puppet, 0.2);
+  EXPECT_TRUE(rig.loop.stops().is_wanted());
+  rig.Run(puppet, 0.1);
+  EXPECT_FALSE(rig.loop.stops().is_wanted());
+  rig.loop.stops().Request();
+  rig.Run(puppet, 0.2);
+  rig.slave.forced_phase = Phase::kReady;  // the reset, which was on its way
+  rig.Run(puppet, 1);
+  EXPECT_TRUE(rig.loop.stops().is_wanted());
+  rig.slave.forced_phase = Phase::kEstop;
+  rig.Run(puppet, 0.3);
+  EXPECT_FALSE(rig.loop.stops().is_wanted());
+}
+
+// By a call, which a station has that does not operate: it does not stop once more when it does.
+TEST_F(HapticLoopTest, AStopThatActedByAnotherWayIsReportedNoMore) {
+  rig_.loop.stops().Request();
+  rig_.Tick(puppet_);
+  rig_.loop.stops().Act(1);
+  rig_.Tick(puppet_);
+  EXPECT_FALSE(rig_.commands.Take()->stop);
+  rig_.loop.stops().Request();
+  rig_.loop.stops().Act(1);
+  rig_.Tick(puppet_);
+  EXPECT_TRUE(rig_.commands.Take()->stop) << "another one";
+}
+
 TEST_F(HapticLoopTest, ClocksThatJumpDoNotHurt) {
   for (const auto jump :
        {std::chrono::hours(1), std::chrono::hours(-2), std::chrono::hours(30000)}) {

@@ -54,6 +54,14 @@ TEST_F(OperatorMachineTest, TheClutchOpensAtOnceAndEachClosingIsANewEpoch) {
   EXPECT_EQ(Run(), kFollowing);
 }
 
+TEST_F(OperatorMachineTest, SilenceBeyondThirtyMillisecondsHolds) {
+  Follow();
+  in_.state_age = 0.030;
+  EXPECT_EQ(Run(), kFollowing);
+  in_.state_age = 0.031;
+  EXPECT_EQ(Run(), kHold);
+}
+
 // The way up can fail alone: states come, but the tool rests where it was.
 TEST_F(OperatorMachineTest, AToolThatDoesNotFollowHoldsAndLastingSoNeedsANewEngagement) {
   Follow();
@@ -66,6 +74,16 @@ TEST_F(OperatorMachineTest, AToolThatDoesNotFollowHoldsAndLastingSoNeedsANewEnga
   EXPECT_EQ(Run(252), kReady);
   EXPECT_FALSE(machine_.commands_engaged());
   EXPECT_EQ(Run(100), kReady) << "the switch has not been open since";
+}
+
+TEST_F(OperatorMachineTest, AnUnknownForceAndALostEpochHoldToo) {
+  Follow();
+  in_.force_known = false;
+  EXPECT_EQ(Run(), kHold);
+  in_.force_known = true;
+  EXPECT_EQ(Run(), kFollowing);
+  in_.slave_epoch = 0;
+  EXPECT_EQ(Run(), kHold);
 }
 
 TEST_F(OperatorMachineTest, ResumesWithin250MillisecondsAndNotLater) {
@@ -119,5 +137,19 @@ TEST_F(OperatorMachineTest, EmergencyStopIsLatchedUntilResetAndANewAct) {
   EXPECT_EQ(Run(), kAligning);
 }
 
+TEST_F(OperatorMachineTest, GoesFromDisconnectedToFollowingStepByStep) {
+  EXPECT_EQ(Run(), kDisconnected);
+  in_.state_age = 0.001;
+  in_.force_known = true;
+  EXPECT_EQ(Run(), kReady);
+  in_.engaged = true;
+  EXPECT_EQ(Run(), kAligning);
+  EXPECT_EQ(machine_.epoch(), 1U);
+  EXPECT_TRUE(machine_.commands_engaged());
+  EXPECT_EQ(Run(), kAligning);
+  in_.slave_epoch = 1;
+  in_.slave_phase = Phase::kFollowing;
+  EXPECT_EQ(Run(), kFollowing);
+}
 }  // namespace
 }  // namespace palpate

@@ -67,6 +67,15 @@ TEST_F(SealTest, WhatWasSealedIsOpenedAndNothingOfItShows) {
   EXPECT_FALSE(std::equal(once.begin() + 8, once.end(), again.begin() + 8));
 }
 
+TEST_F(SealTest, WhatComesAgainOrWasOvertakenIsNothing) {
+  const Bytes first = Sealed("1"), second = Sealed("2"), third = Sealed("3");
+  EXPECT_TRUE(Opens(second));
+  EXPECT_FALSE(Opens(second)) << "a replay";
+  EXPECT_FALSE(Opens(first)) << "overtaken";
+  EXPECT_TRUE(Opens(third));
+  EXPECT_FALSE(Opens(second));
+}
+
 // Each bit counts, that of the counter too: a forged one leaves the way free for the true ones.
 TEST_F(SealTest, NoBitMayDiffer) {
   const Bytes sealed = Sealed("force");

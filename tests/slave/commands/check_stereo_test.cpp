@@ -49,6 +49,16 @@ TEST(CheckStereoTest, TheMembranesCamerasAreReported) {
           "31 of 31 points in the last of 15 images; the rest shape comes from the first 10"));
 }
 
+// A press within half the thickness is the closed form's, if the tolerance allows.
+TEST(CheckStereoTest, AutoFollowsThePress) {
+  const auto scene = kScenes / "rubber-membrane.yaml";
+  EXPECT_THAT(OutputOf(scene, {"model={kind: auto}"}),
+              HasSubstr("model          plate-large: auto: plate-large"));
+  EXPECT_THAT(
+      OutputOf(scene, {"model={kind: auto}", "operator.press.depth=0.2 mm"}),
+      HasSubstr("model          plate: auto: plate, as in the scene: the cheapest that meets"));
+}
+
 TEST(CheckStereoTest, WhatMovesAsAWholeTellsNoForce) {
   const std::string output = OutputOf(kScenes / "heart-target.yaml");
   EXPECT_THAT(output, HasSubstr("none: the object has no fixed boundary"));

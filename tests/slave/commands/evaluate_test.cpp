@@ -14,6 +14,8 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/files/mesh_file.h"
+#include "slave/program/run_program.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/clouds/pcd_file.h"
 #include "slave/study/shape/virtual_depth_camera.h"
@@ -132,6 +134,18 @@ class UniformTensionTest : public EvaluateTest {
 // As many triangles as nodes, 900.
 TEST_F(UniformTensionTest, OfABoxOfAsManyTrianglesAsNodesMovesTheNodes) {
   ExpectClosedForm(SceneOf("{box: {size: [80 mm, 90 mm, 90 mm], cells: [8, 9, 9]}}"));
+}
+
+// Closed surfaces have nearly twice as many triangles as nodes. A mesher fills them.
+TEST_F(UniformTensionTest, OfAClosedSurfaceMovesTheNodes) {
+  if (!FindProgram("tetgen") && !FindProgram("gmsh")) GTEST_SKIP() << "no mesher is installed";
+  SurfaceMesh ball{
+      {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+      {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
+  for (int i = 0; i < 3; ++i) ball = Refined(ball);
+  for (auto& p : ball.nodes) p = 0.03 * p.normalized();
+  ASSERT_TRUE(WriteGmsh(folder_ / "ball.msh", ball));
+  ExpectClosedForm(SceneOf("{mesh: ball.msh, unit: m}"));
 }
 
 // Two pictures of one surface differ by their noise: 1 mm in leaves of 10 mm.

@@ -56,6 +56,18 @@ TEST_F(RunningSceneTest, AutoIsDecidedOnceAndKept) {
   EXPECT_EQ(DecidedText(Load()).substr(0, 20), DecidedText(first).substr(0, 20));
 }
 
+TEST_F(RunningSceneTest, WhatIsKeptFollowsNoLink) {
+  Load();
+  const fs::path kept = Kept().front(), target = folder_ / "target";
+  WriteWholeFile(target, "mine");
+  fs::remove(kept);
+  fs::create_symlink(target, kept);
+  fs::create_symlink(target, kept.string() + ".part");
+  Load();
+  EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(kept)));
+  EXPECT_EQ(ReadWholeFile(target, 100, "text"), "mine");
+}
+
 TEST_F(RunningSceneTest, AnotherSceneIsDecidedAnew) {
   Load();
   Load({"object.material.young_modulus=1 kPa"});

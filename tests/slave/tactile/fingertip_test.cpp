@@ -243,7 +243,7 @@ TEST_F(FingertipTest, NoSampleAllocates) {
 // A driver that repeats itself is known within five samples by a noise that went silent; electrodes
 // without noise say nothing before their patience is over.
 TEST(StuckElectrodesTest, ASilencedNoiseIsAFrozenSample) {
-  StuckElectrodes noisy(100), quiet(100);
+  StuckElectrodes noisy(100, kElectrodeCount), quiet(100, kElectrodeCount);
   FingerReading reading, same;
   for (int k = 0; k < 50; ++k) {
     reading.channels.fill(static_cast<float>(k % 3));

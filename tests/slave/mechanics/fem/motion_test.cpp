@@ -8,6 +8,7 @@
 #include "shared/geometry/symmetric_eigen.h"
 #include "tests/slave/mechanics/direct_solution.h"
 #include "tests/slave/mechanics/fem/solids.h"
+#include "tests/support/fixed_nodes.h"
 
 namespace palpate {
 namespace {
@@ -22,6 +23,77 @@ FemModel::Params Dynamic(FemModel::Params params, double step) {
   params.options.time = FemOptions::Time::kDynamic;
   params.options.step = step;
   return params;
+}
+
+// One node of one tetrahedron that can move along x only, as an oscillator of frequency `omega`.
+struct Oscillator {
+  explicit Oscillator(double omega)
+      : held(4, {true, true, true}), params(solids::Linear(solids::Foam())) {
+    held[1] = {false, true, true};
+    const double nu = 0.25, V = 1.0 / 6;
+    const double share = 0.1;  // consistent mass of a node
+    // k = V (lambda + 2 mu) / 1^2 = V E (1 - nu) / ((1 + nu) (1 - 2 nu)), m = share rho V.
+    const double per_E = V * (1 - nu) / ((1 + nu) * (1 - 2 * nu));
+    params.material = {
+        .young_modulus = omega * omega * share * 2 * V / per_E, .poisson_ratio = nu, .density = 2};
+    stiffness = params.material.young_modulus * per_E;
+  }
+  SolidMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
+  solids::Held held;
+  FemModel::Params params;
+  double stiffness = 0;
+};
+
+// Distances from rest under a constant force, step by step.
+std::vector<double> Swing(const Oscillator& body, const FemModel::Params& params, int steps) {
+  FemModel model(body.mesh, body.held, params);
+  const double force = 1e-3 * body.stiffness;
+  std::vector<double> distance;
+  for (int i = 0; i < steps; ++i) {
+    const auto r = Respond(model, {solids::Push(body.mesh, 1, {force, 0, 0})});
+    distance.push_back(r.front().displacement_O.x() - force / body.stiffness);
+  }
+  return distance;
+}
+
+// Reference d, integrators_sdof: a linear recurrence of second order has the discrete amplitude
+// factor r and frequency w as e_{n+1} = 2 r cos(w h) e_n - r^2 e_{n-1}.
+TEST(FemMotion, ImplicitEulerHasItsDiscreteFrequencyAndDecay) {
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "integrators_sdof");
+  const double omega = given.at("params").at("omega"), h = given.at("params").at("h");
+  const auto& expected = given.at("expected");
+  const Oscillator body(omega);
+  const double r = expected.at("implicit_euler_amplitude_factor_per_step");
+  const double w = expected.at("implicit_euler_numeric_frequency");
+  const auto e = Swing(body, Dynamic(body.params, h), 200);
+  for (std::size_t n = 2; n + 1 < e.size(); ++n) {
+    EXPECT_NEAR(e[n + 1], 2 * r * std::cos(w * h) * e[n] - r * r * e[n - 1], 1e-12 * 1e-3)
+        << "step " << n;
+  }
+}
+
+// Reference d, rayleigh_damping: implicit Euler with D = a M + b K obeys
+// (1 + h 2 zeta w + h^2 w^2) e_{n+1} = (2 + h 2 zeta w) e_n - e_{n-1}.
+TEST(FemMotion, RayleighDampingHasItsRatioAtEveryFrequency) {
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "rayleigh_damping");
+  const double h = 1e-3;
+  for (const auto& row : given.at("expected")) {
+    const double omega = 2 * std::numbers::pi * row.at("f_hz").get<double>();
+    const double zeta = row.at("zeta");
+    const Oscillator body(omega);
+    auto params = Dynamic(body.params, h);
+    params.options.damping_mass = given.at("params").at("a_mass");
+    params.options.damping_stiffness = given.at("params").at("b_stiffness");
+    const double d = 2 * h * zeta * omega, k = h * h * omega * omega;
+    // Nothing turns here: the co-rotational law takes the same steps.
+    for (const auto law : {FemOptions::Law::kLinear, FemOptions::Law::kCorotational}) {
+      params.options.law = law;
+      const auto e = Swing(body, params, 100);
+      for (std::size_t n = 1; n + 1 < e.size(); ++n) {
+        EXPECT_NEAR((1 + d + k) * e[n + 1], (2 + d) * e[n] - e[n - 1], 1e-12 * 1e-3);
+      }
+    }
+  }
 }
 
 MatrixXd DenseOf(fem::FemBody& body, double mass, double stiffness) {
@@ -43,6 +115,24 @@ VectorXd SquaredFrequencies(const MatrixXd& K, const MatrixXd& M) {
   const Eigen::LLT<MatrixXd> root(M);
   const MatrixXd half = root.matrixL().solve(K);
   return EigenOf(root.matrixL().solve(half.transpose())).values;
+}
+
+// Reference d, bar_eigenfrequencies_discrete: the first six of K x = w^2 M x, dense.
+TEST(FemMotion, TheClampedBarHasItsDiscreteEigenfrequencies) {
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "bar_eigenfrequencies_discrete");
+  const auto& p = given.at("params");
+  const double L = p.at("L"), w = p.at("w"), E = p.at("E"), rho = p.at("rho");
+  const SolidMesh mesh = MeshBox({L, w, w}, {10, 2, 2});
+  const auto held = FixedWhere(mesh, [](const Vector3d& x) { return x.x() < 1e-9; });
+  fem::FemBody body(mesh, held,
+                    {.poisson_ratio = p.at("nu"), .law = fem::TetElements::Law::kLinear});
+  const VectorXd squares = SquaredFrequencies(DenseOf(body, 0, 1), DenseOf(body, 1, 0));
+  const auto& expected = given.at("expected").at("consistent_mass_hz");
+  const double unit = std::sqrt(E / rho) / body.length_unit() / (2 * std::numbers::pi);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const double f = unit * std::sqrt(squares[static_cast<Eigen::Index>(i)]);
+    EXPECT_NEAR(f / expected.at(i).get<double>(), 1, 1e-8) << "mode " << i;
+  }
 }
 
 // Reference d, rod_frequency: longitudinal modes of a fixed-free rod, which nu = 0 and no motion

@@ -94,6 +94,25 @@ TEST(GreenColumns, ComeFromTheCacheOnlyForTheSameElements) {
   EXPECT_EQ(std::ranges::adjacent_find(corner), corner.end());
 }
 
+TEST(ColumnCacheTest, LinksAreNotFollowed) {
+  const Scratch scratch;
+  const ColumnCache cache(scratch.path(), 1);
+  const std::vector<double> values{1, 2};
+  cache.Save(0, values);
+  const auto file = Files(scratch).at(0), target = scratch.path() / "target";
+  std::ofstream(target) << "mine";
+  for (const fs::path& name : {fs::path(file.string() + "." + std::to_string(::getpid())), file}) {
+    fs::remove(file);
+    fs::create_symlink(target, name);
+    cache.Save(0, values);
+    std::vector<double> loaded(2);
+    EXPECT_TRUE(cache.Load(0, loaded));
+    EXPECT_EQ(loaded, values);
+    EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(file)));
+    EXPECT_EQ(fs::file_size(target), 4U);
+  }
+}
+
 // Shortened, overwritten, emptied, of another number: each is computed again, and mended on disk.
 TEST(GreenColumns, ATornCacheIsNoticed) {
   const Body body = ShakenBox({3, 3, 2}, 1, 0.3);

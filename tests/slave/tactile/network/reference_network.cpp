@@ -147,7 +147,7 @@ RandomNetwork MakeRandomNetwork(const std::string& architecture, int units, floa
   RandomNetwork made;
   NetworkInfo& info = made.info;
   info.architecture = architecture;
-  info.inputs = InputsOf(architecture);
+  info.inputs = InputsOf(architecture, true);
   const bool is_traced = IsTraced(architecture);
   info.window = IsRecurrent(architecture) || is_traced ? 50 : 1;
   info.outputs = 4;

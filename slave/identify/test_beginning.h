@@ -1,0 +1,26 @@
+// The beginning of a material test: slack, preload, an offset of the load, a toe.
+#pragma once
+
+#include <cstddef>
+
+#include "slave/identify/material_test.h"
+
+namespace palpate::identify {
+
+inline constexpr std::size_t kLeastRows = 4;  // of a test that is used
+
+// Strain of a row: stretch - 1, or amount of shear [-].
+double StrainOf(const MaterialTest& test, const TestRow& row);
+// The largest size of it in the test [-].
+double LargestStrain(const MaterialTest& test);
+
+// Takes off what comes before the specimen is loaded: an offset or preload of the load at rest, and
+// slack, that is rows over which the load does not change. Between its last row and the next ones
+// contact begins where the line through these meets the load at rest. Adds remarks.
+void TakeOffBeginning(MaterialTest* test);
+
+// Adds a remark if the test begins softer than it goes on. A toe looks like a material that
+// stiffens.
+void RemarkSoftBeginning(MaterialTest* test);
+
+}  // namespace palpate::identify
