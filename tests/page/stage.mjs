@@ -115,6 +115,7 @@ export class Stage {
     this.errors = [];
     this.statuses = [];
     this.logEntries = [];
+    this.refusedEngagements = 0;
     this.page.on('console', (message) => message.type() === 'error' && this.errors.push(message.text()));
     this.page.on('pageerror', (error) => this.errors.push(String(error)));
     this.page.on('websocket', (socket) => socket.on('framereceived', ({ payload }) => this.hear(payload)));
@@ -128,6 +129,7 @@ export class Stage {
     if (typeof payload !== 'string') return;
     const message = JSON.parse(payload);
     if (message.kind === 'status') this.statuses.push({ ...message, at: Date.now() });
+    if (message.kind === 'led_elsewhere') this.refusedEngagements += 1;
     if (message.kind === 'log') this.logEntries = message.entries;
   }
   get status() {
