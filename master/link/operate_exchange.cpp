@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "shared/validation/validation.h"
 #include "shared/wire/state_message.h"
 
 namespace palpate {
@@ -73,6 +74,7 @@ std::optional<OperatorCommand> OperateExchange::NextCommand(Time now) {
   OperatorCommand command = *newest;
   with_.trips.DropOtherEcho(&command);
   command.sent_at = now;
+  Validate(command, "OperateExchange::NextCommand");
   return command;
 }
 

@@ -6,6 +6,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "shared/validation/validation.h"
+
 namespace palpate {
 namespace {
 
@@ -28,6 +30,7 @@ LatestEstimate::LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_ti
 }
 
 void LatestEstimate::Put(const ContactEstimate& estimate, SampleTrace trace) {
+  Validate(estimate, "LatestEstimate::Put");
   trace.sample = estimate.sample;
   trace.sensed_at = estimate.sensed_at;
   trace.solved_at = Clock::now();
@@ -106,6 +109,7 @@ SlaveState LatestEstimate::Compose(const OperatorPort& port, Time now) const {
   state.sent_at = now;
   // A command may have been taken since `now`.
   state.echo_delay = state.echo ? std::max(0.0, SecondsBetween(state.taken_at, now)) : 0;
+  Validate(state, "LatestEstimate::Compose");
   return state;
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <memory>
 
+#include "shared/validation/validation.h"
+
 namespace palpate {
 namespace {
 
@@ -137,6 +139,8 @@ void PatchPublisher::Compare(const ContactEstimate& estimate, SensingPipeline* s
 }
 
 void PatchPublisher::Put(const SurfacePatch& patch, PatchLaw law) {
+  Validate(patch, "PatchPublisher::Put");
+  Validate(law, "PatchPublisher::Put");
   const double t = SecondsOf(law.sensed_at);
   if (patch.epoch == shown_.patch().epoch) {
     shown_.TakeLaw(law, t, t);

@@ -1,6 +1,16 @@
 #include "slave/mechanics/deformation_model.h"
 
+#include "shared/validation/validation.h"
+#include "slave/mechanics/valid_responses.h"
+
 namespace palpate {
+
+void DeformationModel::Respond(std::span<const Contact> contacts,
+                               std::span<ContactResponse> responses) noexcept {
+  shown_ = ++queries_;
+  ComputeResponses(contacts, responses);
+  Validate(std::span<const ContactResponse>(responses), "DeformationModel::Respond");
+}
 
 void DeformationModel::Solve(std::span<const Contact> contacts, Solution* solution) noexcept {
   solution->contacts_.assign(contacts.begin(), contacts.end());

@@ -116,10 +116,7 @@ class DeformationModel {
   // Allocation-free after the first call with as many boundary unknowns; not thread-safe. Loads add
   // up where they overlap. kFailed: contacts that are not finite, impossible, or overlap with
   // others.
-  void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept {
-    shown_ = ++queries_;
-    ComputeResponses(contacts, responses);
-  }
+  void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
   // The same, for a caller that may ask for displacements or tractions. Solutions do not depend on
   // other queries in between, apart from warm starts and time steps. Allocates no more than Respond
   // if `solution` had as many contacts before.

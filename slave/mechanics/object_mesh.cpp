@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/mesh/disc_patch.h"
+#include "shared/validation/validation.h"
 #include "slave/mechanics/mesher/fill_surface.h"
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/files/mesh_file.h"
@@ -293,6 +294,7 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
     for (int r = 0; r < scene.model.refinements; ++r) mesh = Refined(mesh);
     auto* solid = std::get_if<SolidMesh>(&mesh);
     if (solid != nullptr && !scene.object.regions.empty()) solid->modulus = ModuliOf(scene, *solid);
+    if (solid != nullptr) Validate(*solid, "MeshObject");
     return mesh;
   };
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) {

@@ -10,6 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/text/text.h"
+#include "shared/validation/validation.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/simulated_samples.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
@@ -126,6 +127,7 @@ class Run {
     sense_->Process();
     const ContactEstimate& estimate =
         sense_->Estimate(truth ? truth->p_S_tip : scene_.manipulator.home);
+    Validate(estimate, "SensingPipeline::Estimate");
     if (summary_.frames++ == 0) start_ = estimate.sensed_at;
     if (const auto goal = simulation_ ? simulation_->goal() : std::nullopt; goal) {
       insertion_.Add(summary_.frames, *truth, *goal, estimate);

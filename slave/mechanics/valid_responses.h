@@ -1,0 +1,15 @@
+// Invariants of a model's responses, for Validate in shared/validation.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "slave/mechanics/deformation_model.h"
+
+namespace palpate {
+
+// Where a response is not kFailed: its numbers are finite, its errors not negative, and the
+// stiffness of its contact alone has no negative eigenvalue.
+std::string FirstViolation(std::span<const ContactResponse> responses);
+
+}  // namespace palpate
