@@ -208,6 +208,21 @@ TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
   EXPECT_FALSE(estimated.events.Has(Event::kContact)) << "it was reported already";
 }
 
+// The tool was dragged sideways before the reset. Reference: an estimator that saw none of it.
+TEST_F(EstimatorTest, AResetForgetsWhereTheToolCameIn) {
+  Estimator fresh = Make(), reset = Make();
+  for (const double y : {0.094, 0.090, 0.087, 0.085}) reset.Estimate(Draw(0.044, y));
+  reset.Estimate(Draw(0.048, 0.085));
+  ASSERT_LT(reset.estimate().force->x(), -0.1);
+  reset.Reset();
+  entry_.reset();
+  for (const double y : {0.0865, 0.085}) {
+    const Frame image = Draw(0.048, y);
+    const Eigen::Vector3d expected = fresh.Estimate(image).force.value();
+    EXPECT_LT((reset.Estimate(image).force.value() - expected).norm(), 0.01 * expected.norm());
+  }
+}
+
 TEST_F(EstimatorTest, AnUnknownForceIsNotZero) {
   Estimator estimator = Make();
   estimator.Estimate(Draw(0.044, 0.086));
@@ -317,6 +332,24 @@ TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
   EXPECT_LT(error, 1.5 * estimated.sigma);
   EXPECT_GT(error, estimated.sigma / 1.5);
   EXPECT_LT(sigma, 0.7 * estimated.sigma) << "nothing moved then";
+}
+
+// Reference: the rotation drawn, about the centre of the image.
+TEST_F(EstimatorTest, ARolledCameraIsPutRight) {
+  constexpr double kTurn = 0.02;  // [rad]
+  Estimator estimator = Make();
+  for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
+  const Eigen::Vector3d before = estimator.estimate().force.value();
+  Frame rolled = Draw(0.044, 0.085);
+  const double x = 0.5 * (rolled.image.cols - 1), y = 0.5 * (rolled.image.rows - 1);
+  const double c = std::cos(kTurn), s = std::sin(kTurn);
+  const cv::Matx23d turn(c, -s, x - c * x + s * y, s, c, y - s * x - c * y);
+  cv::warpAffine(rolled.image.clone(), rolled.image, turn, rolled.image.size(), cv::INTER_CUBIC,
+                 cv::BORDER_REPLICATE);
+  const ContactEstimate& estimated = estimator.Estimate(rolled);
+  EXPECT_EQ(estimated.validity, Validity::kValid) << ToString(estimated.check);
+  EXPECT_LT((*estimated.force - before).norm(), 0.04 * before.norm());
+  EXPECT_NEAR(estimator.sighting()->motion.angle, kTurn, 0.05 * kTurn);
 }
 
 // In a picture that is 2 % larger the tip is farther from the marks that the template holds on to:
