@@ -51,7 +51,7 @@ class Experiment {
     const auto fingertips = simulation_->OpenFingertips();
     while (const auto frame = fingertips->Next({})) {
       ReportProgress();
-      const ContactEstimate& estimate = estimator_.Estimate(*frame, scene_.manipulator.home);
+      const ContactEstimate& estimate = estimator_.Estimate(*frame, simulation_->truth().p_S_tip);
       const auto truth = simulation_->truth().fingers;
       const FingerTruth& first = truth[0];
       if (!AnyTouches(truth)) {

@@ -60,8 +60,6 @@ TEST(QuestionTest, VolumesArePressedOppositeToWhatIsHeld) {
   press = AskedOf(scene).presses.at(0);
   EXPECT_NEAR(press.p_O.x(), 0, 1e-12);
   EXPECT_TRUE(press.inward_O.isApprox(Eigen::Vector3d(1, 0, 0)));
-  scene.object.material.poisson_ratio = 0.4999;  // the graded mesh would lock
-  EXPECT_TRUE(AskedOf(scene).presses.at(0).loaded);
 }
 
 TEST(QuestionTest, MembranesArePressedBelowHome) {
