@@ -26,7 +26,8 @@ const char* Violation(const ContactResponse& response) {
   if (!response.force_O.allFinite()) return "force_O is not finite";
   if (!response.displacement_O.allFinite()) return "displacement_O is not finite";
   if (!response.stiffness_O.allFinite()) return "stiffness_O is not finite";
-  if (!IsDefinite(response.stiffness_O)) return "stiffness_O has a negative eigenvalue";
+  if (response.validity == Validity::kValid && !IsDefinite(response.stiffness_O))
+    return "stiffness_O has a negative eigenvalue";
   if (response.moment_O && !response.moment_O->allFinite()) return "moment_O is not finite";
   if (!IsError(response.moment_sigma)) return "moment_sigma is not finite and at least 0";
   if (!IsError(response.force_error)) return "force_error is not finite and at least 0";

@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-// Where a response is not kFailed: its numbers are finite, its errors not negative, and the
-// stiffness of its contact alone has no negative eigenvalue.
+// Where a response is not kFailed: its numbers are finite and its errors not negative. Where it is
+// kValid, the stiffness of its contact alone has no negative eigenvalue.
 std::string FirstViolation(std::span<const ContactResponse> responses);
 
 }  // namespace palpate

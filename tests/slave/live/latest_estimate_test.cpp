@@ -18,6 +18,7 @@ SlaveStatus StatusAfter(double silence, double nap) {
   LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
   ContactEstimate estimate;
   estimate.validity = Validity::kValid;
+  estimate.force = Eigen::Vector3d::Zero();
   estimate.sensed_at = Clock::now() - Seconds(silence);
   newest.Put(estimate);
   newest.SetNap(nap);
