@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -161,7 +162,8 @@ TEST(StereoDots, EachCameraSeesADotsTiltInItsOwnFrame) {
     X_OC.translation() = -0.25 * X_OC.linear().col(2);
     return X_OC;
   };
-  const std::array<Eigen::Isometry3d, 2> X_OC{looking(EIGEN_PI / 6), looking(-EIGEN_PI / 6)};
+  const std::array<Eigen::Isometry3d, 2> X_OC{looking(std::numbers::pi / 6),
+                                              looking(-std::numbers::pi / 6)};
   StereoDots::Params params = Params();
   params.rig.X_RL = X_OC[1].inverse() * X_OC[0];
   params.X_SL = X_OC[0];
