@@ -7,9 +7,9 @@
 namespace palpate {
 namespace {
 
-// Most negative eigenvalue of a stiffness by its largest [-]: the solutions that it is differenced
-// from are this exact.
-constexpr double kIndefinite = 1e-6;
+// Most negative eigenvalue of a stiffness by its largest [-]. Collocation of boundary elements is
+// not symmetric: -1.5e-4 was measured on a strip under a narrow tool.
+constexpr double kIndefinite = 1e-3;
 
 bool IsError(double value) {
   return std::isfinite(value) && value >= 0;
