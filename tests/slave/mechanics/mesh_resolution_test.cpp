@@ -237,7 +237,8 @@ TEST(PatchResolution, ATouchWithoutWidthIsWhatTheMeshMakesIt) {
 // Reference: the half-space. Of a cube whose lower side is held it is within 3 % up to a third of a
 // side (the fixed bottom and the free sides nearly cancel: measured with 24 cells). What is valid
 // is within 10 % and the estimate's own 8 %; what is off by more than a quarter never is; of what
-// is within 5 % two thirds are valid.
+// is within 5 % two thirds are valid; below two edges of ten-node tetrahedra it is chance (see
+// FewNodesUnderAToolAreRightOrExtrapolated).
 TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
   for (const Kind& kind : Kinds()) {
     const bool is_slow = kind.name.ends_with("tet10");
@@ -248,7 +249,7 @@ TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
     int good = 0, valid = 0;
     for (const double edges : {0.3, 0.5, 0.7, 1.0, 1.3, 1.6, 2.0, 2.3, 2.6, 3.0, 3.5, 4.0}) {
       const double width = edges / n;
-      if (width > 0.45 || (is_slow && edges != 1 && edges != 1.6 && edges != 2.3)) continue;
+      if (width > 0.45 || (is_slow && edges != 1.6 && edges != 2 && edges != 2.3)) continue;
       for (const Vector3d& p_O : PlacesOnTop(n)) {
         for (const bool loaded : {false, true}) {
           const ContactResponse r = Query(*model, Press(loaded, p_O, width));
@@ -256,6 +257,7 @@ TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
           const bool is_valid = r.validity == Validity::kValid;
           EXPECT_LT(is_valid ? off : 0, 0.18) << kind.name << (loaded ? " loaded" : " moved")
                                               << ", " << edges << " edges at " << p_O.transpose();
+          if (kind.kind == "fem" && edges < 2) continue;
           good += off < 0.05 ? 1 : 0;
           valid += off < 0.05 && is_valid ? 1 : 0;
         }
