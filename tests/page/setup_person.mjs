@@ -15,8 +15,8 @@ const normal = (seed) => {
 };
 
 // Simulates the press of a scene file: its images, and in states.csv the forces of the scene itself.
-export function imagesOf(scene, folder) {
-  if (!existsSync(path.join(folder, 'states.csv'))) execFileSync(SLAVE, ['process', scene, '--out', folder, '--frames'], { stdio: 'ignore' });
+export function imagesOf(scene, folder, overrides = []) {
+  if (!existsSync(path.join(folder, 'states.csv'))) execFileSync(SLAVE, ['process', scene, '--out', folder, '--frames', ...overrides], { stdio: 'ignore' });
   return path.join(folder, 'frames/%06d.png');
 }
 export function statesOf(folder) {
@@ -82,6 +82,13 @@ export class Person {
   }
   shows(id, words) {
     return this.stage.shows(id, words);
+  }
+  go(step) {
+    return this.page.click(`#setup-steps [data-step=${step}]`);
+  }
+  // The answers that the page keeps for a reload, without the image.
+  async answers() {
+    return (await this.page.evaluate(() => JSON.parse(sessionStorage.getItem('setup')))).now;
   }
   // Freezes until the end of the tool is at `tip` [px], where the press begins: the recorded images repeat.
   async freezeAtRest(tip) {

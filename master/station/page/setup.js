@@ -66,6 +66,7 @@ export class Setup {
     const lines = scene?.setup_camera || '';
     byId('setup-open').hidden = !lines;
     this.cameraLines = lines.split('\n').map((line) => line.trim()).filter(Boolean);
+    if (lines && this.kept === undefined) this.restore();
     if (!lines || this.wanted === null) this.show(Boolean(lines) && !scene.name, false);
   }
   takeStatus({ slave_state: state }) {
@@ -79,7 +80,37 @@ export class Setup {
     if (byHand) this.wanted = isOn;
     byId('setup').hidden = !isOn;
     document.body.classList.toggle('setting-up', isOn);
+    if (byHand) this.keep();
     if (isOn) this.draw();
+  }
+  // Keeps step and answers for a reload of the page, in the browser's storage of this tab.
+  keep() {
+    const { now } = this.answers, kept = { camera: this.cameraLines, step: this.step, isShown: this.isShown, now: { ...now, image: now.image && { ...now.image, frozen: null } } };
+    const jpeg = now.image?.frozen.jpeg || '';
+    try {
+      sessionStorage.setItem('setup', JSON.stringify(kept));
+      if (jpeg === this.kept) return;
+      this.kept = jpeg;
+      sessionStorage.removeItem('setup-image');
+      sessionStorage.setItem('setup-image', jpeg);
+    } catch {}  // without storage, or with an image that is too large, a reload begins with a new image
+  }
+  async restore() {
+    this.kept = '';
+    let kept = null, jpeg = null;
+    try {
+      [kept, jpeg] = [JSON.parse(sessionStorage.getItem('setup')), sessionStorage.getItem('setup-image')];
+    } catch {}  // without storage
+    if (!kept || String(kept.camera) !== String(this.cameraLines)) return;  // of another slave
+    this.wanted = kept.isShown || null;
+    this.frozen = kept.now.image && jpeg ? await this.decode(jpeg).catch(() => null) : null;
+    this.images = kept.now.image?.number || 0;
+    this.answers.now = { ...kept.now, image: this.frozen && { ...kept.now.image, frozen: this.frozen } };
+    this.step = kept.step === 'press' && !this.running.name ? 'check' : kept.step;
+    if (!this.frozen) this.step = 'image';
+    this.changed();
+    if (kept.isShown) this.show(true);
+    this.go(this.step);
   }
   // Whether nothing changes by itself.
   get isFrozen() {
@@ -93,6 +124,7 @@ export class Setup {
     if (!step) return;
     this.step = step;
     if (step === 'check') this.propose();
+    this.keep();
     this.draw();
   }
   next() {
@@ -120,6 +152,7 @@ export class Setup {
       this.searched = key;
       this.answers.now.tool = { ...tool, seen: this.tipIn(tool) };
     }
+    this.keep();
     this.draw();
   }
   tipIn({ box, width, shape }) {
@@ -162,16 +195,19 @@ export class Setup {
     const reply = await this.call('image', 'image', {}, 'An image is fetched ...');
     if (!reply) return;
     try {
-      const bitmap = await createImageBitmap(new Blob([bytesOf(reply.jpeg)], { type: 'image/jpeg' }));
-      const still = new OffscreenCanvas(bitmap.width, bitmap.height), pen = still.getContext('2d', { willReadFrequently: true });
-      pen.drawImage(bitmap, 0, 0);
-      const grey = greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height));
-      this.frozen = { still, grey, jpeg: reply.jpeg };
-      this.answers.set('image', { width: bitmap.width, height: bitmap.height, number: ++this.images, trouble: imageTrouble(grey), frozen: this.frozen });
+      this.frozen = await this.decode(reply.jpeg);
+      const { grey } = this.frozen;
+      this.answers.set('image', { width: grey.width, height: grey.height, number: ++this.images, trouble: imageTrouble(grey), frozen: this.frozen });
     } catch {
       this.trouble.image = ['The image cannot be decoded. Freeze again.'];
     }
     this.changed();
+  }
+  async decode(jpeg) {
+    const bitmap = await createImageBitmap(new Blob([bytesOf(jpeg)], { type: 'image/jpeg' }));
+    const still = new OffscreenCanvas(bitmap.width, bitmap.height), pen = still.getContext('2d', { willReadFrequently: true });
+    pen.drawImage(bitmap, 0, 0);
+    return { still, grey: greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height)), jpeg };
   }
   async findOutline() {
     const { points } = this.answers.now.object, near = points.map(([u, v]) => ({ u, v }));
