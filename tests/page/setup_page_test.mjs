@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { mkdirSync, readFileSync, rmSync, symlinkSync } from 'node:fs';
 import path from 'node:path';
 import { test } from 'node:test';
+import { isDeepStrictEqual } from 'node:util';
 
 import { Person, cameraOf, compare, imagesOf, processSaved, statesOf } from './setup_person.mjs';
 import { ROOT, SCRATCH, until } from './stage.mjs';
@@ -137,12 +138,12 @@ test('each of 24 wrong answers gives a message at its step, changes no other ste
     await page.route('**/setup/image', async (route) => {
       const { jpeg } = await (await route.fetch()).json();
       const dark = await page.evaluate(async (base64) => {
-        const image = await createImageBitmap(await (await fetch(`data:image/jpeg;base64,${base64}`)).blob());
+        const image = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]));
         const canvas = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height }), pen = canvas.getContext('2d');
         pen.filter = 'brightness(0.1)';
         pen.drawImage(image, 0, 0);
         return canvas.toDataURL('image/jpeg').split(',')[1];
-      }, jpeg).catch((error) => String(error));
+      }, jpeg);
       await route.fulfill({ json: { jpeg: dark } });
     }, { times: 1 });
     await page.click('#setup-freeze');
@@ -156,10 +157,10 @@ test('each of 24 wrong answers gives a message at its step, changes no other ste
     ['scale', fill('scale.length', '8800000'), /Give the length in mm/],
     ['scale', board('9', '6', ''), /Edge of a square: expected/],
     ['scale', board('2', '6', '8'), /Inner corners of the board/],
-    ['scale', board('9', '6', '8'), /board/i],
+    ['scale', board('9', '6', '8'), /The board is not seen/],
     ['object', clicks(...CORNERS.slice(0, 3)), /3 so far/],
     ['object', clicks(...[0, 2, 1, 3].map((i) => CORNERS[i])), /crosses itself/],
-    ['object', clicks(...[[40, 30], [120, 30], [120, 100], [40, 100]]), /edge|lie on a clear edge/],
+    ['object', clicks(...[[40, 30], [120, 30], [120, 100], [40, 100]]), /No clear edge/],
     ['object', fill('object.width', '60'), /The width is 60 mm/],
     ['object', fill('object.thickness', '88'), /thickness is measured towards the camera/],
     ['held', clicks(toImage([44, 0])), /Click the edges/],
@@ -170,7 +171,7 @@ test('each of 24 wrong answers gives a message at its step, changes no other ste
     ['material', byMaterial('name'), /Choose a material/],
     ['tool', fill('tool.width', '9'), /the image shows 5\.\d|No tool is seen/],
     ['tool', box([500, 60], [540, 130]), /No tool is seen in the box/],
-    ['tool', box([u - 25, v - 60], [u + 25, v - 15]), /end is not seen/],
+    ['tool', box([u - 25, v - 60], [u + 25, v - 15]), /The tool goes on beyond the tip/],
     ['tool', box([u - 4, v - 6], [u + 4, v + 2]), /too small/],
   ];
   try {
@@ -182,11 +183,11 @@ test('each of 24 wrong answers gives a message at its step, changes no other ste
       await until(async () => !/\.\.\.$/.test(await stage.text('setup-hint')), 'the slave');
       if (!words.test(await stage.text('setup-problems'))) await person.next();
       await person.shows('setup-problems', words);
+      console.log(step, await stage.text('setup-problems'));
       assert.equal(await page.locator('#setup-steps [aria-current=step]').getAttribute('data-step'), step, `${words}`);
-      const now = await person.answers(), others = (answers) => ({ ...answers, [step]: null, tool: { ...answers.tool, seen: null } });
-      if (step !== 'object') assert.deepEqual(others(now), others(wanted), `${words}`);
-      for (let i = 0; i < 9 && JSON.stringify(await person.answers()) !== JSON.stringify(wanted); ++i) await person.undo();
-      if (step === 'object') await person.go('held').then(() => person.undo());  // clicks around another object free the edges
+      const now = await person.answers(), others = (answers) => ({ ...answers, tool: { ...answers.tool, seen: null }, [step]: null });
+      assert.deepEqual(others(now), others(wanted), `${words}`);
+      for (let i = 0; i < 9 && !isDeepStrictEqual(await person.answers(), wanted) && (await page.isEnabled('#setup-undo')); ++i) await person.undo();
       assert.deepEqual(await person.answers(), wanted, `${words}`);
     }
     console.log(`${cases.length} wrong answers`);

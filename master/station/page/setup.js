@@ -1,5 +1,5 @@
 // The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
-import { CHECK_HELP } from './setup_words.js';
+import { CHECK_HELP, inWords } from './setup_words.js';
 import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js';
 import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.js';
 import { Answers, GUESS_OFF, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
@@ -103,11 +103,11 @@ export class Setup {
     } catch {}  // without storage
     if (!kept || String(kept.camera) !== String(this.cameraLines)) return;  // of another slave
     this.wanted = kept.isShown || null;
-    this.frozen = kept.now.image && jpeg ? await this.decode(jpeg).catch(() => null) : null;
+    const frozen = kept.now.image && jpeg ? await this.decode(jpeg).catch(() => null) : null;
     this.images = kept.now.image?.number || 0;
-    this.answers.now = { ...kept.now, image: this.frozen && { ...kept.now.image, frozen: this.frozen } };
+    this.answers.now = { ...kept.now, image: frozen && { ...kept.now.image, frozen } };
     this.step = kept.step === 'press' && !this.running.name ? 'check' : kept.step;
-    if (!this.frozen) this.step = 'image';
+    if (!frozen) this.step = 'image';
     this.changed();
     if (kept.isShown) this.show(true);
     this.go(this.step);
@@ -145,9 +145,10 @@ export class Setup {
   }
   // After each change: the tip is searched again, because it depends on outline and scale.
   changed() {
-    const { tool, object } = this.answers.now;
+    const { image, tool, object, scale } = this.answers.now;
     this.report = null;
-    const key = JSON.stringify([tool.box, tool.width, tool.shape, object, this.answers.now.scale, this.answers.now.image?.number]);
+    this.frozen = image?.frozen || null;
+    const key = JSON.stringify([tool.box, tool.width, tool.shape, object, scale, image?.number]);
     if (key !== this.searched) {
       this.searched = key;
       this.answers.now.tool = { ...tool, seen: this.tipIn(tool) };
@@ -182,7 +183,7 @@ export class Setup {
       const response = await fetch(`/setup/${name}${token && `?token=${token}`}`, { method: 'POST', body: JSON.stringify(request) });
       reply = await response.json().catch(() => ({ error: `palpate-master answers ${response.status} ${response.statusText}` }));
       if (response.ok && !reply.error) this.trouble[step] = null;
-      else this.trouble[step] = [reply.error || `palpate-master answers ${response.status}`];
+      else this.trouble[step] = [reply.error ? inWords(reply.error) : `palpate-master answers ${response.status}`];
       if (!response.ok || reply.error) reply = null;
     } catch {
       this.trouble[step] = ['palpate-master does not answer. Your answers are kept: try again.'];
@@ -195,9 +196,8 @@ export class Setup {
     const reply = await this.call('image', 'image', {}, 'An image is fetched ...');
     if (!reply) return;
     try {
-      this.frozen = await this.decode(reply.jpeg);
-      const { grey } = this.frozen;
-      this.answers.set('image', { width: grey.width, height: grey.height, number: ++this.images, trouble: imageTrouble(grey), frozen: this.frozen });
+      const frozen = await this.decode(reply.jpeg), { grey } = frozen;
+      this.answers.set('image', { width: grey.width, height: grey.height, number: ++this.images, trouble: imageTrouble(grey), frozen });
     } catch {
       this.trouble.image = ['The image cannot be decoded. Freeze again.'];
     }
@@ -255,7 +255,7 @@ export class Setup {
   assign(errors) {
     for (const { key, value, message, expected } of errors) {
       const step = stepOfKey(key || ''), words = [key && `${key}${value ? ` = ${value}` : ''}`, message, expected && `expected ${expected}`].filter(Boolean).join(': ');
-      (this.trouble[step] ||= []).push(words);
+      (this.trouble[step] ||= []).push(inWords(words));
     }
     this.step = NAMES.find((name) => this.trouble[name]?.length) || 'check';
   }
@@ -346,7 +346,8 @@ export class Setup {
   clickObject(at) {
     const { object } = this.answers.now, isFull = object.kind === 'rectangle' && object.points.length === 4;
     this.answers.change('object', { points: isFull ? [at] : [...object.points, at], found: null, clear: null });
-    if (this.answers.now.held.length) this.answers.set('held', []);
+    const isNumbered = object.kind === 'polygon' || object.kind === 'outline';  // its edges are those between the clicks
+    if (isNumbered && this.answers.now.held.length) this.answers.set('held', []);
     this.changed();
     const now = this.answers.now.object;
     if (isComplete(now) && now.kind === 'rectangle') this.pull();
@@ -371,7 +372,6 @@ export class Setup {
   draw() {
     if (!this.isShown) return;
     const { now } = this.answers;
-    this.frozen = now.image?.frozen || null;
     byId('setup-live').hidden = !this.frozen;
     this.drawImage();
     for (const button of document.querySelectorAll('#setup-steps button')) {
@@ -403,7 +403,7 @@ export class Setup {
     else if (field.value !== value) field.value = value;
   }
   showProblems() {
-    const own = this.tried === this.step ? problemsAt(this.step, this.answers.now) : [], list = [...(this.trouble[this.step] || []), ...own];
+    const own = this.tried === this.step ? problemsAt(this.step, this.answers.now) : [], list = [...new Set([...(this.trouble[this.step] || []), ...own])];
     if (this.step === 'image' && this.answers.now.image?.trouble && !own.length) list.push(this.answers.now.image.trouble);
     if (this.step === 'tool' && this.answers.now.tool.seen?.why && !own.length) list.push(this.answers.now.tool.seen.why);
     if (this.step === 'press' && this.identifies) list.push(...(this.fitted?.warnings || []));

@@ -165,7 +165,7 @@ const CHECKS = {
   image: ({ image }) => (image ? [image.trouble].filter(Boolean) : ['Freeze an image first: the object untouched, the tool in view above it, and a ruler in their plane.']),
   scale(answers) {
     const { by, board, points, length: text } = answers.scale, found = [];
-    if (by === 'board') return board ? [] : [...boardProblems(answers), 'Press "Find the board".'];
+    if (by === 'board') return board ? [] : [boardProblems(answers), ['Press "Find the board".']].find((list) => list.length);
     if (points.length < 2) return ['Click two marks of the ruler that are far apart.'];
     const far = distance(...points), wrong = positive(text, 'Length between the two marks', 'mm');
     if (far < FEWEST_PX) found.push(`The two marks are ${Math.round(far)} px apart: expected at least ${FEWEST_PX} px. Click marks that are farther apart.`);
