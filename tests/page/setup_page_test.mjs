@@ -6,7 +6,7 @@ import { test } from 'node:test';
 import { isDeepStrictEqual } from 'node:util';
 
 import { Person, cameraOf, compare, imagesOf, processSaved, statesOf } from './setup_person.mjs';
-import { ROOT, SCRATCH, until } from './stage.mjs';
+import { ROOT, SCRATCH, certificate, until } from './stage.mjs';
 
 // As deploy/scenes/silicone-block.yaml has it.
 const toImage = cameraOf({ pixel: 0.35, centre: [44, 54] });
@@ -261,5 +261,22 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
     assert.deepEqual(stage.errors, []);
   } finally {
     await person.standUp();
+  }
+});
+
+test('over TLS the page sets up with the certificate of an admin, and tells who has none', async () => {
+  const images = imagesOf(BLOCK, path.join(SCRATCH, 'setup-silicone-block')), [slave, operator, admin] = [certificate('slave', '127.0.0.1'), certificate('operator', '127.0.0.1'), certificate('admin')];
+  for (const isAdmin of [false, true]) {
+    const args = ['--tls', operator, ...(isAdmin ? ['--setup-tls', admin] : [])];
+    const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-tls-${process.pid}`), slaveArgs: ['--tls', slave], view: '0.0.0.0:0', args });
+    try {
+      await person.freezeAtRest(TIP);
+      await person.go('object');
+      for (const corner of CORNERS) await person.click(corner, 0);
+      if (isAdmin) await person.shows('setup-object-fact', /9\d % of the outline|100 % of the outline/);
+      else await person.shows('setup-problems', /--setup-tls and the certificate of an admin/);
+    } finally {
+      await person.standUp();
+    }
   }
 });
