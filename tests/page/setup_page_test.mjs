@@ -124,6 +124,23 @@ async function answerAll(person, { modulus = '127', identify = false } = {}) {
   await person.shows('setup-tool-fact', /^Tip found at/);
 }
 
+// The next image that the page freezes is drawn with `filter`, and with `paper` and `boxes` [u, v, width, height] on it.
+const alterNextImage = (page, { filter = 'none', paper = [0, 0, 0, 0], boxes = [] }) => page.route('**/setup/image', async (route) => {
+  const reply = await (await route.fetch()).json();
+  const jpeg = await page.evaluate(async ([base64, look, sheet, black]) => {
+    const image = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]));
+    const canvas = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height }), pen = canvas.getContext('2d');
+    pen.filter = look;
+    pen.drawImage(image, 0, 0);
+    pen.fillStyle = '#ddd';
+    pen.fillRect(...sheet);
+    pen.fillStyle = '#222';
+    for (const box of black) pen.fillRect(...box);
+    return canvas.toDataURL('image/jpeg', 1).split(',')[1];
+  }, [reply.jpeg, filter, paper, boxes]);
+  await route.fulfill({ json: { jpeg } });
+}, { times: 1 });
+
 test('each of 24 wrong answers gives a message at its step, changes no other step, and is undone', async () => {
   const images = imagesOf(BLOCK, path.join(SCRATCH, 'setup-silicone-block'));
   const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-wrong-${process.pid}`) }), { page, stage } = person;
@@ -133,21 +150,7 @@ test('each of 24 wrong answers gives a message at its step, changes no other ste
   const board = (columns, rows, square) => all(() => person.choose('scale.by', 'board'), fill('scale.columns', columns), fill('scale.rows', rows), fill('scale.square', square), () => page.click('#setup-board'));
   const box = (from, to) => () => person.drag(from, to), [u, v] = TIP;
   const byMaterial = (name) => () => person.choose('material.by', name);
-  // The camera's next image, darker.
-  const darken = async () => {
-    await page.route('**/setup/image', async (route) => {
-      const { jpeg } = await (await route.fetch()).json();
-      const dark = await page.evaluate(async (base64) => {
-        const image = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]));
-        const canvas = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height }), pen = canvas.getContext('2d');
-        pen.filter = 'brightness(0.1)';
-        pen.drawImage(image, 0, 0);
-        return canvas.toDataURL('image/jpeg').split(',')[1];
-      }, jpeg);
-      await route.fulfill({ json: { jpeg: dark } });
-    }, { times: 1 });
-    await page.click('#setup-freeze');
-  };
+  const darken = async () => { await alterNextImage(page, { filter: 'brightness(0.1)' }); await page.click('#setup-freeze'); };
   const cases = [
     ['image', darken, /too dark/],
     ['image', () => page.click('#setup-live'), /Freeze an image first/],
@@ -259,6 +262,29 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
     const { material } = await person.answers();
     assert.ok(Number(material.modulus) > 120 && material.by === 'modulus' && Number(material.tolerance) < 5, JSON.stringify(material));
     assert.deepEqual(stage.errors, []);
+  } finally {
+    await person.standUp();
+  }
+});
+
+test('the printed board of the guide gives the scale within 1 %', async () => {
+  const images = imagesOf(BLOCK, path.join(SCRATCH, 'setup-silicone-block')), pdf = readFileSync(path.join(ROOT, 'deploy/guides/board.pdf'), 'latin1');
+  const squares = [...pdf.matchAll(/^(\S+) (\S+) 5 5 re f$/gm)].map(([, x, y]) => [Number(x), Number(y)]), px = 1 / 0.35;
+  assert.equal(squares.length, 35);
+  const [left, top] = [Math.min(...squares.map(([x]) => x)), Math.max(...squares.map(([, y]) => y))];
+  const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-board-${process.pid}`) }), { page } = person;
+  try {
+    await alterNextImage(page, { paper: [14, 180, 170, 126], boxes: squares.map(([x, y]) => [25 + px * (x - left), 192 + px * (top - y), 5 * px, 5 * px]) });
+    await page.click('#setup-freeze');
+    await until(async () => (await page.locator('#setup-freeze').getAttribute('data-count')) === '1', 'an image');
+    await person.go('scale');
+    await person.choose('scale.by', 'board');
+    await person.fill('scale.square', '5');
+    await page.click('#setup-board');
+    await person.shows('setup-scale-fact', /mm per pixel/);
+    await person.stage.shoot('setup-board');
+    const pixel = Number.parseFloat(await person.stage.text('setup-scale-fact'));
+    assert.ok(Math.abs(pixel / 0.35 - 1) < 0.01, `${pixel}`);
   } finally {
     await person.standUp();
   }
