@@ -6,9 +6,11 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 bin=$(realpath "${1:-build/release/bin}") scratch=$PWD/build/readme to=deploy/guides/webcam
 tests/page/run.sh "$scratch" "$bin" ../../deploy/readme/webcam_steps.mjs
+tests/page/run.sh "$scratch" "$bin" --test-name-pattern=kitchen setup_page_test.mjs
 mkdir -p $to
 for image in "$scratch"/step-*.png; do
   cwebp -quiet -q 60 -m 6 "$image" -o "$to/$(basename "$image" .png).webp"
 done
+cwebp -quiet -q 60 -m 6 -crop 0 80 1280 720 -resize 976 0 "$scratch/setup-identify.png" -o $to/scale.webp
 deploy/readme/make_board.py
 ls -l $to

@@ -439,7 +439,7 @@ export class Setup {
   showReadings() {
     const { held, readings } = this.answers.now.press, { fitted } = this;
     write(byId('setup-held'), held ? `${figure(held.force)} N at ${figure(1e3 * held.depth)} mm are held: type the reading.` : '');
-    const rows = readings.map(({ words, force, depth }) => `${words} for ${figure(force)} N at ${figure(1e3 * depth)} mm`);
+    const rows = readings.map(({ words, force, depth }, i) => `${i + 1}: ${words} for ${figure(force)} N at ${figure(1e3 * depth)} mm`);
     if (rows.join() !== this.shownReadings) byId('setup-readings').replaceChildren(...rows.map((textContent) => Object.assign(document.createElement('li'), { textContent })));
     this.shownReadings = rows.join();
     write(byId('setup-modulus'), fitted ? `Young's modulus ${figure(1e-3 * fitted.modulus)} kPa ± ${figure(1e-3 * fitted.half)} kPa (95 %)` : '');
