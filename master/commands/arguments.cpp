@@ -235,6 +235,9 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
           "Serve the operator's page, by default at 127.0.0.1 on a free port; beyond "
           "this machine it requires --tls and prints a token")
           ->expected(0, 1);
+  Add(connect, "--setup-tls", &a->setup_tls, "DIR",
+      "Certificate of an admin for the set-up of a slave from the page; default: that of --tls")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
   connect->callback([a, view] { a->views = view->count() > 0; });
   Add(connect, "--name", &a->link.operator_name, "NAME",
       "Name of the operator, which the slave shows to other clients; default: user and machine");
@@ -268,6 +271,7 @@ void RequireTimely(const std::filesystem::path& certificates) {
 void CheckBeforehand(const Arguments& a) {
   MotionOf(a);
   RequireTimely(a.link.tls);
+  RequireTimely(a.setup_tls);
   const std::array inputs{PlaybackFile(a.device)};
   RequireOtherThan("--report", a.report, inputs);
   RequireOtherThan("--log", a.log, inputs);

@@ -35,7 +35,8 @@ struct Arguments {
   std::string metrics;     // HOST:PORT of the metrics page; empty: none
   std::vector<std::filesystem::path> shapes;
   bool views = false, replay_views = false;
-  std::string view;  // HOST:PORT; empty: a free loopback port
+  std::string view;                 // HOST:PORT; empty: a free loopback port
+  std::filesystem::path setup_tls;  // of the page's set-up; empty: link.tls
   ReplayOptions replay;
   SessionExportOptions exported;
   WatchOptions watch;

@@ -145,13 +145,15 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   hello.encrypted = !a.link.tls.empty();
   hello.pointer = IsPointer(a);
   hello.certificate_until = CertificateUntil(a.link.tls);
+  SlaveLink::Options setup = a.link;
+  if (!a.setup_tls.empty()) setup.tls = a.setup_tls;
   LiveStation::Controls controls{
       [] { g_emergency = true; },
       [link] { return link->Reset(); },
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
       [link](const std::string& kind) { return link->SetModel(kind); },
       [link] { return link->ReinitializeTracking(); },
-      [calls = std::make_shared<SetupCalls>(a.link)](
+      [calls = std::make_shared<SetupCalls>(setup)](
           const std::string& call, const std::string& json, const std::stop_token& stop) {
         return calls->Make(call, json, stop);
       }};

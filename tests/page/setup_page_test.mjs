@@ -1,11 +1,12 @@
 // The set-up in a browser, as a person does it, on images of a simulated press: first with wrong answers, then until forces come.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { mkdirSync, readFileSync, rmSync, symlinkSync } from 'node:fs';
 import path from 'node:path';
 import { test } from 'node:test';
+import { isDeepStrictEqual } from 'node:util';
 
 import { Person, cameraOf, compare, imagesOf, processSaved, statesOf } from './setup_person.mjs';
-import { ROOT, SCRATCH, until } from './stage.mjs';
+import { ROOT, SCRATCH, certificate, until } from './stage.mjs';
 
 // As deploy/scenes/silicone-block.yaml has it.
 const toImage = cameraOf({ pixel: 0.35, centre: [44, 54] });
@@ -98,4 +99,210 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
   console.log(readFileSync(scene, 'utf8'));
   console.log(`worst ${(100 * worst).toFixed(2)} % of the peak of ${peak.toFixed(3)} N, ${(100 * valid).toFixed(0)} % valid`);
   assert.ok(valid > 0.9 && worst < 0.03, `${worst}, ${valid} valid`);
+});
+
+const BLOCK = path.join(ROOT, 'deploy/scenes/silicone-block.yaml');
+
+// All steps but the last two.
+async function answerAll(person, { modulus = '127', identify = false } = {}) {
+  await person.freezeAtRest(TIP);
+  await person.go('scale');
+  for (const place of [[0, 0], [88, 0]]) await person.click(toImage(place));
+  await person.fill('scale.length', '88');
+  await person.go('object');
+  for (const [key, value] of [['width', 88], ['height', 88], ['thickness', 9]]) await person.fill(`object.${key}`, value);
+  for (const corner of CORNERS) await person.click(corner);
+  await person.shows('setup-object-fact', /9\d % of the outline|100 % of the outline/);
+  await person.go('held');
+  await person.click(toImage([44, 0]));
+  await person.go('material');
+  if (identify) await person.choose('material.by', 'identify');
+  await person.fill('material.modulus', modulus);
+  await person.go('tool');
+  await person.fill('tool.width', '5.87');
+  await person.boxTip(TIP, 5.87 / 0.35);
+  await person.shows('setup-tool-fact', /^Tip found at/);
+}
+
+// The next image that the page freezes is drawn with `filter`, and with `paper` and `boxes` [u, v, width, height] on it.
+const alterNextImage = (page, { filter = 'none', paper = [0, 0, 0, 0], boxes = [] }) => page.route('**/setup/image', async (route) => {
+  const reply = await (await route.fetch()).json();
+  const jpeg = await page.evaluate(async ([base64, look, sheet, black]) => {
+    const image = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]));
+    const canvas = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height }), pen = canvas.getContext('2d');
+    pen.filter = look;
+    pen.drawImage(image, 0, 0);
+    pen.fillStyle = '#ddd';
+    pen.fillRect(...sheet);
+    pen.fillStyle = '#222';
+    for (const box of black) pen.fillRect(...box);
+    return canvas.toDataURL('image/jpeg', 1).split(',')[1];
+  }, [reply.jpeg, filter, paper, boxes]);
+  await route.fulfill({ json: { jpeg } });
+}, { times: 1 });
+
+test('each of 24 wrong answers gives a message at its step, changes no other step, and is undone', async () => {
+  const images = imagesOf(BLOCK, path.join(SCRATCH, 'setup-silicone-block'));
+  const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-wrong-${process.pid}`) }), { page, stage } = person;
+  const fill = (name, value) => () => person.fill(name, value);
+  const clicks = (...places) => async () => { for (const place of places) await person.click(place, 0); };
+  const all = (...acts) => async () => { for (const act of acts) await act(); };
+  const board = (columns, rows, square) => all(() => person.choose('scale.by', 'board'), fill('scale.columns', columns), fill('scale.rows', rows), fill('scale.square', square), () => page.click('#setup-board'));
+  const box = (from, to) => () => person.drag(from, to), [u, v] = TIP;
+  const byMaterial = (name) => () => person.choose('material.by', name);
+  const darken = async () => { await alterNextImage(page, { filter: 'brightness(0.1)' }); await page.click('#setup-freeze'); };
+  const cases = [
+    ['image', darken, /too dark/],
+    ['image', () => page.click('#setup-live'), /Freeze an image first/],
+    ['scale', clicks(CORNERS[0]), /Click two marks/],
+    ['scale', clicks(CORNERS[0], CORNERS[0]), /0 px apart/],
+    ['scale', fill('scale.length', '0'), /above 0/],
+    ['scale', fill('scale.length', '8800000'), /Give the length in mm/],
+    ['scale', board('9', '6', ''), /Edge of a square: expected/],
+    ['scale', board('2', '6', '8'), /Inner corners of the board/],
+    ['scale', board('9', '6', '8'), /The board is not seen/],
+    ['object', clicks(...CORNERS.slice(0, 3)), /3 so far/],
+    ['object', clicks(...[0, 2, 1, 3].map((i) => CORNERS[i])), /crosses itself/],
+    ['object', clicks(...[[40, 30], [120, 30], [120, 100], [40, 100]]), /No clear edge/],
+    ['object', fill('object.width', '60'), /The width is 60 mm/],
+    ['object', fill('object.thickness', '88'), /thickness is measured towards the camera/],
+    ['held', clicks(toImage([44, 0])), /Click the edges/],
+    ['held', clicks(toImage([44, 40])), /No edge is there/],
+    ['held', clicks(...[[88, 44], [44, 88], [0, 44]].map(toImage)), /All edges are held/],
+    ['material', fill('material.modulus', 'soft'), /Young's modulus: expected/],
+    ['material', fill('material.poisson', '0.6'), /Poisson's ratio/],
+    ['material', byMaterial('name'), /Choose a material/],
+    ['tool', fill('tool.width', '9'), /the image shows 5\.\d|No tool is seen/],
+    ['tool', box([500, 60], [540, 130]), /No tool is seen in the box/],
+    ['tool', box([u - 25, v - 60], [u + 25, v - 15]), /The tool goes on beyond the tip/],
+    ['tool', box([u - 4, v - 6], [u + 4, v + 2]), /too small/],
+  ];
+  try {
+    await answerAll(person);
+    const wanted = await person.answers();
+    for (const [step, act, words] of cases) {
+      await person.go(step);
+      await act();
+      await until(async () => !/\.\.\.$/.test(await stage.text('setup-hint')), 'the slave');
+      if (!words.test(await stage.text('setup-problems'))) await person.next();
+      await person.shows('setup-problems', words);
+      console.log(step, await stage.text('setup-problems'));
+      assert.equal(await page.locator('#setup-steps [aria-current=step]').getAttribute('data-step'), step, `${words}`);
+      const now = await person.answers(), others = (answers) => ({ ...answers, tool: { ...answers.tool, seen: null }, [step]: null });
+      assert.deepEqual(others(now), others(wanted), `${words}`);
+      for (let i = 0; i < 9 && !isDeepStrictEqual(await person.answers(), wanted) && (await page.isEnabled('#setup-undo')); ++i) await person.undo();
+      assert.deepEqual(await person.answers(), wanted, `${words}`);
+    }
+    console.log(`${cases.length} wrong answers`);
+    // A reload keeps answers and step.
+    await person.go('held');
+    await page.reload();
+    await person.shows('setup-held-fact', /^1 of 4/);
+    assert.deepEqual(await person.answers(), wanted);
+    await person.go('check');
+    await person.shows('setup-report', /force is about/);
+    assert.deepEqual(stage.errors.filter((text) => !/status of (400|409)/.test(text)), []);
+  } finally {
+    await person.standUp();
+  }
+});
+
+// Images of `steps` of a slow press, each some seconds long: the tool swings by three images, so that no two in a row are alike.
+function stepsOf(folder, steps) {
+  const states = statesOf(folder), held = path.join(SCRATCH, 'setup-steps'), swing = [0, 1, 2, 3, 2, 1], places = [];
+  rmSync(held, { recursive: true, force: true });
+  mkdirSync(held, { recursive: true });
+  let count = 0;
+  const show = (i) => symlinkSync(path.join(folder, `frames/${String(i + 1).padStart(6, '0')}.png`), path.join(held, `${String(++count).padStart(6, '0')}.png`));
+  const top = states[0].tip_y, at = (depth) => states.findIndex(({ tip_y }) => tip_y < 0.088 - depth);
+  for (let i = 0; i < 40; ++i) show(i);
+  let last = 40;
+  for (const depth of steps) {
+    const first = at(depth);
+    for (; last < first; last += 6) show(last);
+    for (let i = 0; i < 90; ++i) show(first + swing[i % 6]);
+    places.push({ depth, force: states.slice(first, first + 4).reduce((sum, { true_fy: force }) => sum + Math.abs(force) / 4, 0) });
+  }
+  assert.ok(top > 0.088 && last > 40);
+  return { images: path.join(held, '%06d.png'), places };
+}
+
+test('readings of a kitchen scale give the modulus within its interval, from a guess that is half of it', async () => {
+  const folder = path.join(SCRATCH, 'setup-slow');
+  imagesOf(BLOCK, folder, ['--override', 'operator.press.speed=2.5 mm/s', '--override', 'operator.press.depth=4.5 mm']);
+  const { images, places } = stepsOf(folder, [0.9, 1.5, 2.1, 2.7, 3.3, 3.9].map((depth) => 1e-3 * depth));
+  const person = await Person.sitDown({ images, rate: 30, saved: path.join(SCRATCH, `saved-scale-${process.pid}`), off: 2, seed: 5 }), { page, stage } = person;
+  try {
+    await answerAll(person, { modulus: '60', identify: true });
+    await person.go('check');
+    await person.shows('setup-report', /force is about/);
+    await page.click('#setup-use');
+    await person.shows('setup-force', /N ± /);
+    await page.click('#setup-add');
+    await person.shows('setup-problems', /Hold a press first/);
+    const depthNow = async () => Number((await stage.text('setup-force')).match(/at (\S+) mm/)?.[1]);
+    for (const { depth, force } of places) {
+      await until(async () => Math.abs((await depthNow()) - 1e3 * depth) < 0.2, `a press of ${depth}`);
+      await page.waitForTimeout(800);  // a person reads the scale
+      await page.locator('[name="press.reading"]').press('Enter');
+      await person.shows('setup-held', /are held/);
+      const held = Number((await stage.text('setup-held')).match(/at (\S+) mm/)[1]);
+      const place = places.reduce((best, other) => (Math.abs(1e3 * other.depth - held) < Math.abs(1e3 * best.depth - held) ? other : best));
+      await page.locator('[name="press.reading"]').fill(String(Math.round(place.force / 9.80665e-3)));
+      await page.locator('[name="press.reading"]').press('Enter');
+      await person.shows('setup-held', '');
+    }
+    await stage.shoot('setup-identify');
+    const [, modulus, half] = (await stage.text('setup-modulus')).match(/modulus (\S+) kPa ± (\S+) kPa/).map(Number);
+    console.log(`${await stage.text('setup-readings')}\n${modulus} ± ${half} kPa for 127 kPa`);
+    assert.equal(await stage.text('setup-problems'), '');
+    assert.ok(Math.abs(modulus - 127) < half && half < 0.05 * 127, `${modulus} ± ${half}`);
+    await page.click('#setup-use-modulus');
+    await person.shows('setup-report', /force is about/);
+    const { material } = await person.answers();
+    assert.ok(Number(material.modulus) > 120 && material.by === 'modulus' && Number(material.tolerance) < 5, JSON.stringify(material));
+    assert.deepEqual(stage.errors, []);
+  } finally {
+    await person.standUp();
+  }
+});
+
+test('the printed board of the guide gives the scale within 1 %', async () => {
+  const images = imagesOf(BLOCK, path.join(SCRATCH, 'setup-silicone-block')), pdf = readFileSync(path.join(ROOT, 'deploy/guides/board.pdf'), 'latin1');
+  const squares = [...pdf.matchAll(/^(\S+) (\S+) 5 5 re f$/gm)].map(([, x, y]) => [Number(x), Number(y)]), px = 1 / 0.35;
+  assert.equal(squares.length, 35);
+  const [left, top] = [Math.min(...squares.map(([x]) => x)), Math.max(...squares.map(([, y]) => y))];
+  const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-board-${process.pid}`) }), { page } = person;
+  try {
+    await alterNextImage(page, { paper: [14, 180, 170, 126], boxes: squares.map(([x, y]) => [25 + px * (x - left), 192 + px * (top - y), 5 * px, 5 * px]) });
+    await page.click('#setup-freeze');
+    await until(async () => (await page.locator('#setup-freeze').getAttribute('data-count')) === '1', 'an image');
+    await person.go('scale');
+    await person.choose('scale.by', 'board');
+    await person.fill('scale.square', '5');
+    await page.click('#setup-board');
+    await person.shows('setup-scale-fact', /mm per pixel/);
+    await person.stage.shoot('setup-board');
+    const pixel = Number.parseFloat(await person.stage.text('setup-scale-fact'));
+    assert.ok(Math.abs(pixel / 0.35 - 1) < 0.01, `${pixel}`);
+  } finally {
+    await person.standUp();
+  }
+});
+
+test('over TLS the page sets up with the certificate of an admin, and tells who has none', async () => {
+  const images = imagesOf(BLOCK, path.join(SCRATCH, 'setup-silicone-block')), [slave, operator, admin] = [certificate('slave', '127.0.0.1'), certificate('operator', '127.0.0.1'), certificate('admin')];
+  for (const isAdmin of [false, true]) {
+    const args = ['--tls', operator, ...(isAdmin ? ['--setup-tls', admin] : [])];
+    const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-tls-${process.pid}`), slaveArgs: ['--tls', slave], view: '0.0.0.0:0', args });
+    try {
+      await person.freezeAtRest(TIP);
+      await person.go('object');
+      for (const corner of CORNERS) await person.click(corner, 0);
+      if (isAdmin) await person.shows('setup-object-fact', /9\d % of the outline|100 % of the outline/);
+      else await person.shows('setup-problems', /--setup-tls and the certificate of an admin/);
+    } finally {
+      await person.standUp();
+    }
+  }
 });

@@ -15,8 +15,8 @@ const normal = (seed) => {
 };
 
 // Simulates the press of a scene file: its images, and in states.csv the forces of the scene itself.
-export function imagesOf(scene, folder) {
-  if (!existsSync(path.join(folder, 'states.csv'))) execFileSync(SLAVE, ['process', scene, '--out', folder, '--frames'], { stdio: 'ignore' });
+export function imagesOf(scene, folder, overrides = []) {
+  if (!existsSync(path.join(folder, 'states.csv'))) execFileSync(SLAVE, ['process', scene, '--out', folder, '--frames', ...overrides], { stdio: 'ignore' });
   return path.join(folder, 'frames/%06d.png');
 }
 export function statesOf(folder) {
@@ -40,9 +40,9 @@ export class Person {
     Object.assign(this, { stage, off, random: normal(seed) });
   }
   // A slave that waits for a scene on `images`, its station, and a person before it.
-  static async sitDown({ images, rate, saved, off, seed }) {
+  static async sitDown({ images, rate, saved, off, seed, slaveArgs, ...station }) {
     mkdirSync(saved, { recursive: true });
-    const slave = await serveSetup(saved, images, rate), stage = await Stage.open({ scene: 'setup', slave, device: 'pointer', log: false, size: [1280, 800], scheme: 'light' });
+    const slave = await serveSetup(saved, images, rate, slaveArgs), stage = await Stage.open({ scene: 'setup', slave, device: 'pointer', log: false, size: [1280, 800], scheme: 'light', ...station });
     await stage.sees('#setup');
     return new Person(stage, { off, seed });
   }
@@ -82,6 +82,13 @@ export class Person {
   }
   shows(id, words) {
     return this.stage.shows(id, words);
+  }
+  go(step) {
+    return this.page.click(`#setup-steps [data-step=${step}]`);
+  }
+  // The answers that the page keeps for a reload, without the image.
+  async answers() {
+    return (await this.page.evaluate(() => JSON.parse(sessionStorage.getItem('setup')))).now;
   }
   // Freezes until the end of the tool is at `tip` [px], where the press begins: the recorded images repeat.
   async freezeAtRest(tip) {

@@ -10,6 +10,7 @@ const ROOT = path.resolve(import.meta.dirname, '../..'), PAGE = path.join(ROOT, 
 const load = (name) => import(path.join(PAGE, name));
 const { contains, crossesItself, denser, divideAt, fitCircle, fitRectangle, nearestOn, orderCorners, refineCorners, simplify } = await load('setup_geometry.js');
 const { findTip, imageTrouble } = await load('setup_tip.js');
+const { HeldPress, fitModulus, modelProblem, newtons } = await load('setup_identify.js');
 const { Answers, MATERIALS, PressCurve, STEPS, emptyAnswers, firstProblem, pixelOf, problemsAt, runsOf, sceneOf, stepOfKey } = await load('setup_scene.js');
 const { zipOf } = await load('save.js');
 
@@ -227,6 +228,58 @@ test('the curve takes depth along the surface normal and the largest valid depth
   assert.equal(curve.add(state('1', 0.08, 'VALIDITY_VALID')), null);
   curve.add(state('2', 0.08, 'VALIDITY_EXTRAPOLATED'));
   assert.ok(Math.abs(curve.largestValid - 0.002) < 1e-12);
+});
+
+// Presses with a modulus that was guessed as 100 kPa: what the scale shows is `factor` times the estimated force [N].
+const pressed = (factor, { off = () => 0, sigma = 0, forces = [0.2, 0.5, 0.9, 1.4, 2] } = {}) =>
+  forces.map((force) => ({ force, sigma: sigma * force, modulus: 1e5, reading: factor * force + off() }));
+
+test('readings of a scale give the modulus, with the interval of a regression through zero', () => {
+  // By numpy.linalg.lstsq of these five points and t(0.975, 4) = 2.7764, in units of the guess.
+  const y = [0.31, 0.74, 1.36, 2.12, 2.98], readings = pressed(1).map((press, i) => ({ ...press, reading: y[i] }));
+  const { modulus, half, tolerance, warnings } = fitModulus(readings, 1e-3);
+  assert.ok(Math.abs(modulus / 1e5 - 1.49915) < 1e-4 && Math.abs(half / 1e5 - 0.017288) < 1e-4, `${modulus} ${half}`);
+  assert.ok(Math.abs(tolerance - half / 1.96 / modulus) < 1e-9);
+  assert.deepEqual(warnings, []);
+  assert.ok(Math.abs(newtons('153', 'g') - 1.50042) < 1e-5 && newtons('1,5', 'N') === 1.5 && Number.isNaN(newtons('', 'g')));
+});
+
+test('95 of 100 intervals contain the modulus, whatever the readings, and rounding by the scale and a common error are in it', () => {
+  let [inside, bad] = [0, 0];
+  const random = noisy(11), normal = () => Array.from({ length: 12 }, random).reduce((total, value) => total + value, 0);
+  for (let i = 0; i < 2000; ++i) {
+    const { modulus, half } = fitModulus(pressed(1.3, { off: () => 0.02 * normal(), forces: [0.3, 0.5, 0.8, 1.1, 1.7, 2.2].slice(0, 3 + (i % 4)) }), 1e-3);
+    inside += Math.abs(modulus - 1.3e5) <= half;
+    const step = 0.05, common = 1 + 0.02 * normal();  // each force is off by the same share
+    const rounded = pressed(1.3).map((press) => ({ ...press, force: press.force * common, sigma: 0.02 * press.force, reading: step * Math.round(press.reading / step) }));
+    const fit = fitModulus(rounded, step);
+    bad += Math.abs(fit.modulus - 1.3e5) > fit.half;
+  }
+  assert.ok(inside > 1870 && inside < 1930 && bad < 100, `${inside} of 2000, ${bad} outside`);
+});
+
+test('readings that cannot be right are reported', () => {
+  const all = (readings, resolution = 1e-3) => fitModulus(readings, resolution).warnings.join(' ');
+  assert.equal(all(pressed(1.2)), '');
+  assert.match(all(pressed(1.2).slice(0, 3)), /3 readings: take at least 5/);
+  assert.match(all(pressed(102)), /102 times the first guess: is the unit/);
+  assert.match(all(pressed(1.2, { off: () => 0.4 })), /Without a press the scale would show 0.4 N/);
+  assert.match(all(pressed(1.2).map((press, i) => (i === 3 ? { ...press, reading: 1.68 / 9.80665e-3 } : press))), /Reading 4 does not fit/);
+  assert.match(all(pressed(1.2, { forces: [1, 1.1, 1.2, 1.3, 1.4] })), /equally deep/);
+  assert.match(all(pressed(1.2).map((press, i) => ({ ...press, reading: press.reading + [0.3, -0.3, 0.2, -0.2, 0.1][i] * 0.8 }))), /% off a line through zero/);
+  assert.equal(fitModulus(pressed(1.2).slice(0, 1), 1e-3), null);
+  assert.equal(modelProblem('bem2d'), '');
+  assert.match(modelProblem('membrane'), /The model membrane is not linear/);
+});
+
+test('a held press is the median of half a second of valid forces', () => {
+  const held = new HeldPress(), point = (force, valid = true) => ({ force, depth: force / 1000, sigma: 0.01, valid });
+  assert.match(held.take(0).why, /does not press/);
+  for (let at = 0; at < 1000; at += 100) held.add(point(at < 500 ? 9 : 1 + at / 1e4, at !== 700), at);
+  const { force, depth } = held.take(950);
+  assert.ok(force > 1.05 && force < 1.1 && depth === force / 1000, `${force}`);
+  for (let at = 1000; at < 1600; at += 100) held.add(point(1, false), at);
+  assert.match(held.take(1600).why, /flagged/);
 });
 
 test('the list of materials is that of the table, and a zip file holds what it was given', () => {

@@ -51,6 +51,14 @@ async function end(child, signal) {
   await child.ended;
 }
 
+// The folder of a new certificate of `role`, of one authority for all.
+export function certificate(role, ...hosts) {
+  const [authority, folder] = ['ca', `tls-${role}`].map((name) => path.join(SCRATCH, name)), certs = path.join(ROOT, 'deploy/certs');
+  if (!existsSync(authority)) execFileSync(certs, ['ca', authority]);
+  execFileSync(certs, [role, authority, folder, 'tester', ...hosts]);
+  return folder;
+}
+
 // A browser takes seconds to start, a slave too: all stages of a file share the one, those of a scene the other.
 let browser = null;
 const slaves = new Map();
@@ -62,7 +70,7 @@ export async function serve(scene, overrides = [], program = path.join(BIN, 'pal
   return slave;
 }
 // A slave that waits for a scene, on `images` that repeat.
-export const serveSetup = (folder, images, rate) => start(path.join(BIN, 'palpate-slave'), ['serve', '--setup', folder, '--camera', images, '--camera-rate', String(rate), '--listen', '127.0.0.1:0'], /^listening on (\S+)/m);
+export const serveSetup = (folder, images, rate, args = []) => start(path.join(BIN, 'palpate-slave'), ['serve', '--setup', folder, '--camera', images, '--camera-rate', String(rate), '--listen', '127.0.0.1:0', ...args], /^listening on (\S+)/m);
 async function endBoth(slave) {
   await end(slave?.simulator, 'SIGTERM');
   await end(slave, 'SIGTERM');
@@ -82,12 +90,12 @@ after(async () => {
 
 export class Stage {
   // `slave`: that the stage has for itself; `within`: a command that runs the master's.
-  static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', args = [], slave, log = true, within = [] }) {
+  static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', args = [], slave, log = true, within = [], view }) {
     const stage = new Stage();
     stage.scene = scene;
     stage.log = path.join(SCRATCH, `${scene}-${device}.csv`);
     stage.slave = slave ?? await slaveOf(scene);
-    await stage.startMaster({ device, args: log ? ['--log', stage.log, ...args] : args, within });
+    await stage.startMaster({ device, args: log ? ['--log', stage.log, ...args] : args, within, view });
     await stage.openBrowser(size, scheme);
     return stage;
   }
@@ -100,10 +108,7 @@ export class Stage {
   }
   // A recording, without a slave, as from another machine: in TLS, with a token.
   static async replay(file, args = []) {
-    const stage = new Stage();
-    const [authority, tls] = ['ca', 'tls'].map((name) => path.join(SCRATCH, name)), certs = path.join(ROOT, 'deploy/certs');
-    if (!existsSync(authority)) execFileSync(certs, ['ca', authority]);
-    execFileSync(certs, ['operator', authority, tls, 'tester', '127.0.0.1']);
+    const stage = new Stage(), tls = certificate('operator', '127.0.0.1');
     stage.master = await start(MASTER, ['replay', file, ...args, '--tls', tls, '--view', '0.0.0.0:0'], /view at (\S+)/);
     await stage.openBrowser([1280, 720], 'light');
     return stage;

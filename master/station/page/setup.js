@@ -1,7 +1,8 @@
 // The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
-import { CHECK_HELP } from './setup_words.js';
+import { CHECK_HELP, inWords } from './setup_words.js';
 import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js';
-import { Answers, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
+import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.js';
+import { Answers, GUESS_OFF, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
 import { findTip, greyOf, imageTrouble } from './setup_tip.js';
 import { save, zipOf } from './save.js';
 import { VALIDITY, codeOf, figure, write } from './words.js';
@@ -21,7 +22,7 @@ const base64Of = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode
 
 export class Setup {
   constructor(picture) {
-    Object.assign(this, { picture, answers: new Answers(), step: 'image', frozen: null, scene: null, wanted: null, drag: null, trouble: {}, report: null, curve: new PressCurve(), state: null, busy: '', images: 0 });
+    Object.assign(this, { picture, answers: new Answers(), step: 'image', frozen: null, scene: null, wanted: null, drag: null, trouble: {}, report: null, curve: new PressCurve(), held: new HeldPress(), state: null, busy: '', images: 0 });
     this.canvas = byId('setup-canvas');
     this.pen = this.canvas.getContext('2d', { willReadFrequently: true });
     byId('setup-steps').replaceChildren(...NAMES.map((name, i) => this.stepItem(name, i)));
@@ -38,6 +39,10 @@ export class Setup {
     byId('setup-use').addEventListener('click', () => this.use());
     byId('setup-download').addEventListener('click', () => this.download());
     byId('setup-clear').addEventListener('click', () => { this.curve = new PressCurve(); });
+    byId('setup-hold').addEventListener('click', () => this.holdPress());
+    byId('setup-add').addEventListener('click', () => this.addReading());
+    byId('setup-use-modulus').addEventListener('click', () => this.useModulus());
+    byId('setup-form').elements['press.reading'].addEventListener('keydown', (event) => event.key === 'Enter' && this.enter(event));
     byId('setup-form').addEventListener('submit', (event) => event.preventDefault());
     byId('setup-form').addEventListener('change', ({ target }) => this.takeField(target));
     this.canvas.addEventListener('pointerdown', (event) => this.press(event));
@@ -57,9 +62,11 @@ export class Setup {
 
   // What the slave tells: whether it accepts a set-up, and whether it has a scene.
   takeHealth({ scene }) {
+    this.running = scene;
     const lines = scene?.setup_camera || '';
     byId('setup-open').hidden = !lines;
     this.cameraLines = lines.split('\n').map((line) => line.trim()).filter(Boolean);
+    if (lines && this.kept === undefined) this.restore();
     if (!lines || this.wanted === null) this.show(Boolean(lines) && !scene.name, false);
   }
   takeStatus({ slave_state: state }) {
@@ -67,12 +74,43 @@ export class Setup {
     if (!state || this.step !== 'press') return;
     const point = this.curve.add(state);
     if (point) this.point = point;
+    if (point && this.identifies) this.held.add({ ...point, sigma: Math.sqrt(Math.max(0, point.sigma ** 2 - (1e-2 * GUESS_OFF * point.force) ** 2)) }, performance.now());
   }
   show(isOn, byHand = true) {
     if (byHand) this.wanted = isOn;
     byId('setup').hidden = !isOn;
     document.body.classList.toggle('setting-up', isOn);
+    if (byHand) this.keep();
     if (isOn) this.draw();
+  }
+  // Keeps step and answers for a reload of the page, in the browser's storage of this tab.
+  keep() {
+    const { now } = this.answers, kept = { camera: this.cameraLines, step: this.step, isShown: this.isShown, now: { ...now, image: now.image && { ...now.image, frozen: null } } };
+    const jpeg = now.image?.frozen.jpeg || '';
+    try {
+      sessionStorage.setItem('setup', JSON.stringify(kept));
+      if (jpeg === this.kept) return;
+      this.kept = jpeg;
+      sessionStorage.removeItem('setup-image');
+      sessionStorage.setItem('setup-image', jpeg);
+    } catch {}  // without storage, or with an image that is too large, a reload begins with a new image
+  }
+  async restore() {
+    this.kept = '';
+    let kept = null, jpeg = null;
+    try {
+      [kept, jpeg] = [JSON.parse(sessionStorage.getItem('setup')), sessionStorage.getItem('setup-image')];
+    } catch {}  // without storage
+    if (!kept || String(kept.camera) !== String(this.cameraLines)) return;  // of another slave
+    this.wanted = kept.isShown || null;
+    const frozen = kept.now.image && jpeg ? await this.decode(jpeg).catch(() => null) : null;
+    this.images = kept.now.image?.number || 0;
+    this.answers.now = { ...kept.now, image: frozen && { ...kept.now.image, frozen } };
+    this.step = kept.step === 'press' && !this.running.name ? 'check' : kept.step;
+    if (!frozen) this.step = 'image';
+    this.changed();
+    if (kept.isShown) this.show(true);
+    this.go(this.step);
   }
   // Whether nothing changes by itself.
   get isFrozen() {
@@ -86,6 +124,7 @@ export class Setup {
     if (!step) return;
     this.step = step;
     if (step === 'check') this.propose();
+    this.keep();
     this.draw();
   }
   next() {
@@ -106,13 +145,15 @@ export class Setup {
   }
   // After each change: the tip is searched again, because it depends on outline and scale.
   changed() {
-    const { tool, object } = this.answers.now;
+    const { image, tool, object, scale } = this.answers.now;
     this.report = null;
-    const key = JSON.stringify([tool.box, tool.width, tool.shape, object, this.answers.now.scale, this.answers.now.image?.number]);
+    this.frozen = image?.frozen || null;
+    const key = JSON.stringify([tool.box, tool.width, tool.shape, object, scale, image?.number]);
     if (key !== this.searched) {
       this.searched = key;
       this.answers.now.tool = { ...tool, seen: this.tipIn(tool) };
     }
+    this.keep();
     this.draw();
   }
   tipIn({ box, width, shape }) {
@@ -122,7 +163,7 @@ export class Setup {
   }
   takeField(field) {
     const [step, key] = (field.name || '').split('.');
-    if (!key) return;
+    if (!key || this.valueOf(field) === field.value) return;
     if (step === 'name') this.answers.set('name', field.value);
     else if (key === 'kind') this.answers.change('object', { kind: field.value, points: [], found: null, clear: null });
     else this.answers.change(step, { [key]: field.value });
@@ -142,7 +183,7 @@ export class Setup {
       const response = await fetch(`/setup/${name}${token && `?token=${token}`}`, { method: 'POST', body: JSON.stringify(request) });
       reply = await response.json().catch(() => ({ error: `palpate-master answers ${response.status} ${response.statusText}` }));
       if (response.ok && !reply.error) this.trouble[step] = null;
-      else this.trouble[step] = [reply.error || `palpate-master answers ${response.status}`];
+      else this.trouble[step] = [reply.error ? inWords(reply.error) : `palpate-master answers ${response.status}`];
       if (!response.ok || reply.error) reply = null;
     } catch {
       this.trouble[step] = ['palpate-master does not answer. Your answers are kept: try again.'];
@@ -155,16 +196,18 @@ export class Setup {
     const reply = await this.call('image', 'image', {}, 'An image is fetched ...');
     if (!reply) return;
     try {
-      const bitmap = await createImageBitmap(new Blob([bytesOf(reply.jpeg)], { type: 'image/jpeg' }));
-      const still = new OffscreenCanvas(bitmap.width, bitmap.height), pen = still.getContext('2d', { willReadFrequently: true });
-      pen.drawImage(bitmap, 0, 0);
-      const grey = greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height));
-      this.frozen = { still, grey, jpeg: reply.jpeg };
-      this.answers.set('image', { width: bitmap.width, height: bitmap.height, number: ++this.images, trouble: imageTrouble(grey), frozen: this.frozen });
+      const frozen = await this.decode(reply.jpeg), { grey } = frozen;
+      this.answers.set('image', { width: grey.width, height: grey.height, number: ++this.images, trouble: imageTrouble(grey), frozen });
     } catch {
       this.trouble.image = ['The image cannot be decoded. Freeze again.'];
     }
     this.changed();
+  }
+  async decode(jpeg) {
+    const bitmap = await createImageBitmap(new Blob([bytesOf(jpeg)], { type: 'image/jpeg' }));
+    const still = new OffscreenCanvas(bitmap.width, bitmap.height), pen = still.getContext('2d', { willReadFrequently: true });
+    pen.drawImage(bitmap, 0, 0);
+    return { still, grey: greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height)), jpeg };
   }
   async findOutline() {
     const { points } = this.answers.now.object, near = points.map(([u, v]) => ({ u, v }));
@@ -212,7 +255,7 @@ export class Setup {
   assign(errors) {
     for (const { key, value, message, expected } of errors) {
       const step = stepOfKey(key || ''), words = [key && `${key}${value ? ` = ${value}` : ''}`, message, expected && `expected ${expected}`].filter(Boolean).join(': ');
-      (this.trouble[step] ||= []).push(words);
+      (this.trouble[step] ||= []).push(inWords(words));
     }
     this.step = NAMES.find((name) => this.trouble[name]?.length) || 'check';
   }
@@ -222,7 +265,42 @@ export class Setup {
     if (!reply) return;
     this.wanted = true;
     this.curve = new PressCurve();
+    this.answers.change('press', { held: null, reading: '', readings: [] });  // they belong to the scene before
     this.go('press');
+  }
+  // With a modulus that is a guess, step `press` finds it by the readings of a scale.
+  get identifies() {
+    return this.answers.now.material.by === 'identify';
+  }
+  enter(event) {
+    event.preventDefault();
+    if (!this.answers.now.press.held) return this.holdPress();
+    this.takeField(event.target);
+    return this.addReading();
+  }
+  holdPress() {
+    const kind = this.running?.model?.kind, held = this.held.take(performance.now()), why = modelProblem(kind) || held.why;
+    this.trouble.press = why ? [why] : null;
+    if (!why) this.answers.change('press', { held: { ...held, modulus: this.running.material.young_modulus }, reading: '' });
+    byId('setup-form').elements['press.reading'].focus();
+    this.changed();
+  }
+  addReading() {
+    const { held, reading, unit, readings } = this.answers.now.press, value = newtons(reading, unit);
+    this.trouble.press = !held ? ['Hold a press first.'] : value > 0 ? null : ['Reading of the scale: expected a number above 0.'];
+    if (!this.trouble.press) this.answers.change('press', { held: null, reading: '', readings: [...readings, { ...held, reading: value, words: `${reading} ${unit}` }] });
+    if (!this.trouble.press) byId('setup-form').elements['press.reading'].value = '';
+    this.changed();
+  }
+  get fitted() {
+    const { readings, resolution, unit } = this.answers.now.press, step = newtons(resolution, unit);
+    return step > 0 ? fitModulus(readings, step) : null;
+  }
+  useModulus() {
+    const { modulus, tolerance } = this.fitted;
+    this.answers.change('material', { by: 'modulus', modulus: String(Number((1e-3 * modulus).toPrecision(4))), tolerance: String(Number((100 * tolerance).toPrecision(2))) });
+    this.report = null;
+    this.go('check');
   }
   async download() {
     const scene = this.scene || (firstProblem(this.answers.now) ? null : await this.proposal());
@@ -268,7 +346,8 @@ export class Setup {
   clickObject(at) {
     const { object } = this.answers.now, isFull = object.kind === 'rectangle' && object.points.length === 4;
     this.answers.change('object', { points: isFull ? [at] : [...object.points, at], found: null, clear: null });
-    if (this.answers.now.held.length) this.answers.set('held', []);
+    const isNumbered = object.kind === 'polygon' || object.kind === 'outline';  // its edges are those between the clicks
+    if (isNumbered && this.answers.now.held.length) this.answers.set('held', []);
     this.changed();
     const now = this.answers.now.object;
     if (isComplete(now) && now.kind === 'rectangle') this.pull();
@@ -293,7 +372,6 @@ export class Setup {
   draw() {
     if (!this.isShown) return;
     const { now } = this.answers;
-    this.frozen = now.image?.frozen || null;
     byId('setup-live').hidden = !this.frozen;
     this.drawImage();
     for (const button of document.querySelectorAll('#setup-steps button')) {
@@ -302,7 +380,7 @@ export class Setup {
       button.classList.toggle('done', isDone || (name === 'check' && Boolean(this.report)));
     }
     for (const part of document.querySelectorAll('#setup-form [data-step]')) part.hidden = part.dataset.step !== this.step;
-    for (const part of document.querySelectorAll('#setup-form [data-kind]')) part.hidden = part.dataset.kind !== (now[part.closest('[data-step]').dataset.step].by || now.object.kind);
+    for (const part of document.querySelectorAll('#setup-form [data-kind]')) part.hidden = !part.dataset.kind.split(' ').includes(now[part.closest('[data-step]').dataset.step].by || now.object.kind);
     for (const field of byId('setup-form').elements) this.fillField(field);
     byId('setup-freeze').dataset.count = now.image?.number || 0;
     write(byId('setup-hint'), this.busy || HINTS[this.step]);
@@ -314,17 +392,21 @@ export class Setup {
     this.showProblems();
     this.showFacts();
   }
+  valueOf({ name }) {
+    const [step, key] = name.split('.');
+    return step === 'name' ? this.answers.now.name : this.answers.now[step][key];
+  }
   fillField(field) {
-    const [step, key] = (field.name || '').split('.');
-    if (!key || field === document.activeElement) return;
-    const value = step === 'name' ? this.answers.now.name : this.answers.now[step][key];
+    if (!field.name?.includes('.') || field === document.activeElement) return;
+    const value = this.valueOf(field);
     if (field.type === 'radio') field.checked = field.value === value;
     else if (field.value !== value) field.value = value;
   }
   showProblems() {
-    const own = this.tried === this.step ? problemsAt(this.step, this.answers.now) : [], list = [...(this.trouble[this.step] || []), ...own];
+    const own = this.tried === this.step ? problemsAt(this.step, this.answers.now) : [], list = [...new Set([...(this.trouble[this.step] || []), ...own])];
     if (this.step === 'image' && this.answers.now.image?.trouble && !own.length) list.push(this.answers.now.image.trouble);
     if (this.step === 'tool' && this.answers.now.tool.seen?.why && !own.length) list.push(this.answers.now.tool.seen.why);
+    if (this.step === 'press' && this.identifies) list.push(...(this.fitted?.warnings || []));
     const text = JSON.stringify(list);
     if (text === this.shownProblems) return;
     this.shownProblems = text;
@@ -351,6 +433,17 @@ export class Setup {
     write(byId('setup-validity'), words + (CHECK_HELP[check] ? `: ${CHECK_HELP[check]}` : ''));
     write(byId('setup-largest'), this.curve.largestValid > 0 ? `Largest valid depth so far: ${figure(1e3 * this.curve.largestValid)} mm` : '');
     drawCurve(byId('setup-curve'), this.curve.points);
+    byId('setup-identify').hidden = !this.identifies;
+    if (this.identifies) this.showReadings();
+  }
+  showReadings() {
+    const { held, readings } = this.answers.now.press, { fitted } = this;
+    write(byId('setup-held'), held ? `${figure(held.force)} N at ${figure(1e3 * held.depth)} mm are held: type the reading.` : '');
+    const rows = readings.map(({ words, force, depth }, i) => `${i + 1}: ${words} for ${figure(force)} N at ${figure(1e3 * depth)} mm`);
+    if (rows.join() !== this.shownReadings) byId('setup-readings').replaceChildren(...rows.map((textContent) => Object.assign(document.createElement('li'), { textContent })));
+    this.shownReadings = rows.join();
+    write(byId('setup-modulus'), fitted ? `Young's modulus ${figure(1e-3 * fitted.modulus)} kPa ± ${figure(1e-3 * fitted.half)} kPa (95 %)` : '');
+    byId('setup-use-modulus').disabled = !fitted;
   }
   drawImage() {
     const live = !this.isFrozen, source = live ? this.picture.canvas : this.frozen.still;

@@ -1,5 +1,6 @@
 #include "master/station/server/page_access.h"
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 
@@ -17,7 +18,7 @@ namespace {
 
 namespace ssl = boost::asio::ssl;
 
-constexpr std::string_view kQuery = "/ws?token=";
+constexpr std::string_view kQuery = "?token=";
 
 std::string MakeToken() {
   std::array<unsigned char, 16> random{};
@@ -87,6 +88,7 @@ PagePlace ViewPlace(const std::string& text, const std::filesystem::path& tls) {
 }
 
 bool CarriesToken(std::string_view target, std::string_view token) {
+  target.remove_prefix(std::min(target.find('?'), target.size()));
   if (!target.starts_with(kQuery)) return false;
   target.remove_prefix(kQuery.size());
   return target.size() == token.size() &&

@@ -72,8 +72,9 @@ TEST_F(PageAccessTest, EachStartHasATokenOfItsOwn) {
 
 TEST(CarriesTokenTest, TheTokenAloneWhereItBelongs) {
   EXPECT_TRUE(CarriesToken("/ws?token=0123", "0123"));
+  EXPECT_TRUE(CarriesToken("/setup/use?token=0123", "0123"));
   for (const char* target : {"/ws", "/ws?token=", "/ws?token=012", "/ws?token=01234",
-                             "/ws?token=0124", "/?token=0123", "/ws?x=1&token=0123", ""}) {
+                             "/ws?token=0124", "?x?token=0123", "/ws?x=1&token=0123", ""}) {
     EXPECT_FALSE(CarriesToken(target, "0123")) << target;
   }
 }
