@@ -50,7 +50,7 @@ constexpr double kEnd = 0.25;
 using fem::Double8;
 using Loose8 [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
 
-// Of elements, eight components each at the corners or once for all of them.
+// Eight components each, at the corners of elements or once for all of them.
 struct Strains {
   const double* values;
   int per_element;

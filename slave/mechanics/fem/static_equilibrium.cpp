@@ -17,7 +17,7 @@ constexpr double kFactorOnce = 3e8;
 constexpr double kLeastShift = 1.0 / 64, kMostShift = 4;
 constexpr int kMostHalvings = 24;     // of one such step
 constexpr double kInner = 1e-2;       // of a linear system's right hand side
-constexpr double kErrorShare = 0.2;   // of the residual, left by the estimate of its effect
+constexpr double kErrorShare = 0.3;   // of the residual, left by the estimate of its effect
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
 constexpr double kForSteps = 0.6;     // of the deadline; the rest is for what follows
 // Share of a motion's square that the newer ones must leave, else it adds no direction [-].
