@@ -10,6 +10,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "slave/mechanics/linear/lanes.h"
 #include "slave/mesh/index.h"
 
 namespace palpate {
@@ -46,13 +47,53 @@ constexpr double kSeen4 = 0.9, kSeen10 = 0.35;
 // energy is left, which is 0.2 % of a bar's of 5:1]
 constexpr double kEnd = 0.25;
 
-// Mean over an element of a function of strains that are linear between the corners: exact for
-// quadratic forms.
-template <typename Form>
-double Mean(const std::array<Matrix3d, 4>& strains, const Form& of) {
-  double sum = 16 * of((strains[0] + strains[1] + strains[2] + strains[3]) / 4);
-  for (const Matrix3d& strain : strains) sum += of(strain);
-  return sum / 20;
+using fem::Double8;
+using Loose8 [[gnu::vector_size(64), gnu::may_alias, gnu::aligned(8)]] = double;
+
+// Eight components each, at the corners of elements or once for all of them.
+struct Strains {
+  const double* values;
+  int per_element;
+  const std::array<int, 4>* means;  // of the corners
+};
+
+PALPATE_INLINE const Loose8* At(const Strains& strains, int element, int corner) {
+  return reinterpret_cast<const Loose8*>(
+      strains.values + 8 * static_cast<std::ptrdiff_t>(element * strains.per_element +
+                                                       corner % strains.per_element));
+}
+
+PALPATE_DISPATCHED void AddMeans(const Strains& strains, const double* volumes, int count,
+                                 Loose8* means) {
+  for (int e = 0; e < count; ++e) {
+    for (int a = 0; a < 4; ++a) {
+      means[strains.means[e][static_cast<std::size_t>(a)]] += volumes[e] * *At(strains, e, a);
+    }
+  }
+}
+
+// Mean over an element of the square of what is linear between the corners, times 20: of its sum
+// there and the sum of its squares.
+PALPATE_INLINE double Mean(const Double8& sum, const Double8& squares) {
+  const Double8 x = sum * sum + squares;
+  return (((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]))) / 20;
+}
+
+// Per element: twice the energies of its strain and of the means less that.
+PALPATE_DISPATCHED void FindEnergies(const Strains& strains, const Loose8* means, int count,
+                                     std::array<double, 2>* energies) {
+  for (int e = 0; e < count; ++e) {
+    Double8 sum{}, squares{}, steps{}, step_squares{};
+    for (int a = 0; a < 4; ++a) {
+      const Double8 strain = *At(strains, e, a);
+      const Double8 step = means[strains.means[e][static_cast<std::size_t>(a)]] - strain;
+      sum += strain;
+      squares += strain * strain;
+      steps += step;
+      step_squares += step * step;
+    }
+    energies[e] = {Mean(sum, squares), Mean(steps, step_squares)};
+  }
 }
 
 bool HasFewPieces(const PatchCover& cover) {
@@ -97,18 +138,23 @@ bool IsContactCoarse(double patch_error, double disc_stiffness, const Vector3d& 
 
 StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, double poisson_ratio)
     : lame_(LameOf(std::min(poisson_ratio, kMostPoisson))),
+      bulk_root_(std::sqrt(lame_.lambda + 2.0 / 3 * lame_.mu)),
+      shear_root_(std::sqrt(2 * lame_.mu)),
       quadratic_(mesh.nodes_per_element == 10),
       corners_(Index(mesh.vertex_count)),
       points_(mesh.nodes),
       elements_(Index(mesh.element_count())),
-      strains_(elements_.size()) {
+      means_(elements_.size()),
+      strains_(elements_.size() * (quadratic_ ? 4 : 1)),
+      volumes_(elements_.size()),
+      energies_(elements_.size()) {
   double volume = 0, area = 0;
   for (int e = 0; e < mesh.element_count(); ++e) {
     Element& element = elements_[Index(e)];
     std::ranges::copy(mesh.element(e), element.nodes.begin());
     element.geometry = GeometryOf(mesh.nodes, mesh.element(e));
     element.modulus = mesh.ModulusOf(e);
-    volume += element.geometry.volume;
+    volume += volumes_[Index(e)] = element.geometry.volume;
   }
   NumberMeans();
   near_.resize(points_.size());
@@ -122,11 +168,12 @@ StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, d
 
 void StrainResolution::NumberMeans() {
   std::map<std::pair<int, double>, int> numbers;  // by node and modulus
-  for (Element& element : elements_) {
+  for (std::size_t e = 0; e < elements_.size(); ++e) {
+    const Element& element = elements_[e];
     for (std::size_t a = 0; a < 4; ++a) {
       const auto [found, is_new] = numbers.try_emplace({element.nodes[a], element.modulus},
                                                        static_cast<int>(volume_.size()));
-      element.means[a] = found->second;
+      means_[e][a] = found->second;
       if (is_new) volume_.push_back(0);
       volume_[Index(found->second)] += element.geometry.volume;
     }
@@ -154,7 +201,7 @@ void StrainResolution::FindBar(const HeldNodes& held) {
     extents[Index(axis)] = most - least;
   }
   if (held.empty() || !slender_ || std::max(extents[0], extents[1]) > kSlender * thickness_) return;
-  along_ = principal.eigenvectors().col(2);  // that of the last places
+  axes_ = principal.eigenvectors().rowwise().reverse().transpose();
   length_ = extents[2];
   for (std::size_t i = 0; i < count; ++i) {
     if (std::ranges::any_of(held[i], std::identity())) supports.push_back(places[i]);
@@ -185,51 +232,47 @@ void StrainResolution::FindBar(const HeldNodes& held) {
 
 double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const int> touched) {
   if (!slender_) return 0;
-  const auto strain_at = [this](std::size_t element, std::size_t corner) -> const Matrix3d& {
-    return strains_[element][quadratic_ ? corner : 0];
-  };
-  std::ranges::fill(mean_, Matrix3d::Zero());
+  const std::size_t per_element = quadratic_ ? 4 : 1;
+  const int count = static_cast<int>(elements_.size());
   for (std::size_t e = 0; e < elements_.size(); ++e) {
-    const Element& element = elements_[e];
-    if (quadratic_) {
-      strains_[e] = StrainsOf(element, u);
-    } else {
-      strains_[e][0] = StrainsOf(element, u)[0];  // that of all corners
-    }
-    for (std::size_t a = 0; a < 4; ++a) {
-      const auto vertex = Index(element.means[a]);
-      mean_[vertex] += element.geometry.volume / volume_[vertex] * strain_at(e, a);
-    }
+    FindStrains(elements_[e], u, &strains_[per_element * e]);
   }
+  const Strains strains{strains_.front().data(), static_cast<int>(per_element), means_.data()};
+  auto* const means = reinterpret_cast<Loose8*>(mean_.front().data());
+  std::ranges::fill(mean_, Strain::Zero());
+  AddMeans(strains, volumes_.data(), count, means);
+  for (std::size_t i = 0; i < mean_.size(); ++i) mean_[i] /= volume_[i];
+  FindEnergies(strains, means, count, energies_.data());
   MarkContacts(touched);
-  const auto energy_of = [this](const Matrix3d& strain) { return TwiceEnergy(strain); };
-  const auto restraint_of = [this](const Matrix3d& strain) { return TwiceRestraint(strain); };
-  const auto mean_of = [this](const Strains& strains, const auto& energy) {
-    return quadratic_ ? Mean(strains, energy) : energy(strains[0]);  // else all are equal
+  // Its mean by values at the corners and, of 20 parts, 16 in the middle.
+  const auto restraint_of = [&](std::size_t e) {
+    const Strain* at = &strains_[per_element * e];
+    if (!quadratic_) return TwiceRestraint(*at);
+    double sum = 16 * TwiceRestraint((at[0] + at[1] + at[2] + at[3]) / 4);
+    for (int a = 0; a < 4; ++a) sum += TwiceRestraint(at[a]);
+    return sum / 20;
   };
   struct Missing {
     double recovered = 0, restraint = 0;
   } far, all;
-  Matrix3d mean = Matrix3d::Zero();
+  Strain mean = Strain::Zero();
   double energy = 0, volume = 0, longest = 0;
   bool some_are_far = false;
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const Element& element = elements_[e];
-    const auto corners = std::span(element.nodes).first<4>();
-    Strains step;
-    for (std::size_t a = 0; a < 4; ++a) {
-      step[a] = mean_[Index(element.means[a])] - strain_at(e, a);
-      mean += element.geometry.volume / 4 * strain_at(e, a);
+    for (std::size_t a = 0; a < per_element; ++a) {
+      mean += volumes_[e] / static_cast<double>(per_element) * strains_[per_element * e + a];
     }
-    const double weight = element.modulus * element.geometry.volume;
-    energy += weight * mean_of(strains_[e], energy_of);
-    volume += element.geometry.volume;
+    const double weight = element.modulus * volumes_[e];
+    energy += weight * energies_[e][0];
+    volume += volumes_[e];
     longest = std::max(longest, element.extent);
-    const Missing missing{weight * Mean(step, energy_of),
-                          element.beam * weight * mean_of(strains_[e], restraint_of)};
+    const Missing missing{weight * energies_[e][1],
+                          length_ == 0 ? 0 : element.beam * weight * restraint_of(e)};
     all.recovered += missing.recovered;
     all.restraint += missing.restraint;
-    if (std::ranges::any_of(corners, [&](int n) { return near_[Index(n)] != 0; })) continue;
+    const auto nodes = std::span(element.nodes).first<4>();
+    if (std::ranges::any_of(nodes, [&](int n) { return near_[Index(n)] != 0; })) continue;
     far.recovered += missing.recovered;
     far.restraint += missing.restraint;
     some_are_far = true;
@@ -237,7 +280,7 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
   if (!(energy > 0)) return 0;
   const Missing& missing = some_are_far ? far : all;
   if (length_ == 0) return missing.recovered / energy / (quadratic_ ? kSeen10 : kSeen4);
-  const double even = TwiceEnergy(mean / volume) * volume / energy;
+  const double even = mean.squaredNorm() / (volume * energy);
   const double part = longest / (2 * length_);
   return std::max((missing.recovered + missing.restraint) / energy,
                   touched.empty() ? 0 : std::max(0.0, 1 - even) * part * part);
@@ -255,51 +298,52 @@ void StrainResolution::MarkContacts(std::span<const int> touched) {
   }
 }
 
-// At the corners, Green and Lagrange's. Gradients of the shapes there: of l_a (2 l_a - 1) 3 g_a at
-// its own corner and -g_a at others, of 4 l_i l_j 4 g_j at i and 4 g_i at j.
-StrainResolution::Strains StrainResolution::StrainsOf(const Element& element,
-                                                      std::span<const Vector3d> u) const noexcept {
+StrainResolution::Strain StrainResolution::StrainOf(const Matrix3d& gradient) const noexcept {
+  const Matrix3d& H = gradient;
+  const Matrix3d green = 0.5 * (H + H.transpose() + H.transpose() * H);
+  Matrix3d strain = green - 0.5 * green * green;
+  if (length_ > 0) strain = axes_ * strain * axes_.transpose();
+  const double trace = strain.trace(), root = std::numbers::sqrt2 * shear_root_;
+  Strain weighted;
+  weighted << shear_root_ * (strain.diagonal().array() - trace / 3).matrix(), root * strain(0, 1),
+      root * strain(0, 2), root * strain(1, 2), bulk_root_ * trace, 0;
+  return weighted;
+}
+
+// Green and Lagrange's, at the corners that differ. Gradients of the shapes there: of
+// l_a (2 l_a - 1) 3 g_a at its own corner and -g_a at others, of 4 l_i l_j 4 g_j at i and 4 g_i at
+// j.
+void StrainResolution::FindStrains(const Element& element, std::span<const Vector3d> u,
+                                   Strain* strains) const noexcept {
   const auto& g = element.geometry.grad;
   const auto moved = [&](int a) -> const Vector3d& { return u[Index(element.nodes[Index(a)])]; };
   Matrix3d common = Matrix3d::Zero();
   for (int a = 0; a < 4; ++a) {
     common.noalias() += (quadratic_ ? -1 : 1) * moved(a) * g.col(a).transpose();
   }
-  Strains strains;
-  strains.fill(common);
-  for (int a = 0; quadratic_ && a < 4; ++a) {
-    strains[Index(a)].noalias() += 4 * moved(a) * g.col(a).transpose();
+  if (!quadratic_) {
+    *strains = StrainOf(common);
+    return;
   }
-  for (int e = 0; quadratic_ && e < 6; ++e) {
+  std::array<Matrix3d, 4> gradients;
+  gradients.fill(common);
+  for (int a = 0; a < 4; ++a) {
+    gradients[Index(a)].noalias() += 4 * moved(a) * g.col(a).transpose();
+  }
+  for (int e = 0; e < 6; ++e) {
     const auto [i, j] = kTetEdges[Index(e)];
-    strains[Index(i)].noalias() += 4 * moved(4 + e) * g.col(j).transpose();
-    strains[Index(j)].noalias() += 4 * moved(4 + e) * g.col(i).transpose();
+    gradients[Index(i)].noalias() += 4 * moved(4 + e) * g.col(j).transpose();
+    gradients[Index(j)].noalias() += 4 * moved(4 + e) * g.col(i).transpose();
   }
-  const auto strain_of = [](const Matrix3d& H) -> Matrix3d {
-    const Matrix3d green = 0.5 * (H + H.transpose() + H.transpose() * H);
-    return green - 0.5 * green * green;
-  };
-  if (quadratic_) {
-    std::ranges::transform(strains, strains.begin(), strain_of);
-  } else {
-    strains.fill(strain_of(common));
-  }
-  return strains;
-}
-
-double StrainResolution::TwiceEnergy(const Matrix3d& strain) const noexcept {
-  return 2 * lame_.mu * strain.squaredNorm() + lame_.lambda * strain.trace() * strain.trace();
+  std::ranges::transform(gradients, strains, [this](const Matrix3d& H) { return StrainOf(H); });
 }
 
 // By E. Uniaxial stress along the bar and shear along it have none. All lateral strain restrained:
 // the energy by that of uniaxial stress is (lambda + 2 mu) / E, and no more is believed.
-double StrainResolution::TwiceRestraint(const Matrix3d& strain) const noexcept {
-  if (length_ == 0) return 0;
-  const Vector3d pulled = strain * along_;
-  const double stretch = along_.dot(pulled), uniaxial = stretch * stretch;
-  const Vector3d sheared = pulled - stretch * along_;
-  const double energy =
-      TwiceEnergy(strain - sheared * along_.transpose() - along_ * sheared.transpose());
+double StrainResolution::TwiceRestraint(const Strain& strain) const noexcept {
+  const double stretch = strain[0] / shear_root_ + strain[6] / (3 * bulk_root_);
+  const double uniaxial = stretch * stretch;
+  const double energy = strain.squaredNorm() - strain.segment<2>(3).squaredNorm();
   const double most = lame_.lambda + 2 * lame_.mu;
   return energy < most * uniaxial ? energy * (energy / uniaxial - 1) : energy * (most - 1);
 }

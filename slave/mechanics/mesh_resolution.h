@@ -99,35 +99,39 @@ class StrainResolution {
  private:
   struct Element {
     std::array<int, 10> nodes{};
-    std::array<int, 4> means{};  // of the corners, in mean_
     TetGeometry geometry;
     double modulus = 1;
     double extent = 0;  // along the bar [the mesh's unit]
     double beam = 0;    // share of it where the bar is a beam [-]
   };
-  using Strains = std::array<Eigen::Matrix3d, 4>;  // at the corners
-  [[nodiscard]] Strains StrainsOf(const Element& element,
-                                  std::span<const Eigen::Vector3d> u) const noexcept;
-  [[nodiscard]] double TwiceEnergy(const Eigen::Matrix3d& strain) const noexcept;
-  [[nodiscard]] double TwiceRestraint(const Eigen::Matrix3d& strain) const noexcept;
+  // Components whose squares add up to twice a strain's energy: deviator, shear, volume.
+  using Strain = Eigen::Matrix<double, 8, 1>;
+  [[nodiscard]] Strain StrainOf(const Eigen::Matrix3d& gradient) const noexcept;
+  void FindStrains(const Element& element, std::span<const Eigen::Vector3d> u,
+                   Strain* strains) const noexcept;
+  [[nodiscard]] double TwiceRestraint(const Strain& strain) const noexcept;
   void FindBar(const HeldNodes& held);
   void NumberMeans();
   void MarkContacts(std::span<const int> touched);
 
   Lame lame_;
+  double bulk_root_, shear_root_;  // of the moduli K and 2 mu [sqrt(E)]
   bool quadratic_;
   std::size_t corners_;  // vertices of the mesh
   bool slender_ = false;
-  double thickness_ = 0;                 // [the mesh's unit]
-  Eigen::Vector3d along_{0, 0, 0};       // a straight bar's direction; zero: it is none
-  double length_ = 0;                    // along it [the mesh's unit]
+  double thickness_ = 0;                                // [the mesh's unit]
+  Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();  // as rows; a straight bar's direction first
+  double length_ = 0;                    // along it [the mesh's unit]; 0: it is no straight bar
   std::vector<Eigen::Vector3d> points_;  // nodes at rest, middles too
   std::vector<Element> elements_;
-  std::vector<Strains> strains_;       // per element
-  std::vector<Eigen::Matrix3d> mean_;  // per corner node and modulus of the elements around it
-  std::vector<double> volume_;         // of those elements
-  std::vector<int> touched_;           // last
-  std::vector<char> near_;             // per node: not farther from touched_ than thickness_
+  std::vector<std::array<int, 4>> means_;  // per element: of its corners, in mean_
+  std::vector<Strain> strains_;  // of each element: at its corners, or one where all are equal
+  std::vector<Strain> mean_;     // per corner node and modulus of the elements around it
+  std::vector<double> volume_;   // of those elements
+  std::vector<double> volumes_;  // per element
+  std::vector<std::array<double, 2>> energies_;  // per element: twice those of e and of e* - e
+  std::vector<int> touched_;                     // last
+  std::vector<char> near_;  // per node: not farther from touched_ than thickness_
 };
 
 // Beyond it a solution is extrapolated.

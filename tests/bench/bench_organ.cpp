@@ -5,10 +5,13 @@
 // `Slide/tetrahedra/contacts`: update of one sample over the bodies of organ_bodies.h [ms], its
 // force against the converged one of the same mesh [%], the share `within2` estimates of that and
 // the median `ratio` of estimate and error, `failed` ones, Newton's `steps` and their
-// `iterations`, start [s], memory [MB]. `Before`: the same of the general model at its residual of
-// 1e-2, on the first body. Both in one run, since machines are loaded.
+// `iterations`, longest `first` touch [ms], start [s], memory [MB]. `Zone`: the same of `fem-zone`.
+// `Before`: the same of the general model at its residual of 1e-2, on the first body. All in one
+// run, since machines are loaded.
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <type_traits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -18,6 +21,7 @@
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "slave/mechanics/fem/zone/fem_zone_model.h"
 #include "slave/mesh/index.h"
 #include "tests/bench/organ_bodies.h"
 #include "tests/bench/timing.h"
@@ -63,7 +67,7 @@ std::vector<Contact> ContactsAt(const std::vector<organs::Place>& places, int sa
 struct Tally {
   std::vector<double> updates, errors, angles;  // [ms], [%], [deg]
   std::vector<double> ratios;                   // estimated by true error
-  double start = 0, memory = 0, steps = 0, iterations = 0;
+  double start = 0, memory = 0, first = 0, steps = 0, iterations = 0;
   int failed = 0;
 
   void Compare(const ContactResponse& answer, const ContactResponse& expected) {
@@ -77,6 +81,7 @@ struct Tally {
   void Show(benchmark::State& state) const {
     state.counters["p50"] = Quantile(updates, 0.5);
     state.counters["p99"] = Quantile(updates, 0.99);
+    state.counters["first"] = first;
     state.counters["start"] = start;
     if (memory > 0) state.counters["MB"] = memory;
     if (errors.empty()) return;
@@ -89,40 +94,55 @@ struct Tally {
     state.counters["within2"] =
         100.0 * static_cast<double>(enough) / static_cast<double>(ratios.size());
     state.counters["ratio"] = Quantile(ratios, 0.5);
-    state.counters["steps"] = steps / count;
-    state.counters["iterations"] = iterations / count;
+    if (steps > 0) state.counters["steps"] = steps / count;
+    if (steps > 0) state.counters["iterations"] = iterations / count;
   }
 };
 
+template <typename Model>
+std::unique_ptr<DeformationModel> Make(const organs::Body& body, double nu) {
+  if constexpr (std::is_same_v<Model, FemModel>) {
+    return std::make_unique<FemModel>(body.mesh, body.held, ParamsOf(nu, kResidual));
+  } else {
+    return std::make_unique<FemZoneModel>(body.mesh, body.held, kModulus, nu,
+                                          FemZoneModel::Options{});
+  }
+}
+
+template <typename Model>
 void SlideOn(int number, int tets, int count, double nu, Tally* tally) {
   const organs::Body body = organs::MakeBody(number, tets);
   const auto places = organs::PlacesOn(body, count);
   double begin = CpuSeconds();
-  FemModel model(body.mesh, body.held, ParamsOf(nu, kResidual));
+  const auto model = Make<Model>(body, nu);
   tally->start = std::max(tally->start, CpuSeconds() - begin);
-  tally->memory = std::max(tally->memory, 1e-6 * static_cast<double>(model.info().memory_bytes));
   FemModel converged(body.mesh, body.held, ParamsOf(nu, 1e-7));
   std::vector<ContactResponse> answers(places.size()), expected(places.size());
   for (int sample = 1; sample <= kSamples; ++sample) {
     const auto contacts = ContactsAt(places, sample);
     begin = CpuSeconds();
-    model.Respond(contacts, answers);
+    model->Respond(contacts, answers);
     tally->updates.push_back(1e3 * (CpuSeconds() - begin));
-    tally->steps += model.newton_steps();
-    tally->iterations += model.iterations();
+    if (sample == 1) tally->first = std::max(tally->first, tally->updates.back());
+    if (const auto* fem = dynamic_cast<const FemModel*>(model.get())) {
+      tally->steps += fem->newton_steps();
+      tally->iterations += fem->iterations();
+    }
     converged.Respond(contacts, expected);
     for (std::size_t k = 0; k < places.size(); ++k) tally->Compare(answers[k], expected[k]);
   }
+  tally->memory = std::max(tally->memory, 1e-6 * static_cast<double>(model->info().memory_bytes));
 }
 
 // All bodies, one Poisson's ratio each.
+template <typename Model>
 void Slide(benchmark::State& state) {
   const int tets = static_cast<int>(state.range(0)), count = static_cast<int>(state.range(1));
   for (auto _ : state) {
     Tally tally;
     constexpr double kRatios[] = {0.3, 0.45, 0.48};
     for (int body = 0; body < organs::kBodies; ++body) {
-      SlideOn(body, tets, count, kRatios[body % 3], &tally);
+      SlideOn<Model>(body, tets, count, kRatios[body % 3], &tally);
     }
     tally.Show(state);
     state.SetIterationTime(1e-3 * Quantile(tally.updates, 0.5));
@@ -187,7 +207,14 @@ BENCHMARK(Before)
     ->UseManualTime()
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(Slide)
+BENCHMARK(Slide<FemZoneModel>)
+    ->Name("Zone")
+    ->ArgsProduct({{20'000}, {1, 2, 4, 8}})
+    ->UseManualTime()
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(Slide<FemModel>)
+    ->Name("Slide")
     ->ArgsProduct({{20'000, 70'000, 100'000}, {1, 2, 4, 8}})
     ->UseManualTime()
     ->Iterations(1)

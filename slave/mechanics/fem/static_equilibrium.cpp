@@ -17,10 +17,12 @@ constexpr double kFactorOnce = 3e8;
 constexpr double kLeastShift = 1.0 / 64, kMostShift = 4;
 constexpr int kMostHalvings = 24;     // of one such step
 constexpr double kInner = 1e-2;       // of a linear system's right hand side
-constexpr double kErrorShare = 0.2;   // of the residual, left by the estimate of its effect
+constexpr double kErrorShare = 0.3;   // of the residual, left by the estimate of its effect
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
 constexpr double kForSteps = 0.6;     // of the deadline; the rest is for what follows
-constexpr double kMostAhead = 1.5;    // of the last motion that is predicted to go on
+// Share of a motion's square that the newer ones must leave, else it adds no direction [-].
+constexpr double kIndependent = 1e-2;
+constexpr double kMostAhead = 3;  // of a former motion, in the one that is predicted [-]
 constexpr double kSufficient = 1e-4;
 // Where a factor makes digits cheap, the residual is driven this far below what is asked for.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3;
@@ -52,8 +54,12 @@ StaticEquilibrium::StaticEquilibrium(FemBody& body, const Params& params)
                      .most_flops = hyperelastic_ ? kFactorOnce : LinearSolver::kAnyFlops,
                      .progress = &progress_}) {
   for (auto* x : {&u_, &last_u_, &good_u_, &f_ext_, &last_f_, &f_int_, &r_, &x_, &lift_, &trial_,
-                  &reaction_, &motion_, &contact_motion_}) {
+                  &reaction_, &contact_motion_}) {
     x->resize(Index(body.size()));
+  }
+  for (Motion& motion : motions_) {
+    motion.body.resize(Index(body.size()));
+    motion.contacts.resize(Index(body.size()));
   }
 }
 
@@ -63,7 +69,8 @@ void StaticEquilibrium::Reset() noexcept {
   SetZero(reaction_);
   summary_ = {};
   shift_ = 0;
-  is_current_ = has_tangent_ = is_predictable_ = false;
+  motion_count_ = 0;
+  is_current_ = has_tangent_ = false;
   body_.ForgetRotations();
   solver_.Reset();
 }
@@ -79,7 +86,7 @@ bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constr
     EstimateError(constraints);
     return true;
   }
-  is_predictable_ = false;
+  motion_count_ = 0;
   if (!params_.linear && !progress_.stopped()) {
     SetZero(last_f_);
     SetZero(good_u_);
@@ -115,15 +122,32 @@ bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
   return true;
 }
 
-// To where the last motion leads, by as much as the contacts go on in its direction.
+// By the combination of the last motions that moves the contacts most nearly as they move now: what
+// a motion shares with newer ones is removed from it first.
 void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
-  constraints.Lift(u_, 1, lift_);
-  const double square = Dot(contact_motion_, contact_motion_);
-  const double ahead = square > 0 ? Dot(lift_, contact_motion_) / square : 0;
-  contact_motion_ = lift_;
-  if (!is_predictable_ || !(ahead > 0)) return;
-  Add(std::min(ahead, kMostAhead), motion_, u_);
+  constraints.Lift(u_, 1, contact_motion_);
+  lift_ = contact_motion_;
+  bool predicted = false;
+  for (int i = 0; i < motion_count_; ++i) {
+    Motion& motion = motions_[Index(i)];
+    for (int k = 0; k < i; ++k) {
+      const Motion& newer = motions_[Index(k)];
+      if (!newer.is_independent) continue;
+      const double share =
+          Dot(newer.contacts, motion.contacts) / Dot(newer.contacts, newer.contacts);
+      Add(-share, newer.contacts, motion.contacts);
+      Add(-share, newer.body, motion.body);
+    }
+    const double square = Dot(motion.contacts, motion.contacts);
+    motion.is_independent = square > kIndependent * motion.square;
+    const double amount = Dot(motion.contacts, lift_) / square;
+    if (!motion.is_independent || !(std::abs(amount) <= kMostAhead)) continue;
+    Add(-amount, motion.contacts, lift_);
+    Add(amount, motion.body, u_);
+    predicted = true;
+  }
+  if (!predicted) return;
   Update(With::kTangent);
   if (summary_.inverted == 0 && std::isfinite(summary_.energy)) return;
   u_ = last_u_;
@@ -132,9 +156,13 @@ void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
 
 void StaticEquilibrium::LearnMotion() noexcept {
   if (!hyperelastic_) return;
-  motion_ = u_;
-  Add(-1, last_u_, motion_);
-  is_predictable_ = true;
+  std::rotate(motions_.begin(), motions_.end() - 1, motions_.end());
+  Motion& motion = motions_[0];
+  motion.body = u_;
+  Add(-1, last_u_, motion.body);
+  motion.contacts = contact_motion_;
+  motion.square = Dot(contact_motion_, contact_motion_);
+  motion_count_ = std::min(motion_count_ + 1, kMotions);
 }
 
 // One more solution with the last tangent: the residual weighted by the duals of all contacts at

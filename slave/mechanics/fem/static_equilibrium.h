@@ -1,8 +1,11 @@
 // Equilibrium of a body at rest: f_int(u) = f_ext among the possible motions, by Newton's method
 // with a line search on the potential energy: with the exact tangent of the neo-Hookean law, else
-// with the warped one. A query begins where the last two lead, if the contacts move on as they did:
-// then one step per query is small, and what it neglects smaller still.
+// with the warped one. A query begins with the combination of the last motions of the body that
+// moves the contacts most nearly as they move now: then one step per query is small, and what it
+// neglects smaller still.
 #pragma once
+
+#include <array>
 
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
@@ -29,7 +32,7 @@ class StaticEquilibrium {
   // Call when the fixed components have changed.
   void Renew() noexcept {
     solver_.Reset();
-    is_predictable_ = false;
+    motion_count_ = 0;
   }
   // Finds u for the forces and constraints, from the last one, or from rest should that fail; in
   // parts where all at once does not converge. False: not found, or stopped; the last equilibrium
@@ -55,6 +58,8 @@ class StaticEquilibrium {
   }
 
  private:
+  static constexpr int kMotions = 3;  // a contact moves along three axes
+
   bool SolveInParts(const NodeVector& f_ext, const Constraints& constraints) noexcept;
   bool Iterate(const Constraints& constraints, double part) noexcept;
   void Predict(const Constraints& constraints) noexcept;
@@ -78,10 +83,15 @@ class StaticEquilibrium {
   bool is_current_ = false;   // forces and energy are those of u_
   bool has_tangent_ = false;  // and so is the tangent
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
-  // Motion in the last query: how nodes moved, and how contacts did; no contact: nothing is
-  // predicted.
-  NodeVector motion_, contact_motion_;
-  bool is_predictable_ = false;
+  // What a query moved: all nodes, and the nodes of contacts as they were prescribed to.
+  struct Motion {
+    NodeVector body, contacts;
+    double square = 0;            // of `contacts`, before what newer ones share was removed
+    bool is_independent = false;  // of newer ones
+  };
+  std::array<Motion, kMotions> motions_;  // of the last queries, newest first
+  int motion_count_ = 0;
+  NodeVector contact_motion_;  // prescribed in this query
   bool ended_early_ = false;
   ElementSummary summary_;
   double shift_ = 0;      // makes a tangent definite

@@ -75,6 +75,91 @@ PALPATE_DISPATCHED void SweepBackward(const int* begin, const int* column, const
   }
 }
 
+// coarse += P^T left, of the free components.
+PALPATE_DISPATCHED void Restrict(const GridPlace* places, const NodeValue* free, const float* left,
+                                 std::size_t rows, NodeValue* coarse) {
+  for (std::size_t i = 0; i < rows; ++i) {
+    const GridPlace& place = places[i];
+    const float* x = left + 4 * i;
+    const Double4 value = Load4(free[i].v) * Double4{x[0], x[1], x[2], 0};
+    for (std::size_t b = 0; b < 8; ++b) {
+      double* sum = coarse[place.vertex[b]].v;
+      Store4(sum, Load4(sum) + place.weight[b] * value);
+    }
+  }
+}
+
+// z += P coarse, of the free components.
+PALPATE_DISPATCHED void Prolongate(const GridPlace* places, const NodeValue* free,
+                                   const NodeValue* coarse, std::size_t rows, float* z) {
+  for (std::size_t i = 0; i < rows; ++i) {
+    const GridPlace& place = places[i];
+    Double4 sum{};
+    for (std::size_t b = 0; b < 8; ++b) sum += place.weight[b] * Load4(coarse[place.vertex[b]].v);
+    Store(z + 4 * i, Load(z + 4 * i) + __builtin_convertvector(Load4(free[i].v) * sum, Float4));
+  }
+}
+
+struct FineMatrix {
+  const int *begin, *column;
+  const double* values;
+  const NodeValue* free;
+  const GridPlace* places;
+  double scale;
+};
+
+struct CoarseRow {
+  int *vertex, *slot;  // about one row of the fine grid; per vertex: its place there, or -1
+  NodeValue* sums;     // three columns each
+};
+
+// Adds P_i^T A_i P of each row of the fine grid to a lower band by columns, which has room for
+// three numbers more.
+PALPATE_DISPATCHED void AddCoarse(const FineMatrix& A, int rows, const CoarseRow& near, int band,
+                                  double* coarse) {
+  for (int row = 0; row < rows; ++row) {
+    const Double4 free_row = A.scale * Load4(A.free[row].v);
+    const GridPlace& here = A.places[row];
+    int count = 0;
+    for (int k = A.begin[row]; k < A.begin[row + 1]; ++k) {
+      const double* from = A.values + 9 * static_cast<std::size_t>(k);
+      const double* free_column = A.free[A.column[k]].v;
+      const GridPlace& there = A.places[A.column[k]];
+      Double4 block[3];
+      for (int c = 0; c < 3; ++c) block[c] = free_column[c] * free_row * Load4(from + 3 * c);
+      for (std::size_t b = 0; b < 8; ++b) {
+        int& slot = near.slot[there.vertex[b]];
+        if (slot < 0) {
+          slot = count++;
+          near.vertex[slot] = there.vertex[b];
+          for (int c = 0; c < 3; ++c) near.sums[3 * slot + c] = {};
+        }
+        for (int c = 0; c < 3; ++c) {
+          double* sum = near.sums[3 * slot + c].v;
+          Store4(sum, Load4(sum) + there.weight[b] * block[c]);
+        }
+      }
+    }
+    for (int n = 0; n < count; ++n) {
+      const int vertex = near.vertex[n];
+      near.slot[vertex] = -1;
+      for (std::size_t a = 0; a < 8; ++a) {
+        if (here.vertex[a] < vertex || here.weight[a] == 0) continue;
+        for (int c = 0; c < 3; ++c) {
+          const double* sum = near.sums[3 * n + c].v;
+          double* to =
+              coarse + static_cast<std::ptrdiff_t>(3 * vertex + c) * band + (3 * here.vertex[a]);
+          if (here.vertex[a] > vertex) {
+            Store4(to, Load4(to) + here.weight[a] * Load4(sum));
+          } else {
+            for (int r = c; r < 3; ++r) to[r] += here.weight[a] * sum[r];
+          }
+        }
+      }
+    }
+  }
+}
+
 // Cubes along each axis, about as long as `side`.
 Eigen::Array3i CellsOf(const Vector3d& extent, double side) {
   return (extent / side).array().round().max(1).min(1000).cast<int>();
@@ -107,7 +192,7 @@ TwoGrid::TwoGrid(std::span<const Vector3d> points, const BlockPattern& pattern)
       left_(points.size()) {
   FindGrid(points, std::clamp(pattern.rows() / kNodesPerVertex, 8, kMostVertices));
   int widest = 0;
-  for (const Place& place : places_) {
+  for (const GridPlace& place : places_) {
     const auto [least, most] = std::ranges::minmax(place.vertex);
     widest = std::max(widest, most - least);
   }
@@ -119,11 +204,12 @@ TwoGrid::TwoGrid(std::span<const Vector3d> points, const BlockPattern& pattern)
     }
   }
   band_ = std::min(3 * widest + 2, 3 * vertices_ - 1);
-  coarse_.resize(Index(3 * vertices_) * Index(band_ + 1));
+  coarse_.resize(Index(3 * vertices_) * Index(band_ + 1) + 3);
   coarse_r_.resize(Index(3 * vertices_));
+  coarse_nodes_.resize(Index(vertices_));
   slot_.assign(Index(vertices_), -1);
-  near_.reserve(Index(vertices_));
-  sums_.resize(Index(vertices_));
+  near_.resize(Index(vertices_));
+  sums_.resize(Index(3 * vertices_));
 }
 
 // The finest grid of at most so many vertices about the body.
@@ -181,7 +267,7 @@ void TwoGrid::FindGrid(std::span<const Vector3d> points, int most) {
 }
 
 std::size_t TwoGrid::memory_bytes() const {
-  return sizeof(double) * (coarse_.size() + coarse_r_.size()) + places_.size() * sizeof(Place) +
+  return sizeof(double) * (coarse_.size() + coarse_r_.size()) + places_.size() * sizeof(GridPlace) +
          sizeof(float) * (values_.size() + inverse_.size()) + free_.size() * sizeof(NodeValue) +
          3 * r_.size() * sizeof(Single);
 }
@@ -237,53 +323,12 @@ bool TwoGrid::InvertDiagonal(const BlockMatrix& A) noexcept {
   return true;
 }
 
-// Adds P_i^T A_i P of one row of the fine grid.
-void TwoGrid::AddCoarseRow(const BlockMatrix& A, int row) noexcept {
-  const double* free_row = At(free_, row).v;
-  const Place& here = places_[Index(row)];
-  near_.clear();
-  for (int k = pattern_.graph.begin[Index(row)]; k < pattern_.graph.begin[Index(row) + 1]; ++k) {
-    const int column = pattern_.graph.column[Index(k)];
-    const double* free_column = At(free_, column).v;
-    const double* from = A.block(k);
-    std::array<double, 9> block;
-    for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t r = 0; r < 3; ++r) {
-        block[3 * c + r] = scale_ * free_row[r] * free_column[c] * from[3 * c + r];
-      }
-    }
-    const Place& there = places_[Index(column)];
-    for (std::size_t b = 0; b < 8; ++b) {
-      int& slot = slot_[Index(there.vertex[b])];
-      if (slot < 0) {
-        slot = static_cast<int>(near_.size());
-        near_.push_back(there.vertex[b]);
-        sums_[Index(slot)].fill(0);
-      }
-      auto& sum = sums_[Index(slot)];
-      for (std::size_t e = 0; e < 9; ++e) sum[e] += there.weight[b] * block[e];
-    }
-  }
-  for (const int vertex : near_) {
-    const auto& sum = sums_[Index(slot_[Index(vertex)])];
-    slot_[Index(vertex)] = -1;
-    for (std::size_t a = 0; a < 8; ++a) {
-      if (here.vertex[a] < vertex || here.weight[a] == 0) continue;
-      for (int c = 0; c < 3; ++c) {
-        const int first = here.vertex[a] == vertex ? c : 0;
-        for (int r = first; r < 3; ++r) {
-          Coarse(3 * here.vertex[a] + r, 3 * vertex + c) +=
-              here.weight[a] * sum[static_cast<std::size_t>(3 * c + r)];
-        }
-      }
-    }
-  }
-}
-
 bool TwoGrid::FactorCoarse(const BlockMatrix& A) noexcept {
   for (double shift = kLeastShift; shift <= kMostShift; shift *= 1e5) {
     std::ranges::fill(coarse_, 0.0);
-    for (int row = 0; row < pattern_.rows(); ++row) AddCoarseRow(A, row);
+    AddCoarse({pattern_.graph.begin.data(), pattern_.graph.column.data(), A.block(0), free_.data(),
+               places_.data(), scale_},
+              pattern_.rows(), {near_.data(), slot_.data(), sums_.data()}, band_, coarse_.data());
     for (int i = 0; i < 3 * vertices_; ++i) {
       double& diagonal = Coarse(i, i);
       diagonal = diagonal > 0 ? (1 + shift) * diagonal : 1;
@@ -297,33 +342,18 @@ bool TwoGrid::FactorCoarse(const BlockMatrix& A) noexcept {
 }
 
 void TwoGrid::CorrectCoarsely() noexcept {
-  std::ranges::fill(coarse_r_, 0.0);
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    const Place& place = places_[i];
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double left = free_[i].v[c] * static_cast<double>(left_[i].v[c]);
-      for (std::size_t b = 0; b < 8; ++b) {
-        coarse_r_[static_cast<std::size_t>(3 * place.vertex[b]) + c] += place.weight[b] * left;
-      }
-    }
-  }
+  SetZero(coarse_nodes_);
+  Restrict(places_.data(), free_.data(), left_.front().v, places_.size(), coarse_nodes_.data());
+  for (std::size_t i = 0; i < coarse_r_.size(); ++i) coarse_r_[i] = coarse_nodes_[i / 3].v[i % 3];
   LAPACKE_dpbtrs_work(LAPACK_COL_MAJOR, 'L', 3 * vertices_, band_, 1, coarse_.data(), band_ + 1,
                       coarse_r_.data(), 3 * vertices_);
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    const Place& place = places_[i];
-    for (std::size_t c = 0; c < 3; ++c) {
-      double sum = 0;
-      for (std::size_t b = 0; b < 8; ++b) {
-        sum += place.weight[b] * coarse_r_[static_cast<std::size_t>(3 * place.vertex[b]) + c];
-      }
-      z_[i].v[c] += static_cast<float>(free_[i].v[c] * sum);
-    }
-  }
+  for (std::size_t i = 0; i < coarse_r_.size(); ++i) coarse_nodes_[i / 3].v[i % 3] = coarse_r_[i];
+  Prolongate(places_.data(), free_.data(), coarse_nodes_.data(), places_.size(), z_.front().v);
 }
 
 void TwoGrid::Solve(const NodeVector& r, NodeVector& z) noexcept {
   const int rows = pattern_.rows();
-  const double size = LargestComponent(r);
+  const double size = Norm(r);
   if (!(size > 0)) {
     SetZero(z);
     return;

@@ -16,6 +16,12 @@
 
 namespace palpate::fem {
 
+// The cube a node is in: its corners on the coarse grid and their shares.
+struct GridPlace {
+  std::array<int, 8> vertex{};
+  std::array<double, 8> weight{};
+};
+
 class TwoGrid {
  public:
   // `points`: where the rows of the pattern are. Keeps a reference to the pattern. O(N log N).
@@ -35,17 +41,11 @@ class TwoGrid {
   struct alignas(16) Single {
     float v[4] = {0, 0, 0, 0};
   };
-  // The cube a node is in: its corners on the coarse grid and their shares.
-  struct Place {
-    std::array<int, 8> vertex{};
-    std::array<double, 8> weight{};
-  };
 
   void FindGrid(std::span<const Eigen::Vector3d> points, int most);
   bool InvertDiagonal(const BlockMatrix& A) noexcept;
   void CopyFree(const BlockMatrix& A) noexcept;
   bool FactorCoarse(const BlockMatrix& A) noexcept;
-  void AddCoarseRow(const BlockMatrix& A, int row) noexcept;
   void CorrectCoarsely() noexcept;
   double& Coarse(int row, int column) {
     return coarse_[static_cast<std::size_t>(column) * static_cast<std::size_t>(band_ + 1) +
@@ -53,12 +53,13 @@ class TwoGrid {
   }
 
   const BlockPattern& pattern_;
-  int vertices_ = 0, band_ = 0;  // of the coarse grid; unknowns beside the diagonal
-  std::vector<Place> places_;    // per row
-  std::vector<double> coarse_;   // lower triangle by columns, then its factor
+  int vertices_ = 0, band_ = 0;    // of the coarse grid; unknowns beside the diagonal
+  std::vector<GridPlace> places_;  // per row
+  std::vector<double> coarse_;     // lower triangle by columns, then its factor
   std::vector<double> coarse_r_;
-  std::vector<int> near_, slot_;             // coarse vertices about one row
-  std::vector<std::array<double, 9>> sums_;  // the row's products with them
+  NodeVector coarse_nodes_;       // the same by vertices
+  std::vector<int> near_, slot_;  // coarse vertices about one row
+  NodeVector sums_;               // the row's products with them
   NodeVector free_;
   double scale_ = 1;
   std::vector<float> values_;   // nine per block, and room for one more
