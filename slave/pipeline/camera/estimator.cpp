@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Geometry>
+
 #include "slave/pipeline/local_model/patch_maker.h"
 
 namespace palpate {
@@ -163,6 +165,7 @@ void Estimator::PredictIndentation() noexcept {
   const TipObservation& tip = observation_.tip;
   if (!edge_ || !tip.found) return;
   tool_.p_I_tip = tip.p_I;
+  tool_.d_I = Eigen::Rotation2Dd(tip.turn) * tracker_->tool_direction_I();
   if (!forecast_.expects()) return;
   const Eigen::Vector3d p_S = view_.ToSlave(edge_->sighting().motion.Back(tip.p_I));
   const Eigen::Vector3d way_S = p_S - estimate_.p_S_contact;

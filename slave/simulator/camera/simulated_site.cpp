@@ -291,9 +291,8 @@ std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const
   return std::make_unique<CameraSource>(
       rate, fmt::format("simulated camera, scripted contact, {:g} Hz", rate),
       [this] { return Frame{TakePicture()}; },
-      CameraSource::Script{ScriptedPress(scene).duration(), move, [this](double t) {
-                             return state_->hand ? state_->hand->Delay(t) : 0;
-                           }});
+      CameraSource::Script{ScriptedPress(scene).duration(), move,
+                           [this](double t) { return state_->hand ? state_->hand->Delay(t) : 0; }});
 }
 
 Eigen::Vector3d SimulatedSite::HandOffset(double t) const {
