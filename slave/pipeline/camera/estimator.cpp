@@ -75,6 +75,7 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene, Progress* pro
 void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   touch_ = std::move(touch);
   rules_.Adopt(scene);
+  pixel_tolerance_ = scene.sense.Find<Camera>()->pixel_tolerance;
   cue_.Adopt(scene.model.puncture_from);
   forecast_.Adopt();
   press_.place = {};
@@ -336,8 +337,11 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   }
   DetectPuncture(estimate_.depth);
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
-  const double width_error = touch_->WidthAt(place).sigma * response.force_O.norm();
-  rules_.SetForce(-(X_SO.linear() * response.force_O), std::hypot(stiffness * sigma, width_error),
+  // The depth is known in pixels, and the force is proportional to it.
+  const double relative = std::hypot(touch_->WidthAt(place).sigma, pixel_tolerance_);
+  const double relative_error = relative * response.force_O.norm();
+  rules_.SetForce(-(X_SO.linear() * response.force_O),
+                  std::hypot(stiffness * sigma, relative_error),
                   {response.validity, FailedCheck::kNone, response.doubt}, &estimate_);
   std::optional<Eigen::Vector3d> moment = response.moment_O;
   if (moment) {
