@@ -91,7 +91,8 @@ PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane 
   const double unit = body.larger_side();
   const auto patch = body.Patch(place, tool.width);
   const TaggedOutline outline = Divide(body, place.loop, patch, unit);
-  const SizeField sizes = SizesUnder(outline, (patch.second - patch.first) / unit, tool.radius == 0);
+  const SizeField sizes =
+      SizesUnder(outline, (patch.second - patch.first) / unit, tool.radius == 0);
   PatchSolution solution{
       .mesh = QuadraticMesh(MakeGradedMesh(outline.points, outline.segments, sizes))};
   const std::vector<int> nodes = NodesUnder(solution.mesh);
@@ -122,9 +123,9 @@ Eigen::VectorXd Overlap(const RoundTouch& touch, const Eigen::Vector2d& moved, d
     // The middle of the circle lies beside the apex's normal.
     const double from_middle = p.dot(along) - radius * std::sin(tilt);
     const double aside = std::min(std::abs(from_middle), radius);
-    const double rise =
-        radius > 0 ? radius * std::cos(tilt) - std::sqrt(radius * radius - aside * aside)
-                   : -p.dot(along) * std::tan(tilt);
+    const double rise = radius > 0
+                            ? radius * std::cos(tilt) - std::sqrt(radius * radius - aside * aside)
+                            : -p.dot(along) * std::tan(tilt);
     overlap(i) = p.dot(n) - moved.dot(n) - rise;
   }
   return overlap;
@@ -181,7 +182,8 @@ RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_
       const auto row = static_cast<Eigen::Index>(i);
       const double behind = overlap(row) + state.displacement.segment<2>(2 * row).dot(n);
       const bool pulled = touches[i] != 0 && state.force.segment<2>(2 * row).dot(n) > 0;
-      const bool passed = touches[i] == 0 && behind > 1e-9 * touch.tool.width && round < kRounds / 2;
+      const bool passed =
+          touches[i] == 0 && behind > 1e-9 * touch.tool.width && round < kRounds / 2;
       if (!pulled && !passed) continue;
       touches[i] = passed ? 1 : 0;
       changed = true;

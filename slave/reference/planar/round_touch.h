@@ -1,5 +1,6 @@
 // True contact of a round or tilted tool: bonded where it touches, without tension. All nodes that
-// it may touch are condensed into one matrix; the contact set is determined for every tool position.
+// it may touch are condensed into one matrix; the contact set is determined for every tool
+// position.
 #pragma once
 
 #include <vector>
@@ -37,8 +38,7 @@ struct RoundState {
     return force.reshaped(2, force.size() / 2).rowwise().sum();
   }
 };
-RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O,
-                   double tilt = 0);
+RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double tilt = 0);
 
 // Equivalent of `wide` at this displacement [m], not zero: a solution as of a flat tool whose
 // displacements and force are those of the round one there.
