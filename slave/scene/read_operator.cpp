@@ -237,6 +237,11 @@ SiteOptions ReadSite(Section& scene) {
     site.motion.amplitude = motion.Vector2("amplitude");
     site.motion.period = motion.Number("period");
   }
+  Section hand = section.Open("hand");
+  if (hand.present()) {
+    site.hand = {hand.Number("tilt"),   hand.Number("tremor"), hand.Number("exposure"),
+                 hand.Number("shadow"), hand.Number("jitter"), hand.Number("lens")};
+  }
   Section embryo = section.Open("embryo");
   if (embryo.present()) site.embryo = ReadEmbryo(embryo);
   return site;

@@ -19,6 +19,7 @@ struct TipObservation {
   bool reacquired = false;    // found by a search of the whole image
   double covered = 0;         // part of the template that something else hides [0, 1]
   bool aligned = false;       // the template's fine alignment agrees with the peak
+  double turn = 0;            // of the tool since the template, from x towards y of the image [rad]
   // From the aligned part of the tip to the tip [px]: in an image that has grown the tip is farther
   // from it.
   Eigen::Vector2d lever{0, 0};

@@ -83,7 +83,8 @@ TipTemplate MakeTemplate(const Scene& scene, const cv::Mat& first, const GreyFor
                          const CameraView& view, std::optional<Eigen::Vector2d> tip_hint_I,
                          const Eigen::Vector2d& d_I) {
   const TipTracking& options = *scene.sense.Find<TipTracking>();
-  if (!options.template_file.empty()) return LoadTipTemplate(options);
+  const double width = scene.tool ? scene.tool->width / view.pixel() : 0;
+  if (!options.template_file.empty()) return LoadTipTemplate(options, d_I, width);
   if (!tip_hint_I || !scene.tool) {
     throw std::runtime_error(
         "sense.tip.template is missing, and the tool or its position is unknown as well");

@@ -165,7 +165,7 @@ Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format
   return best;
 }
 
-TipTemplate LoadTipTemplate(const TipTracking& options) {
+TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d_I, double width) {
   const auto refuse = [&](const std::string& why) {
     throw std::runtime_error("sense.tip.template = " + options.template_file.string() + ": " + why);
   };
@@ -186,6 +186,14 @@ TipTemplate LoadTipTemplate(const TipTracking& options) {
   tip.anchor = options.anchor.value_or(
       Eigen::Vector2d(0.5 * (tip.pixels.width - 1), tip.pixels.height - 0.5));
   tip.weights.assign(tip.pixels.levels.size(), 1.0F);
+  if (d_I.isZero(0) || !(width > 0)) return tip;
+  tip.along = d_I;
+  for (int y = 0; y < tip.pixels.height; ++y) {
+    for (int x = 0; x < tip.pixels.width; ++x) {
+      tip.weights[static_cast<std::size_t>(y * tip.pixels.width + x)] =
+          WeightAt(Eigen::Vector2d(x, y) - tip.anchor, d_I, width);
+    }
+  }
   return tip;
 }
 

@@ -1,11 +1,14 @@
 #include "slave/vision/tip_tracker.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace palpate {
 namespace {
@@ -33,6 +36,11 @@ constexpr double kReacquired = 0.15;  // more than min_score where the tip may b
 // half its length. Without noise so much more than min_score, and so little covered, for a tip
 // anywhere.
 constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
+// Turn of the tool [rad]: step of the search, most in one image, least that is one, largest, and
+// those tried one by one while the tip is lost. Pixels around the template.
+constexpr double kTurnStep = 0.035, kMostTurn = 0.05, kLeastTurn = 0.01, kFarthestTurn = 0.4;
+constexpr std::array kTurnsTried{0.0, 0.1, -0.1, 0.2, -0.2};
+constexpr int kTurnMargin = 6;
 constexpr int kLeastCoarse = 7;  // edge below which a shrunk template tells too little [px]
 
 struct Peak {
@@ -158,7 +166,81 @@ cv::Rect TipTracker::search_window() const {
   return last_ ? WindowAround(Predicted(), 1) : cv::Rect(cv::Point(), format_.size());
 }
 
+// Turns about the last tip [px], so that the tool lies as in its template.
+void TipTracker::Straighten(const cv::Mat& image) {
+  const Eigen::Vector2d pivot = *last_;
+  const Eigen::Matrix2d R = Eigen::Rotation2Dd(turn_).toRotationMatrix();
+  const Eigen::Vector2d shift = pivot - R * pivot;
+  const cv::Matx23d back(R(0, 0), R(0, 1), shift.x(), R(1, 0), R(1, 1), shift.y());
+  cv::warpAffine(image, straight_, back, image.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_REPLICATE);
+}
+
 TipObservation TipTracker::Track(const cv::Mat& image) {
+  if (!last_ && has_turned_ && lost_++ > 0) {
+    turn_ = kTurnsTried[static_cast<std::size_t>(lost_) % kTurnsTried.size()];
+  }
+  if (turn_ == 0) {
+    TipObservation tip = TrackStraight(image);
+    FollowTurn(image, &tip);
+    return tip;
+  }
+  if (!last_) last_ = Eigen::Vector2d(image.cols, image.rows) / 2;
+  const bool was_lost = lost_ > 0;
+  const Eigen::Vector2d pivot = *last_;
+  const Eigen::Rotation2Dd R(turn_);
+  Straighten(image);
+  if (was_lost) last_.reset();
+  step_ = R.inverse() * step_;
+  TipObservation tip = TrackStraight(straight_);
+  FollowTurn(straight_, &tip);
+  if (!tip.found) return tip;
+  tip.p_I = pivot + R * (tip.p_I - pivot);
+  tip.lever = R * tip.lever;
+  last_ = tip.p_I;
+  step_ = R * step_;
+  return tip;
+}
+
+// The angle at which the template correlates best, by a parabola. A cover must not turn it.
+void TipTracker::FollowTurn(const cv::Mat& image, TipObservation* tip) {
+  if (!tip->found) return;
+  lost_ = 0;
+  tip->turn = turn_;
+  if (!tip->aligned || tip->covered > kMuchCovered) return;
+  const GreyPatch& pattern = ncc_.pattern();
+  const Eigen::Vector2d corner = tip->p_I - anchor_;
+  const cv::Rect wanted(static_cast<int>(corner.x()) - kTurnMargin,
+                        static_cast<int>(corner.y()) - kTurnMargin, pattern.width + 2 * kTurnMargin,
+                        pattern.height + 2 * kTurnMargin);
+  const cv::Rect window = wanted & cv::Rect(cv::Point(), format_.size());
+  if (window != wanted) return;
+  format_.Read(image, window, near_);
+  const Eigen::Vector2d p = tip->p_I - Eigen::Vector2d(window.x, window.y);
+  const auto turned = [&](double angle) -> PatchWarp {
+    const Eigen::Matrix2d R = Eigen::Rotation2Dd(angle).toRotationMatrix();
+    return {R, p + R * (centre_ - anchor_)};
+  };
+  std::array<double, 3> fit{};
+  for (std::size_t k = 0; k < fit.size(); ++k) {
+    const double angle = kTurnStep * (static_cast<double>(k) - 1);
+    fit[k] = aligner_.Align(near_.Mat(), turned(angle), PatchAligner::Freedom::kShift).correlation;
+  }
+  const double bend = fit[0] - 2 * fit[1] + fit[2];
+  if (!(bend < 0)) return;
+  const double turn = std::clamp(kTurnStep * (fit[0] - fit[2]) / (2 * bend), -kMostTurn, kMostTurn);
+  if (!has_turned_ && std::abs(turn) < kLeastTurn) return;
+  const PatchAligner::Match fine = aligner_.AlignRobustly(near_.Mat(), turned(turn), {});
+  if (!fine.converged) return;
+  has_turned_ = true;
+  turn_ = std::clamp(turn_ + turn, -kFarthestTurn, kFarthestTurn);
+  tip->turn = turn_;
+  tip->p_I = fine.warp.p + fine.warp.A * (anchor_ - centre_) + Eigen::Vector2d(window.x, window.y);
+  tip->sigma = SigmaOf(fine);
+  last_ = tip->p_I;
+}
+
+TipObservation TipTracker::TrackStraight(const cv::Mat& image) {
   Match match;
   if (last_) {
     match = SearchWindow(image, WindowAround(Predicted(), 1));

@@ -32,8 +32,10 @@ struct TipTemplate {
 
 // Reads the scene's template file. Without an anchor, the tip is in the middle of its lower edge.
 // Throws std::runtime_error naming the key and the file: unreadable, too small (below 5 px), too
-// large (above 512 px), without contrast.
-TipTemplate LoadTipTemplate(const TipTracking& options);
+// large (above 512 px), without contrast. Background beside the end of a tool of `width` [px] that
+// points along `d_I` gets no weight, as below; a zero vector, or width: not known.
+TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d_I = {0, 0},
+                            double width = 0);
 
 // Cuts the template from the image `first`: the tool is a bar of `width` [px] whose end is at
 // `p_I_tip`, pointing along the unit vector `d_I` (both in I).
@@ -105,7 +107,7 @@ class TemplateParts {
 
 // Tracks the tool's tip from image to image: normalised cross-correlation in a moving window (paper
 // A, 3.2), sub-pixel alignment, loss and re-acquisition. If the whole template does not fit, or
-// much of it is covered, its parts decide.
+// much of it is covered, its parts decide. Follows a tool that slowly tilts.
 class TipTracker {
  public:
   struct Options {
@@ -141,6 +143,9 @@ class TipTracker {
 
   [[nodiscard]] cv::Rect WindowAround(const Eigen::Vector2d& tip, double scale) const;
   [[nodiscard]] Eigen::Vector2d Predicted() const;
+  void Straighten(const cv::Mat& image);
+  TipObservation TrackStraight(const cv::Mat& image);
+  void FollowTurn(const cv::Mat& image, TipObservation* tip);
   Match SearchWindow(const cv::Mat& image, const cv::Rect& window);
   TipObservation SearchPicture(const cv::Mat& image);
   [[nodiscard]] bool IsSureAgain(const TipObservation& tip) const;
@@ -166,6 +171,12 @@ class TipTracker {
 
   std::optional<Eigen::Vector2d> last_;  // tip in the last image; none: lost
   Eigen::Vector2d step_{0, 0};           // from the last but one to the last [px]
+  // A tool in a hand tilts: its image is turned back about the last tip before it is searched.
+  double turn_ = 0;          // as TipObservation::turn, of the image that is straightened [rad]
+  bool has_turned_ = false;  // ever
+  int lost_ = 0;             // images since the tip was found
+  cv::Mat straight_;
+  GreyPatch near_;    // around the tip that was found
   double usual_ = 0;  // score of the parts where the tip is, without noise; 0: not known yet
 };
 

@@ -23,13 +23,15 @@ export function statesOf(folder) {
   const [head, ...rows] = readFileSync(path.join(folder, 'states.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
   return rows.map((row) => Object.fromEntries(head.map((name, i) => [name, ['validity', 'finger', 'check'].includes(name) ? row[i] : Number(row[i])])));
 }
+// The true forces of a simulated run.
+export const trueStatesOf = (folder) => statesOf(folder).map((state) => ({ ...state, fx: state.true_fx, fy: state.true_fy, fz: state.true_fz, validity: 'valid' }));
 const size = ({ fx, fy, fz }) => Math.hypot(fx, fy, fz);
-// The forces of two folders with the same images, relative to the largest: {worst, rms, valid: share, sigmas: share within one, two}.
+// The forces of two folders with the same images, relative to the largest: {worst, rms, valid: share, sigmas: share within one, two, of `touched` states}.
 export function compare(own, wanted) {
   const peak = Math.max(...wanted.map(size)), pairs = own.map((state, i) => [state, wanted[i]]).filter(([a, b]) => a.validity === 'valid' && b?.validity === 'valid');
   const off = pairs.map(([a, b]) => (size(a) - size(b)) / peak), touched = pairs.filter(([, b]) => size(b) > 0.02 * peak);
   const within = (count) => touched.filter(([a, b]) => Math.abs(size(a) - size(b)) <= count * a.sigma).length / touched.length;
-  return { peak, worst: Math.max(...off.map(Math.abs)), rms: Math.sqrt(off.reduce((sum, value) => sum + value * value, 0) / off.length), valid: pairs.length / own.length, sigmas: [within(1), within(2)] };
+  return { peak, worst: Math.max(...off.map(Math.abs)), rms: Math.sqrt(off.reduce((sum, value) => sum + value * value, 0) / off.length), valid: pairs.length / own.length, sigmas: [within(1), within(2)], touched: touched.length };
 }
 
 // A camera of `width` x `height` px, as a scene gives it: a place of S [mm] in the image [px].

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Geometry>
+
 #include "slave/pipeline/local_model/patch_maker.h"
 
 namespace palpate {
@@ -73,6 +75,7 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene, Progress* pro
 void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   touch_ = std::move(touch);
   rules_.Adopt(scene);
+  pixel_tolerance_ = scene.sense.Find<Camera>()->pixel_tolerance;
   cue_.Adopt(scene.model.puncture_from);
   forecast_.Adopt();
   press_.place = {};
@@ -163,6 +166,7 @@ void Estimator::PredictIndentation() noexcept {
   const TipObservation& tip = observation_.tip;
   if (!edge_ || !tip.found) return;
   tool_.p_I_tip = tip.p_I;
+  tool_.d_I = Eigen::Rotation2Dd(tip.turn) * tracker_->tool_direction_I();
   if (!forecast_.expects()) return;
   const Eigen::Vector3d p_S = view_.ToSlave(edge_->sighting().motion.Back(tip.p_I));
   const Eigen::Vector3d way_S = p_S - estimate_.p_S_contact;
@@ -333,8 +337,11 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   }
   DetectPuncture(estimate_.depth);
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
-  const double width_error = touch_->WidthAt(place).sigma * response.force_O.norm();
-  rules_.SetForce(-(X_SO.linear() * response.force_O), std::hypot(stiffness * sigma, width_error),
+  // The depth is known in pixels, and the force is proportional to it.
+  const double relative = std::hypot(touch_->WidthAt(place).sigma, pixel_tolerance_);
+  const double relative_error = relative * response.force_O.norm();
+  rules_.SetForce(-(X_SO.linear() * response.force_O),
+                  std::hypot(stiffness * sigma, relative_error),
                   {response.validity, FailedCheck::kNone, response.doubt}, &estimate_);
   std::optional<Eigen::Vector3d> moment = response.moment_O;
   if (moment) {

@@ -139,6 +139,7 @@ class Estimator {
   ManipulatorAgreement agreement_;
   Press press_;
   EstimateBuilder rules_;
+  double pixel_tolerance_ = 0;  // as the scene has it [-]
   PunctureCue cue_;
   Checks<CameraSample> checks_;
   CameraObservation observation_;  // of the last estimate

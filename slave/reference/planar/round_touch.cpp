@@ -16,10 +16,11 @@ constexpr double kPerWidth = 24;   // elements across the tool
 constexpr double kLargest = 0.15;  // far from it, in parts of the larger side
 constexpr double kGrowth = 0.4;
 constexpr double kSupportEnd = 0.0005;
+constexpr double kFaceEnd = 0.01;  // elements at the ends of a straight face, in parts of it
 constexpr int kRounds = 100;
 
 // Even elements under the tool, small ones where a support ends.
-SizeField SizesUnder(const TaggedOutline& outline, double width) {
+SizeField SizesUnder(const TaggedOutline& outline, double width, bool is_flat) {
   SizeField sizes{kLargest, kGrowth, {}};
   std::vector<int> tag_before(outline.points.size(), 0);
   for (const Segment& s : outline.segments) tag_before[Index(s.b)] = s.tag;
@@ -29,6 +30,11 @@ SizeField SizesUnder(const TaggedOutline& outline, double width) {
       const double step = width / kPerWidth;
       const int pieces = static_cast<int>(std::ceil((b - a).norm() / step));
       for (int i = 0; i <= pieces; ++i) sizes.seeds.push_back({a + i * (b - a) / pieces, step});
+      if (is_flat && (tag_before[Index(s.a)] & kPatch) == 0) {
+        sizes.seeds.push_back({a, kFaceEnd * width});
+      }
+    } else if (is_flat && (tag_before[Index(s.a)] & kPatch) != 0) {
+      sizes.seeds.push_back({a, kFaceEnd * width});
     } else if (const int before = tag_before[Index(s.a)];
                before != s.tag && (before & kPatch) == 0) {
       sizes.seeds.push_back({a, kSupportEnd});
@@ -85,7 +91,8 @@ PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane 
   const double unit = body.larger_side();
   const auto patch = body.Patch(place, tool.width);
   const TaggedOutline outline = Divide(body, place.loop, patch, unit);
-  const SizeField sizes = SizesUnder(outline, (patch.second - patch.first) / unit);
+  const SizeField sizes =
+      SizesUnder(outline, (patch.second - patch.first) / unit, tool.radius == 0);
   PatchSolution solution{
       .mesh = QuadraticMesh(MakeGradedMesh(outline.points, outline.segments, sizes))};
   const std::vector<int> nodes = NodesUnder(solution.mesh);
@@ -94,7 +101,7 @@ PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane 
   Prescribe(solution.mesh, nodes, prescribed, values);
   ElasticSolution elastic =
       SolveElastic(solution.mesh, {1, poisson_ratio, plane}, prescribed, values);
-  RoundTouch touch{Condensed(elastic, nodes), {}, place.normal_O, tool.radius};
+  RoundTouch touch{Condensed(elastic, nodes), {}, place.normal_O, tool};
   for (const int n : nodes)
     touch.nodes.emplace_back(unit * solution.mesh.nodes[Index(n)] - place.p_O);
   solution.round = std::make_shared<const RoundTouch>(std::move(touch));
@@ -107,13 +114,18 @@ PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane 
 namespace {
 
 // How far each node would be behind the tool's surface if nothing gave way [m].
-Eigen::VectorXd Overlap(const RoundTouch& touch, const Eigen::Vector2d& moved) {
+Eigen::VectorXd Overlap(const RoundTouch& touch, const Eigen::Vector2d& moved, double tilt) {
   Eigen::VectorXd overlap(static_cast<Eigen::Index>(touch.nodes.size()));
   const Eigen::Vector2d &n = touch.normal_O, along(-n.y(), n.x());
+  const double radius = touch.tool.radius;
   for (Eigen::Index i = 0; i < overlap.size(); ++i) {
     const Eigen::Vector2d& p = touch.nodes[static_cast<std::size_t>(i)];
-    const double aside = std::min(std::abs(p.dot(along)), touch.radius);
-    const double rise = touch.radius - std::sqrt(touch.radius * touch.radius - aside * aside);
+    // The middle of the circle lies beside the apex's normal.
+    const double from_middle = p.dot(along) - radius * std::sin(tilt);
+    const double aside = std::min(std::abs(from_middle), radius);
+    const double rise = radius > 0
+                            ? radius * std::cos(tilt) - std::sqrt(radius * radius - aside * aside)
+                            : -p.dot(along) * std::tan(tilt);
     overlap(i) = p.dot(n) - moved.dot(n) - rise;
   }
   return overlap;
@@ -149,8 +161,8 @@ RoundState Balance(const Eigen::MatrixXd& K, const std::vector<char>& touches,
 
 }  // namespace
 
-RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O) {
-  const Eigen::VectorXd overlap = Overlap(touch, displacement_O);
+RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double tilt) {
+  const Eigen::VectorXd overlap = Overlap(touch, displacement_O, tilt);
   const Eigen::Vector2d& n = touch.normal_O;
   const Eigen::Vector2d across = displacement_O - displacement_O.dot(n) * n;
   Eigen::VectorXd wanted(touch.stiffness.rows());
@@ -170,7 +182,8 @@ RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_
       const auto row = static_cast<Eigen::Index>(i);
       const double behind = overlap(row) + state.displacement.segment<2>(2 * row).dot(n);
       const bool pulled = touches[i] != 0 && state.force.segment<2>(2 * row).dot(n) > 0;
-      const bool passed = touches[i] == 0 && behind > 1e-9 * touch.radius && round < kRounds / 2;
+      const bool passed =
+          touches[i] == 0 && behind > 1e-9 * touch.tool.width && round < kRounds / 2;
       if (!pulled && !passed) continue;
       touches[i] = passed ? 1 : 0;
       changed = true;
@@ -180,8 +193,9 @@ RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_
   return state;
 }
 
-PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O) {
-  const RoundState state = Touched(*wide.round, displacement_O);
+PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O,
+                       double tilt) {
+  const RoundState state = Touched(*wide.round, displacement_O, tilt);
   PatchSolution at{.mesh = wide.mesh, .boundary = wide.boundary, .loop_begin = wide.loop_begin};
   const Eigen::Index nodes = wide.displacement.rows();
   Fields field = Fields::Zero(nodes, 2);

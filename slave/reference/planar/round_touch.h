@@ -1,5 +1,6 @@
-// True contact of a round tool: bonded where it touches, without tension. All nodes that it may
-// touch are condensed into one matrix; the contact set is determined for every tool position.
+// True contact of a round or tilted tool: bonded where it touches, without tension. All nodes that
+// it may touch are condensed into one matrix; the contact set is determined for every tool
+// position.
 #pragma once
 
 #include <vector>
@@ -10,7 +11,7 @@
 
 namespace palpate::site {
 
-// The tool's end: a circle of `radius`, `width` across [m].
+// The tool's end: a circle of `radius`, 0: a straight face; `width` across [m].
 struct RoundEnd {
   double width = 0, radius = 0;
 };
@@ -19,8 +20,8 @@ struct RoundEnd {
 struct RoundTouch {
   Eigen::MatrixXd stiffness;  // K / (E t) [-]: force on node i (x, y) by displacement of j (x, y)
   std::vector<Eigen::Vector2d> nodes;
-  Eigen::Vector2d normal_O{0, 0};  // outward, unit: the tool's axis
-  double radius = 0;               // [m]
+  Eigen::Vector2d normal_O{0, 0};  // outward, unit: the axis of a tool that is not tilted
+  RoundEnd tool;
 };
 
 // Like SolvePatch, with `round`. Cost: a tenth of a second or some.
@@ -28,7 +29,8 @@ PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane 
                               const BoundaryPlace& place, const RoundEnd& tool);
 
 // Displacements of the nodes under an apex that has moved by `displacement_O` [m] since its first
-// contact. Both of 2 entries (x, y) per node, O.
+// contact, or is before it; the tool is turned by `tilt` [rad] about the apex, counter-clockwise.
+// Both of 2 entries (x, y) per node, O.
 struct RoundState {
   Eigen::VectorXd displacement;  // [m]
   Eigen::VectorXd force;         // of the tool on the body / (E t) [m]; zero where nothing touches
@@ -36,10 +38,11 @@ struct RoundState {
     return force.reshaped(2, force.size() / 2).rowwise().sum();
   }
 };
-RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O);
+RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double tilt = 0);
 
 // Equivalent of `wide` at this displacement [m], not zero: a solution as of a flat tool whose
 // displacements and force are those of the round one there.
-PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O);
+PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O,
+                       double tilt = 0);
 
 }  // namespace palpate::site

@@ -74,6 +74,16 @@ struct SiteOptions {
   };
   Motion motion;
   std::optional<EmbryoSite> embryo;
+  // A person who holds the tool before one camera with an unknown lens.
+  struct Hand {
+    double tilt = 0;      // largest angle of the tool in the image plane [rad]
+    double tremor = 0;    // amplitude of the tremor, 8 to 12 Hz; the slow drift is twice it [m]
+    double exposure = 0;  // relative change of the gain by automatic exposure [-]
+    double shadow = 0;    // light that the shadow of the hand takes away in its middle [-]
+    double jitter = 0;    // of the intervals between images, relative [-]
+    double lens = 0;      // inward shift of the image's corners by the lens, relative [-]
+  };
+  std::optional<Hand> hand;
   // Half period of a lamp in front of one camera [s]; 0: no lamp. In every second half period of
   // the slave's clock, counted from 1970, an image has a tenth less light. This reveals the true
   // time of capture, independent of the timestamp. Live images only.

@@ -37,7 +37,24 @@ Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO)
   return X;
 }
 
-std::optional<LensWarp> LensOf(const Camera& camera) {
+// Of the hand's camera, which nobody knows: no other distortion than the radial one of third order.
+Lens UnknownLens(const Camera& camera, double shift) {
+  const double width = camera.size[0], height = camera.size[1];
+  const double corner = 0.5 * std::hypot(width, height);  // at 45 degrees from the axis
+  return {.fx = corner,
+          .fy = corner,
+          .cx = 0.5 * (width - 1),
+          .cy = 0.5 * (height - 1),
+          .distortion = {-shift},
+          .size = camera.size};
+}
+
+std::optional<LensWarp> LensOf(const Scene& scene) {
+  const Camera& camera = *scene.sense.Find<Camera>();
+  const double unknown = scene.site.hand ? scene.site.hand->lens : 0;
+  if (camera.lens.empty() && unknown != 0) {
+    return LensWarp::Distorting(UnknownLens(camera, unknown));
+  }
   if (camera.lens.empty()) return std::nullopt;
   const Lens lens = ReadLens(camera.lens);
   if (lens.size != camera.size) {
@@ -74,7 +91,8 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
       marks_(Texture::Blotches(scene.site.seed + 1, std::max(3.0, tool_width_ / pixel_ / 4),
                                kToolDark, kToolLight)),
       exposure_(scene.site, scene.sense.Find<Camera>()->size),
-      lens_(LensOf(*scene.sense.Find<Camera>())) {
+      lens_(LensOf(scene)) {
+  if (scene.site.hand) hand_.emplace(*scene.site.hand, scene.site.seed);
   if (scene.site.embryo) microscope_.emplace(scene, body, X_IO_, size_);
 }
 
@@ -168,17 +186,18 @@ void Painter::FillMesh(const QuadraticMesh& mesh, const std::vector<Point>& at) 
 void Painter::PaintTool(const Pose& pose) {
   const double length =
       pixel_ * (2.0 * (size_.width + size_.height) + (X_IO_ * pose.p_O_tip).norm());
-  const Point across(-tool_O_.y(), tool_O_.x());
+  const Point tool_O = Eigen::Rotation2Dd(pose.tilt) * tool_O_;
+  const Point across(-tool_O.y(), tool_O.x());
   // Corners of the bar grown by `rim`, tip end first, and their places on the marks.
   const auto bar = [&](double rim) {
-    const Point half = (0.5 * tool_width_ + rim) * across, front = pose.p_O_tip + rim * tool_O_;
-    const Point back = -(length + rim) * tool_O_;
+    const Point half = (0.5 * tool_width_ + rim) * across, front = pose.p_O_tip + rim * tool_O;
+    const Point back = -(length + rim) * tool_O;
     return std::array<Point, 4>{front - half, front + half, front + half + back,
                                 front - half + back};
   };
   const auto on_marks = [&](const Point& p_O) -> Point {
     const Point from_tip = (p_O - pose.p_O_tip) / pixel_;
-    return {from_tip.dot(across), -from_tip.dot(tool_O_)};
+    return {from_tip.dot(across), -from_tip.dot(tool_O)};
   };
   std::vector<Point> silhouette;
   for (const Point& p : bar(0)) silhouette.push_back(X_IO_ * p);
@@ -188,7 +207,7 @@ void Painter::PaintTool(const Pose& pose) {
       const double aside = tool_width_ * (static_cast<double>(k) / kArcPieces - 0.5);
       const double left = std::max(0.0, tool_radius_ * tool_radius_ - aside * aside);
       const double behind = tool_radius_ - std::sqrt(left);
-      arc.emplace_back(X_IO_ * (pose.p_O_tip + aside * across - behind * tool_O_));
+      arc.emplace_back(X_IO_ * (pose.p_O_tip + aside * across - behind * tool_O));
     }
     silhouette.erase(silhouette.begin(), silhouette.begin() + 2);
     silhouette.insert(silhouette.begin(), arc.begin(), arc.end());
@@ -213,6 +232,7 @@ cv::Mat Painter::Paint(const Pose& pose) {
   exposure_.Blur(seen);
   exposure_.Advance();
   if (microscope_) microscope_->Show(&seen);
+  if (hand_) hand_->Light(pose.t, &seen);
   return exposure_.Expose(lens_ ? lens_->Apply(seen) : seen);
 }
 

@@ -18,6 +18,7 @@
 #include "slave/reference/planar/patch_solution.h"
 #include "slave/reference/planar/true_body.h"
 #include "slave/scene/scene.h"
+#include "slave/simulator/camera/hand.h"
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/stereo/lens_warp.h"
 
@@ -63,6 +64,8 @@ struct Pose {
   Eigen::Vector2d p_O_tip{0, 0};
   std::shared_ptr<const PatchSolution> contact;  // nullptr: the body rests
   Eigen::Vector2d displacement_O{0, 0};          // of the patch
+  double tilt = 0;                               // of the tool, counter-clockwise [rad]
+  double t = 0;                                  // since the start [s]
 };
 
 class Painter {
@@ -105,6 +108,7 @@ class Painter {
   Eigen::Vector2d tool_O_;  // along which the tool points
   Texture speckle_, marks_;
   Exposure exposure_;
+  std::optional<Hand> hand_;
 
   Layer body_, tool_;
   cv::Mat body_alone_;  // CV_32F: the image without the tool

@@ -1,5 +1,6 @@
 #include "slave/simulator/camera/simulated_site.h"
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <numbers>
@@ -13,6 +14,7 @@
 #include "slave/reference/planar/round_touch.h"
 #include "slave/reference/planar/true_body.h"
 #include "slave/simulator/camera/embryo.h"
+#include "slave/simulator/camera/hand.h"
 #include "slave/simulator/camera/painter.h"
 #include "slave/simulator/camera/scripted_press.h"
 #include "slave/simulator/camera/solutions_ahead.h"
@@ -48,7 +50,9 @@ cv::Mat Shifted(const cv::Mat& picture, const Eigen::Vector2d& shift) {
 
 // Force of the tool on the body, parts of E t [m].
 Eigen::Vector2d ForceOf(const site::Pose& pose) {
-  if (pose.contact->round) return Touched(*pose.contact->round, pose.displacement_O).total();
+  if (pose.contact->round) {
+    return Touched(*pose.contact->round, pose.displacement_O, pose.tilt).total();
+  }
   return pose.contact->stiffness * pose.displacement_O;
 }
 
@@ -59,8 +63,9 @@ struct SimulatedSite::State {
       : body(scene),
         direction_O(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
-        ahead(body, scene.object.material.poisson_ratio, scene.model.plane, scene.tool->width,
-              RadiusOf(*scene.tool)),
+        tool{scene.tool->width, RadiusOf(*scene.tool)},
+        ahead(body, scene.object.material.poisson_ratio, scene.model.plane, tool,
+              scene.site.hand.has_value()),
         painter(scene, body),
         view(*scene.sense.Find<Camera>(), scene.sense.Find<Camera>()->size[0],
              scene.sense.Find<Camera>()->size[1]),
@@ -72,6 +77,7 @@ struct SimulatedSite::State {
     if (scene.site.embryo) {
       embryo.emplace(*scene.site.embryo, scene.site.seed, 0.5 * body.larger_side(), direction_O);
     }
+    if (scene.site.hand) hand.emplace(*scene.site.hand, scene.site.seed);
     pose.p_O_tip = ToBody(p_S_tip);
     if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side(), direction_O))) {
       throw std::invalid_argument(
@@ -80,6 +86,9 @@ struct SimulatedSite::State {
     }
   }
 
+  [[nodiscard]] double Now() const {
+    return scripted_t ? *scripted_t : SecondsBetween(begin, Clock::now());
+  }
   // On the body where it rests.
   [[nodiscard]] Eigen::Vector2d ToBody(const Eigen::Vector3d& p_S) const {
     return body.X_SO().inverse() * Eigen::Vector2d(p_S.head<2>());
@@ -87,8 +96,7 @@ struct SimulatedSite::State {
   // How far the body is from there now, S [m].
   [[nodiscard]] Eigen::Vector3d Moved() const {
     if (motion.amplitude.isZero(0)) return Eigen::Vector3d::Zero();
-    const double t = scripted_t ? *scripted_t : SecondsBetween(begin, Clock::now());
-    const double share = std::sin(2 * std::numbers::pi * t / motion.period);
+    const double share = std::sin(2 * std::numbers::pi * Now() / motion.period);
     return {share * motion.amplitude.x(), share * motion.amplitude.y(), 0};
   }
   // Where the tool at `p_O` will touch within `reach` if it goes on along `way_O`, a direction;
@@ -100,6 +108,7 @@ struct SimulatedSite::State {
   }
   void Move(const Eigen::Vector3d& p_S);
   void Begin(const Eigen::Vector2d& from, site::Pose* next);
+  [[nodiscard]] bool IsInside(const site::Pose& next) const;
   [[nodiscard]] bool Breaks(double next_depth) const;
   // The picture is taken: what to paint.
   site::Pose Expose();
@@ -109,12 +118,14 @@ struct SimulatedSite::State {
   const site::TrueBody body;
   const Eigen::Vector2d direction_O;  // along which the tool points
   const double force_scale;           // E t [N/m]
+  const site::RoundEnd tool;
   site::SolutionsAhead ahead;
   site::Painter painter;  // TakePicture's thread only
   const CameraView view;
   const PictureFilter straightening;  // as every source does it; empty: no lens
 
   std::optional<site::Embryo> embryo;
+  std::optional<site::Hand> hand;
   const double picture_rate;  // [Hz]
   const SiteOptions::Motion motion;
   const Time begin = Clock::now();
@@ -138,12 +149,27 @@ bool SimulatedSite::State::Breaks(double next_depth) const {
   return embryo && next_depth > embryo->PunctureDepth(insertion);
 }
 
+// Whether some of the tool's end is where the body rests.
+bool SimulatedSite::State::IsInside(const site::Pose& next) const {
+  if (next.tilt == 0) return body.Contains(next.p_O_tip);
+  const Eigen::Rotation2Dd turn(next.tilt);
+  const Eigen::Vector2d d = turn * direction_O, across(-d.y(), d.x());
+  for (const double share : {-1.0, 0.0, 1.0}) {
+    const double aside = share * tool.width / 2;
+    // A round end is lowest where its normal is the direction without tilt.
+    const Eigen::Vector2d from_tip =
+        tool.radius > 0 ? (tool.radius * (direction_O - d)).eval() : (aside * across).eval();
+    if (body.Contains(next.p_O_tip + from_tip)) return true;
+  }
+  return false;
+}
+
 // Out of contact so far, on the way from `from`.
 void SimulatedSite::State::Begin(const Eigen::Vector2d& from, site::Pose* next) {
   const Eigen::Vector2d& to = next->p_O_tip;
   next->contact = nullptr;
-  const auto entry = body.Entry(from, to);
-  if (entry && body.Contains(to)) {
+  const auto entry = hand && IsInside(*next) ? body.Nearest(to) : body.Entry(from, to);
+  if (entry && IsInside(*next)) {
     next->contact = ahead.Await(*entry);
     if (next->contact) touched = entry;
   } else if (const auto near = body.Nearest(to);
@@ -160,15 +186,18 @@ void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   const Eigen::Vector3d moved = Moved();
   const Eigen::Vector2d to = ToBody(p_S - moved), from = pose.p_O_tip;
   site::Pose next{to, pose.contact, {0, 0}};
+  next.t = Now();
+  if (hand) next.tilt = hand->Tilt(next.t);
   bool through = punctured;
-  if (touched && (to - touched->p_O).dot(touched->normal_O) > 0) {
+  const bool has_left = touched && (to - touched->p_O).dot(touched->normal_O) > 0;
+  if (has_left && !(hand && IsInside(next))) {
     if (through) ++insertion;  // into another embryo
     through = false;
     touched.reset();
   }
   if (!touched) Begin(from, &next);
   if (touched) next.displacement_O = to - touched->p_O;
-  double next_depth = touched ? -next.displacement_O.dot(touched->normal_O) : 0;
+  double next_depth = touched ? std::max(0.0, -next.displacement_O.dot(touched->normal_O)) : 0;
   if (through || Breaks(next_depth)) {
     through = true;  // the membrane springs back at once, the tool is inside
     next.contact = nullptr;
@@ -195,8 +224,8 @@ site::Pose SimulatedSite::State::Expose() {
   if (seen.displacement_O.isZero(0)) {
     seen.contact = nullptr;
   } else {
-    seen.contact =
-        std::make_shared<site::PatchSolution>(SecantAt(*seen.contact, seen.displacement_O));
+    seen.contact = std::make_shared<site::PatchSolution>(
+        SecantAt(*seen.contact, seen.displacement_O, seen.tilt));
   }
   return seen;
 }
@@ -254,14 +283,20 @@ std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const
   }
   const auto move = [this, motion = ScriptedPress(scene), rate](double t) {
     for (int step = kStepsPerPicture - 1; step >= 0; --step) {
-      SetTime(t);
-      MoveTool(motion.Tip(t - step / (kStepsPerPicture * rate)));
+      const double at = std::max(0.0, t - step / (kStepsPerPicture * rate));
+      SetTime(state_->hand ? at : t);
+      MoveTool(motion.Tip(at) + HandOffset(at));
     }
   };
   return std::make_unique<CameraSource>(
       rate, fmt::format("simulated camera, scripted contact, {:g} Hz", rate),
       [this] { return Frame{TakePicture()}; },
-      CameraSource::Script{ScriptedPress(scene).duration(), move});
+      CameraSource::Script{ScriptedPress(scene).duration(), move,
+                           [this](double t) { return state_->hand ? state_->hand->Delay(t) : 0; }});
+}
+
+Eigen::Vector3d SimulatedSite::HandOffset(double t) const {
+  return state_->hand ? state_->hand->Offset(t) : Eigen::Vector3d::Zero();
 }
 
 void SimulatedSite::SetTime(double t) {

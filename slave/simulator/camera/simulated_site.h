@@ -38,6 +38,7 @@ class SimulatedSite final : public SimulatedEnvironment {
   // From now on the position of a moving body (`site.motion`) is that at `t` [s] after its rest,
   // instead of the clock: for scripts.
   void SetTime(double t);
+  [[nodiscard]] Eigen::Vector3d HandOffset(double t) const override;
   [[nodiscard]] Truth truth() const override;
   [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override;
   void SolveAhead() override {}

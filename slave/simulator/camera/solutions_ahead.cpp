@@ -5,8 +5,6 @@
 #include <exception>
 #include <utility>
 
-#include "slave/reference/planar/round_touch.h"
-
 namespace palpate::site {
 namespace {
 
@@ -18,12 +16,12 @@ constexpr std::size_t kKept = 8;
 }  // namespace
 
 SolutionsAhead::SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane,
-                               double width, double radius)
+                               const RoundEnd& tool, bool tilts)
     : body_(body),
       poisson_ratio_(poisson_ratio),
       plane_(plane),
-      width_(width),
-      radius_(radius),
+      tool_(tool),
+      tilts_(tilts),
       raster_(kRaster * body.larger_side()),
       contacts_(kKept) {}
 
@@ -43,9 +41,9 @@ std::shared_ptr<const PatchSolution> SolutionsAhead::Contact::Solve() const noex
   try {
     const auto place = of.body_.PlaceAt(loop, static_cast<double>(multiple) * of.raster_);
     return std::make_shared<PatchSolution>(
-        of.radius_ > 0 ? SolveUnderRound(of.body_, of.poisson_ratio_, of.plane_, place,
-                                         {of.width_, of.radius_})
-                       : SolvePatch(of.body_, of.poisson_ratio_, of.plane_, place, of.width_));
+        of.tilts_ || of.tool_.radius > 0
+            ? SolveUnderRound(of.body_, of.poisson_ratio_, of.plane_, place, of.tool_)
+            : SolvePatch(of.body_, of.poisson_ratio_, of.plane_, place, of.tool_.width));
   } catch (const std::exception&) {
     return nullptr;  // kept as such, so that nobody waits for it again
   }

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "slave/reference/planar/patch_solution.h"
+#include "slave/reference/planar/round_touch.h"
 #include "slave/simulator/environment/solved_ahead.h"
 
 namespace palpate::site {
@@ -12,9 +13,10 @@ namespace palpate::site {
 // for the expected contact point, so that the start of contact costs nothing.
 class SolutionsAhead {
  public:
-  // `body` must outlive this. `width` and, of a round tool, `radius` [m].
-  SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane, double width,
-                 double radius = 0);
+  // `body` must outlive this. `tilts`: the tool may be turned, so its contact changes like that of
+  // a round one.
+  SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane, const RoundEnd& tool,
+                 bool tilts);
 
   // Requests a solution near `place`. Returns at once; the newest request counts.
   void Expect(const BoundaryPlace& place) { (void)Wanted(place); }
@@ -37,7 +39,8 @@ class SolutionsAhead {
   const TrueBody& body_;
   double poisson_ratio_;
   Plane plane_;
-  double width_, radius_;          // [m]
+  RoundEnd tool_;
+  bool tilts_;
   double raster_;                  // [m]
   SolvedAhead<Contact> contacts_;  // last: its thread uses everything above
 };

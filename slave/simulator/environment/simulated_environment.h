@@ -35,6 +35,8 @@ class SimulatedSource final : public Source {
   struct Script {
     double duration = 0;               // [s]
     std::function<void(double)> move;  // brings the tool to where it is at a time [s]
+    // How much later than on the raster a sample is taken, in parts of the period; empty: never.
+    std::function<double(double)> delay{};
   };
   // `take` makes the sample of this moment, without its number and time.
   SimulatedSource(double rate, std::string description, std::function<Sample()> take,
@@ -56,8 +58,9 @@ class SimulatedSource final : public Source {
 
  private:
   std::optional<Time> FollowScript() {
-    const double t = static_cast<double>(sequence_) / rate_;
+    double t = static_cast<double>(sequence_) / rate_;
     if (t > script_->duration) return std::nullopt;
+    if (script_->delay) t += script_->delay(t) / rate_;
     script_->move(t);
     return Time{} + Seconds(t);
   }
@@ -95,6 +98,10 @@ class SimulatedEnvironment : public GroundTruth {
   // Moves the tool's tip here, S [m]. Thread-safe. Positions that are not finite are ignored. A
   // simulator is moved with one patience only.
   virtual void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) = 0;
+  // Of the tip from its script, where a hand guides it (`site.hand`), `t` [s] after the start [m].
+  [[nodiscard]] virtual Eigen::Vector3d HandOffset(double /*t*/) const {
+    return Eigen::Vector3d::Zero();
+  }
   // Solves the scene's contact before the start of operation; the tool is at home afterwards.
   // Seconds.
   virtual void SolveAhead() = 0;

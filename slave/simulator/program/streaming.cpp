@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 #include <palpate/client.h>
 #include <spdlog/spdlog.h>
 
+#include "slave/simulator/camera/scripted_press.h"
 #include "slave/simulator/program/driver_messages.h"
 #include "slave/simulator/program/simulated_arm.h"
 #include "slave/simulator/program/tool_socket.h"
@@ -135,6 +137,24 @@ bool UsesSamples(const v1::Status& status, std::uint64_t frames, bool has_force)
          status.cameras().trouble().empty();
 }
 
+// A person presses again and again.
+void PressByItself(const Scene& scene, SimulatedEnvironment& environment,
+                   const std::stop_token& stop) {
+  if (!scene.sense.Find<Camera>()) {
+    throw std::invalid_argument(
+        "manipulator: none: only a tool before one camera presses by itself; expected a "
+        "manipulator");
+  }
+  PressMotion motion = ScriptedPress(scene);
+  motion.presses = std::numeric_limits<int>::max();
+  const Time begin = Clock::now();
+  while (!stop.stop_requested()) {
+    const double t = SecondsBetween(begin, Clock::now());
+    environment.MoveTool(motion.Tip(t) + environment.HandOffset(t), Patience::kNone);
+    std::this_thread::sleep_for(Seconds(1 / kReportRate));
+  }
+}
+
 }  // namespace
 
 void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnvironment& environment,
@@ -151,6 +171,8 @@ void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnviro
   if (scene.manipulator.source == ManipulatorOptions::Source::kStream) {
     tool.emplace(environment);
     Print("tool on " + tool->address());
+  } else if (scene.manipulator.source == ManipulatorOptions::Source::kNone) {
+    streams.Run([&] { PressByItself(scene, environment, end); });
   } else {
     streams.Run([&] {
       SimulatedArm simulated(environment, scene.manipulator.home, end);

@@ -50,5 +50,36 @@ TEST_F(RoundTouchTest, TheContactIsAsWideAsHertzHasIt) {
   }
 }
 
+// References: the flat bonded solution on its own graded mesh, whose stiffness is within 1e-3, and
+// statics. Tolerance: 1 % of the stiffness, from the coarser mesh and nodes that let go.
+TEST_F(RoundTouchTest, AStraightFacePressesLikeTheBondedTool) {
+  const site::TrueBody body(scene_);
+  const auto place = body.Nearest({0.044, 0.09});
+  const site::PatchSolution face = SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, 0});
+  const site::PatchSolution bonded = SolvePatch(body, kNu, Plane::kStrain, place, 12e-3);
+  constexpr double kDepth = 2e-3;
+  const double wanted = kDepth * bonded.stiffness(1, 1);
+  EXPECT_NEAR(-Touched(*face.round, {0, -kDepth}).total().y(), wanted, 0.01 * wanted);
+}
+
+// A tool turned counter-clockwise has its left corner in front: it touches before the middle does,
+// and there only. Mirrored, the force is mirrored.
+TEST_F(RoundTouchTest, ATiltedFaceTouchesWithItsLeadingCornerFirst) {
+  const site::TrueBody body(scene_);
+  const auto place = body.Nearest({0.044, 0.09});
+  const site::PatchSolution face = SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, 0});
+  constexpr double kTilt = 0.2, kBefore = 0.5e-3;  // the corner leads by 1.2 mm
+  const site::RoundState left = Touched(*face.round, {0, kBefore}, kTilt);
+  const site::RoundState right = Touched(*face.round, {0, kBefore}, -kTilt);
+  ASSERT_LT(left.total().y(), 0);
+  EXPECT_NEAR(left.total().y(), right.total().y(), 0.01 * std::abs(left.total().y()));
+  for (std::size_t i = 0; i < face.round->nodes.size(); ++i) {
+    if (left.force(2 * static_cast<Eigen::Index>(i) + 1) < 0) {
+      EXPECT_LT(face.round->nodes[i].x(), 0);
+    }
+  }
+  EXPECT_EQ(Touched(*face.round, {0, 2e-3}, kTilt).total().norm(), 0);
+}
+
 }  // namespace
 }  // namespace palpate
