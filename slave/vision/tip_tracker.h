@@ -34,8 +34,7 @@ struct TipTemplate {
 // Throws std::runtime_error naming the key and the file: unreadable, too small (below 5 px), too
 // large (above 512 px), without contrast. Background beside the end of a tool of `width` [px] that
 // points along `d_I` gets no weight, as below; a zero vector, or width: not known.
-TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d_I = {0, 0},
-                            double width = 0);
+TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d_I, double width);
 
 // Cuts the template from the image `first`: the tool is a bar of `width` [px] whose end is at
 // `p_I_tip`, pointing along the unit vector `d_I` (both in I).

@@ -341,7 +341,7 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   const double relative = std::hypot(touch_->WidthAt(place).sigma, pixel_tolerance_);
   const double relative_error = relative * response.force_O.norm();
   rules_.SetForce(-(X_SO.linear() * response.force_O),
-                  std::hypot(stiffness * sigma, relative_error),
+                  std::hypot(stiffness * std::hypot(sigma, touch_->FaceGap(place)), relative_error),
                   {response.validity, FailedCheck::kNone, response.doubt}, &estimate_);
   std::optional<Eigen::Vector3d> moment = response.moment_O;
   if (moment) {

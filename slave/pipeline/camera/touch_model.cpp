@@ -1,10 +1,13 @@
 #include "slave/pipeline/camera/touch_model.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
 
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/mesh/boundary_patch.h"
 
 namespace palpate {
 
@@ -61,6 +64,21 @@ bool TouchModel::FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& disp
 
 ToolWidth::Share TouchModel::WidthAt(const BoundaryPlace& place) noexcept {
   return width_ ? width_->At(place, deformation.get()) : ToolWidth::Share{};
+}
+
+// The mean of x^2 / 2 R over the width w is w^2 / 24 R. The angle w / R is that between the ends of
+// the patch.
+double TouchModel::FaceGap(const BoundaryPlace& place) const noexcept {
+  if (indenter) return 0;
+  std::array<int, 256> patch;
+  const int count =
+      std::min(PatchElements(mesh, place.element, place.p_O, tool_width_, patch), 256);
+  if (count < 2) return 0;
+  const auto normal = [&](int i) {
+    return mesh.elements[static_cast<std::size_t>(patch[static_cast<std::size_t>(i)])].normal();
+  };
+  const double turn = std::acos(std::clamp(normal(0).dot(normal(count - 1)), -1.0, 1.0));
+  return tool_width_ * turn * count / (count - 1) / 24;
 }
 
 double TouchModel::SecantPart(const ContactResponse& response,

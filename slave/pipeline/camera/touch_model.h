@@ -43,6 +43,9 @@ struct TouchModel final : PreparedModel {
   // round tool moves as a flat one does.
   bool FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
                std::vector<Eigen::Vector3d>* field) noexcept;
+  // Mean distance of a flat tool's face from the outline that it touches in its middle [m]: the
+  // model's patch takes the outline's curve, the face is straight.
+  [[nodiscard]] double FaceGap(const BoundaryPlace& place) const noexcept;
   [[nodiscard]] ToolWidth::Share WidthAt(const BoundaryPlace& place) noexcept;
   // Share of the stiffness that gives the force of a round tool at this depth, whose contact was
   // smaller before; 1 for a flat tool [-].
