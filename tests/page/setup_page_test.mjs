@@ -69,7 +69,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     await person.fill('material.modulus', '127');
     await person.next();
 
-    await person.fill('tool.width', '5.87');
+    await person.fill('tool.width', '5,87');
     await person.drag([500, 60], [540, 130]);
     await person.shows('setup-problems', /No tool is seen in the box/);
     await person.boxTip(TIP, 5.87 / 0.35);
@@ -80,15 +80,16 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
 
     await person.shows('setup-report', /force is about/);
     await stage.shoot('setup-check');
+    await person.fill('name.text', 'rubber-block');
     await person.page.click('#setup-use');
     await person.shows('setup-force', /N ± /);
     console.log(`${((Date.now() - began) / 1e3).toFixed(1)} s to the first force`);
     await until(async () => /Largest valid depth so far: [2-9]/.test(await stage.text('setup-largest')), 'a valid press');
     await stage.shoot('setup-press');
     const [download] = await Promise.all([person.page.waitForEvent('download'), person.page.click('#setup-download')]);
-    assert.equal(download.suggestedFilename(), 'my-object.zip');
+    assert.equal(download.suggestedFilename(), 'rubber-block.zip');
     await person.page.click('#setup-close');
-    await stage.shows('scene', 'my-object');
+    await stage.shows('scene', 'rubber-block');
     await until(async () => Number(await stage.text('magnitude')) > 1, 'the force in the station');
     await stage.shoot('setup-station');
     assert.deepEqual(stage.errors, []);

@@ -64,6 +64,7 @@ export class Controls {
   key(event) {
     if (this.replay.key(event)) return this.swallow(event);
     if (this.replay.active && event.key === ' ') return;
+    if (event.key === ' ' && isOfField(event) && event.target.closest('#setup-form')) return;  // nobody is engaged there
     if (event.key === ' ' && !event.repeat) this.stop();
     if (event.key === ' ') return this.swallow(event);
     if (event.key === 'Escape') return this.escape();

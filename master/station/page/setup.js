@@ -2,7 +2,7 @@
 import { CHECK_HELP, inWords } from './setup_words.js';
 import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js';
 import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.js';
-import { Answers, GUESS_OFF, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
+import { Answers, GUESS_OFF, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, number, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
 import { findTip, greyOf, imageTrouble } from './setup_tip.js';
 import { save, zipOf } from './save.js';
 import { VALIDITY, codeOf, figure, write } from './words.js';
@@ -157,15 +157,19 @@ export class Setup {
     this.draw();
   }
   tipIn({ box, width, shape }) {
-    const outline = outlineOf(this.answers.now), px = (1e-3 * Number(width)) / pixelOf(this.answers.now);
+    const outline = outlineOf(this.answers.now), px = (1e-3 * number(width)) / pixelOf(this.answers.now);
     if (box.length < 2 || !this.frozen || !outline.length || !(px > 0)) return null;
     return px >= 3 ? findTip(this.frozen.grey, box, outline, px, shape === 'round') : { why: `The tip is ${px.toFixed(1)} px wide in the image: expected at least 3 px. Move the camera nearer, or correct the width.` };
   }
   takeField(field) {
     const [step, key] = (field.name || '').split('.');
     if (!key || this.valueOf(field) === field.value) return;
-    if (step === 'name') this.answers.set('name', field.value);
-    else if (key === 'kind') this.answers.change('object', { kind: field.value, points: [], found: null, clear: null });
+    if (step === 'name') {  // what was checked stays
+      this.answers.set('name', field.value);
+      this.keep();
+      return this.draw();
+    }
+    if (key === 'kind') this.answers.change('object', { kind: field.value, points: [], found: null, clear: null });
     else this.answers.change(step, { [key]: field.value });
     if (key === 'kind') this.answers.set('held', []);
     this.trouble[step] = null;
@@ -221,7 +225,7 @@ export class Setup {
     const { scale } = this.answers.now;
     this.trouble.scale = boardProblems(this.answers.now);
     if (this.trouble.scale.length) return this.draw();
-    const request = { images: [this.frozen.jpeg], columns: Number(scale.columns), rows: Number(scale.rows), square: 1e-3 * Number(scale.square) };
+    const request = { images: [this.frozen.jpeg], columns: number(scale.columns), rows: number(scale.rows), square: 1e-3 * number(scale.square) };
     const reply = await this.call('board', 'scale', request, 'The slave looks for the board ...');
     if (!reply) return;
     this.answers.change('scale', { board: { pixel: reply.pixel, points: reply.corners.map(({ u, v }) => [u, v]) } });

@@ -47,7 +47,7 @@ export class Answers {
   }
 }
 
-const number = (text) => (String(text).trim() === '' ? NaN : Number(String(text).replace(',', '.')));
+export const number = (text) => (String(text).trim() === '' ? NaN : Number(String(text).replace(',', '.')));
 const numbers = (text) => String(text).split(/[;\s]+/).filter(Boolean).map(number);
 const mm = (text) => 1e-3 * number(text);
 const positive = (text, name, unit) => (number(text) > 0 && Number.isFinite(number(text)) ? '' : `${name}: expected a number above 0, in ${unit}.`);
@@ -260,7 +260,7 @@ function thicknessProblems({ object }, outline) {
     [`The thickness is ${digits(number(object.thickness), 3)} mm, as much as the width: thickness is measured towards the camera. For a body that is as deep as it is wide, choose "thick".`];
 }
 
-// Modulus etc. by name are the slave's; Poisson's ratio is given where its table has none.
+// Modulus, density and tolerance by name are the slave's; Poisson's ratio is that of the field.
 function materialText({ by, name, modulus, poisson, tolerance }) {
   if (by === 'name') return `{name: ${name}, poisson_ratio: ${number(poisson)}}`;
   return `{young_modulus: ${number(modulus)} kPa, poisson_ratio: ${number(poisson)}, tolerance: ${by === 'identify' ? GUESS_OFF : number(tolerance)} %}`;
