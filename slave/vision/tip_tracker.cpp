@@ -40,7 +40,7 @@ constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
 // those tried one by one while the tip is lost. Pixels around the template.
 constexpr double kTurnStep = 0.035, kMostTurn = 0.05, kLeastTurn = 0.01, kFarthestTurn = 0.4;
 constexpr std::array kTurnsTried{0.0, 0.1, -0.1, 0.2, -0.2};
-constexpr int kTurnMargin = 6;
+constexpr int kTurnMargin = 6, kMostTurns = 6;
 constexpr int kLeastCoarse = 7;  // edge below which a shrunk template tells too little [px]
 
 struct Peak {
@@ -176,7 +176,19 @@ void TipTracker::Straighten(const cv::Mat& image) {
                  cv::BORDER_REPLICATE);
 }
 
+// A tool that is found anew may have turned by more than in one image.
 TipObservation TipTracker::Track(const cv::Mat& image) {
+  const bool is_new = !last_;
+  TipObservation tip = TrackTurned(image);
+  for (int k = 0; k < kMostTurns && is_new && tip.found; ++k) {
+    const double before = turn_;
+    tip = TrackTurned(image);
+    if (std::abs(turn_ - before) < kLeastTurn) break;
+  }
+  return tip;
+}
+
+TipObservation TipTracker::TrackTurned(const cv::Mat& image) {
   if (!last_ && has_turned_ && lost_++ > 0) {
     turn_ = kTurnsTried[static_cast<std::size_t>(lost_) % kTurnsTried.size()];
   }

@@ -142,6 +142,7 @@ class TipTracker {
 
   [[nodiscard]] cv::Rect WindowAround(const Eigen::Vector2d& tip, double scale) const;
   [[nodiscard]] Eigen::Vector2d Predicted() const;
+  TipObservation TrackTurned(const cv::Mat& image);
   void Straighten(const cv::Mat& image);
   TipObservation TrackStraight(const cv::Mat& image);
   void FollowTurn(const cv::Mat& image, TipObservation* tip);

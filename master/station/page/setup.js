@@ -265,6 +265,7 @@ export class Setup {
   }
   async use() {
     if (!this.report) return this.propose();
+    this.scene = await this.proposal();  // as checked, but for the name
     const reply = await this.call('use', 'check', this.requestOf(this.scene), 'The slave takes the scene into use ...');
     if (!reply) return;
     this.wanted = true;

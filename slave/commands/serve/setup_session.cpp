@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/text/text.h"
@@ -144,7 +145,7 @@ struct Trial {
 std::optional<SceneMistake> CompareTool(const Scene& scene, const CameraSense& sense) {
   const Estimator& estimator = sense.estimator();
   const TipObservation& tip = estimator.observation().tip;
-  const Eigen::Vector2d d_I = estimator.tracker().tool_direction_I();
+  const Eigen::Vector2d d_I = Eigen::Rotation2Dd(tip.turn) * estimator.tracker().tool_direction_I();
   if (!tip.found || d_I.isZero(0)) return std::nullopt;
   const cv::Mat& image = sense.frame().image;
   const double width = scene.tool->width / estimator.view().pixel();

@@ -59,6 +59,8 @@ class RoundIndenter {
   [[nodiscard]] ContactResponse Press(const ToolIndentation& press, DeformationModel* model,
                                       Solution* solution) noexcept;
 
+  [[nodiscard]] double radius() const { return radius_; }  // [m]
+
  private:
   void Gather(const ToolIndentation& press) noexcept;
   void TouchNearest(const ToolIndentation& press, bool presses) noexcept;

@@ -288,11 +288,27 @@ double Estimator::GapSigma(const BoundaryPlace& place,
                     n_S.dot(agreement_.Unexplained()));
 }
 
+// The point of the tool's end that is deepest in the object [px]: of a round one that leans, beside
+// its apex `p_I`.
+Eigen::Vector2d Estimator::DeepestPoint(const Eigen::Vector2d& p_I) const noexcept {
+  const Eigen::Vector2d d_I =
+      Eigen::Rotation2Dd(observation_.tip.turn) * tracker_->tool_direction_I();
+  if (!touch_->indenter || d_I.isZero(0)) return p_I;
+  const Eigen::Isometry3d& X_SO = registration_.X_SO;
+  const Eigen::Vector3d p_S = view_.ToSlave(p_I);
+  const Eigen::Vector3d p_O = X_SO.inverse() * p_S;
+  touch_->probe->Reset();
+  const Eigen::Vector2d n_O = touch_->probe->MoveTip(p_O.head<2>()).normal_O;
+  const Eigen::Vector2d n_I =
+      view_.ToImage(p_S + view_.pixel() * (X_SO.linear() * Planar(n_O))) - p_I;
+  return p_I - touch_->indenter->radius() / view_.pixel() * (d_I + n_I);
+}
+
 // Update: contact, force and local model.
 bool Estimator::UpdateContact(const CompensatedTip& tip) noexcept {
   Stopwatch lap;
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
-  const Eigen::Vector3d p_S_tip = view_.ToSlave(tip.p_I);
+  const Eigen::Vector3d p_S_tip = view_.ToSlave(DeepestPoint(tip.p_I));
   const Eigen::Vector3d p_O_tip = X_SO.inverse() * p_S_tip;
   const BoundaryPlace& place = touch_->contact->MoveTip(p_O_tip.head<2>());
   const bool touching = touch_->contact->in_contact();

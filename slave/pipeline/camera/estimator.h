@@ -123,6 +123,7 @@ class Estimator {
   void Examine(const cv::Mat& image, double tip_sigma, bool is_solved) noexcept;
   [[nodiscard]] std::optional<EncoderInnovation> Innovation() const noexcept;
   void ResumeContact() noexcept;
+  [[nodiscard]] Eigen::Vector2d DeepestPoint(const Eigen::Vector2d& p_I) const noexcept;
   [[nodiscard]] double DepthOf(const Eigen::Vector2d& indentation_O) const noexcept;
   [[nodiscard]] double GapSigma(const BoundaryPlace& place,
                                 const Eigen::Matrix2d& covariance) const noexcept;
