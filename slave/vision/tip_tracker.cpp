@@ -180,9 +180,11 @@ void TipTracker::Straighten(const cv::Mat& image) {
 TipObservation TipTracker::Track(const cv::Mat& image) {
   const bool is_new = !last_;
   TipObservation tip = TrackTurned(image);
-  for (int k = 0; k < kMostTurns && is_new && tip.found; ++k) {
+  const bool reacquired = tip.reacquired;
+  for (int k = 0; k < kMostTurns && is_new && tip.found && turn_ != 0; ++k) {
     const double before = turn_;
     tip = TrackTurned(image);
+    tip.reacquired = reacquired;
     if (std::abs(turn_ - before) < kLeastTurn) break;
   }
   return tip;
