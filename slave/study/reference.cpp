@@ -50,7 +50,7 @@ double RoundForce(const Scene& scene, const Press& press, double depth) {
                                               {scene.tool->width, scene.tool->radius});
   const Eigen::Vector2d way = press.inward_O.head<2>();
   return scene.object.material.young_modulus * ThicknessOf(scene.object.geometry) *
-         way.dot(site::Touched(*solution.round, depth * way).total());
+         way.dot(site::Touched(*solution.round, depth * way, 0).total());
 }
 
 constexpr double kGood = 0.05;    // an independent answer's own bar, relative

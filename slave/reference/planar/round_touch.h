@@ -38,11 +38,11 @@ struct RoundState {
     return force.reshaped(2, force.size() / 2).rowwise().sum();
   }
 };
-RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double tilt = 0);
+RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double tilt);
 
 // Equivalent of `wide` at this displacement [m], not zero: a solution as of a flat tool whose
 // displacements and force are those of the round one there.
 PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O,
-                       double tilt = 0);
+                       double tilt);
 
 }  // namespace palpate::site

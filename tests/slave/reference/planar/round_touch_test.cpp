@@ -35,7 +35,7 @@ TEST_F(RoundTouchTest, TheContactIsAsWideAsHertzHasIt) {
       SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, kRadius});
   double last = 0;
   for (const double depth : {0.2e-3, 0.5e-3, 1e-3}) {
-    const site::RoundState state = Touched(*wide.round, {0, -depth});
+    const site::RoundState state = Touched(*wide.round, {0, -depth}, 0);
     const double P = -state.total().y();
     double a = 0;
     for (std::size_t i = 0; i < wide.round->nodes.size(); ++i) {
@@ -59,7 +59,7 @@ TEST_F(RoundTouchTest, AStraightFacePressesLikeTheBondedTool) {
   const site::PatchSolution bonded = SolvePatch(body, kNu, Plane::kStrain, place, 12e-3);
   constexpr double kDepth = 2e-3;
   const double wanted = kDepth * bonded.stiffness(1, 1);
-  EXPECT_NEAR(-Touched(*face.round, {0, -kDepth}).total().y(), wanted, 0.01 * wanted);
+  EXPECT_NEAR(-Touched(*face.round, {0, -kDepth}, 0).total().y(), wanted, 0.01 * wanted);
 }
 
 // A tool turned counter-clockwise has its left corner in front: it touches before the middle does,
