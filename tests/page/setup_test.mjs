@@ -108,24 +108,41 @@ test('the tip is found within 0.1 px, wherever the box is, with and without mark
   }
 });
 
+// The block's image with a tool that points along `d`, its end at `tip` [px].
+function drawTilted(tip, d, isRound) {
+  const half = 5.87 / PIXEL / 2, grey = draw([320, -50]), levels = Float32Array.from(grey.levels);
+  for (let v = 0; v < 150; ++v) {
+    for (let u = 200; u < 440; ++u) {
+      let part = 0;  // of the pixel that the tool covers
+      for (let i = 0; i < 16; ++i) {
+        const [x, y] = [u - tip[0] + ((i % 4) - 1.5) / 4, v - tip[1] + (Math.floor(i / 4) - 1.5) / 4], beside = Math.abs(x * d[1] - y * d[0]);
+        const end = isRound ? Math.sqrt(Math.max(0, half * half - beside * beside)) - half : 0;
+        if (x * d[0] + y * d[1] < end && beside < half) part += 1 / 16;
+      }
+      levels[640 * v + u] += part * (90 - 20);
+    }
+  }
+  return { ...grey, levels };
+}
+
 test('the tip of a tilted tool is found with its direction', () => {
   for (const turn of [-0.26, 0.15, 0.26]) {
-    const tip = [320.3, 120.6], d = [Math.sin(turn), Math.cos(turn)], half = 5.87 / PIXEL / 2, grey = draw([320, -50]);
-    const levels = Float32Array.from(grey.levels);
-    for (let v = 0; v < 150; ++v) {
-      for (let u = 200; u < 440; ++u) {
-        let part = 0;  // of the pixel that the tool covers
-        for (let i = 0; i < 16; ++i) {
-          const [x, y] = [u - tip[0] + ((i % 4) - 1.5) / 4, v - tip[1] + (Math.floor(i / 4) - 1.5) / 4];
-          if (x * d[0] + y * d[1] < 0 && Math.abs(x * d[1] - y * d[0]) < half) part += 1 / 16;
-        }
-        levels[640 * v + u] += part * (90 - 20);
-      }
-    }
-    const seen = findTip({ ...grey, levels }, [[tip[0] - 35, tip[1] - 60], [tip[0] + 35, tip[1] + 9]], BLOCK, 5.87 / PIXEL);
+    const tip = [320.3, 120.6], d = [Math.sin(turn), Math.cos(turn)];
+    const seen = findTip(drawTilted(tip, d, false), [[tip[0] - 35, tip[1] - 60], [tip[0] + 35, tip[1] + 9]], BLOCK, 5.87 / PIXEL);
     assert.ok(!seen.why && Math.hypot(seen.tip[0] - tip[0], seen.tip[1] - tip[1]) < 0.3, `${turn}: ${JSON.stringify(seen)}`);
-    assert.ok(Math.abs(seen.direction[0] - d[0]) < 0.02 && Math.abs(seen.width - 2 * half) < 0.4, `${turn}: ${JSON.stringify(seen)}`);
+    assert.ok(Math.abs(seen.direction[0] - d[0]) < 0.02 && Math.abs(seen.width - 5.87 / PIXEL) < 0.4, `${turn}: ${JSON.stringify(seen)}`);
   }
+});
+
+test('the apex of a round tool is found, on average within 0.06 px', () => {
+  const off = [-0.1, 0, 0.1].flatMap((turn) => [0, 0.25, 0.5, 0.75].map((part) => {
+    const tip = [320.3, 120 + part], d = [Math.sin(turn), Math.cos(turn)];
+    const seen = findTip(drawTilted(tip, d, true), [[tip[0] - 35, tip[1] - 60], [tip[0] + 35, tip[1] + 9]], BLOCK, 5.87 / PIXEL, true);
+    return (seen.tip[0] - tip[0]) * d[0] + (seen.tip[1] - tip[1]) * d[1];
+  }));
+  const mean = off.reduce((sum, value) => sum + value, 0) / off.length;
+  // The arc alone, as wide as the rows that are taken, would move it by 0.12 px.
+  assert.ok(Math.abs(mean) < 0.06 && off.every((value) => Math.abs(value) < 0.2), `${off}`);
 });
 
 test('the scene of the silicone block is that of the hand-written one', () => {

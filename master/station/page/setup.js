@@ -5,7 +5,7 @@ import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.j
 import { Answers, GUESS_OFF, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, number, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
 import { findTip, greyOf, imageTrouble } from './setup_tip.js';
 import { save, zipOf } from './save.js';
-import { VALIDITY, codeOf, figure, write } from './words.js';
+import { VALIDITY, codeOf, figure, interval, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
 const NAMES = Object.keys(STEPS);
@@ -67,7 +67,8 @@ export class Setup {
     byId('setup-open').hidden = !lines;
     this.cameraLines = lines.split('\n').map((line) => line.trim()).filter(Boolean);
     if (lines && this.kept === undefined) this.restore();
-    if (!lines || this.wanted === null) this.show(Boolean(lines) && !scene.name, false);
+    const isOn = Boolean(lines) && (this.wanted ?? !scene.name);
+    if (isOn !== this.isShown) this.show(isOn, false);
   }
   takeStatus({ slave_state: state }) {
     this.state = state;
@@ -266,9 +267,9 @@ export class Setup {
   async use() {
     if (!this.report) return this.propose();
     this.scene = await this.proposal();  // as checked, but for the name
+    this.wanted = true;  // the slave may tell of its scene before it answers
     const reply = await this.call('use', 'check', this.requestOf(this.scene), 'The slave takes the scene into use ...');
     if (!reply) return;
-    this.wanted = true;
     this.curve = new PressCurve();
     this.answers.change('press', { held: null, reading: '', readings: [] });  // they belong to the scene before
     this.go('press');
@@ -447,7 +448,8 @@ export class Setup {
     const rows = readings.map(({ words, force, depth }, i) => `${i + 1}: ${words} for ${figure(force)} N at ${figure(1e3 * depth)} mm`);
     if (rows.join() !== this.shownReadings) byId('setup-readings').replaceChildren(...rows.map((textContent) => Object.assign(document.createElement('li'), { textContent })));
     this.shownReadings = rows.join();
-    write(byId('setup-modulus'), fitted ? `Young's modulus ${figure(1e-3 * fitted.modulus)} kPa ± ${figure(1e-3 * fitted.half)} kPa (95 %)` : '');
+    const [modulus, half] = fitted ? interval(1e-3 * fitted.modulus, 1e-3 * fitted.half) : [];
+    write(byId('setup-modulus'), fitted ? `Young's modulus ${modulus} kPa ± ${half} kPa (95 %)` : '');
     byId('setup-use-modulus').disabled = !fitted;
   }
   drawImage() {

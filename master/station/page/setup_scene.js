@@ -93,7 +93,7 @@ export function pixelOf(answers) {
 
 // One standard deviation of pixelOf, relative: of a click along the line, of an edge that was found, of a board's square, and of a
 // lens that nobody corrected, whose scale changes from the middle to the corners: a third of the 1 to 2 % of common webcams.
-const CLICK_PX = 1.4, FOUND_PX = 0.5, BOARD = 0.002, LENS = 0.005;
+const CLICK_PX = 2, FOUND_PX = 0.5, BOARD = 0.002, LENS = 0.005;
 export function pixelToleranceOf(answers) {
   const { scale, object } = answers, sides = measuredSides(object).filter(([, metres, px]) => metres > 0 && px > 0);
   const lens = scale.by === 'board' ? 0 : LENS;

@@ -8,6 +8,7 @@ const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
 const LEAST_STEP = 12;  // levels across an edge of the tool
 const SLAB_PX = 6;  // rows that are taken together, in the search for the tool's sides
 const LEAST_MARKS = 200;  // squared changes along the tool, summed [levels^2]
+const PAST_PX = 10;  // beyond the box, where the end is searched too
 const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;  // of the template, as the slave cuts its own
 
 export function greyOf({ width, height, data }) {
@@ -99,7 +100,11 @@ export function findTip(grey, box, outline, width, isRound = false) {
   const axis = axisOf(grey, (a, s) => [0, 1].map((i) => (i === k ? back + a * d[k] : side + s * n[i])), d, length, across, width);
   if (!axis) return { why: `No tool is seen in the box: expected a bar about ${Math.round(width)} px wide that enters the box opposite to the object. Drag the box around the tip, or correct the tool's width.` };
   const place = (a, s) => [axis.at[0] + a * axis.d[0] - s * axis.d[1], axis.at[1] + a * axis.d[1] + s * axis.d[0]];
-  const within = Math.max(1, Math.floor((isRound ? 0.15 : 0.35) * axis.width)), long = Math.floor(length * Math.hypot(1, axis.d[1 - k] / axis.d[k]));
+  const within = Math.max(1, Math.floor((isRound ? 0.15 : 0.35) * axis.width)), boxed = Math.floor(length * Math.hypot(1, axis.d[1 - k] / axis.d[k]));
+  // Up to the object, whose edge is some pixels wide.
+  const isFree = (a) => !contains(outline, place(a + BEYOND_PX, 0)) && place(a, 0).every((value, i) => value >= 0 && value < [grey.width, grey.height][i]);
+  let long = boxed;
+  while (long < boxed + PAST_PX && isFree(long)) ++long;
   const along = Array.from({ length: long }, (_, a) => {
     let sum = 0;
     for (let s = -within; s <= within; ++s) sum += levelAt(grey, ...place(a, s));
@@ -107,7 +112,8 @@ export function findTip(grey, box, outline, width, isRound = false) {
   });
   const end = endOf(along, long);
   if (end === null) return { why: "The tool's end is not seen in the box: enlarge it by 10 px towards the object, but not onto the object." };
-  const tip = place(end, 0);
+  // The rows along a round tool end on its arc, on average before its apex.
+  const tip = place(isRound ? end + (within * (within + 1)) / (3 * axis.width) : end, 0);
   if (contains(outline, tip)) return { why: 'The tip lies on the object: in the frozen image the tool must not touch it. Lift the tool and freeze again.' };
   return { tip, direction: axis.d, width: axis.width, ...templateAt(grey, place, along, end, axis) };
 }

@@ -17,6 +17,8 @@ export const figure = (value) => {
   if (size === 0) return '0';
   return size >= 1e5 || size < 1e-3 ? value.toExponential(1) : String(Number(value.toPrecision(3)));
 };
+// A value and the half width (> 0) of its interval, both to the second significant digit of the half width.
+export const interval = (value, half) => [value, half].map((number) => fixed(number, Math.max(0, 1 - Math.floor(Math.log10(half)))));
 export const ms = (seconds, digits = 1) => (Number.isFinite(seconds) ? `${(seconds * 1e3).toFixed(digits)} ms` : '-');
 // Words for an age [s]; null: nothing received. Ages below zero get words of their own.
 export const LATER_S = 0.1;

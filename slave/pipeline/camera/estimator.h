@@ -141,6 +141,7 @@ class Estimator {
   Press press_;
   EstimateBuilder rules_;
   double pixel_tolerance_ = 0;  // as the scene has it [-]
+  double anchor_sigma_ = 0;     // of the tool's end in a template file [m]
   PunctureCue cue_;
   Checks<CameraSample> checks_;
   CameraObservation observation_;  // of the last estimate

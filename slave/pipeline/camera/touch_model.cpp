@@ -10,6 +10,14 @@
 #include "slave/mesh/boundary_patch.h"
 
 namespace palpate {
+namespace {
+
+// Relative error of a round tool's force times the number of elements that it touches [-].
+// [measured: 416 presses of blocks, wedges and discs with 180 and 360 elements, 3 to 8 of them
+// touched, against 1600 elements: rms]
+constexpr double kRoundError = 0.035;
+
+}  // namespace
 
 TouchModel::TouchModel(const Scene& scene, const std::optional<Outline>& seen, Progress* progress)
     : TouchModel(scene, MeshOutline(scene, seen), nullptr, progress) {}
@@ -79,6 +87,11 @@ double TouchModel::FaceGap(const BoundaryPlace& place) const noexcept {
   };
   const double turn = std::acos(std::clamp(normal(0).dot(normal(count - 1)), -1.0, 1.0));
   return tool_width_ * turn * count / (count - 1) / 24;
+}
+
+double TouchModel::RoundSigma() const noexcept {
+  const auto touched = static_cast<double>(pressed.contacts().size());
+  return indenter && touched > 0 ? kRoundError / touched : 0;
 }
 
 double TouchModel::SecantPart(const ContactResponse& response,

@@ -52,6 +52,10 @@ struct TouchModel final : PreparedModel {
   [[nodiscard]] double SecantPart(const ContactResponse& response,
                                   const BoundaryPlace& place) const noexcept;
 
+  // Standard deviation of the force of the last Press, as share of it, by whole elements in the
+  // contact of a round tool; 0 for a flat one [-].
+  [[nodiscard]] double RoundSigma() const noexcept;
+
   // Half the tool's width [m].
   [[nodiscard]] double reach() const { return tool_width_ / 2; }
 
