@@ -101,6 +101,7 @@ class FemZoneModel final : public DeformationModel {
   std::vector<Eigen::VectorXd> prescribed_;
   std::vector<Bending> learned_;
   std::vector<Eigen::Vector3d> softness_;  // per contact and axis
+  bool is_stretched_ = false;              // some element
   bool inverted_ = false;
   bool follows_ = false;                         // the state is that of the last query
   std::chrono::steady_clock::time_point begun_;  // of the update
