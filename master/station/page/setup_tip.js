@@ -8,6 +8,7 @@ const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
 const LEAST_STEP = 12;  // levels across an edge of the tool
 const SLAB_PX = 6;  // rows that are taken together, in the search for the tool's sides
 const LEAST_MARKS = 200;  // squared changes along the tool, summed [levels^2]
+const BACKGROUND_PX = 3;  // that are seen at least before the tip
 const PAST_PX = 10;  // beyond the box, where the end is searched too
 const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;  // of the template, as the slave cuts its own
 
@@ -120,7 +121,7 @@ export function findTip(grey, box, outline, width, isRound = false) {
 
 // Where the tool ends: from the front of the box backwards, the first place that is half way from the background to the tool.
 function endOf(along, length) {
-  const background = median(along.slice(-Math.max(2, Math.floor(length / 8))));
+  const background = median(along.slice(-BACKGROUND_PX));
   const tool = median(along.slice(0, Math.ceil(length / 2))), first = along.findLastIndex((value) => Math.abs(value - background) > Math.max(LEAST_STEP / 2, Math.abs(tool - background) / 2));
   if (first < 2 || first > length - 3) return null;
   const near = median(along.slice(Math.max(0, first - 3), first)), level = (background + near) / 2;
