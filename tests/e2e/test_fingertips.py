@@ -19,7 +19,7 @@ STREAM = ("--override", "sense.tactile.source=stream")
 class Fingertips(FolderTest):
     def test_a_pinch_is_estimated_and_seen(self):
         with Slave(CUBE) as slave:
-            done = run(MASTER, "connect", slave.address, "--duration", "10", "--report", self.out / "report.json",
+            done = run(MASTER, "connect", slave.address, "--duration", "7", "--report", self.out / "report.json",
                        "--log", self.out / "log.csv", "--shape", self.out / "pinch.vtu")
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             self.assertEqual(slave.stop(), 0)
@@ -110,16 +110,16 @@ class Nodule(unittest.TestCase):
         motion, log = folder / "motion.csv", folder / f"log-{x}.csv"
         with open(motion, "w") as out:
             out.write("time_s,x,y,z\n")
-            for i in range(750):  # 10 mm down from 3 to 5 s, which is 2.4 mm deep, then held
-                part = min(max((i * 0.01 - 3) / 2, 0), 1)
+            for i in range(500):  # 10 mm down from 1 to 3 s, which is 2.4 mm deep, then held
+                part = min(max((i * 0.01 - 1) / 2, 0), 1)
                 out.write(f"{i * 0.01},0,0,{-0.01004 * part * part * (3 - 2 * part)}\n")
         palpate, messages, states = load_package()
         with Slave(scene) as slave, palpate.connect(slave.address) as connection:
             status = lambda: connection.stub.GetStatus(messages.GetStatusRequest(), timeout=PATIENCE)
             self.assertTrue(wait_until(lambda: status().validity == states.VALIDITY_VALID), "the baseline is measured")
-            done = run(MASTER, "connect", slave.address, "--device", f"playback:{motion}", "--duration", "7.5", "--log", log)
+            done = run(MASTER, "connect", slave.address, "--device", f"playback:{motion}", "--duration", "5", "--log", log)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        held = [row for row in read_rows(log) if float(row["t"]) > 5.7 and row["state"] == "FOLLOWING" and row["true_z"]]
+        held = [row for row in read_rows(log) if float(row["t"]) > 3.7 and row["state"] == "FOLLOWING" and row["true_z"]]
         self.assertGreater(len(held), 200)
         return [sum(float(row[column]) for row in held) / len(held) for column in ("estimated_z", "true_z")]
 

@@ -227,7 +227,7 @@ class Programs(unittest.TestCase):
     # here. Without the learned lean of the force it is 12 to 14 %.
     def test_two_fingertips_press_it_live(self):
         self.starting.join()
-        done = run(MASTER, "connect", self.slave.address, "--duration", "12", "--report", self.out / "report.json")
+        done = run(MASTER, "connect", self.slave.address, "--duration", "9", "--report", self.out / "report.json")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertEqual(self.slave.stop(), 0, self.slave.log)
         report = json.loads((self.out / "report.json").read_text())
