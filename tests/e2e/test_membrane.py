@@ -16,7 +16,7 @@ class Live(FolderTest):
         cls.slave = cls.enterClassContext(Slave(MEMBRANE))
 
     def test_a_press_is_estimated_and_seen_live(self):
-        done = run(MASTER, "connect", self.slave.address, "--duration", "10", "--report", self.out / "report.json",
+        done = run(MASTER, "connect", self.slave.address, "--duration", "7", "--report", self.out / "report.json",
                    "--log", self.out / "log.csv", "--shape", self.out / "press.vtu")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         report = read_json(self.out / "report.json")
