@@ -15,7 +15,6 @@ Prints a line per block and `N passed, N failed, N skipped`. Exit 1 if a block f
 """
 import argparse
 import contextlib
-import io
 import os
 import pathlib
 import re

@@ -14,7 +14,7 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from programs import BARE, BLOCK, PACKAGE, ROOT, SLAVE, FolderTest, Slave, make_certificates, operate, run  # noqa: E402
+from programs import BARE, BLOCK, PACKAGE, ROOT, FolderTest, Slave, make_certificates, operate, run  # noqa: E402
 
 sys.path.insert(0, str(PACKAGE))
 EXAMPLES = ROOT / "deploy/examples"

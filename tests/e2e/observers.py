@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 
-from programs import MASTER, PATIENCE, ROOT, wait_until
+from programs import MASTER, PATIENCE, ROOT, free_port, wait_until
 
 NATS = shutil.which("nats-server", path="/usr/sbin:/usr/bin:/usr/local/bin")
 CONFIGURATION = ROOT / "deploy/nats-server.conf"
@@ -23,12 +23,6 @@ def require_server():
     if not NATS:
         print("skipped: there is no nats-server (deploy/install.sh tests)")
         sys.exit(77)
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 class Server:

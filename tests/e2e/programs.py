@@ -1,16 +1,20 @@
 """The built programs, started and stopped as a person or a supervisor would."""
 import csv
 import json
+import math
 import os
 import pathlib
 import re
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 import unittest
+import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin"))
@@ -130,6 +134,20 @@ def operate(address, *arguments, stdout=subprocess.DEVNULL):
                             stderr=subprocess.DEVNULL, env=BARE)
 
 
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def png(width, height, bits, rows):
+    """A grey image of 8 or 16 bits; `rows`: the bytes of each row."""
+    def chunk(name, data):
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, bits, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(b"".join(b"\0" + row for row in rows), 1)) + chunk(b"IEND", b""))
+
+
 def make_certificates(folder, *roles):
     """A folder of certificates for each of `roles`; those of the simulator are among them."""
     for words in (["ca"], ["slave", "here", "127.0.0.1"], ["sensor", "site"], ["arm", "site"], *([role, "ada"] for role in roles)):
@@ -178,3 +196,17 @@ class FolderTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.out = pathlib.Path(folder.name)
+
+    def client(self, address):
+        """Calls of a slave; the protocol is `self.messages` and `self.states`."""
+        palpate, self.messages, self.states = load_package()
+        connection = palpate.connect(address)
+        self.addCleanup(connection.close)
+        return connection.stub
+
+    def assert_finite(self, log):
+        """Every number that a master logged."""
+        for row in read_rows(log):
+            for key, text in row.items():
+                if key not in ("state", "reason") and text:
+                    self.assertTrue(math.isfinite(float(text)), f"{key} = {text} at {row['t']} s")

@@ -2,7 +2,6 @@
 it is. Both programs as they are built, over a line that makes every byte late."""
 import json
 import os
-import pathlib
 import unittest
 
 from delaying_line import DelayingLine

@@ -17,28 +17,12 @@ STREAM = ("--override", "sense.tactile.source=stream")
 
 @unittest.skipUnless("tactile:" in CUBE.read_text(), "the foam cube has no fingertips here")
 class Fingertips(FolderTest):
-    # Its simulated fingers take most of a test's time to start: one slave for all that leave it as it was.
-    @classmethod
-    def setUpClass(cls):
-        cls.slave = Slave(CUBE).__enter__()
-
-    @classmethod
-    def tearDownClass(cls):
-        ended = cls.slave.stop()
-        cls.slave.__exit__()
-        if ended != 0:
-            raise AssertionError(f"the slave ended with {ended}: {cls.slave.log}")
-
-    def client(self, address):
-        palpate, self.messages, self.states = load_package()
-        connection = palpate.connect(address)
-        self.addCleanup(connection.close)
-        return connection.stub
-
     def test_a_pinch_is_estimated_and_seen(self):
-        done = run(MASTER, "connect", self.slave.address, "--duration", "10", "--report", self.out / "report.json",
-                   "--log", self.out / "log.csv", "--shape", self.out / "pinch.vtu")
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        with Slave(CUBE) as slave:
+            done = run(MASTER, "connect", slave.address, "--duration", "7", "--report", self.out / "report.json",
+                       "--log", self.out / "log.csv", "--shape", self.out / "pinch.vtu")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertEqual(slave.stop(), 0)
         report = read_json(self.out / "report.json")
         error, peak = report["force_error"], report["force_peak_N"]
         print(f"force error {error['rms_N']:.4f} N rms, {error['rms_N'] / peak:.0%} of {peak:.3f} N; "
@@ -55,30 +39,10 @@ class Fingertips(FolderTest):
         # A deformation is estimated, and stays within what the hand was asked for, twice over.
         self.assertGreater(report["shape"]["deflection_peak_m"], 0.5e-3)
         self.assertLess(report["shape"]["deflection_peak_m"], 20e-3)
-        self.assert_finite_rows(self.out / "log.csv")
+        self.assert_finite(self.out / "log.csv")
         for name in ("pinch.vtu", "pinch-deepest.vtu"):
             self.assertTrue((self.out / name).exists(), name)
         self.assertIn("ff", done.stdout, "a person sees the fingers")
-
-    def assert_finite_rows(self, path):
-        for row in read_rows(path):
-            for key, text in row.items():
-                if key not in ("state", "reason") and text:
-                    self.assertTrue(math.isfinite(float(text)), f"{key} = {text} at {row['t']} s")
-
-    def test_a_meshs_topology_comes_once_and_then_positions(self):
-        stream = self.client(self.slave.address).WatchMesh(self.messages.WatchMeshRequest(max_rate=30), timeout=PATIENCE)
-        meshes = [next(stream) for _ in range(5)]
-        stream.cancel()
-        first = meshes[0]
-        self.assertEqual(first.nodes_per_element, 3)
-        self.assertEqual(len(first.elements) % 3, 0)
-        self.assertLess(max(first.elements), len(first.rest) // 3)
-        for mesh in meshes:
-            self.assertEqual(len(mesh.positions), len(first.rest))
-            self.assertTrue(all(map(math.isfinite, mesh.positions)))
-        for mesh in meshes[1:]:
-            self.assertEqual(len(mesh.elements) + len(mesh.rest), 0, "the topology comes once")
 
     def rest_recording(self, seconds):
         """Both fingers untouched: counts around 3000 with the noise of a count."""
@@ -146,16 +110,16 @@ class Nodule(unittest.TestCase):
         motion, log = folder / "motion.csv", folder / f"log-{x}.csv"
         with open(motion, "w") as out:
             out.write("time_s,x,y,z\n")
-            for i in range(750):  # 10 mm down from 3 to 5 s, which is 2.4 mm deep, then held
-                part = min(max((i * 0.01 - 3) / 2, 0), 1)
+            for i in range(500):  # 10 mm down from 1 to 3 s, which is 2.4 mm deep, then held
+                part = min(max((i * 0.01 - 1) / 2, 0), 1)
                 out.write(f"{i * 0.01},0,0,{-0.01004 * part * part * (3 - 2 * part)}\n")
         palpate, messages, states = load_package()
         with Slave(scene) as slave, palpate.connect(slave.address) as connection:
             status = lambda: connection.stub.GetStatus(messages.GetStatusRequest(), timeout=PATIENCE)
             self.assertTrue(wait_until(lambda: status().validity == states.VALIDITY_VALID), "the baseline is measured")
-            done = run(MASTER, "connect", slave.address, "--device", f"playback:{motion}", "--duration", "7.5", "--log", log)
+            done = run(MASTER, "connect", slave.address, "--device", f"playback:{motion}", "--duration", "5", "--log", log)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        held = [row for row in read_rows(log) if float(row["t"]) > 5.7 and row["state"] == "FOLLOWING" and row["true_z"]]
+        held = [row for row in read_rows(log) if float(row["t"]) > 3.7 and row["state"] == "FOLLOWING" and row["true_z"]]
         self.assertGreater(len(held), 200)
         return [sum(float(row[column]) for row in held) / len(held) for column in ("estimated_z", "true_z")]
 

@@ -87,14 +87,6 @@ COMMANDS = "study", "precompute", "train", "identify", "evaluate", "verify", "ca
 
 
 class Parts(unittest.TestCase):
-    def test_commands_that_are_programs_of_their_own_answer_as_before(self):
-        for command in COMMANDS:
-            help_text = run(SLAVE, command, "--help")
-            self.assertEqual(help_text.returncode, 0, help_text.stderr)
-            self.assertIn(f"palpate-slave {command} [OPTIONS]", help_text.stdout)
-            unusable = run(SLAVE, command, "--no-such-option")
-            self.assertEqual(unusable.returncode, 2)
-            self.assertIn(command, run(SLAVE, "--help").stdout)
 
     def test_what_is_not_installed_is_reported(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -2,25 +2,13 @@
 import itertools
 import pathlib
 import signal
-import struct
 import tempfile
 import unittest
-import zlib
 
-from programs import BARE, BIN, BLOCK, MASTER, ROOT, SLAVE, Slave, run, wait_until
+from programs import BARE, BIN, BLOCK, MASTER, ROOT, SLAVE, Slave, png, run, wait_until
 
 ENDINGS = (".part", ".new", ".tmp", ".partial", "~")
 TARGET = b"of another user\n"
-
-
-def png(columns, rows, pixel):
-    """An 8 bit grey picture."""
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    lines = b"".join(b"\0" + bytes(pixel(x, y) for x in range(columns)) for y in range(rows))
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, 0, 0, 0, 0)) +
-            chunk(b"IDAT", zlib.compress(lines)) + chunk(b"IEND", b""))
 
 
 class PlantedLinks(unittest.TestCase):
@@ -113,8 +101,8 @@ class PlantedLinks(unittest.TestCase):
         self.check(f"palpate/{kept}")
 
     def test_the_picture_that_shows_what_was_found(self):
-        (self.folder / "bar.png").write_bytes(
-            png(320, 240, lambda x, y: 40 if 60 < x < 260 and 100 < y < 140 else 200))
+        rows = (bytes(40 if 60 < x < 260 and 100 < y < 140 else 200 for x in range(320)) for y in range(240))
+        (self.folder / "bar.png").write_bytes(png(320, 240, 8, rows))
         scene = self.folder / "scene.yaml"
         scene.write_text("name: bar\n"
                          "object:\n"

@@ -8,7 +8,7 @@ from programs import BIN, MASTER, ROOT, SLAVE, Slave, run
 
 SCENES = ROOT / "deploy/scenes"
 WATCH = BIN / "mutex_watch.so"
-SECONDS = "6"
+SECONDS = "4"
 
 
 def functions(program):

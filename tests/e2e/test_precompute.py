@@ -66,18 +66,6 @@ class Precompute(FolderTest):
                 self.assertEqual(self.contents(shards), self.contents(whole))
                 self.assertEqual(self.compute(shards, "3/7")[0], 0, "any other division finds them")
 
-    def test_a_damaged_group_alone_is_computed_again(self):
-        self.scene.write_text(box("fem-green", (4, 4, 4)))
-        cache = self.out / "cache"
-        self.compute(cache)
-        before = self.contents(cache)
-        damaged = sorted(cache.rglob("*.col"))[3]
-        data = bytearray(damaged.read_bytes())
-        data[100] ^= 1
-        damaged.write_bytes(data)
-        self.assertEqual(self.compute(cache)[0], 1)
-        self.assertEqual(self.contents(cache), before)
-
     # A group that the slave reads is computed again if it is damaged; one that is whole is not touched.
     def test_serve_reads_the_cache(self):
         self.scene = CUBE

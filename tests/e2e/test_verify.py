@@ -13,8 +13,8 @@ class Verify(FolderTest):
     def test_a_correct_slave_that_is_operated_passes_against_its_sensor(self):
         """The simulator's true force takes the place of a sensor's: both are sent as the true force."""
         with Slave(BLOCK) as slave:
-            master = operate(slave.address, "--duration", "9")
-            done = run(SLAVE, "verify", BLOCK, "--connect", slave.address, "--sensor", "--duration", "8", "--out", self.out)
+            master = operate(slave.address, "--duration", "7")
+            done = run(SLAVE, "verify", BLOCK, "--connect", slave.address, "--sensor", "--duration", "6", "--out", self.out)
             self.assertEqual(master.wait(timeout=PATIENCE), 0)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertEqual(read_json(self.out / "report.json")["cards"][0]["lines"]["magnitude"]["verdict"], "right")

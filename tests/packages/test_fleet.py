@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Fleets: the Kubernetes manifests against their schemas, their commands as the containers run them; ten slaves of systemd's template."""
 import json
-import os
 import pathlib
 import re
 import shlex

@@ -4,7 +4,6 @@ import json
 import pathlib
 import re
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
@@ -14,15 +13,10 @@ import urllib.parse
 import urllib.request
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from programs import BARE, BLOCK, MASTER, ROOT, Slave, deep, run, wait_until
+from programs import BARE, BLOCK, MASTER, ROOT, Slave, deep, free_port, run, wait_until
 
 FOLDER = ROOT / "deploy/monitoring"
 BY_PROMETHEUS = {"instance", "job"}  # labels of every series
-
-
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return server.getsockname()[1]
 
 
 def fetch(url):

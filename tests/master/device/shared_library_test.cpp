@@ -12,8 +12,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 
 TEST(SharedLibraryTest, NamesTheMissingSymbolAndTheFile) {
   SharedLibrary library({{"libm.so.6"}, {}, false});

@@ -11,21 +11,6 @@ Eigen::Vector3d Along(double x) {
   return {x, 0, 0};
 }
 
-// Reference: a constant transport delay adds to the lag and to nothing else.
-TEST(DelayedLinearTest, AConstantTransportDelayShiftsARampByItself) {
-  DelayedLinear shown;
-  const double period = 1.0 / 60, transport = 0.023, slope = 2;
-  int next = 0;
-  for (int tick = 0; tick < 1000; ++tick) {
-    const double now = tick * 0.001;
-    for (; next * period + transport <= now; ++next) {
-      shown.Add(next * period, next * period + transport, Along(slope * next * period));
-    }
-    if (next < 2) continue;
-    EXPECT_NEAR(shown.At(now).x(), slope * (now - period - transport), 1e-12) << now;
-  }
-}
-
 // Jitter makes samples late, never the output go backwards on a rising force: the play-out time
 // only steps back by what the delay estimate has just grown, once.
 TEST(DelayedLinearTest, JitterNeitherStallsNorOvershoots) {

@@ -5,9 +5,9 @@
 #include <functional>
 #include <limits>
 #include <optional>
-#include <utility>
 
 #include "shared/wire/patch_message.h"
+#include "tests/master/haptics/port_energy.h"
 #include "tests/master/haptics/rig.h"
 #include "tests/master/haptics/wall_patch.h"
 
@@ -76,41 +76,6 @@ std::optional<ReceivedPatch> DrawPatch(Choices* choices, std::uint32_t epoch) {
   if (!read || !read_law) return std::nullopt;
   return ReceivedPatch{*read, *read_law};
 }
-
-// The limits of the master, counted once more: see malicious_slave_test.cpp.
-class Limits {
- public:
-  void Check(const TickRecord& record) {
-    const Eigen::Vector3d& sent = record.chain.sent;
-    Demand(sent.allFinite(), "a force that is no number");
-    Demand(sent.norm() <= kForceLimit * (1 + 1e-12), "more force than the limit");
-    Demand((sent - force_).norm() <= kSlewLimit * (1 + 1e-9), "a faster change than the limit");
-    const Eigen::Vector3d dp = begun_ ? Eigen::Vector3d(record.p_M - p_) : force_;
-    begun_ = true;
-    const double eaten = dp.squaredNorm() / kTick;
-    energy_ -= force_.dot(dp);
-    energy_ += std::clamp(0.5 * (force_ - sent).dot(dp), -eaten, eaten);
-    if (force_.isZero(0)) {
-      if (was_shown_) left_ = std::max(0.0, energy_);
-      energy_ = std::min(energy_, 0.0);
-    }
-    was_shown_ = !force_.isZero(0);
-    const bool followed = std::exchange(follows_, record.state == OperatorState::kFollowing);
-    if (follows_ && !followed) energy_ += std::exchange(left_, 0.0);
-    if (std::exchange(epoch_, record.epoch) != record.epoch) energy_ = std::max(energy_, 0.0);
-    Demand(energy_ >= -kEnergyLimit, "energy for nothing");
-    p_ = record.p_M;
-    force_ = sent;
-  }
-
- private:
-  Eigen::Vector3d p_{0, 0, 0}, force_{0, 0, 0};
-  bool begun_ = false;
-  std::uint32_t epoch_ = 0;
-  bool follows_ = false, was_shown_ = false;
-  double energy_ = 0;  // [J]
-  double left_ = 0;    // of what the hand put into its last contact [J]
-};
 
 class Sequence {
  public:
@@ -228,7 +193,12 @@ class Sequence {
     const DeviceReading true_reading = hand;
     if (is_broken_) hand.p_M.x() = std::numeric_limits<double>::quiet_NaN();
     is_broken_ = false;
-    limits_.Check(rig_.Tick(puppet_));
+    const TickRecord& record = rig_.Tick(puppet_);
+    port_.Add(record);
+    Demand(record.chain.sent.allFinite(), "a force that is no number");
+    Demand(port_.peak() <= kForceLimit * (1 + 1e-12), "more force than the limit");
+    Demand(port_.step() <= kSlewLimit * (1 + 1e-9), "a faster change than the limit");
+    Demand(port_.min() >= -kEnergyLimit, "energy for nothing");
     hand = true_reading;
   }
 
@@ -238,7 +208,7 @@ class Sequence {
   Eigen::Vector3d aim_{0, 0, 0};  // velocity that the hand seeks [m/s]
   std::array<Lie, 4> lies_{[](SlaveState*, int) {}, [](SlaveState*, int) {},
                            [](SlaveState*, int) {}, [](SlaveState*, int) {}};
-  Limits limits_;
+  PortEnergy port_{PortEnergy::LeftInContact::kReturned};
   int states_ = 0, ticks_ = 0;
   bool is_broken_ = false;  // the device, for a tick
 };

@@ -32,16 +32,6 @@ class HapticLoopTest : public testing::Test {
   Puppet puppet_;
 };
 
-// Reference: the law K d, and T^F with its scale and rotation by hand.
-TEST_F(HapticLoopTest, RendersTheLocalContactAtTheNewestHandPosition) {
-  EXPECT_NEAR(puppet_.force.y(), 1.0, 1e-12);
-  puppet_.reading.p_M.y() = kInside - 0.001;
-  const TickRecord& record = rig_.Tick(puppet_);
-  EXPECT_NEAR(puppet_.force.y(), 1.5, 1e-12) << "at once, not with the next state";
-  EXPECT_NEAR(record.chain.estimated.y(), 1.0, 1e-12);
-  EXPECT_TRUE(record.chain.reasons.empty()) << ToString(record.chain.reasons);
-}
-
 TEST_F(HapticLoopTest, MapsPositionsAndForcesBetweenTheFrames) {
   VirtualSlave::Options options;
   options.home = {0.1, 0.2, 0};
@@ -149,16 +139,6 @@ TEST_F(HapticLoopTest, APunctureDropsTheForceFastButNotInAStep) {
   });
   EXPECT_EQ(last, 0);
   EXPECT_EQ(rig_.state(), kFollowing);
-}
-
-TEST_F(HapticLoopTest, AnEmergencyStopFadesAndStays) {
-  rig_.slave.forced_phase = Phase::kEstop;
-  rig_.Run(puppet_, 0.1);
-  EXPECT_EQ(rig_.state(), kEstop);
-  EXPECT_EQ(puppet_.force.norm(), 0);
-  rig_.slave.silent = true;
-  rig_.Run(puppet_, 2);
-  EXPECT_EQ(rig_.state(), kEstop);
 }
 
 TEST_F(HapticLoopTest, ARestartedSlaveIsNotFollowedOn) {

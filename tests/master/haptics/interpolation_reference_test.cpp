@@ -130,18 +130,5 @@ TEST(InterpolationReferenceTest, TheObserverCountsTheEnergyOfAVirtualWall) {
   EXPECT_EQ(checked, 4);
 }
 
-// Reference: K_max of the table for the damping that the control counts on.
-TEST(InterpolationReferenceTest, TheControlCountsOnTheDampingOfTheTable) {
-  int checked = 0;
-  PALPATE_CASE_OR_SKIP(wall, kFile, "passivity_virtual_wall");
-  for (const json& row : wall["expected"]["K_max_table"]) {
-    if (row["b"] != PassivityControl::kPhysicalDamping || row["B"] != 0.0) continue;
-    const double K_max = row["K_max"], T = row["T"];
-    EXPECT_NEAR(DampingNeeded(K_max, 0, T, 0) / PassivityControl::kPhysicalDamping, 1, 1e-4);
-    ++checked;
-  }
-  EXPECT_EQ(checked, 2);
-}
-
 }  // namespace
 }  // namespace palpate

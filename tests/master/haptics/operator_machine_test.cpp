@@ -76,16 +76,6 @@ TEST_F(OperatorMachineTest, AToolThatDoesNotFollowHoldsAndLastingSoNeedsANewEnga
   EXPECT_EQ(Run(100), kReady) << "the switch has not been open since";
 }
 
-TEST_F(OperatorMachineTest, AnUnknownForceAndALostEpochHoldToo) {
-  Follow();
-  in_.force_known = false;
-  EXPECT_EQ(Run(), kHold);
-  in_.force_known = true;
-  EXPECT_EQ(Run(), kFollowing);
-  in_.slave_epoch = 0;
-  EXPECT_EQ(Run(), kHold);
-}
-
 TEST_F(OperatorMachineTest, ResumesWithin250MillisecondsAndNotLater) {
   Follow();
   in_.state_age = 0.1;
@@ -137,19 +127,5 @@ TEST_F(OperatorMachineTest, EmergencyStopIsLatchedUntilResetAndANewAct) {
   EXPECT_EQ(Run(), kAligning);
 }
 
-TEST_F(OperatorMachineTest, GoesFromDisconnectedToFollowingStepByStep) {
-  EXPECT_EQ(Run(), kDisconnected);
-  in_.state_age = 0.001;
-  in_.force_known = true;
-  EXPECT_EQ(Run(), kReady);
-  in_.engaged = true;
-  EXPECT_EQ(Run(), kAligning);
-  EXPECT_EQ(machine_.epoch(), 1U);
-  EXPECT_TRUE(machine_.commands_engaged());
-  EXPECT_EQ(Run(), kAligning);
-  in_.slave_epoch = 1;
-  in_.slave_phase = Phase::kFollowing;
-  EXPECT_EQ(Run(), kFollowing);
-}
 }  // namespace
 }  // namespace palpate

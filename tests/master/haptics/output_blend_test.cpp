@@ -22,23 +22,6 @@ TEST(OutputBlendTest, ComesInStraightAndThenFollowsExactly) {
   EXPECT_FALSE(blend.is_blending());
 }
 
-TEST(OutputBlendTest, FreezesWhatWasSentThenFadesItToExactlyZero) {
-  OutputBlend blend;
-  blend.Go(Target::kRendered, 0);
-  Step(&blend, kForce, 0.001);
-  blend.Go(Target::kFrozen, 0);
-  for (int i = 0; i < 20; ++i) EXPECT_EQ(Step(&blend, {9, 9, 9}, 0.001), kForce);
-  blend.Go(Target::kZero, 0.050);
-  double last = 2;
-  for (int i = 0; i < 51; ++i) {
-    const double force = Step(&blend, {9, 9, 9}, 0.001).y();
-    EXPECT_LT(force, last + 1e-15);
-    last = force;
-  }
-  EXPECT_EQ(last, 0);
-}
-
-// Reference: 200 N/s is 0.2 N per millisecond, up and down; longer ticks give no more.
 // Where HOLD fades and the slave's stop or an open clutch comes meanwhile.
 TEST(OutputBlendTest, AFadeThatIsRequestedAgainEndsNoLater) {
   OutputBlend blend;
@@ -54,6 +37,7 @@ TEST(OutputBlendTest, AFadeThatIsRequestedAgainEndsNoLater) {
   EXPECT_LT(Step(&blend, rendered, 0.0011).norm(), 1e-15);
 }
 
+// Reference: 200 N/s is 0.2 N per millisecond, up and down; longer ticks give no more.
 TEST(OutputBlendTest, ChangesNoFasterThanItsSlewBothWays) {
   OutputBlend blend(200);
   blend.Go(Target::kRendered, 0);

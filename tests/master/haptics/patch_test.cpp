@@ -52,28 +52,6 @@ TEST_P(DelayTest, TheForceIsThatOfTheCommandedPlaceAtAnyRoundTrip) {
 
 INSTANTIATE_TEST_SUITE_P(RoundTrips, DelayTest, testing::Values(0.0, 0.05, 0.1, 0.5, 1.0, 5.0));
 
-// Reference: a hand that presses, holds and lets go gets no more than it put in and what is lent
-// (PassivityControl::kLent), whenever laws come.
-TEST(PatchTest, LateLawsGiveNoEnergy) {
-  for (const int every : {40, 130, 370}) {
-    Rig rig({.K = kK, .delay = 0.05}, RenderMode::kLocal, 3.3, 0.2);
-    ReceivedPatch wall = WallPatch(kK, 1);
-    rig.patches.Put(wall);
-    SimHand hand(0.004, 0.020);
-    PortEnergy energy;
-    int tick = 0;
-    rig.Run(hand, 12, [&](const TickRecord& record) {
-      energy.Add(record);
-      if (++tick % every != 0) return;
-      wall.law.ratios.fill(tick / every % 2 == 0 ? 0.4 : 2.2);
-      ++wall.law.revision;
-      rig.patches.Put(wall);
-    });
-    EXPECT_GT(energy.peak(), 1) << "nothing was rendered";
-    EXPECT_GE(energy.min(), -1e-3) << every;
-  }
-}
-
 // Off the patch the plane of the states goes on, without a step, and is named.
 TEST(PatchTest, OffThePatchThePlaneGoesOn) {
   Rig rig({.K = kK}, RenderMode::kLocal, 100);

@@ -14,6 +14,12 @@ namespace palpate {
 // device and hand that may be relied on, b = 1 N s/m, dissipates that.
 class PortEnergy {
  public:
+  // Whether a contact that is left and taken up again may give back what the operator put into it.
+  enum class LeftInContact { kLost, kReturned };
+
+  explicit PortEnergy(LeftInContact left = LeftInContact::kLost)
+      : returns_(left == LeftInContact::kReturned) {}
+
   void Add(const TickRecord& record) {
     const Eigen::Vector3d& sent = record.chain.sent;
     const Eigen::Vector3d dp = begun_ ? Eigen::Vector3d(record.p_M - p_) : force_;
@@ -21,7 +27,13 @@ class PortEnergy {
     const double dissipated = dp.squaredNorm() / 0.001;
     energy_ -= force_.dot(dp);
     energy_ += std::clamp(0.5 * (force_ - sent).dot(dp), -dissipated, dissipated);
-    if (force_.isZero(0)) energy_ = std::min(energy_, 0.0);
+    if (force_.isZero(0)) {
+      if (was_shown_) left_ = std::max(0.0, energy_);
+      energy_ = std::min(energy_, 0.0);
+    }
+    was_shown_ = !force_.isZero(0);
+    const bool followed = std::exchange(follows_, record.state == OperatorState::kFollowing);
+    if (returns_ && follows_ && !followed) energy_ += std::exchange(left_, 0.0);
     if (std::exchange(epoch_, record.epoch) != record.epoch) energy_ = std::max(energy_, 0.0);
     min_ = std::min(min_, energy_);
     p_ = record.p_M;
@@ -35,8 +47,10 @@ class PortEnergy {
 
  private:
   Eigen::Vector3d p_{0, 0, 0}, force_{0, 0, 0};
-  bool begun_ = false;
+  const bool returns_;
+  bool begun_ = false, follows_ = false, was_shown_ = false;
   std::uint32_t epoch_ = 0;
+  double left_ = 0;  // of what the operator put into the last contact [J]
   double energy_ = 0, min_ = 0, peak_ = 0, step_ = 0;
 };
 

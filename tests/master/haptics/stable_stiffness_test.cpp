@@ -8,9 +8,6 @@
 namespace palpate {
 namespace {
 
-using testing::HasSubstr;
-using testing::IsEmpty;
-
 // Energy that a spring K, sampled and held for T, returns over a cycle of `steps` steps of `dx`
 // into it and out again, less what the damping b dissipates. Computed from force and motion alone.
 double Gained(double K, double T, double b, int steps, double dx) {

@@ -49,20 +49,6 @@ struct Seen {
   }
 };
 
-TEST(TickDriveTest, WithoutAThreadOfTheDeviceTheCallerTicks) {
-  class Polled final : public TestDevice {
-   public:
-    DeviceReading Read(Time) noexcept override { return {}; }
-  } device;
-  Seen seen;
-  TickDrive drive(device, [&](Time) { return seen.Take(30); });
-  PeriodicStats stats;
-  drive.Run(std::chrono::hours(1), {}, &stats);
-  EXPECT_EQ(seen.ticks, 30);
-  EXPECT_EQ(stats.ticks, 30U);
-  EXPECT_EQ(seen.threads, std::set{std::this_thread::get_id()});
-}
-
 // The device ticks, falls silent, and the caller goes on, so that commands reach the slave. Never
 // are two threads inside a tick.
 TEST(TickDriveTest, TheCallerTakesOverFromASilentDevice) {

@@ -1,7 +1,5 @@
 #include "master/haptics/torque.h"
 
-#include <algorithm>
-#include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -43,18 +41,6 @@ TEST(TorqueTest, ForceAndTorqueScalePowerAlike) {
     ASSERT_NEAR(at_device, ratio * at_tool,
                 1e-12 * ratio * (f_S.norm() + m_S.norm()) * (v_M.norm() + w_M.norm()) *
                     (1 + transform.position_scale));
-  }
-}
-
-// Reference: the moment of a force about the tip, m = r x f, with the lever arm in M.
-TEST(TorqueTest, IsTheForceAtTheDeviceTimesTheLeverArmAtTheDevice) {
-  std::mt19937_64 random(13);
-  for (int i = 0; i < 1000; ++i) {
-    const TeleopTransform transform = Scaled(&random);
-    const Vector3d r_M = AnyOf(&random), f_S = AnyOf(&random);
-    const Vector3d expected = r_M.cross(transform.ForceToMaster(f_S));
-    const Vector3d moment = transform.VelocityToSlave(r_M).cross(f_S);
-    ASSERT_LT((MomentToMaster(transform, moment) - expected).norm(), 1e-12 * expected.norm());
   }
 }
 

@@ -383,13 +383,5 @@ TEST_F(SlaveLinkTest, SettingsAreReadBeforeTheStreamAndWhenTheyChange) {
   EXPECT_EQ(read->force_limit, 0.7);
 }
 
-TEST_F(SlaveLinkTest, TheEndOfTheStreamIsReportedAtOnce) {
-  StartedLink link(To(server_->address()), loop_);
-  ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 3; }));
-  EXPECT_FALSE(loop_.newest.ended);
-  server_.reset();
-  EXPECT_TRUE(loop_.Until([&] { return loop_.newest.ended; }));
-}
-
 }  // namespace
 }  // namespace palpate

@@ -13,7 +13,6 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using testing::HasSubstr;
 
 constexpr double kStiffest = 2000;  // [N/m]
 constexpr double kTick = 0.001;     // [s]

@@ -20,8 +20,6 @@
 namespace palpate {
 namespace {
 
-using ::testing::HasSubstr;
-
 constexpr Time kBegin{std::chrono::seconds(1'700'000'000)};
 
 Eigen::Vector3d AnyVector(std::mt19937* random) {

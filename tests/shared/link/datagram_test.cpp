@@ -67,15 +67,6 @@ TEST_F(SealTest, WhatWasSealedIsOpenedAndNothingOfItShows) {
   EXPECT_FALSE(std::equal(once.begin() + 8, once.end(), again.begin() + 8));
 }
 
-TEST_F(SealTest, WhatComesAgainOrWasOvertakenIsNothing) {
-  const Bytes first = Sealed("1"), second = Sealed("2"), third = Sealed("3");
-  EXPECT_TRUE(Opens(second));
-  EXPECT_FALSE(Opens(second)) << "a replay";
-  EXPECT_FALSE(Opens(first)) << "overtaken";
-  EXPECT_TRUE(Opens(third));
-  EXPECT_FALSE(Opens(second));
-}
-
 // Each bit counts, that of the counter too: a forged one leaves the way free for the true ones.
 TEST_F(SealTest, NoBitMayDiffer) {
   const Bytes sealed = Sealed("force");
@@ -191,15 +182,6 @@ class LineTest : public testing::Test {
   Heard heard_, caller_heard_;
   DatagramLine answerer_{DatagramLine::Role::kAnswers, Loopback(AF_INET), keys_, heard_.take()};
 };
-
-TEST_F(LineTest, WhoHasTheKeysIsHeardAndAnswered) {
-  answerer_.Send("nobody is there");
-  const auto caller = Call();
-  ASSERT_TRUE(SendUntil(caller.get(), "command", [&] { return !heard_.texts().empty(); }));
-  EXPECT_THAT(heard_.texts(), testing::Each("command"));
-  ASSERT_TRUE(SendUntil(&answerer_, "state", [&] { return !caller_heard_.texts().empty(); }));
-  EXPECT_THAT(caller_heard_.texts(), testing::Each("state"));
-}
 
 TEST_F(LineTest, StrangersAreNeitherHeardNorAnsweredAndCostTheOthersNothing) {
   const Stranger stranger(At());

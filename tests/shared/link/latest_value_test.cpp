@@ -9,17 +9,6 @@
 namespace palpate {
 namespace {
 
-TEST(LatestValueTest, NothingIsTakenTwice) {
-  LatestValue<int> value;
-  EXPECT_EQ(value.Take(), nullptr);
-  value.Put(1);
-  value.Put(2);
-  const int* taken = value.Take();
-  ASSERT_NE(taken, nullptr);
-  EXPECT_EQ(*taken, 2);
-  EXPECT_EQ(value.Take(), nullptr);
-}
-
 // A value is torn when its numbers differ. The sequence seen by the reader only rises and ends at
 // the last one written.
 TEST(LatestValueTest, AReaderNeverSeesATornOrOlderValue) {

@@ -13,8 +13,6 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using ::testing::ElementsAre;
-using ::testing::IsEmpty;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 

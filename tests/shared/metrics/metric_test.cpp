@@ -8,9 +8,6 @@
 namespace palpate {
 namespace {
 
-using testing::Contains;
-using testing::Field;
-
 // Source: Prometheus text-based exposition format 0.0.4, its own example's shape.
 TEST(MetricTest, IsWrittenAsThePagesThatReadItExpect) {
   const Metrics metrics{Counter("palpate_ticks_total", "Ticks.", 1027),

@@ -43,12 +43,6 @@ class UnblockedLogTest : public testing::Test {
   std::unique_ptr<spdlog::logger> log_;
 };
 
-TEST_F(UnblockedLogTest, WhatIsReadIsWhole) {
-  log_->warn("the first");
-  log_->info("the second");
-  EXPECT_EQ(Read(), "warning the first\ninfo the second\n");
-}
-
 // Without it the writer waits for ever, whatever it holds.
 TEST_F(UnblockedLogTest, WhatNobodyReadsIsLostAndCounted) {
   constexpr int kLines = 20000;

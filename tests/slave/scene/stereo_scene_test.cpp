@@ -1,7 +1,6 @@
 // Scenes of two cameras and of depth pictures: their keys and their defaults.
 #include "tests/slave/scene/stereo_scene.h"
 
-#include <filesystem>
 #include <string>
 #include <utility>
 
@@ -45,20 +44,6 @@ TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
   EXPECT_EQ(pair.rate, 20);
   EXPECT_TRUE(pair.X_SL.translation().isApprox(Eigen::Vector3d(0.001, 0.002, -0.25)));
   EXPECT_TRUE((pair.X_SL.linear() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
-}
-
-TEST_F(StereoSceneTest, StreamsAreRead) {
-  Lines lines;
-  lines.camera = "{stereo: {source: stream, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}";
-  EXPECT_EQ(Load(lines).sense.Find<StereoCameras>()->source, StereoCameras::Source::kStream);
-  lines.camera =
-      "{depth: {source: stream}, fx: 600, fy: 600, cx: 320, cy: 240, "
-      "pose: {translation: [0, 0, -1]}}";
-  EXPECT_TRUE(TakesPictures(Load(lines).sense));
-  lines.camera =
-      "{depth: {openni: 1}, fx: 600, fy: 600, cx: 320, cy: 240, "
-      "pose: {translation: [0, 0, -1]}}";
-  EXPECT_EQ(Load(lines).sense.Find<DepthPictures>()->eye.kind, Eye::Kind::kOpenNi);
 }
 
 TEST_F(StereoSceneTest, WhatIsNoLivePairIsReported) {
@@ -159,18 +144,6 @@ TEST_F(StereoSceneTest, TheHandBeginsBeforeTheMembranesCentre) {
   const Eigen::Vector3d p_O = tilted.object.X_SO.inverse() * tilted.manipulator.home;
   EXPECT_LT(p_O.head<2>().norm(), 1e-15);
   EXPECT_GT(p_O.z(), 0.004);
-}
-
-TEST_F(StereoSceneTest, TensionAtRestAndPaceAreRead) {
-  Lines lines;
-  lines.model = "{kind: plate-large, prestress: 12 N/m}";
-  lines.more = "site: {pace: 3}\n";
-  EXPECT_DOUBLE_EQ(Load(lines).model.prestress, 12);
-  EXPECT_DOUBLE_EQ(Load(lines).site.pace, 3);
-  lines.model = "{prestress: 1.5 N/mm}";
-  EXPECT_DOUBLE_EQ(Load(lines).model.prestress, 1500);
-  lines.model = "{prestress: 5 mN/m}";
-  EXPECT_DOUBLE_EQ(Load(lines).model.prestress, 0.005);
 }
 
 }  // namespace

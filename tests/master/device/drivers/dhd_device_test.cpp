@@ -22,16 +22,6 @@ class DhdDeviceTest : public testing::Test {
   DriverBench bench_{DhdBench()};
 };
 
-TEST_F(DhdDeviceTest, TurnsTheFrameAndReportsTheLimits) {
-  bench_.Open();
-  bench_.fake.place(0.01, 0.02, -0.03);  // towards the operator, to the right, down
-  Step(3);
-  const Eigen::Vector3d expected(0.02, -0.03, 0.01);
-  EXPECT_NEAR((bench_.rig.loop.record().p_M - expected).norm(), 0, 1e-6);
-  EXPECT_EQ(bench_.device->capabilities().force, 12);
-  EXPECT_THAT(bench_.device->description(), HasSubstr("omega.3, SDK 3.17.5"));
-}
-
 // A time guard (+1) and an error (-1) of two calls sum to zero. The error counts.
 TEST_F(DhdDeviceTest, ATimeGuardNeverCancelsAnError) {
   bench_.Open();

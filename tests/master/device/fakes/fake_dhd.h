@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "tests/master/device/fakes/fake_core.h"
 
@@ -42,11 +41,10 @@ struct Dhd : Core {
 
   // model: omega.3 or sigma.7. watchdog: forces end that long after the last command [s]. gripper:
   // its angle [rad]. deadman: 0 while the hand has left a sigma's handle. transfer: time that each
-  // call takes [s]. force_gain: what the motors make of a commanded force.
+  // call takes [s].
   std::map<std::string, std::string> Defaults() const override {
-    return {{"model", "omega.3"}, {"watchdog", "0.1"},      {"gripper", "0.2"},
-            {"deadman", "1"},     {"serial", "1234"},       {"transfer", "0"},
-            {"force_gain", "1"},  {"resolution", "0.00001"}};
+    return {{"model", "omega.3"}, {"watchdog", "0.1"}, {"gripper", "0.2"},       {"deadman", "1"},
+            {"serial", "1234"},   {"transfer", "0"},   {"resolution", "0.00001"}};
   }
   const Model& model() const { return *Found(); }
   const Model* Found() const {
@@ -128,7 +126,7 @@ struct Dhd : Core {
     force_at = time;
     const double most = model().max_force;
     const bool saturated = f.norm() > most;
-    if (force_on) motors = Number("force_gain") * (saturated ? Vector3d(f * (most / f.norm())) : f);
+    if (force_on) motors = saturated ? Vector3d(f * (most / f.norm())) : f;
     Took(f);
     return saturated ? kSaturated : 0;
   }
