@@ -167,6 +167,7 @@ TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
 struct Listener final : Progress {
   bool Report(std::string_view stage, double done) override {
     ++calls;
+    EXPECT_LE(done, 1) << stage;
     if (stage == "finding the equilibrium") shares.push_back(done);
     return !stop;
   }
@@ -188,14 +189,12 @@ void ExpectThatItStopsAndGoesOn(DeformationModel& model, const Contact& contact,
   listener->shares.clear();
   EXPECT_NE(Respond(model, {contact}).front().validity, Validity::kFailed) << model.failure();
   EXPECT_GT(listener->calls, 1);
-  ASSERT_FALSE(listener->shares.empty());
   EXPECT_TRUE(std::is_sorted(listener->shares.begin(), listener->shares.end()));
-  EXPECT_LE(listener->shares.back(), 1);
 }
 
 // Law: a search that takes long reports its progress, stops on request, and may be begun again.
 // The factor alone takes longer than the tenth of a second that is silent. Solids search with
-// iterations, and with a factor.
+// iterations, and with a factor whose own reports may leave no time for those of the search.
 TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   const SolidMesh bar = MeshBox({1, 0.1, 0.1}, {64, 9, 9});
   const auto held = FixedWhere(bar, [](const Vector3d& p) { return p.x() < 1e-9; });
@@ -205,6 +204,7 @@ TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   Listener listener;
   FemModel model(bar, held, params, &listener);
   ExpectThatItStopsAndGoesOn(model, Push({1, 0.05, 0.05}, {0, 0, -0.05}, 0.05), &listener);
+  EXPECT_FALSE(listener.shares.empty());
   for (const auto& [nu, cells] : {std::pair{0.3, 12}, {0.499, 6}}) {
     const SolidMesh mesh = MeshBox({1, 1, 1}, {cells, cells, cells});
     SolidModel::Params of_solid{.options = {.element = FemOptions::Element::kTet10,
