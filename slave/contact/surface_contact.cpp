@@ -54,14 +54,15 @@ TrianglePlace OnEdge(const Vector3d& p, const Corners& abc, int from, bool is_fo
   return place;
 }
 
-}  // namespace
-
+// Twice the area times the normal; zero where the triangle is thinner than rounding.
 Vector3d AreaNormal(const Corners& abc) noexcept {
   const Vector3d u = abc[1] - abc[0], v = abc[2] - abc[0];
   const Vector3d normal = u.cross(v);
   const double longest = std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()});
   return normal.norm() > kFlat * longest ? normal : Vector3d(0, 0, 0);
 }
+
+}  // namespace
 
 TrianglePlace ClosestOnTriangle(const Vector3d& p, const Corners& abc,
                                 const std::array<bool, 3>& first_smaller) noexcept {

@@ -28,9 +28,6 @@ struct TrianglePlace {
 TrianglePlace ClosestOnTriangle(const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& abc,
                                 const std::array<bool, 3>& first_smaller) noexcept;
 
-// Twice the area times the normal; zero where the triangle is thinner than rounding.
-Eigen::Vector3d AreaNormal(const std::array<Eigen::Vector3d, 3>& abc) noexcept;
-
 // Where a point touches a surface. Frame O.
 struct TouchedPlace {
   int triangle = -1;

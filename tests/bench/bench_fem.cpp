@@ -16,6 +16,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "tests/bench/timing.h"
+#include "tests/support/fixed_nodes.h"
 
 namespace palpate {
 namespace {
@@ -40,15 +41,10 @@ struct Track {
 };
 
 Track Press(const SolidMesh& mesh, double width, double residual, int steps, bool swings = false) {
-  std::vector<std::array<bool, 3>> held;
-  int touched = 0;
+  const HeldNodes held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
   const Vector3d centre(kSide, kSide / 2, kSide / 2);
-  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
-    const bool h = mesh.nodes[i].x() < 1e-9;
-    held.push_back({h, h, h});
-    const auto distance = [&](std::size_t n) { return (mesh.nodes[n] - centre).norm(); };
-    if (distance(i) < distance(static_cast<std::size_t>(touched))) touched = static_cast<int>(i);
-  }
+  const Vector3d touched = *std::ranges::min_element(
+      mesh.nodes, {}, [&](const Vector3d& p) { return (p - centre).norm(); });
   FemModel::Params params;
   params.material = {.young_modulus = 3800, .poisson_ratio = 0.15, .density = 45};
   params.options.time = FemOptions::Time::kDynamic;
@@ -57,9 +53,7 @@ Track Press(const SolidMesh& mesh, double width, double residual, int steps, boo
   params.options.damping_stiffness = 0.01;
   params.options.residual = residual;
   FemModel model(mesh, held, params);
-  Contact contact{.kind = Contact::Kind::kForce,
-                  .p_O = mesh.nodes[static_cast<std::size_t>(touched)],
-                  .width = width};
+  Contact contact{.kind = Contact::Kind::kForce, .p_O = touched, .width = width};
   ContactResponse response;
   Track track;
   track.dof = static_cast<double>(model.info().dof);

@@ -3,34 +3,29 @@
 // update (CPU), `ratio` of it to Eigen's LU and solution of the same capacitance matrix, measured
 // in the same run, `error` of the forces against a fresh factorisation.
 #include <algorithm>
-#include <array>
 #include <map>
 #include <memory>
 #include <random>
 #include <vector>
 
-#include <Eigen/LU>
 #include <benchmark/benchmark.h>
 
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/relaxation/relaxing_model.h"
 #include "tests/bench/timing.h"
+#include "tests/support/fixed_nodes.h"
 
 namespace palpate {
 namespace {
 
 struct Held {
   SolidMesh mesh;
-  std::vector<std::array<bool, 3>> held;
+  HeldNodes held;
 };
 
 Held Cube(int cells) {
-  Held cube{MeshBox({0.06, 0.06, 0.06}, {cells, cells, cells}), {}};
-  for (const auto& p : cube.mesh.nodes) {
-    const bool bottom = p.z() == 0;
-    cube.held.push_back({bottom, bottom, bottom});
-  }
-  return cube;
+  const SolidMesh mesh = MeshBox({0.06, 0.06, 0.06}, {cells, cells, cells});
+  return {mesh, FixedWhere(mesh, [](const Eigen::Vector3d& p) { return p.z() == 0; })};
 }
 
 // A model and contacts whose columns are ready, at random places, a node each.

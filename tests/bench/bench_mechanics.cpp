@@ -1,37 +1,29 @@
 // Cost of the mechanics against size. One thread. Counters: `ratio` is the CPU time over that of a
 // reference measured in the same run; `dof` the boundary unknowns; `allocations` per update;
 // `error` the error beside the time.
-#include <algorithm>
 #include <map>
 #include <memory>
 #include <utility>
 #include <vector>
 
-#include <Eigen/LU>
 #include <benchmark/benchmark.h>
 
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "tests/bench/timing.h"
+#include "tests/slave/mechanics/bodies.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
 
-ReferenceProblem Block(int elements, ElementOrder order) {
-  ReferenceProblem problem{MeshRectangle(0.088, 0.088, elements), {}, 0.49, Plane::kStress, order};
-  for (const auto& e : problem.mesh.elements) {
-    const bool bottom = e.midpoint().y() < 1e-9;
-    problem.held.push_back({bottom, bottom});
-  }
-  return problem;
-}
-
 Bem2dModel& ModelOf(int elements, ElementOrder order = ElementOrder::kConstant) {
   static std::map<std::pair<int, ElementOrder>, std::unique_ptr<Bem2dModel>> models;
   auto& model = models[{elements, order}];
   if (!model) {
+    ReferenceProblem problem = bodies::Block(elements, 0.088, 0.49, Plane::kStress);
+    problem.order = order;
     model = std::make_unique<Bem2dModel>(
-        Block(elements, order), Bem2dModel::Params{.young_modulus = 127e3, .thickness = 9e-3});
+        std::move(problem), Bem2dModel::Params{.young_modulus = 127e3, .thickness = 9e-3});
   }
   return *model;
 }

@@ -15,6 +15,7 @@
 
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "tests/bench/timing.h"
+#include "tests/support/fixed_nodes.h"
 
 namespace palpate {
 namespace {
@@ -33,11 +34,7 @@ void FullSolution(benchmark::State& state, Element element, Contact::Kind kind, 
   const SolidMesh mesh = quadratic ? MeshBox({kSide / 2, kSide / 2, kSide}, {6, 6, 12})
                                    : MeshBox(Vector3d::Constant(kSide), {26, 25, 26});
   const Vector3d size = mesh.nodes.back();
-  HeldNodes held;
-  for (const auto& p : mesh.nodes) {
-    const bool h = p.z() == 0;
-    held.push_back({h, h, h});
-  }
+  const HeldNodes held = FixedWhere(mesh, [](const Vector3d& p) { return p.z() == 0; });
   SolidModel::Params params;
   params.options.element = element;
   params.options.law = FemOptions::Law::kNeoHookean;

@@ -11,6 +11,7 @@
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/reference/reference_file.h"
+#include "tests/slave/mechanics/contacts.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -92,8 +93,7 @@ double StiffnessBar(const json& c, int count) {
   }
   Bem2dModel& model = *kept;
   problem.contact.prescribed_O.head<2>() = problem.depth * problem.inward;
-  ContactResponse response;
-  model.Respond({&problem.contact, 1}, {&response, 1});
+  const ContactResponse response = contacts::Answer(model, problem.contact);
   EXPECT_EQ(response.validity, Validity::kValid);
   return response.force_O.head<2>().dot(problem.inward) /
          (problem.youngs_modulus * problem.depth * problem.thickness);
@@ -108,12 +108,10 @@ TEST(BlockAndEmbryo, ConstantElementsReproduceTheDiscreteReference) {
     if (!c.contains("constant_element_bem")) continue;
     const std::string id = c.at("id");
     const double exact = c.at("expected").at("k_bar");
-    std::map<int, double> table;
-    for (const auto& [count, k_bar] :
+    for (const auto& [elements, value] :
          c.at("constant_element_bem").at("k_bar_by_element_count").items()) {
-      table[std::stoi(count)] = k_bar;
-    }
-    for (const auto& [count, expected] : table) {
+      const int count = std::stoi(elements);
+      const double expected = value;
       if (count > kLargestMesh) continue;
       const double k_bar = StiffnessBar(c, count);
       EXPECT_NEAR(k_bar / expected, 1, 1e-6) << id << ", " << count << " elements";
@@ -147,12 +145,8 @@ TEST(BlockAndEmbryo, ANarrowerPatchIsSofterByTheLogarithmOfItsWidth) {
         reference::HeldWhere(mesh, [](const Eigen::Vector2d& m) { return m.y() < 1e-9; });
     Bem2dModel model({mesh, held, p.at("poisson_ratio"), reference::PlaneOf(p)},
                      {.young_modulus = 1, .thickness = 1});
-    Contact contact;
-    contact.p_O = {0.5 * side, side, 0};
-    contact.width = width;
-    contact.prescribed_O = {0, -1e-3 * side, 0};
-    ContactResponse response;
-    model.Respond({&contact, 1}, {&response, 1});
+    const ContactResponse response =
+        contacts::Answer(model, contacts::Move({0.5 * side, side, 0}, {0, -1e-3 * side, 0}, width));
     const double k_bar = -response.force_O.y() / (1e-3 * side);
     if (i > 0) slope = (1 / k_bar - 1 / previous) / std::numbers::ln2;
     EXPECT_LT(k_bar, exact);
@@ -183,14 +177,11 @@ TEST(BlockAndEmbryo, TheShippedEmbryoFollowsTheDiscsInItsLinearRangeAndIsFlagged
     scene.model.contact =
         id.ends_with("frictionless") ? ContactLaw::kFrictionless : ContactLaw::kBonded;
     const auto model = MakeModel(scene, MeshOutline(scene, std::nullopt));
-    Contact contact;
-    contact.p_O = {radius, 0, 0};
-    contact.width = 2 * p.at("patch_half_angle_rad").get<double>() * radius;
+    const double width = 2 * p.at("patch_half_angle_rad").get<double>() * radius;
     double worst = 0;
     for (const double depth : {5e-6, 20e-6, 50e-6, 80e-6, 100e-6, 105e-6, 150e-6, 200e-6}) {
-      contact.prescribed_O = {-depth, 0, 0};
-      ContactResponse response;
-      model->Respond({&contact, 1}, {&response, 1});
+      const ContactResponse response =
+          contacts::Answer(*model, contacts::Move({radius, 0, 0}, {-depth, 0, 0}, width));
       const double exact = c.at("expected").at("k_bar").get<double>() * 1.51e6 * depth * 2 * radius;
       const bool is_linear = depth <= 100e-6;
       EXPECT_EQ(response.validity, is_linear ? Validity::kValid : Validity::kExtrapolated)

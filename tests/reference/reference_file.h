@@ -1,4 +1,4 @@
-// What the references call a plane and a hold, and the scenes' geometry built without a scene file.
+// What the references call a plane and a hold.
 #pragma once
 
 #include <array>
@@ -24,20 +24,6 @@ Held HeldWhere(const BoundaryMesh& mesh, Where where) {
     held.push_back({h, h});
   }
   return held;
-}
-
-// Several polygons as one mesh, holes given clockwise.
-inline BoundaryMesh MeshOf(const std::vector<std::vector<Eigen::Vector2d>>& loops, double unit) {
-  BoundaryMesh mesh;
-  mesh.length_unit = unit;
-  mesh.loop_begin.push_back(0);
-  for (const auto& loop : loops) {
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      mesh.elements.push_back({loop[i], loop[(i + 1) % loop.size()]});
-    }
-    mesh.loop_begin.push_back(mesh.size());
-  }
-  return mesh;
 }
 
 }  // namespace palpate::reference

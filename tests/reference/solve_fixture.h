@@ -3,12 +3,11 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "shared/text/csv.h"
 #include "slave/commands/solve/solve.h"
 #include "tests/support/scratch.h"
 
@@ -35,21 +34,18 @@ class SolveFiles : public FolderTest {
     const int exit_code = RunSolve(options);
     const std::string message = testing::internal::GetCapturedStderr();
     EXPECT_EQ(exit_code, 0) << message << scene;
-    std::ifstream stream(options.out);
     std::vector<std::string> names;
     std::vector<std::map<std::string, double>> rows;
-    for (std::string line; std::getline(stream, line);) {
-      std::stringstream cut(line);
-      std::vector<std::string> cells;
-      for (std::string cell; std::getline(cut, cell, ',');) cells.push_back(cell);
+    for (CsvLines lines(options.out); lines.Next();) {
+      const auto& cells = lines.cells();
       if (names.empty()) {
-        names = cells;
+        names.assign(cells.begin(), cells.end());
         continue;
       }
       auto& row = rows.emplace_back();
       for (std::size_t i = 0; i < names.size(); ++i) {
         if (names[i] == "case" || names[i] == "validity") continue;
-        row[names[i]] = cells[i].empty() ? std::nan("") : std::stod(cells[i]);
+        row[names[i]] = cells[i].empty() ? std::nan("") : std::stod(std::string(cells[i]));
       }
     }
     return rows;

@@ -86,17 +86,6 @@ TEST_F(BlockContactTest, MayEnterElsewhereInTheMoveThatLeft) {
   EXPECT_EQ(place.normal_O, Eigen::Vector2d(-1, 0));
 }
 
-TEST_F(BlockContactTest, TouchesTheWallOfAHoleFromWithin) {
-  const std::vector<Eigen::Vector2d> outer{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
-  BoundaryContact frame(MeshPolygon({outer, {{{1, 1}, {3, 1}, {3, 3}, {1, 3}}}}, 48));
-  frame.MoveTip({2, 2});
-  EXPECT_FALSE(frame.in_contact());
-  const BoundaryPlace& place = frame.MoveTip({2, 0.9});
-  EXPECT_TRUE(frame.in_contact());
-  EXPECT_LT((place.p_O - Eigen::Vector2d(2, 1)).norm(), 1e-14);
-  EXPECT_EQ(place.normal_O, Eigen::Vector2d(0, 1));
-}
-
 TEST_F(BlockContactTest, IgnoresWhatIsNoPlace) {
   contact_.MoveTip({0.044, 0.090});
   contact_.MoveTip({0.044, 0.086});

@@ -121,17 +121,6 @@ TEST(ObbTreeTest, APathThatOnlyTouchesDoesNotEnter) {
   EXPECT_FALSE(square.FirstEntry({0.5, 2}, {0.5, 2}));  // does not move
 }
 
-TEST(ObbTreeTest, EntersThroughACornerWithBothOfItsElements) {
-  const ObbTree square(MeshRectangle(1, 1, 40));
-  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0),
-                                        Eigen::Vector2d(1, 1), Eigen::Vector2d(0, 1)}) {
-    const Eigen::Vector2d outwards = corner - Eigen::Vector2d(0.5, 0.5);
-    const auto entry = square.FirstEntry(corner + outwards, corner - outwards);
-    ASSERT_TRUE(entry) << corner.transpose();
-    EXPECT_EQ(entry->p_O, corner);
-  }
-}
-
 // Elements of 1 and 1e-6: boxes must not swallow the short ones.
 TEST(ObbTreeTest, HandlesElementsOfWildlyDifferentLength) {
   const BoundaryMesh mesh =

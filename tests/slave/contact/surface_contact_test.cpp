@@ -226,19 +226,5 @@ TEST(SurfaceContactTest, RefusesWhatIsNoSurface) {
   EXPECT_THROW(SurfaceContact({nodes, {{0, 1, 4}}}), std::invalid_argument);
 }
 
-// Reference: the closest point of the segment, and of the point, that the triangle has become.
-TEST(ClosestOnTriangleTest, TrianglesWithoutAreaAreSegmentsOrPoints) {
-  for (const double scale : {1e-9, 1.0, 1e3}) {
-    const std::array<Vector3d, 3> line{Vector3d(0, 0, 0), Vector3d(scale, 0, 0),
-                                       Vector3d(2 * scale, 0, 0)};
-    const Vector3d p(0.5 * scale, 0.1 * scale, 0);
-    const Vector3d w = ClosestOnTriangle(p, line, {true, true, true}).weights;
-    EXPECT_NEAR(w.sum(), 1, 1e-15);
-    EXPECT_NEAR(w[1] + 2 * w[2], 0.5, 1e-15);
-    const std::array<Vector3d, 3> point{p, p, p};
-    EXPECT_NEAR(ClosestOnTriangle({0, 0, 0}, point, {true, true, true}).weights.sum(), 1, 1e-15);
-  }
-}
-
 }  // namespace
 }  // namespace palpate

@@ -184,10 +184,5 @@ TEST(AdhesiveData, RelaxationAtOneRatePredictsTheOtherRates) {
   }
 }
 
-struct Cover {
-  int rows = 0, covered = 0;
-  double widest = 0, mean_width = 0;  // over the material's peak
-};
-
 }  // namespace
 }  // namespace palpate::identify

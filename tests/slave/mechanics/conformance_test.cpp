@@ -87,11 +87,10 @@ Kind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress,
 
 Kind Fem(const char* name, Law law) {
   return {name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
-            FemModel::Params params;
-            params.material = {.young_modulus = modulus, .poisson_ratio = 0.3, .density = 0};
-            params.options.law = law;
-            params.options.residual = 1e-10;
-            params.range = 0.1;
+            FemModel::Params params{
+                .material = {.young_modulus = modulus, .poisson_ratio = 0.3, .density = 0},
+                .options = {.law = law, .residual = 1e-10},
+                .range = 0.1};
             const Cube cube = MakeCube(size);
             return std::make_unique<FemModel>(cube.mesh, cube.held, params);
           }};
@@ -99,17 +98,15 @@ Kind Fem(const char* name, Law law) {
 
 Kind Solid(const char* name, Element element, Law law, double nu = 0.3,
            Pressure pressure = Pressure::kAuto) {
-  return {name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
-            SolidModel::Params params;
-            params.options.element = element;
-            params.options.law = law;
-            params.options.pressure = pressure;
-            params.options.residual = 1e-10;
-            params.young_modulus = modulus;
-            params.poisson_ratio = nu;
-            const Cube cube = MakeCube(size);
-            return std::make_unique<SolidModel>(cube.mesh, cube.held, params);
-          }};
+  return {
+      name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
+        SolidModel::Params params{
+            .options = {.element = element, .law = law, .pressure = pressure, .residual = 1e-10},
+            .young_modulus = modulus,
+            .poisson_ratio = nu};
+        const Cube cube = MakeCube(size);
+        return std::make_unique<SolidModel>(cube.mesh, cube.held, params);
+      }};
 }
 
 Kind Green(const char* name, FemOptions::Element element, double nu = 0.3,

@@ -110,12 +110,9 @@ std::unique_ptr<DeformationModel> Cube(const std::string& kind, int cells, bool 
   return MakeModel(scene, MeshObject(scene, std::nullopt));
 }
 
-ContactResponse Disc(DeformationModel& model, Contact::Kind kind, const Vector3d& p_O, double width,
-                     const Vector3d& value) {
-  const Contact contact{kind, p_O, -1, width, value};
-  ContactResponse response;
+ContactResponse Query(DeformationModel& model, const Contact& contact) {
   model.Reset();
-  model.Respond({&contact, 1}, {&response, 1});
+  const ContactResponse response = contacts::Answer(model, contact);
   EXPECT_NE(response.validity, Validity::kFailed) << model.failure();
   return response;
 }
@@ -137,10 +134,8 @@ TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
          {Vector3d(0.5, 0.5, 1), Vector3d(0.71, 0.5, 1), Vector3d(0.76, 0.5, 1),
           Vector3d(0.78, 0.62, 1), Vector3d(0.9, 0.5, 1)}) {
       const double width = 0.4;
-      const Vector3d moved(5e-5, 0, -1e-4);
-      const auto kind = Contact::Kind::kDisplacement;
-      const ContactResponse should = Disc(*fine, kind, p_O, width, moved);
-      const ContactResponse is = Disc(*model, kind, p_O, width, moved);
+      const Contact press = contacts::Move(p_O, {5e-5, 0, -1e-4}, width);
+      const ContactResponse should = Query(*fine, press), is = Query(*model, press);
       ASSERT_TRUE(should.moment_O && is.moment_O) << mesh.kind;
       if (is.validity != Validity::kValid) continue;
       ++valid;
@@ -152,12 +147,12 @@ TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
     }
     // Law: an even load acts at the centroid of the part of the disc that lies on the surface.
     const Vector3d load(0, 0, -1e-3);
-    const ContactResponse whole = Disc(*model, Contact::Kind::kForce, {0.71, 0.5, 1}, 0.4, load);
+    const ContactResponse whole = Query(*model, contacts::Push({0.71, 0.5, 1}, load, 0.4));
     ASSERT_TRUE(whole.moment_O);
     EXPECT_LT(whole.moment_O->norm(), 1e-9 * load.norm());
     // The disc without the segment beyond the edge.
     const double r = 0.2, d = 0.02, chord = std::sqrt(r * r - d * d);
-    const ContactResponse cut = Disc(*model, Contact::Kind::kForce, {1 - d, 0.5, 1}, 2 * r, load);
+    const ContactResponse cut = Query(*model, contacts::Push({1 - d, 0.5, 1}, load, 2 * r));
     ASSERT_TRUE(cut.moment_O);
     const double left = std::numbers::pi * r * r - r * r * std::acos(d / r) + d * chord;
     const double arm = 2.0 / 3 * std::pow(chord, 3) / left;

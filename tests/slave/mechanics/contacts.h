@@ -32,6 +32,10 @@ inline std::vector<ContactResponse> Respond(DeformationModel& model,
   return answer.responses();
 }
 
+inline ContactResponse Answer(DeformationModel& model, const Contact& contact) {
+  return Respond(model, {contact}).front();
+}
+
 inline std::vector<Eigen::Vector3d> Displacement(DeformationModel& model,
                                                  const Solution& solution) {
   std::vector<Eigen::Vector3d> u_O;

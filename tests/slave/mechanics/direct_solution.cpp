@@ -129,16 +129,10 @@ SolidMesh FoamMesh(const std::string& name) {
   return std::get<SolidMesh>(ReadMeshFile(file, 1).mesh);
 }
 
-DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless,
-                           const Vector3d& weight_O) {
+DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless) {
   const SurfaceMesh surface = SurfaceOf(body.mesh);
   const auto dofs = static_cast<int>(3 * body.mesh.nodes.size());
   VectorXd load = VectorXd::Zero(dofs);
-  for (int e = 0; e < static_cast<int>(body.mesh.tets.size()); ++e) {
-    for (const int node : body.mesh.tets[Index(e)]) {
-      load.segment<3>(3 * node) += SignedVolume(body.mesh, e) / 4 * weight_O;
-    }
-  }
   std::vector<Constraint> constraints;
   for (int d = 0; d < dofs; ++d) {
     if (body.held[Index(d / 3)][Index(d % 3)])

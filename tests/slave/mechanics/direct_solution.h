@@ -38,8 +38,7 @@ struct DirectAnswer {
   std::vector<Eigen::Vector3d> force_O;         // per contact [N]
   std::vector<Eigen::Vector3d> mean_O;          // displacement per contact, weighted as a load [m]
 };
-// What a contact touches is taken from FindPlace and PatchAt. `weight_O`: per volume [N/m^3].
-DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless,
-                           const Eigen::Vector3d& weight_O = {0, 0, 0});
+// What a contact touches is taken from FindPlace and PatchAt.
+DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless);
 
 }  // namespace palpate

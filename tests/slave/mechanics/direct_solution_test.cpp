@@ -33,22 +33,19 @@ constexpr double kResidual = 1e-12;
 constexpr double kRange = 10;
 
 Model LinearFem(const Body& body) {
-  FemModel::Params params;
-  params.material = {.young_modulus = body.E, .poisson_ratio = body.nu, .density = 1};
-  params.options.law = FemOptions::Law::kLinear;
-  params.options.residual = kResidual;
-  params.range = kRange;
+  FemModel::Params params{
+      .material = {.young_modulus = body.E, .poisson_ratio = body.nu, .density = 1},
+      .options = {.law = FemOptions::Law::kLinear, .residual = kResidual},
+      .range = kRange};
   return std::make_unique<FemModel>(body.mesh, body.held, params);
 }
 
 Model LinearSolid(const Body& body, Element element) {
-  SolidModel::Params params;
-  params.options.element = element;
-  params.options.law = FemOptions::Law::kLinear;
-  params.options.residual = kResidual;
-  params.young_modulus = body.E;
-  params.poisson_ratio = body.nu;
-  params.range = kRange;
+  SolidModel::Params params{
+      .options = {.element = element, .law = FemOptions::Law::kLinear, .residual = kResidual},
+      .young_modulus = body.E,
+      .poisson_ratio = body.nu,
+      .range = kRange};
   return std::make_unique<SolidModel>(body.mesh, body.held, params);
 }
 

@@ -1,5 +1,6 @@
 // Contacts on boundary elements: what the capacitance of their nodes answers.
 #include <algorithm>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -22,7 +23,8 @@ struct Moved {
 // Reference: the problem solved again with the moved elements among the held ones, whose Green's
 // functions give reactions to their displacements: nothing of the capacitance matrix in it.
 // Tolerance: two factorisations of condition 1e2..1e3 in double precision.
-void ExpectDirectSolution(ReferenceProblem problem, const std::vector<Moved>& moved) {
+void ExpectDirectSolution(const std::string& body, ReferenceProblem problem,
+                          const std::vector<Moved>& moved) {
   for (const ElementOrder order :
        {ElementOrder::kConstant, ElementOrder::kLinear, ElementOrder::kQuadratic}) {
     problem.order = order;
@@ -52,28 +54,52 @@ void ExpectDirectSolution(ReferenceProblem problem, const std::vector<Moved>& mo
       for (int c = 0; c < 2; ++c) {
         const bool is_held = direct.held(static_cast<int>(i), c);
         const double solved = is_held ? state.traction[i][c] : state.displacement[i][c] / unit;
-        EXPECT_NEAR(solved, expected[i][c], 1e-11 * largest) << "node " << i;
+        EXPECT_NEAR(solved, expected[i][c], 1e-11 * largest) << body << ", node " << i;
       }
     }
   }
 }
 
-TEST(ElementContacts, EqualADirectSolutionForManyContacts) {
-  ExpectDirectSolution(bodies::Block(60), {{20, {-0.2, 0}},
-                                           {21, {-0.1, 0.05}},
-                                           {37, {0.01, -0.3}},
-                                           {38, {0.02, -0.3}},
-                                           {55, {0.1, 0.1}}});
-}
-
-TEST(ElementContacts, EqualADirectSolutionAtNuOneHalf) {
-  ExpectDirectSolution(bodies::Block(60, 1, 0.5), {{37, {0.01, -0.3}}, {20, {-0.1, 0}}});
-}
-
-// The body hangs on its contacts alone.
-TEST(ElementContacts, EqualADirectSolutionWhereOnlyContactsHold) {
-  ExpectDirectSolution(bodies::Free(MeshDisc(0.7, 48), 0.3, Plane::kStress),
+TEST(ElementContacts, EqualADirectSolution) {
+  ExpectDirectSolution("many contacts", bodies::Block(60),
+                       {{20, {-0.2, 0}},
+                        {21, {-0.1, 0.05}},
+                        {37, {0.01, -0.3}},
+                        {38, {0.02, -0.3}},
+                        {55, {0.1, 0.1}}});
+  ExpectDirectSolution("nu of one half", bodies::Block(60, 1, 0.5),
+                       {{37, {0.01, -0.3}}, {20, {-0.1, 0}}});
+  ExpectDirectSolution("only contacts hold", bodies::Free(MeshDisc(0.7, 48), 0.3, Plane::kStress),
                        {{5, {0.2, 0}}, {17, {-0.1, -0.2}}, {30, {0, 0.3}}});
+}
+
+// Reference: all that can move is moved together, by five hundred contacts and by the one patch
+// that they make up: the same force, and every contact's own answer as it is in the patch.
+TEST(ElementContacts, FiveHundredEqualThePatchTheyMakeUp) {
+  Bem2dModel model(bodies::Block(680), {.young_modulus = 1e6, .thickness = 1});
+  const auto& elements = model.greens_functions().problem().mesh.elements;
+  const Vector2d moved(1e-3, -1e-3);
+  Contact patch = bodies::Move(425, moved);  // in the middle of the top
+  patch.p_O.head<2>() = elements[425].a;
+  patch.width = 3;  // three sides
+  Solution solution;
+  const auto together = bodies::Respond(model, {patch}, &solution).front();
+  ASSERT_EQ(together.validity, Validity::kValid);
+  const BoundaryState boundary = model.Boundary(solution);
+  std::vector<Contact> contacts;
+  for (int i = 170; i < 680; ++i) contacts.push_back(bodies::Move(i, moved));
+  const auto responses = bodies::Respond(model, contacts);
+  Vector2d sum = Vector2d::Zero();
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    ASSERT_EQ(responses[k].validity, Validity::kValid);
+    const Vector2d force = responses[k].force_O.head<2>();
+    const std::size_t i = 170 + k;
+    EXPECT_LT((force - elements[i].length() * boundary.traction[i]).norm(),
+              1e-9 * together.force_O.norm())
+        << "element " << i;
+    sum += force;
+  }
+  EXPECT_LT((together.force_O.head<2>() - sum).norm(), 1e-9 * sum.norm());
 }
 
 }  // namespace

@@ -49,10 +49,9 @@ ContactResponse LoadEnd(const Strip& strip, bool bends) {
   const double height = strip.unit / strip.slenderness;
   const Vector2d end = turn * Vector2d(strip.unit, height / 2);
   const Vector2d force = 1e-9 * strip.unit * (turn * (bends ? Vector2d(0, 1) : Vector2d(1, 0)));
-  const Contact load{
-      Contact::Kind::kForce, {end.x(), end.y(), 0}, -1, 1.0001 * height, {force.x(), force.y(), 0}};
-  ContactResponse response;
-  model.Respond({&load, 1}, {&response, 1});
+  const Contact load =
+      contacts::Push({end.x(), end.y(), 0}, {force.x(), force.y(), 0}, 1.0001 * height);
+  ContactResponse response = contacts::Answer(model, load);
   response.displacement_O.x() = response.displacement_O.head<2>().dot(force) / force.squaredNorm();
   return response;
 }
@@ -151,10 +150,7 @@ TEST(ElementError, FlagsTheSlenderPartOfABodyOnly) {
   Bem2dModel model(problem(ElementOrder::kConstant), params);
   Bem2dModel exact(problem(ElementOrder::kQuadratic), params);
   const auto press = [](Bem2dModel& on, double x, double width) {
-    Contact contact{Contact::Kind::kForce, {x, 1, 0}, -1, width, {0, -1e-9, 0}};
-    ContactResponse response;
-    on.Respond({&contact, 1}, {&response, 1});
-    return response;
+    return contacts::Answer(on, contacts::Push({x, 1, 0}, {0, -1e-9, 0}, width));
   };
   const ContactResponse on_square = press(model, 0.4, 0.1), on_arm = press(model, 1.9, 0.1);
   EXPECT_EQ(on_square.validity, Validity::kValid) << on_square.doubt;
@@ -162,19 +158,6 @@ TEST(ElementError, FlagsTheSlenderPartOfABodyOnly) {
   EXPECT_EQ(on_arm.doubt, kCoarseElements);
   EXPECT_LT(on_arm.displacement_O.y() / press(exact, 1.9, 0.1).displacement_O.y(), 0.7);
   EXPECT_EQ(press(exact, 1.9, 0.1).validity, Validity::kValid);
-}
-
-// Bodies that scenes ship with: a block and a disc held on an arc, at their element counts.
-TEST(ElementError, LeavesCompactBodiesAlone) {
-  Bem2dModel block(bodies::Block(180, 0.088, 0.49, Plane::kStress),
-                   {.young_modulus = 127e3, .thickness = 9e-3});
-  const BoundaryMesh& mesh = block.greens_functions().problem().mesh;
-  for (int e = 0; e < mesh.size(); ++e) {
-    const auto& element = mesh.elements[Index(e)];
-    if (element.midpoint().y() < 1e-9) continue;
-    Contact contact = bodies::Move(e, -1e-3 * element.normal());
-    EXPECT_NE(bodies::Respond(block, {contact}).front().doubt, kCoarseElements) << e;
-  }
 }
 
 }  // namespace

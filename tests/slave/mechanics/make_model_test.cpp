@@ -98,7 +98,7 @@ TEST(MakeModel, AutoSaysHowDeepAMembraneIsPressed) {
   EXPECT_EQ(ChooseModel(tight).kind, "plate-large");
 }
 
-TEST(MakeModel, HoldsSidesOfARectangle) {
+TEST(MakeModel, HoldsSidesArcsPlanesAndElements) {
   Scene scene = BlockScene();  // 20 + 10 + 20 + 10 elements
   EXPECT_EQ(HeldCount(scene, 0), 20);
   scene.object.fixed = {{FixedSide{"left"}}, {FixedSide{"top"}}};
@@ -106,19 +106,14 @@ TEST(MakeModel, HoldsSidesOfARectangle) {
   scene.object.fixed = {{FixedSide{"right"}, {false, true, true}}};
   EXPECT_EQ(HeldCount(scene, 0), 0);
   EXPECT_EQ(HeldCount(scene, 1), 10);
-}
-
-TEST(MakeModel, HoldsArcsPlanesAndElements) {
-  Scene scene = BlockScene();
+  scene.object.fixed = {{FixedPlane{0, 0.088}}};
+  EXPECT_EQ(HeldCount(scene, 0), 10);
   scene.object.geometry = DiscGeometry{0.6e-3, 1.2e-3};
   // Midpoints at multiples of 6 degrees, the ends at 150 and 210 included.
   scene.object.fixed = {{FixedArc{180 * kDegree, 30 * kDegree}}};
   EXPECT_EQ(HeldCount(scene, 0), 11);
   scene.object.fixed = {{FixedNodes{{0, 5, 59}}}};
   EXPECT_EQ(HeldCount(scene, 0), 3);
-  scene = BlockScene();
-  scene.object.fixed = {{FixedPlane{0, 0.088}}};
-  EXPECT_EQ(HeldCount(scene, 0), 10);
 }
 
 TEST(MakeModel, RefusesWhatHoldsNothing) {

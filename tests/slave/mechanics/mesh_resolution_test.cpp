@@ -11,6 +11,7 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/footprint/disc_compliance.h"
+#include "tests/slave/mechanics/contacts.h"
 
 namespace palpate {
 namespace {
@@ -53,20 +54,16 @@ std::unique_ptr<DeformationModel> Make(const Kind& kind, const Box& box) {
 }
 
 ContactResponse Query(DeformationModel& model, const Contact& contact) {
-  ContactResponse response;
   model.Reset();
-  model.Respond({&contact, 1}, {&response, 1});
+  const ContactResponse response = contacts::Answer(model, contact);
   EXPECT_NE(response.validity, Validity::kFailed) << model.failure();
   return response;
 }
 
 Contact Press(bool loaded, const Vector3d& p_O, double width) {
-  const double depth = 1e-6;
-  return {loaded ? Contact::Kind::kForce : Contact::Kind::kDisplacement,
-          p_O,
-          -1,
-          width,
-          {0, 0, -depth * (loaded ? std::max(width, 0.01) : 1)}};
+  const Vector3d down(0, 0, -1e-6);
+  return loaded ? contacts::Push(p_O, std::max(width, 0.01) * down, width)
+                : contacts::Move(p_O, down, width);
 }
 
 double StiffnessOf(const ContactResponse& r) {
@@ -219,21 +216,6 @@ TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAnew) {
   }
 }
 
-// Contracts, `solve`: width 0 is the one node, point or triangle there. Such a contact is what the
-// mesh makes it, and stays usable.
-TEST(PatchResolution, ATouchWithoutWidthIsWhatTheMeshMakesIt) {
-  for (const Kind& kind : Kinds()) {
-    const int n = CellsOf(kind);
-    const auto model = Make(kind, {.cells = {n, n, n}});
-    for (const Vector3d& p_O : PlacesOnTop(n)) {
-      for (const bool loaded : {false, true}) {
-        EXPECT_EQ(Query(*model, Press(loaded, p_O, 0)).validity, Validity::kValid)
-            << kind.name << (loaded ? " loaded" : " moved") << " at " << p_O.transpose();
-      }
-    }
-  }
-}
-
 // Reference: the half-space. Of a cube whose lower side is held it is within 3 % up to a third of a
 // side (the fixed bottom and the free sides nearly cancel: measured with 24 cells). What is valid
 // is within 10 % and the estimate's own 8 %; what is off by more than a quarter never is; of what
@@ -285,19 +267,6 @@ TEST(DiscCompliance, SticksSlidesAndSinksAsItMust) {
   EXPECT_NEAR((around * Vector3d::UnitX()).norm(), OfEvenLoad(0.3).across, 1e-12);
 }
 
-// An even load on, or one displacement of, a whole side has no rim.
-TEST(PatchResolution, AWholeSideIsNoNarrowPatch) {
-  for (const Kind& kind : Kinds()) {
-    if (kind.name == "fem averaged") continue;  // takes no nu of zero
-    const auto model = Make(kind, {.cells = {3, 3, 3}, .nu = 0.0});
-    for (const bool loaded : {false, true}) {
-      const ContactResponse r = Query(*model, Press(loaded, {0.5, 0.5, 1}, 3));
-      EXPECT_EQ(r.validity, Validity::kValid) << kind.name << " " << r.doubt;
-      EXPECT_NEAR(StiffnessOf(r), 1, 1e-5) << kind.name;
-    }
-  }
-}
-
 // Reference: E A / L. The tool covers the end but for its corners, whose nodes it does not move: an
 // area that is a third smaller, of which the bar knows nothing a thickness away.
 TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
@@ -306,9 +275,8 @@ TEST(PatchResolution, TheEndOfABarIsNoNarrowPatch) {
       const Box box{
           .size = {length, 1, 1.3}, .cells = {6 * static_cast<int>(length), 3, 4}, .held = 0};
       const auto model = Make(kind, box);
-      const Contact press{
-          Contact::Kind::kDisplacement, {length, 0.5, 0.65}, -1, 1.3, {-1e-6, 0, 0}};
-      const ContactResponse r = Query(*model, press);
+      const ContactResponse r =
+          Query(*model, contacts::Move({length, 0.5, 0.65}, {-1e-6, 0, 0}, 1.3));
       EXPECT_EQ(r.doubt, "") << kind.name << " " << length;
       EXPECT_NEAR(-r.force_O.x() / (1e-6 * 1.3 / length), 1, 0.05) << kind.name << " " << length;
     }
@@ -337,89 +305,26 @@ TEST(PatchResolution, FewNodesUnderAToolAreRightOrExtrapolated) {
   EXPECT_GT(flagged, 8);
 }
 
-// Reference: Timoshenko's beam, k = 1 / (L^3 / 3 E I + L / (5/6 G A)), a unit square across, under
-// an even load on its end. It lacks the held end, which makes short beams up to 1.5 % stiffer. What
-// is valid is within 5 % and that; what is within 2 % is valid.
+// Reference: Timoshenko's beam, a unit square across, under an even load on its end, which gives
+// way by L^3 / 3 E I + L / (5/6 G A), and the bar, which gives way by L / E A. The support keeps
+// the end from narrowing: stiffer by 0.8 nu^2 / L in bending and 0.3 nu^2 / L pressed, which are
+// the limits of boundary elements on 5:1 with 4 and 6 triangles across (nu 0.3: 1.4 and 0.5 %; nu
+// 0.45: 3.3 and 1.3 %). What is valid is within 5 %; what is within 1 % is valid.
 TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
-  struct Mesh {
-    double length;
-    int along, across;
-  };
+  const std::vector<std::pair<int, int>> coarse{{1, 1},  {2, 1},  {3, 1},  {4, 1},  {5, 1}, {7, 1},
+                                                {10, 1}, {15, 1}, {20, 1}, {40, 1}, {1, 2}, {2, 2},
+                                                {3, 2},  {5, 2},  {10, 2}, {20, 2}, {10, 3}};
   for (const Kind& kind : Kinds()) {
-    const bool is_quadratic = kind.name.ends_with("tet10");
-    const bool is_slow = kind.name != "fem-green" && kind.name != "fem";
-    int valid = 0, flagged = 0;
-    for (const Mesh& mesh : {Mesh{4, 4, 1},
-                             {4, 8, 2},
-                             {4, 24, 6},
-                             {4, 32, 8},
-                             {4, 40, 10},
-                             {4, 16, 12},
-                             {10, 20, 2},
-                             {10, 60, 6},
-                             {10, 50, 10},
-                             {5, 2, 1},
-                             {5, 5, 1},
-                             {20, 3, 1},
-                             {20, 10, 1},
-                             {100, 10, 1},
-                             {1000, 20, 1}}) {
-      if (mesh.across > (is_slow ? 2 : kind.name == "fem" ? 6 : 12)) continue;
-      for (const double nu : {0.05, 0.45}) {
-        if (nu > 0.4 && mesh.length < 5) continue;  // the held end counts for more
-        const Box box{.size = {mesh.length, 1, 1},
-                      .cells = {mesh.along, mesh.across, mesh.across},
-                      .held = 0,
-                      .nu = nu};
-        const auto model = Make(kind, box);
-        Contact end = Press(true, {mesh.length, 0.5, 0.5}, 4);
-        end.prescribed_O = {0, 0, -1e-7 / std::pow(mesh.length, 2)};
-        const ContactResponse r = Query(*model, end);
-        const double G = 1 / (2 * (1 + nu));
-        const double k = 1 / (4 * std::pow(mesh.length, 3) + mesh.length / (5.0 / 6 * G));
-        const double off = std::abs(StiffnessOf(r) / k - 1);
-        const bool is_valid = r.validity == Validity::kValid;
-        EXPECT_LT(is_valid ? off : 0, 0.065) << kind.name << " " << mesh.length << ", "
-                                             << mesh.along << ", " << mesh.across << ", " << nu;
-        EXPECT_TRUE(is_valid || off > 0.02) << kind.name << " " << mesh.length << ", " << mesh.along
-                                            << ", " << mesh.across << ", " << nu;
-        EXPECT_TRUE(is_valid || r.doubt == kStiffInBending) << r.doubt;
-        (is_valid ? valid : flagged) += 1;
-        end.prescribed_O = {1e-7, 0, 0};  // pulled, it is exact but for the held end
-        EXPECT_TRUE(nu > 0.4 || Query(*model, end).validity == Validity::kValid) << kind.name;
-      }
-    }
-    EXPECT_EQ(valid > 0, is_quadratic || kind.name == "fem-green") << kind.name;
-    EXPECT_GT(flagged, 3) << kind.name;
-  }
-}
-
-// Reference: the same beam, and the bar that gives way by L / E A. The support keeps the end from
-// narrowing: stiffer by 0.8 nu^2 / L in bending and 0.3 nu^2 / L pressed, which are the limits of
-// boundary elements on 5:1 with 4 and 6 triangles across (nu 0.3: 1.4 and 0.5 %; nu 0.45: 3.3
-// and 1.3 %). What is valid is within 5 %; what is within 1 % is valid.
-TEST(StrainResolution, BarsOfAnyNumberOfCellsAreRightOrExtrapolated) {
-  int valid = 0, flagged = 0;
-  for (const Kind& kind : {Kinds()[0], Kinds()[1]}) {
-    for (const double nu : {0.0, 0.3, 0.45, 0.48}) {
-      for (const double length : {5.0, 8.0, 20.0, 100.0, 1000.0}) {
-        for (const auto& [along, across] : {std::pair{1, 1},
-                                            {2, 1},
-                                            {3, 1},
-                                            {4, 1},
-                                            {5, 1},
-                                            {7, 1},
-                                            {10, 1},
-                                            {15, 1},
-                                            {20, 1},
-                                            {40, 1},
-                                            {1, 2},
-                                            {2, 2},
-                                            {3, 2},
-                                            {5, 2},
-                                            {10, 2},
-                                            {20, 2},
-                                            {10, 3}}) {
+    // The first two over all of it, the others over some.
+    const bool is_swept = &kind < &Kinds()[2];
+    auto cells = coarse;
+    if (kind.name == "fem-green") cells.emplace_back(40, 10);  // where four nodes do
+    int valid = 0, flagged = 0, bent_and_valid = 0;
+    for (const double nu : is_swept ? std::vector{0.0, 0.3, 0.45, 0.48} : std::vector{0.05, 0.45}) {
+      for (const double length :
+           is_swept ? std::vector{5.0, 8.0, 20.0, 100.0, 1000.0} : std::vector{5.0, 20.0, 1000.0}) {
+        for (const auto& [along, across] : cells) {
+          if (across > 3 && (length > 5 || nu > 0.4)) continue;
           const auto model =
               Make(kind,
                    {.size = {length, 1, 1}, .cells = {along, across, across}, .held = 0, .nu = nu});
@@ -428,15 +333,15 @@ TEST(StrainResolution, BarsOfAnyNumberOfCellsAreRightOrExtrapolated) {
               (4 * std::pow(length, 3) + length / (5.0 / 6 * G)) / (1 + 0.8 * nu * nu / length);
           const double pressed = length / (1 + 0.3 * nu * nu / length);
           for (const bool bends : {false, true}) {
-            Contact end = Press(true, {length, 0.5, 0.5}, 4);
-            end.prescribed_O =
+            // No scene averages the pressure; pressed, it is up to a fifth off.
+            if (!bends && kind.name == "fem averaged") continue;
+            const Vector3d force =
                 bends ? Vector3d(0, 0, -1e-7 / std::pow(length, 2)) : Vector3d(-1e-7, 0, 0);
-            ContactResponse r;
             model->Reset();
-            model->Respond({&end, 1}, {&r, 1});
+            const ContactResponse r =
+                contacts::Answer(*model, contacts::Push({length, 0.5, 0.5}, force, 4));
             if (r.validity == Validity::kFailed) continue;  // no equilibrium, in words
-            const Vector3d way = end.prescribed_O.normalized();
-            const double k = way.dot(r.force_O) / way.dot(r.displacement_O);
+            const double k = force.dot(r.force_O) / force.dot(r.displacement_O);
             const double off = std::abs(k * (bends ? bent : pressed) - 1);
             const bool is_valid = r.validity == Validity::kValid;
             const std::string where =
@@ -444,14 +349,18 @@ TEST(StrainResolution, BarsOfAnyNumberOfCellsAreRightOrExtrapolated) {
                           across, nu, bends ? "bent" : "pressed", off);
             EXPECT_LT(is_valid ? off : 0, 0.05) << where;
             EXPECT_TRUE(is_valid || off > 0.01) << where;
+            EXPECT_TRUE(is_valid || r.doubt == kStiffInBending) << where << " " << r.doubt;
             (is_valid ? valid : flagged) += 1;
+            bent_and_valid += is_valid && bends ? 1 : 0;
           }
         }
       }
     }
+    EXPECT_TRUE(valid > 30 || kind.name == "fem averaged") << kind.name << " " << valid;
+    EXPECT_GT(flagged, 30) << kind.name;
+    EXPECT_EQ(bent_and_valid > 0, kind.name.ends_with("tet10") || kind.name == "fem-green")
+        << kind.name;
   }
-  EXPECT_GT(valid, 400);
-  EXPECT_GT(flagged, 400);
 }
 
 // A block, a pad and a long bar that is held along its side do not bend under a finger.
@@ -472,20 +381,6 @@ TEST(StrainResolution, WhatDoesNotBendIsLeftAlone) {
 
 HeldNodes Free(const SolidMesh& mesh) {
   return HeldNodes(mesh.nodes.size());
-}
-
-// Law: the patch test. An even stretch is what four nodes can do.
-TEST(StrainResolution, AnEvenStretchIsExact) {
-  const SolidMesh mesh = MeshBox({2, 1, 1}, {2, 1, 1});
-  std::vector<Vector3d> u;
-  std::vector<int> end;
-  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
-    const Vector3d& p = mesh.nodes[i];
-    u.emplace_back(1e-6 * p.x(), -3e-7 * p.y(), -3e-7 * p.z());
-    if (p.x() == 2) end.push_back(static_cast<int>(i));
-  }
-  StrainResolution strain(MakeTetMesh(mesh, 4, 1), Free(mesh), 0.3);
-  EXPECT_LT(strain.Softness(u, end), 1e-9);
 }
 
 // Law: ten nodes follow pure bending exactly, in any direction.

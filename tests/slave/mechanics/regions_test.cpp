@@ -10,6 +10,7 @@
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/mechanics/object_mesh.h"
+#include "tests/slave/mechanics/contacts.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
@@ -64,8 +65,7 @@ Region Layer(double from, double to, double modulus) {
 
 ContactResponse Press(const Scene& scene, const Contact& contact) {
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
-  ContactResponse response;
-  model->Respond({&contact, 1}, {&response, 1});
+  const ContactResponse response = contacts::Answer(*model, contact);
   EXPECT_NE(response.validity, Validity::kFailed) << model->failure();
   return response;
 }
@@ -127,10 +127,9 @@ std::vector<double> Contrast(const Scene& scene) {
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
   std::vector<double> force;
   for (const double x : {0.02, 0.025, 0.03, 0.045}) {
-    const Contact contact{.p_O = {x, 0.02, 0.025}, .width = 0.01, .prescribed_O = {0, 0, -0.001}};
-    ContactResponse response;
     model->Reset();
-    model->Respond({&contact, 1}, {&response, 1});
+    const ContactResponse response =
+        contacts::Answer(*model, contacts::Move({x, 0.02, 0.025}, {0, 0, -0.001}, 0.01));
     EXPECT_EQ(response.validity, Validity::kValid) << response.doubt;
     force.push_back(-response.force_O.z());
   }

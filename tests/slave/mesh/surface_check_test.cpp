@@ -1,8 +1,8 @@
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/mesh/mesh_check.h"
+#include "tests/support/surfaces.h"
 
 namespace palpate {
 namespace {
@@ -13,21 +13,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-// A box's boundary with its nodes only.
-SurfaceMesh Box(const Vector3d& low, double size) {
-  SurfaceMesh s = SurfaceOf(MeshBox({size, size, size}, {1, 1, 1}));
-  for (auto& p : s.nodes) p += low;
-  return s;
-}
-
-SurfaceMesh Joined(const SurfaceMesh& a, const SurfaceMesh& b) {
-  SurfaceMesh both = a;
-  both.nodes.insert(both.nodes.end(), b.nodes.begin(), b.nodes.end());
-  for (auto t : b.triangles) {
-    for (int& i : t) i += static_cast<int>(a.nodes.size());
-    both.triangles.push_back(t);
-  }
-  return both;
+SurfaceMesh Cube(const Vector3d& low, double size) {
+  return BoxSurface(low, Vector3d::Constant(size));
 }
 
 void TurnAll(SurfaceMesh* s) {
@@ -35,7 +22,7 @@ void TurnAll(SurfaceMesh* s) {
 }
 
 TEST(SurfaceCheckTest, TurnsTrianglesOutward) {
-  const SurfaceMesh sound = Box({0, 0, 0}, 1);
+  const SurfaceMesh sound = Cube({0, 0, 0}, 1);
   SurfaceMesh some = sound, all = sound;
   std::swap(some.triangles[4][0], some.triangles[4][1]);
   std::swap(some.triangles[9][0], some.triangles[9][1]);
@@ -50,9 +37,10 @@ TEST(SurfaceCheckTest, TurnsTrianglesOutward) {
 // A cavity faces its inside, a body within the cavity outward again; whichever way they came.
 TEST(SurfaceCheckTest, TurnsCavitiesInward) {
   for (const bool inward : {false, true}) {
-    SurfaceMesh cavity = Box({1, 1, 1}, 4), body = Box({2, 2, 2}, 2), outside = Box({9, 1, 1}, 1);
+    SurfaceMesh cavity = Cube({1, 1, 1}, 4), body = Cube({2, 2, 2}, 2),
+                outside = Cube({9, 1, 1}, 1);
     if (inward) TurnAll(&cavity), TurnAll(&body);
-    SurfaceMesh s = Joined(Joined(body, cavity), Joined(outside, Box({0, 0, 0}, 6)));
+    SurfaceMesh s = Joined(Joined(body, cavity), Joined(outside, Cube({0, 0, 0}, 6)));
     const MeshReport report = CheckMesh(s);
     EXPECT_THAT(report.refusals, IsEmpty());
     EXPECT_EQ(report.parts, 4);
@@ -66,35 +54,29 @@ TEST(SurfaceCheckTest, TurnsCavitiesInward) {
   }
 }
 
-TEST(SurfaceCheckTest, RefusesOpenSurfaces) {
-  SurfaceMesh s = Box({0, 0, 0}, 1);
-  s.triangles.pop_back();
-  const MeshReport report = CheckMesh(s);
-  EXPECT_EQ(report.open_edges, 3);
-  EXPECT_THAT(report.refusals, ElementsAre(HasSubstr("the surface is open at 3 edges, the first: "
-                                                     "element ")));
-}
-
-// The projective plane in six nodes: closed, every edge twice, without an inside.
-TEST(SurfaceCheckTest, RefusesOneSidedSurfaces) {
-  SurfaceMesh s{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0.3}, {0.2, 1, 1}},
-                {{0, 1, 4},
-                 {0, 1, 5},
-                 {0, 2, 3},
-                 {0, 2, 5},
-                 {0, 3, 4},
-                 {1, 2, 3},
-                 {1, 2, 4},
-                 {1, 3, 5},
-                 {2, 4, 5},
-                 {3, 4, 5}}};
-  EXPECT_THAT(CheckMesh(s).refusals, ElementsAre(HasSubstr("one-sided")));
-}
-
-TEST(SurfaceCheckTest, RefusesTrianglesWithoutAreaOrTwice) {
-  SurfaceMesh flat = Box({0, 0, 0}, 1), twice = flat;
+// Open at one triangle; the projective plane in six nodes, which is closed, every edge twice, and
+// has no inside; triangles without area, and twice.
+TEST(SurfaceCheckTest, RefusesWhatHasNoInside) {
+  SurfaceMesh open = Cube({0, 0, 0}, 1), flat = open, twice = open;
+  open.triangles.pop_back();
   flat.nodes[0] = flat.nodes[1];
   twice.triangles.push_back(twice.triangles[3]);
+  SurfaceMesh one_sided{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0.3}, {0.2, 1, 1}},
+                        {{0, 1, 4},
+                         {0, 1, 5},
+                         {0, 2, 3},
+                         {0, 2, 5},
+                         {0, 3, 4},
+                         {1, 2, 3},
+                         {1, 2, 4},
+                         {1, 3, 5},
+                         {2, 4, 5},
+                         {3, 4, 5}}};
+  const MeshReport opened = CheckMesh(open);
+  EXPECT_EQ(opened.open_edges, 3);
+  EXPECT_THAT(opened.refusals, ElementsAre(HasSubstr("the surface is open at 3 edges, the first: "
+                                                     "element ")));
+  EXPECT_THAT(CheckMesh(one_sided).refusals, ElementsAre(HasSubstr("one-sided")));
   EXPECT_THAT(CheckMesh(flat).refusals[0], HasSubstr("without area"));
   EXPECT_THAT(CheckMesh(twice).refusals[0], HasSubstr("element 12 has the nodes of element 3"));
 }

@@ -37,20 +37,13 @@ TEST(ParetoTest, FrontOfRandomRowsIsTheLowerStaircase) {
     for (int i = 0; i < 15; ++i) rows.push_back(Answered(uniform(random), uniform(random)));
     MarkFront(&rows);
     for (const StudyRow& row : rows) {
-      double least_faster = 1e9;  // smallest error among the faster, or as fast
+      double faster = 1e9, as_fast = 1e9;  // smallest errors among those
       for (const StudyRow& other : rows) {
-        if (other.update_median_s < row.update_median_s) {
-          least_faster = std::min(least_faster, other.error.value);
-        }
+        const double update = other.update_median_s, error = other.error.value;
+        if (update < row.update_median_s) faster = std::min(faster, error);
+        if (update == row.update_median_s) as_fast = std::min(as_fast, error);
       }
-      double least_equal = 1e9;
-      for (const StudyRow& other : rows) {
-        if (other.update_median_s == row.update_median_s) {
-          least_equal = std::min(least_equal, other.error.value);
-        }
-      }
-      const bool expected = row.error.value < least_faster && row.error.value == least_equal;
-      EXPECT_EQ(row.on_front, expected);
+      EXPECT_EQ(row.on_front, row.error.value < faster && row.error.value == as_fast);
     }
   }
 }

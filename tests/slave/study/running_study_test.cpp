@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +14,7 @@
 #include "slave/scene/scene_loader.h"
 #include "slave/study/auto_model.h"
 #include "slave/study/volume_stiffness.h"
+#include "tests/slave/mechanics/contacts.h"
 #include "tests/slave/simulator/environment_player.h"
 #include "tests/support/paths.h"
 
@@ -99,10 +99,8 @@ TEST(RunningStudyTest, CubeUnderATool) {
     const PressSpec question = AskedOf(scene);
     const Press& press = question.presses.front();
     const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
-    const Contact contact{Contact::Kind::kDisplacement, press.p_O, -1, question.width,
-                          question.depth * press.inward_O};
-    ContactResponse response;
-    model->Respond(std::span(&contact, 1), std::span(&response, 1));
+    const ContactResponse response = contacts::Answer(
+        *model, contacts::Move(press.p_O, question.depth * press.inward_O, question.width));
     const auto stiffness = VolumeStiffness(scene, press, question.width, question.width / 6);
     ASSERT_TRUE(stiffness);
     const double force = press.inward_O.dot(response.force_O);

@@ -167,9 +167,4 @@ VolumeModel::Inversion SolidModel::FindInversion() const {
   return {found.inverted, found.first_inverted};
 }
 
-double SolidModel::energy() {
-  const double energy = motion_ ? motion_->Energy() : equilibrium_.Energy(state_.x);
-  return traits_.force_unit * traits_.length_unit * energy;
-}
-
 }  // namespace palpate

@@ -46,12 +46,9 @@ class SolidModel final : public VolumeModel {
   [[nodiscard]] double pressure(int vertex) const {
     return layout_.has_pressure() ? params_.young_modulus * state_.x[layout_.pressure(vertex)] : 0;
   }
-  // Elastic and kinetic energy of the state [J].
-  [[nodiscard]] double energy();
   [[nodiscard]] int newton_steps() const {
     return motion_ ? equilibrium_.newton_steps() : statics_.newton_steps();
   }
-  [[nodiscard]] double smallest_jacobian() const { return body_.FindJacobians(state_.x).smallest; }
 
  private:
   void Rest() override;

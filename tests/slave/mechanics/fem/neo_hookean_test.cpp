@@ -116,12 +116,9 @@ TEST(NeoHookeanLanes, TheTangentIsTheDerivativeOfTheForces) {
 }
 
 FemModel::Params Organ(double residual, FemOptions::Law law = FemOptions::Law::kNeoHookean) {
-  FemModel::Params params;
-  params.material = {.young_modulus = 6000, .poisson_ratio = kPoissonRatio, .density = 1000};
-  params.options.law = law;
-  params.options.residual = residual;
-  params.range = 1;
-  return params;
+  return {.material = {.young_modulus = 6000, .poisson_ratio = kPoissonRatio, .density = 1000},
+          .options = {.law = law, .residual = residual},
+          .range = 1};
 }
 
 Contact Disc(double x, double y, const Eigen::Vector3d& displacement) {
@@ -138,11 +135,10 @@ TEST(FemModel, AnswersAsTheGeneralModelDoesByEveryLaw) {
                                    {16, Law::kNeoHookean}}) {
     const SolidMesh mesh = Block(cells);
     FemModel model(mesh, OnFloor(mesh), Organ(1e-9, law));
-    SolidModel::Params params;
-    params.options = Organ(1e-9, law).options;
-    params.young_modulus = 6000;
-    params.poisson_ratio = kPoissonRatio;
-    params.range = 1;
+    SolidModel::Params params{.options = Organ(1e-9, law).options,
+                              .young_modulus = 6000,
+                              .poisson_ratio = kPoissonRatio,
+                              .range = 1};
     SolidModel reference(mesh, OnFloor(mesh), params);
     const std::vector<Contact> contacts{
         Disc(0.3, 0.4, {0.002, 0.001, -0.01}),

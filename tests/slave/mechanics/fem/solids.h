@@ -28,19 +28,14 @@ inline int NodeAt(const SolidMesh& mesh, const Vector3d& p) {
   return 0;
 }
 
-// A load or a displacement at a node.
+// A load at a node.
 inline Contact Push(const SolidMesh& mesh, int node, const Vector3d& force) {
   return contacts::Push(mesh.nodes[static_cast<std::size_t>(node)], force);
 }
-inline Contact Move(const SolidMesh& mesh, int node, const Vector3d& displacement) {
-  return contacts::Move(mesh.nodes[static_cast<std::size_t>(node)], displacement);
-}
 
 inline FemModel::Params Foam() {
-  FemModel::Params params;
-  params.material = {.young_modulus = 3800, .poisson_ratio = 0.15, .density = 45};
-  params.options.residual = 1e-12;
-  return params;
+  return {.material = {.young_modulus = 3800, .poisson_ratio = 0.15, .density = 45},
+          .options = {.residual = 1e-12}};
 }
 inline FemModel::Params Linear(FemModel::Params params) {
   params.options.law = FemOptions::Law::kLinear;

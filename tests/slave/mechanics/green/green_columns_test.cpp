@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "slave/mechanics/fem/green/fem_green_model.h"
+#include "tests/slave/mechanics/contacts.h"
 #include "tests/slave/mechanics/direct_solution.h"
 #include "tests/support/scratch.h"
 
@@ -15,6 +16,7 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
+using Eigen::Vector3d;
 using Element = FemOptions::Element;
 
 constexpr std::size_t kPlenty = std::size_t{1} << 30;
@@ -177,11 +179,8 @@ TEST(GreenColumns, TheMemoryLimitIsKeptAndReported) {
   for (int p = 0; p < model.columns().places(); ++p) {
     const int node = model.columns().node_of_place()[static_cast<std::size_t>(p)];
     if (model.columns().IsReady(p) || body.held[static_cast<std::size_t>(node)][0]) continue;
-    Contact contact;
-    contact.p_O = body.mesh.nodes[static_cast<std::size_t>(node)];
-    ContactResponse response;
-    model.Respond({&contact, 1}, {&response, 1});
-    EXPECT_EQ(response.validity, Validity::kFailed);
+    const Vector3d& p_O = body.mesh.nodes[static_cast<std::size_t>(node)];
+    EXPECT_EQ(contacts::Answer(model, contacts::Move(p_O, {0, 0, 0})).validity, Validity::kFailed);
     reported = model.failure().find("memory") != std::string_view::npos;
   }
   EXPECT_TRUE(reported);

@@ -71,7 +71,7 @@ TEST(DenseLu, ConditionIsThatOfTheInverse) {
   }
 }
 
-TEST(DenseLu, SingularMatricesHaveNoPivot) {
+TEST(DenseLu, RefusesSingularAndInfiniteSystems) {
   MatrixXd A = RandomMatrix(kWidth + 50);
   A.col(kWidth + 10).setZero();
   DenseLu lu(A);
@@ -79,17 +79,14 @@ TEST(DenseLu, SingularMatricesHaveNoPivot) {
   EXPECT_FALSE(lu.FactorizeNext());
   DenseLu zero(MatrixXd::Zero(3, 3));
   EXPECT_FALSE(zero.FactorizeNext());
-}
-
-TEST(DenseLu, RefusesWhatIsNotFinite) {
   const int order = kWidth + 50;
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     for (const int row : {0, 100, order - 1}) {
       for (const int column : {0, 100, order - 1}) {
-        MatrixXd A = RandomMatrix(order);
-        A(row, column) = bad;
-        DenseLu lu(A);
-        EXPECT_FALSE(Factorize(&lu)) << bad << " at " << row << ", " << column;
+        MatrixXd spoilt = RandomMatrix(order);
+        spoilt(row, column) = bad;
+        DenseLu refused(spoilt);
+        EXPECT_FALSE(Factorize(&refused)) << bad << " at " << row << ", " << column;
       }
     }
   }

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -15,7 +14,6 @@ namespace palpate {
 namespace {
 
 using Forces = std::vector<Eigen::Vector3d>;
-constexpr double kPi = std::numbers::pi;
 
 Forces PressureOn(const InflatedMembrane& membrane, double pressure) {
   Forces forces;
@@ -48,49 +46,12 @@ TEST(InflatedMembrane, AFlatDiscUnderTensionBulgesAsAParabola) {
   }
 }
 
-// Reference: w = F / (2 pi T) ln(a / r) under a force at the centre. Beyond three triangles from it
-// the mesh errs by less than 1 %.
-TEST(InflatedMembrane, APointLoadMakesALogarithm) {
-  const double a = 0.04;
-  const double T = 120;
-  const double F = 0.7;
-  const InflatedMembrane membrane(MeshFlatMembrane(a, 30), {.tension = T});
-  Forces forces(membrane.surface().nodes.size(), Eigen::Vector3d::Zero());
-  forces[0].z() = -F;
-  Forces u;
-  membrane.Displace(forces, &u);
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    const double r = membrane.surface().nodes[i].norm();
-    if (r < 0.1 * a || r > 0.98 * a) continue;
-    const double w = F / (2 * kPi * T) * std::log(a / r);
-    EXPECT_NEAR(u[i].z(), -w, 0.01 * w) << r / a;
-  }
-}
-
 // Reference: Laplace's law, p = 2 T / R.
 TEST(InflatedMembrane, TheBalancingPressureOfASphereIsLaplaces) {
   const double R = 0.05;
   const InflatedMembrane membrane(MeshDomedMembrane(Sphere(R), {0, 0, 1}, 0.01, 16),
                                   {.modulus = 1500, .tension = 90});
   EXPECT_NEAR(membrane.pressure(), 2 * 90 / R, 0.01 * 2 * 90 / R);
-}
-
-// Reference: a cap's area is 2 pi R h; a pressure pushes on all of it, with the rim's share.
-TEST(InflatedMembrane, NodalAreasAddUpToTheCap) {
-  const double R = 0.05;
-  const double rim = 0.02;
-  const InflatedMembrane membrane(MeshDomedMembrane(Sphere(R), {0, 0, 1}, rim, 24), {.tension = 1});
-  double area = 0;
-  Eigen::Vector3d pushed = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < membrane.areas().size(); ++i) {
-    area += membrane.areas()[i];
-    pushed += membrane.areas()[i] * membrane.normals()[i];
-  }
-  EXPECT_NEAR(area / (2 * kPi * R * (R - rim)), 1, 5e-3);
-  // And the pushes add up to the pressure on the opening, exactly: the polygon's own.
-  const double opening = kPi * (R * R - rim * rim);
-  EXPECT_NEAR(pushed.z() / opening, 1, 2e-3);
-  EXPECT_NEAR(pushed.head<2>().norm(), 0, 1e-12);
 }
 
 // Reference: equilibrium of a sphere that grows by u: 2 E h u / ((1 - nu) R^2) of the skin, less

@@ -15,36 +15,6 @@ Vector2d Polar(double r, double angle) {
   return {r * std::cos(angle), r * std::sin(angle)};
 }
 
-double Laplacian(const Disc& load, const Vector2d& x, double h) {
-  const auto w = [&](double dx, double dy) { return Deflection(load, x + Vector2d(dx, dy)); };
-  return (w(h, 0) + w(-h, 0) + w(0, h) + w(0, -h) - 4 * w(0, 0)) / (h * h);
-}
-
-// Reference: equilibrium. The shear d(Laplace w)/dn on a circle around the load carries all of it:
-// minus one with D = 1; on one that leaves the load outside, nothing. With h = 0.01 the differences
-// truncate at (h / distance)^2, at worst 1e-3 here.
-TEST(Green, TheShearAroundALoadCarriesTheWholeOfIt) {
-  const double h = 0.01;
-  const auto carried = [&](const Disc& load, const Vector2d& centre, double r) {
-    constexpr int kSteps = 64;
-    double sum = 0;
-    for (int i = 0; i < kSteps; ++i) {
-      const Vector2d n = Polar(1, 2 * std::numbers::pi * i / kSteps);
-      const Vector2d x = centre + r * n;
-      sum += (Laplacian(load, x + h * n, h) - Laplacian(load, x - h * n, h)) / (2 * h);
-    }
-    return sum * 2 * std::numbers::pi * r / kSteps;
-  };
-  for (const double R : {0.0, 0.1}) {
-    const Disc load{{0.4, 0.1}, R};
-    EXPECT_NEAR(carried(load, load.centre, 0.3), 1, 2e-3);
-    EXPECT_NEAR(carried(load, load.centre, 0.4), 1, 2e-3);
-    EXPECT_NEAR(carried(load, {-0.3, 0}, 0.3), 0, 2e-3);
-  }
-  // Inside a loaded disc of radius R a circle of radius r carries its share r^2 / R^2.
-  EXPECT_NEAR(carried({{0.1, 0.2}, 0.5}, {0.1, 0.2}, 0.25), 0.25, 1e-3);
-}
-
 // Reference: the clamped edge: w and dw/dn vanish. w ~ (1 - r)^2 there: at 1 - r = e the slope by
 // a one-sided difference is e times a curvature of order one.
 TEST(Green, TheEdgeIsClamped) {

@@ -78,11 +78,5 @@ TEST(PlateModes, EveryDirectionIsAlike) {
   }
 }
 
-TEST(PlateModes, RefusesImpossibleOrders) {
-  EXPECT_THROW(PlateModes(0, kNu), std::invalid_argument);
-  EXPECT_THROW(PlateModes(7, kNu), std::invalid_argument);
-  EXPECT_THROW(PlateModes(42, kNu), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace palpate::plate

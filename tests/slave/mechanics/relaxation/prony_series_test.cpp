@@ -6,7 +6,6 @@
 #include <limits>
 #include <vector>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/thrown.h"
@@ -15,7 +14,6 @@ namespace palpate {
 namespace {
 
 const std::vector<RelaxationTerm> kTissue{{0.3, 0.5}, {0.2, 5}};
-constexpr double kRounding = 1e-13;
 
 Wrench Unit(double value) {
   Wrench force = Wrench::Zero();
@@ -64,15 +62,6 @@ TEST(PronySeries, TheElasticForceOfALoadRelaxesToTheLoad) {
     EXPECT_NEAR(series.Advance(elastic, &other)[2], 1, 1e-12);
   }
   EXPECT_NEAR(last, 1 / left, 1e-9);
-}
-
-TEST(PronySeries, AtOnceIsTheChangeWithinAStep) {
-  const PronySeries series(kTissue, 0.4);
-  RelaxationMemory memory;
-  series.Jump(Unit(1), &memory);
-  RelaxationMemory a = memory, b = memory;
-  const double change = series.Advance(Unit(1.5), &a)[2] - series.Advance(Unit(1), &b)[2];
-  EXPECT_NEAR(change, 0.5 * series.at_once(), kRounding);
 }
 
 TEST(PronySeries, RefusesWhatIsNoRelaxation) {

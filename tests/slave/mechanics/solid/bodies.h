@@ -1,17 +1,21 @@
 // Bodies, holds and contacts that the tests of solids share.
 #pragma once
 
+#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "slave/mesh/index.h"
 #include "tests/slave/mechanics/contacts.h"
 #include "tests/support/fixed_nodes.h"
 #include "tests/support/references.h"
 
 namespace palpate::solid_tests {
 
+using contacts::Answer;
 using contacts::Move;
 using contacts::Push;
 using reference::json;
@@ -25,9 +29,16 @@ inline HeldNodes Nothing(const SolidMesh& mesh) {
   return HeldNodes(mesh.nodes.size(), {false, false, false});
 }
 
+inline Eigen::Matrix3d Random(std::mt19937* engine, double size) {
+  std::uniform_real_distribution<double> uniform(-size, size);
+  return Eigen::Matrix3d::NullaryExpr([&] { return uniform(*engine); });
+}
+
+inline const std::vector<OgdenTerm> kRubber{{0.7, 1.3}, {0.2, 5}, {0.1, -2}};
+
 inline int NodeAt(const SolidModel& model, double unit, const Eigen::Vector3d& p_O) {
   for (int i = 0; i < model.mesh().node_count(); ++i) {
-    if ((unit * model.mesh().nodes[static_cast<std::size_t>(i)] - p_O).norm() < 1e-9 * unit) {
+    if ((unit * model.mesh().nodes[Index(i)] - p_O).norm() < 1e-9 * unit) {
       return i;
     }
   }
@@ -43,14 +54,11 @@ using Time = FemOptions::Time;
 // The foam cube of the references: 6 cm, 3.8 kPa, nu 0.15, 45 kg/m^3, its bottom held.
 constexpr double kCube = 0.06;
 inline SolidModel::Params Foam(Element element, Law law) {
-  SolidModel::Params params;
-  params.options.element = element;
-  params.options.law = law;
-  params.young_modulus = 3800;
-  params.poisson_ratio = 0.15;
-  params.density = 45;
-  params.range = 1;
-  return params;
+  return {.options = {.element = element, .law = law},
+          .young_modulus = 3800,
+          .poisson_ratio = 0.15,
+          .density = 45,
+          .range = 1};
 }
 
 // A uniform pressure on the triangles of the top whose centroid lies in the middle square, `force`
@@ -60,23 +68,11 @@ inline std::vector<Contact> SquareLoad(const SolidMesh& mesh, double force) {
   std::vector<Contact> contacts;
   double area = 0;
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-    Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
-    double lowest = kCube;
-    for (const int node : surface.triangles[static_cast<std::size_t>(t)]) {
-      centroid += surface.nodes[static_cast<std::size_t>(node)] / 3;
-      lowest = std::min(lowest, surface.nodes[static_cast<std::size_t>(node)].z());
-    }
+    const Eigen::Vector3d centroid = Centroid(surface, t);
     const auto inside = [](double x) { return x > kCube / 3 && x < 2 * kCube / 3; };
-    if (lowest < kCube * (1 - 1e-9) || !inside(centroid.x()) || !inside(centroid.y())) continue;
-    const auto& [a, b, c] = surface.triangles[static_cast<std::size_t>(t)];
-    const Eigen::Vector3d ab =
-        surface.nodes[static_cast<std::size_t>(b)] - surface.nodes[static_cast<std::size_t>(a)];
-    const Eigen::Vector3d ac =
-        surface.nodes[static_cast<std::size_t>(c)] - surface.nodes[static_cast<std::size_t>(a)];
-    const double A =
-        0.5 * Eigen::Vector3d(ab.y() * ac.z() - ab.z() * ac.y(), ab.z() * ac.x() - ab.x() * ac.z(),
-                              ab.x() * ac.y() - ab.y() * ac.x())
-                  .norm();
+    const bool top = centroid.z() > kCube * (1 - 1e-9);
+    if (!top || !inside(centroid.x()) || !inside(centroid.y())) continue;
+    const double A = Area(surface, t);
     area += A;
     Contact contact = Push(centroid, {0, 0, -A}, 1e-9 * kCube);  // the one triangle there
     contact.element = t;

@@ -17,12 +17,6 @@ namespace {
 using namespace solid_tests;  // NOLINT(google-build-using-namespace): its helpers are for here
 using Eigen::Vector3d;
 
-ContactResponse Answer(SolidModel* model, const Contact& contact) {
-  ContactResponse response;
-  model->Respond({&contact, 1}, {&response, 1});
-  return response;
-}
-
 // A patch's nodes move alike, middles too, and no others do; its load is spread over its triangles:
 // none on the corners of ten-node elements.
 TEST(SolidModel, PatchesFollowTheContract) {
@@ -30,7 +24,7 @@ TEST(SolidModel, PatchesFollowTheContract) {
   auto params = Foam(Element::kTet10, Law::kLinear);
   SolidModel model(mesh, Bottom(mesh), params);
   const Vector3d down(0, 0, -0.01), p(0.5, 0.5, 1);
-  Answer(&model, Move(p, down, 0.6));
+  Answer(model, Move(p, down, 0.6));
   int alike = 0;
   for (int i = 0; i < model.mesh().node_count(); ++i) {
     const Vector3d at = model.mesh().nodes[static_cast<std::size_t>(i)];
@@ -117,7 +111,7 @@ TEST(SolidModel, IterationsComeThroughIndefiniteTangents) {
     for (const Contact& contact :
          {Push({0.6, 0.6, 1}, {0, 0, -300}, 0.7), Move({0.4, 0.4, 1}, {0.3, 0.1, -0.35}, 0.5),
           Move({0.5, 0.5, 1}, {0.2, 0, 0.5})}) {
-      const auto a = Answer(&direct, contact), b = Answer(&iterated, contact);
+      const auto a = Answer(direct, contact), b = Answer(iterated, contact);
       ASSERT_NE(a.validity, Validity::kFailed) << direct.failure();
       ASSERT_EQ(b.validity, a.validity) << iterated.failure();
       EXPECT_LT((a.force_O - b.force_O).norm(), 1e-6 * a.force_O.norm());
@@ -138,7 +132,7 @@ TEST(SolidModel, SlowIterationsGiveWayToAFactor) {
   SolidModel iterated(mesh, held, params);
   EXPECT_NE(direct.info().remark, iterated.info().remark);
   const Contact contact = Push({1, 0.004, 0.004}, {0, 0, 1e-9});
-  const auto a = Answer(&direct, contact), b = Answer(&iterated, contact);
+  const auto a = Answer(direct, contact), b = Answer(iterated, contact);
   ASSERT_NE(b.validity, Validity::kFailed) << iterated.failure();
   EXPECT_LT((a.displacement_O - b.displacement_O).norm(), 1e-5 * a.displacement_O.norm());
 }
@@ -168,7 +162,7 @@ TEST(SolidModel, FullInversionIsFlaggedAndForgotten) {
   for (const Law law : {Law::kLinear, Law::kCorotational, Law::kNeoHookean}) {
     SolidModel model(mesh, Bottom(mesh), Foam(Element::kTet10, law));
     for (const double depth : {0.5, 1.5, 5.0}) {
-      const auto response = Answer(&model, Move({0.5, 0.5, 1}, {0, 0, -depth}));
+      const auto response = Answer(model, Move({0.5, 0.5, 1}, {0, 0, -depth}));
       EXPECT_NE(response.validity, Validity::kValid);
       EXPECT_TRUE(response.force_O.allFinite());
       EXPECT_EQ(response.validity == Validity::kFailed, !model.failure().empty());

@@ -11,6 +11,8 @@
 #include "slave/mechanics/plate/plate_law.h"
 #include "slave/reference/membrane/pressed_membrane.h"
 #include "slave/vision/dots/dot_layout.h"
+#include "tests/slave/mechanics/contacts.h"
+#include "tests/slave/mechanics/plate/presses.h"
 
 namespace palpate::site {
 namespace {
@@ -47,10 +49,7 @@ std::vector<Laws> Compare(double thickness, double width, const Vector2d& p_O, d
     for (std::size_t i = 0; i < dots.size(); ++i) {
       displacement[i] = DisplacementAt(truth.press(), dots[i], depth).z();
     }
-    const Contact press{
-        Contact::Kind::kDisplacement, {p_O.x(), p_O.y(), 0}, -1, width, {0, 0, -depth}};
-    ContactResponse response;
-    plate.Respond({&press, 1}, {&response, 1});
+    const auto response = contacts::Answer(plate, plates::Moved(p_O, depth, width));
     const LoadFit fit = fitter.Fit(dots, displacement, sigma);
     const double force = truth.press().rungs.back()->force;
     const double stated =

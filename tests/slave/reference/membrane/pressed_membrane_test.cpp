@@ -1,16 +1,14 @@
 #include "slave/reference/membrane/pressed_membrane.h"
 
 #include <cmath>
-#include <limits>
-#include <stdexcept>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "tests/reference/reference_file.h"
-#include "tests/support/thrown.h"
+#include "tests/slave/mechanics/contacts.h"
+#include "tests/slave/mechanics/plate/presses.h"
 
 namespace palpate::site {
 namespace {
@@ -60,10 +58,7 @@ TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
       PressedMembrane membrane({kRadius, thickness}, kRubber, kWidth, {0, p * kRadius});
       ASSERT_TRUE(membrane.Deepen(depth));
       PlateModel plate({kRadius, thickness, kRubber.young_modulus, kRubber.poisson_ratio});
-      const Contact press{
-          Contact::Kind::kDisplacement, {0, p * kRadius, 0}, -1, kWidth, {0, 0, -depth}};
-      ContactResponse response;
-      plate.Respond({&press, 1}, {&response, 1});
+      const auto response = contacts::Answer(plate, plates::Moved({0, p * kRadius}, depth, kWidth));
       const double ratio = membrane.press().rungs.back()->force / response.force_O.z();
       EXPECT_LT(ratio, 1.003) << thickness << " " << p;
       EXPECT_GT(ratio, 1 - 16 * std::pow(thickness / kRadius, 2)) << thickness << " " << p;
@@ -88,10 +83,7 @@ TEST(PressedMembrane, TensionAtRestHoldsTheTool) {
                              .poisson_ratio = kRubber.poisson_ratio,
                              .prestress = prestress,
                              .order = 20});
-      const Contact press{
-          Contact::Kind::kDisplacement, {p * kRadius, 0, 0}, -1, kWidth, {0, 0, -depth}};
-      ContactResponse response;
-      plate.Respond({&press, 1}, {&response, 1});
+      const auto response = contacts::Answer(plate, plates::Moved({p * kRadius, 0}, depth, kWidth));
       EXPECT_NEAR(membrane.press().rungs.back()->force / response.force_O.z(), 1, 0.01 + share)
           << share << " " << p;
     }
@@ -133,26 +125,6 @@ TEST(PressedMembrane, MeshIsFineEnough) {
       const auto difference = Compare(coarse, fine, depth);
       EXPECT_LT(difference.force, 1e-3) << p << " " << depth;
       EXPECT_LT(difference.field, 1.5e-3) << p << " " << depth;
-    }
-  }
-}
-
-// Reference: symmetry. At the centre every point moves along its radius and alike on a circle;
-// beside it, what is mirrored at the line through the tool moves mirrored.
-TEST(PressedMembrane, FieldIsAsSymmetricAsThePress) {
-  const MembraneResolution coarse{5, 1};
-  const auto centre = Pressed({0, 0}, {1e-3}, coarse), beside = Pressed({0.012, 0}, {1e-3}, coarse);
-  for (const double radius : {0.001, 0.01, 0.03}) {
-    const Vector3d along = DisplacementAt(centre, {radius, 0}, 1e-3);
-    for (double angle = -3; angle < 3.1; angle += 0.7) {
-      const Vector2d n(std::cos(angle), std::sin(angle));
-      const Vector3d u = DisplacementAt(centre, radius * n, 1e-3);
-      EXPECT_NEAR(u.head<2>().dot(n), along.x(), 5e-7);
-      EXPECT_NEAR(u.x() * n.y() - u.y() * n.x(), 0, 5e-7);
-      EXPECT_NEAR(u.z(), along.z(), 5e-7);
-      const Vector3d v = DisplacementAt(beside, radius * n, 1e-3);
-      const Vector3d w = DisplacementAt(beside, {radius * n.x(), -radius * n.y()}, 1e-3);
-      EXPECT_LT((v - Vector3d(w.x(), -w.y(), w.z())).norm(), 1e-9);
     }
   }
 }

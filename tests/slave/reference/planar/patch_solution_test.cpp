@@ -130,15 +130,5 @@ TEST(TrueBody, APatchEndsAtASharpCornerAndGoesRoundAGentleOne) {
   EXPECT_NEAR(0.5 * (a + b), place.s, 1e-15);
 }
 
-TEST(TrueBody, EntryIsWhereTheWayFirstCrossesInwards) {
-  const TrueBody block(BlockScene());
-  const auto entry = block.Entry({0.03, 0.1}, {0.03, -0.1});
-  ASSERT_TRUE(entry.has_value());
-  EXPECT_NEAR((entry->p_O - Eigen::Vector2d(0.03, 0.088)).norm(), 0, 1e-15);
-  EXPECT_EQ(entry->normal_O, Eigen::Vector2d(0, 1));
-  EXPECT_FALSE(block.Entry({0.03, 0.05}, {0.03, 0.1}).has_value()) << "outwards";
-  EXPECT_FALSE(block.Entry({0.1, 0.1}, {0.1, -0.1}).has_value()) << "beside";
-}
-
 }  // namespace
 }  // namespace palpate::site

@@ -4,8 +4,6 @@
 #include <array>
 #include <filesystem>
 #include <map>
-#include <memory>
-#include <numeric>
 #include <random>
 #include <set>
 
@@ -18,6 +16,7 @@
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 #include "tests/support/paths.h"
+#include "tests/support/surfaces.h"
 
 namespace palpate::study {
 namespace {
@@ -98,7 +97,7 @@ class TableScene {
     std::mt19937 generator(5);
     std::normal_distribution<double> shade(0, 3), along(0, camera_.noise);
     SurfaceMesh all;
-    for (const auto& [body, colour] : bodies_) Join(body, &all);
+    for (const auto& [body, colour] : bodies_) all = Joined(std::move(all), body);
     using Place = std::array<double, 3>;
     std::vector<std::set<Place>> alone(bodies_.size());
     for (std::size_t k = 0; k < bodies_.size(); ++k) {
@@ -131,22 +130,9 @@ class TableScene {
     SurfaceMesh surface;
     Colour colour;
   };
-  static void Join(const SurfaceMesh& part, SurfaceMesh* all) {
-    const int first = static_cast<int>(all->nodes.size());
-    all->nodes.insert(all->nodes.end(), part.nodes.begin(), part.nodes.end());
-    for (const auto& [a, b, c] : part.triangles) {
-      all->triangles.push_back({a + first, b + first, c + first});
-    }
-  }
   DepthCamera camera_;
   std::vector<Body> bodies_;
 };
-
-SurfaceMesh Box(const Vector3d& corner, const Vector3d& size) {
-  SurfaceMesh box = SurfaceOf(MeshBox(size, {1, 1, 1}));
-  for (auto& p : box.nodes) p += corner;
-  return box;
-}
 
 constexpr Colour kWood{180, 160, 150}, kFoam{230, 220, 60}, kSkin{60, 60, 70};
 
@@ -164,16 +150,16 @@ constexpr std::uint32_t kBody = 2, kOther = 3;  // labels, in the order of Add
 // a tenth.
 TEST(SegmentationTest, FoamCubeIsOneRegionAlthoughItsFacesMeetAtRightAngles) {
   TableScene scene;
-  scene.Add(Box({-0.5, -0.4, -0.02}, {1, 0.8, 0.02}), kWood);
-  scene.Add(Box({-0.03, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
+  scene.Add(BoxSurface({-0.5, -0.4, -0.02}, {1, 0.8, 0.02}), kWood);
+  scene.Add(BoxSurface({-0.03, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
   EXPECT_GT(Iou(scene.Cloud(), kBody), 0.85);
 }
 
 TEST(SegmentationTest, FingerOnFoamDoesNotJoinIt) {
   TableScene scene;
-  scene.Add(Box({-0.5, -0.4, -0.02}, {1, 0.8, 0.02}), kWood);
-  scene.Add(Box({-0.05, -0.05, 0}, {0.1, 0.1, 0.04}), kFoam);
-  scene.Add(Box({-0.01, -0.01, 0.04}, {0.02, 0.02, 0.05}), kSkin);
+  scene.Add(BoxSurface({-0.5, -0.4, -0.02}, {1, 0.8, 0.02}), kWood);
+  scene.Add(BoxSurface({-0.05, -0.05, 0}, {0.1, 0.1, 0.04}), kFoam);
+  scene.Add(BoxSurface({-0.01, -0.01, 0.04}, {0.02, 0.02, 0.05}), kSkin);
   const auto cloud = scene.Cloud();
   EXPECT_GT(Iou(cloud, kBody), 0.8);
   EXPECT_GT(Iou(cloud, kOther),
@@ -185,7 +171,7 @@ TEST(SegmentationTest, FingerOnFoamDoesNotJoinIt) {
 // tolerance grew with the depth of those.
 TEST(SegmentationTest, StraysAreNoReasonToTakeAFaceForASupport) {
   TableScene scene;
-  scene.Add(Box({-0.03, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
+  scene.Add(BoxSurface({-0.03, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
   struct Strays {
     int count;
     float reach;  // [m]
@@ -220,9 +206,9 @@ TEST(SegmentationTest, OnePointFewPointsAndAllInOnePlaceGiveNoRegion) {
 
 TEST(ObjectChoiceTest, PointAndPlaceEachChooseTheirRegion) {
   TableScene scene;
-  scene.Add(Box({-0.5, -0.4, -0.02}, {1, 0.8, 0.02}), kWood);
-  scene.Add(Box({-0.1, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
-  scene.Add(Box({0.04, -0.03, 0}, {0.06, 0.06, 0.06}), kSkin);
+  scene.Add(BoxSurface({-0.5, -0.4, -0.02}, {1, 0.8, 0.02}), kWood);
+  scene.Add(BoxSurface({-0.1, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
+  scene.Add(BoxSurface({0.04, -0.03, 0}, {0.06, 0.06, 0.06}), kSkin);
   const auto cloud = scene.Cloud();
   const Segmentation segmentation = Segment(cloud, Segmenting::kSurfaces);
   const auto share_of = [&](const ObjectHint& hint, std::uint32_t label) {

@@ -1,39 +1,12 @@
 // References: closed forms of distances between simple shapes.
 #include "slave/study/shape/shape_score.h"
 
-#include <cmath>
-
 #include <gtest/gtest.h>
 
 #include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate::study {
 namespace {
-
-using Eigen::Vector3d;
-
-TEST(ShapeScoreTest, DistancesToABoxAreThoseToItsFacesEdgesAndCorners) {
-  const SurfaceMesh box = SurfaceOf(MeshBox({0.1, 0.1, 0.1}, {3, 3, 3}));
-  const std::vector<Vector3d> points{{0.05, 0.05, 0.13},   // before a face
-                                     {0.05, 0.05, 0.08},   // inside
-                                     {0.13, 0.14, 0.05},   // beside an edge
-                                     {0.12, 0.12, 0.11}};  // off a corner
-  const auto d = DistancesToSurface(points, box);
-  ASSERT_EQ(d.size(), 4U);
-  EXPECT_NEAR(d[0], 0.03, 1e-12);
-  EXPECT_NEAR(d[1], 0.02, 1e-12);
-  EXPECT_NEAR(d[2], 0.05, 1e-12);
-  EXPECT_NEAR(d[3], 0.03, 1e-12);
-}
-
-TEST(ShapeScoreTest, DistancesToACloudAreThoseToItsNearestPoint) {
-  const std::vector<Vector3d> cloud{{0, 0, 0}, {1, 0, 0}};
-  const std::vector<Vector3d> points{{0.4, 0.3, 0}, {0.9, 0, 0}};
-  const auto d = DistancesToCloud(points, cloud);
-  ASSERT_EQ(d.size(), 2U);
-  EXPECT_NEAR(d[0], 0.5, 1e-7);  // single precision
-  EXPECT_NEAR(d[1], 0.1, 1e-7);
-}
 
 // An estimate moved towards the camera by 12 mm is off by that in every distance, and every
 // simulated point lies in another leaf than the measured ones: their layers are 10 mm thick.

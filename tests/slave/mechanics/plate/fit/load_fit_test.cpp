@@ -6,6 +6,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -161,32 +162,29 @@ TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
   }
   EXPECT_EQ(invented, 0);
 
-  Picture picture = MakePicture(plate, {0.01, 0}, -0.1, 0, 1e-6, nullptr);
+  const Picture clear = MakePicture(plate, {0.01, 0}, -0.1, 0, 1e-6, nullptr);
   const auto reason = [&](const Picture& seen) {
     const LoadFit fit = FitTo(fitter, seen);
     EXPECT_EQ(fit.validity, Validity::kFailed);
     return std::string(fit.reason);
   };
-  Picture few = picture;
-  few.points.resize(3);
-  few.displacement.resize(3);
-  few.sigma.resize(3);
-  EXPECT_THAT(reason(few), HasSubstr("four"));
-  Picture uneven = picture;
-  uneven.sigma.pop_back();
-  EXPECT_THAT(reason(uneven), HasSubstr("number"));
-  Picture off = picture;
-  off.points[0].x() = 0.05;
-  EXPECT_THAT(reason(off), HasSubstr("off the plate"));
-  Picture nan = picture;
-  nan.displacement[3] = std::nan("");
-  EXPECT_THAT(reason(nan), HasSubstr("finite"));
-  Picture certain = picture;
-  certain.sigma[3] = 0;
-  EXPECT_THAT(reason(certain), HasSubstr("sigma"));
-  Picture flat = picture;
-  std::ranges::fill(flat.displacement, 0.0);
-  EXPECT_THAT(reason(flat), HasSubstr("no load"));
+  const std::vector<std::pair<void (*)(Picture*), const char*>> mistakes{
+      {[](Picture* p) {
+         p->points.resize(3);
+         p->displacement.resize(3);
+         p->sigma.resize(3);
+       },
+       "four"},
+      {[](Picture* p) { p->sigma.pop_back(); }, "number"},
+      {[](Picture* p) { p->points[0].x() = 0.05; }, "off the plate"},
+      {[](Picture* p) { p->displacement[3] = std::nan(""); }, "finite"},
+      {[](Picture* p) { p->sigma[3] = 0; }, "sigma"},
+      {[](Picture* p) { std::ranges::fill(p->displacement, 0.0); }, "no load"}};
+  for (const auto& [change, words] : mistakes) {
+    Picture picture = clear;
+    change(&picture);
+    EXPECT_THAT(reason(picture), HasSubstr(words));
+  }
   // The dots on one side alone tell a weak distant load from a strong near one only with luck.
   Picture blurred = MakePicture(plate, {-0.03, 0}, -0.3, 0, 1e-4, &random);
   std::ranges::fill(blurred.sigma, 1e-4);
