@@ -120,15 +120,6 @@ TEST_F(AcceptorTest, AConnectionIsHandedOnWhole) {
   EXPECT_EQ(most_unsent, kMostUnsent);
 }
 
-TEST_F(AcceptorTest, ACrowdThatSendsNothingKeepsNobodyOut) {
-  Open({});
-  std::vector<std::unique_ptr<Client>> crowd;
-  for (int i = 0; i < 400; ++i) crowd.push_back(Connect(0));
-  const auto client = Connect();
-  EXPECT_TRUE(HandsOn(1));
-  EXPECT_FALSE(client->IsClosed());
-}
-
 TEST_F(AcceptorTest, AConnectionWithoutAStreamGivesWayIfAllPlacesAreTaken) {
   Open({.connections = 1});
   const auto idle = Connect();
