@@ -83,11 +83,5 @@ TEST(ToolEnd, AnObjectUnderItIsNotTheTool) {
   EXPECT_FALSE(ToolGoesOn(picture, GreyFormat(picture), {60, 90}, {0, 1}, 17));
 }
 
-TEST(ToolEnd, AtThePicturesCornerReadsNothingOutside) {
-  const cv::Mat picture = BarEndingAt({60, 90}, 17);
-  DetectToolEnd(picture, GreyFormat(picture), {0, 0}, {0, 1}, 17);
-  DetectToolEnd(picture, GreyFormat(picture), {119, 159}, {-1, 0}, 400);
-}
-
 }  // namespace
 }  // namespace palpate

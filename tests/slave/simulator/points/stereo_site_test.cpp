@@ -12,6 +12,7 @@
 #include "slave/simulator/points/textured_target.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "tests/slave/simulator/points/membrane_scenes.h"
+#include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {
 namespace {
@@ -37,16 +38,6 @@ struct Eye {
     return {319.5 + 800 * p_C.x() / p_C.z(), 239.5 + 800 * p_C.y() / p_C.z()};
   }
 };
-
-Eye EyeAt(double x_O) {
-  Isometry3d X_OC = Isometry3d::Identity();
-  const Vector3d p_O(x_O, 0, -0.25);
-  X_OC.linear().col(2) = -p_O.normalized();
-  X_OC.linear().col(1) = Vector3d::UnitY();
-  X_OC.linear().col(0) = X_OC.linear().col(1).cross(X_OC.linear().col(2));
-  X_OC.translation() = p_O;
-  return {X_OC.inverse()};
-}
 
 // The dot near `at` [px]: dark on light, of a picture without flaws. Its edge is 6.4 px
 // from its middle, the rim of the membrane 9.3 px at least.
@@ -122,7 +113,7 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   StereoSite site(scene, kCoarse);
   site.MoveTool(Tip(scene, press.p_O, press.depth));
   const StereoPictures pictures = site.TakePictures();
-  const std::array<Eye, 2> cameras{EyeAt(-0.03), EyeAt(0.03)};
+  const std::array<Eye, 2> cameras{Eye{VergedPose(-1).inverse()}, Eye{VergedPose(1).inverse()}};
   double worst = 0, worst_area = 0, moved = 0;
   for (const Vector2d& p_O : DotPlaces(*scene.sense.Find<PointTracking>())) {
     for (std::size_t e = 0; e < 2; ++e) {

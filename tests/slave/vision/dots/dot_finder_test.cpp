@@ -257,14 +257,5 @@ TEST(DotFinder, CrowdsAndSaturationEndInBoundedAnswers) {
   EXPECT_LE(dots.size(), finder.params().most);
 }
 
-TEST(DotFinder, ImpossibleLimitsAreRefused) {
-  DotFinder::Params params;
-  params.limits.area_min = 0;
-  EXPECT_THROW(DotFinder{params}, std::invalid_argument);
-  params = {};
-  params.limits.contrast_min = std::nan("");
-  EXPECT_THROW(DotFinder{params}, std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace palpate

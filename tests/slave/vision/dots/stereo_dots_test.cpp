@@ -10,6 +10,7 @@
 
 #include "slave/vision/dots/dot_layout.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {
 namespace {
@@ -73,8 +74,8 @@ Pair Pictures(const Bump& bump, std::uint64_t seed, double noise = 2, double fal
 // S is O at rest.
 StereoDots::Params Params() {
   StereoDots::Params params;
-  params.rig = TestRig();
-  params.X_SL = TestPoseOfLeft();
+  params.rig = VergedRig(SceneLens());
+  params.X_SL = VergedPose(-1);
   params.layout = Layout();
   params.dot_radius = kRadius;
   params.rest_pictures = 3;

@@ -105,22 +105,6 @@ TEST(SsdTrackerTest, TheOtherCamerasPictureMayBeLarger) {
   EXPECT_TRUE(other.Track(large).front().seen());
 }
 
-TEST(SsdTrackerTest, PicturesOfAnotherKindAreFlaggedAndJumpedOver) {
-  WavyTexture texture;
-  SsdTracker tracker(texture.Picture({}), kAt, {});
-  const cv::Mat wide = texture.Picture({}, 0, 1, 0, {330, 240});
-  cv::Mat deep;
-  texture.Picture({}).convertTo(deep, CV_16U, 256);
-  for (const cv::Mat& bad : {wide, deep, cv::Mat()}) {
-    for (const TrackedWindow& window : tracker.Track(bad)) {
-      EXPECT_EQ(window.state, WindowState::kBadPicture);
-    }
-  }
-  for (const TrackedWindow& window : tracker.Track(texture.Picture(Shifted(1, 1)))) {
-    EXPECT_EQ(window.state, WindowState::kTracked);
-  }
-}
-
 TEST(SsdTrackerTest, WhatCannotBeIsRefusedAtOnce) {
   const cv::Mat picture = WavyTexture().Picture({});
   const auto with = [&](auto change) {
