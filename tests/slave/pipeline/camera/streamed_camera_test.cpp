@@ -1,5 +1,5 @@
-// The shipped block with pictures that somebody pushes and an arm that somebody drives: what is
-// missing is reported, what will not do is reported, what comes is estimated.
+// The shipped block with images that a driver sends: what is missing is reported, what cannot be
+// used is reported, what comes is estimated.
 #include <memory>
 
 #include <gmock/gmock.h>
@@ -26,10 +26,8 @@ const std::string& Block() {
 }
 
 Scene Streamed() {
-  Scene scene = LoadScene(
+  return LoadScene(
       Block(), {"model.elements=60", "sense.camera.source=stream", "manipulator.source=stream"});
-  scene.manipulator.silence = 60;  // a busy machine is no silent driver
-  return scene;
 }
 
 class StreamedCameraTest : public testing::Test {
@@ -46,20 +44,11 @@ class StreamedCameraTest : public testing::Test {
     const auto refusal = inbox.Feed(sample, Clock::now(), 1);
     EXPECT_FALSE(refusal) << refusal->why;
   }
-  void Report(double y) {
-    ArmReading reading;
-    reading.sequence = ++reports_;
-    reading.measured_at = Clock::now();
-    reading.p_S_tip = scene_.manipulator.home + Eigen::Vector3d(0, y, 0);
-    reading.force = Eigen::Vector3d(0, 0.5, 0);
-    EXPECT_EQ(slave_->driven_arm()->Take(1, "a driver", reading, Clock::now()), std::nullopt);
-  }
 
   const Scene scene_ = LoadScene(Block(), {"model.elements=60"});
   const std::unique_ptr<SimulatedEnvironment> environment_ = MakeSimulatedEnvironment(scene_);
   const std::unique_ptr<FrameSource> camera_ = environment_->OpenCamera(scene_, {});
   const std::unique_ptr<Slave> slave_ = MakeLiveSlave(Streamed());
-  std::uint64_t reports_ = 0;
 };
 
 TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillDo) {
@@ -82,42 +71,6 @@ TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillD
   ASSERT_TRUE(Eventually([&] { return slave_->Compose(Clock::now()).force.has_value(); }));
   EXPECT_GT(slave_->Describe().settings_revision, revision) << "the master reads the scene anew";
   EXPECT_EQ(slave_->Describe().sense.model.kind, "bem2d");
-}
-
-TEST_F(StreamedCameraTest, AMeasuredForceIsReportedAsTheTrueOneAndNeverEstimatedFrom) {
-  Feed(camera_->Next({})->image);
-  ASSERT_TRUE(Eventually([&] {
-    Report(0);
-    return slave_->Compose(Clock::now()).true_force.has_value();
-  }));
-  EXPECT_EQ(slave_->Compose(Clock::now()).true_force, Eigen::Vector3d(0, 0.5, 0));
-  ASSERT_TRUE(Eventually([&] { return slave_->Compose(Clock::now()).force.has_value(); }));
-  EXPECT_TRUE(slave_->Compose(Clock::now()).force->isZero());
-}
-
-TEST_F(StreamedCameraTest, APressByAStreamedArmGoesThroughTheSameGuards) {
-  OperatorCommand command;
-  command.epoch = 1;
-  command.engaged = true;
-  slave_->BeginOperating();
-  const auto send = [&](double y) {
-    ++command.sequence;
-    command.p_M = {0, y, 0};
-    return slave_->Command(command);
-  };
-  EXPECT_TRUE(send(0));
-  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kHold) << "no driver of the manipulator";
-  ASSERT_TRUE(Eventually([&] {
-    Report(0);
-    return slave_->Compose(Clock::now()).check != FailedCheck::kArmFault;
-  }));
-  EXPECT_TRUE(send(0));
-  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kHold) << "not without an engagement";
-  command.epoch = 2;
-  Report(0);
-  EXPECT_TRUE(send(0));
-  EXPECT_FALSE(send(-0.05)) << "a leap beyond the arm";
-  slave_->EndOperating();
 }
 
 // Without the model's patch the master renders a plane whose normal is that of the first contact.
