@@ -14,10 +14,6 @@ namespace {
 
 using Freedom = PatchAligner::Freedom;
 
-PatchWarp Shifted(double x, double y) {
-  return {Eigen::Matrix2d::Identity(), {x, y}};
-}
-
 // Where the texture's place under `centre` of the first picture went.
 Eigen::Vector2d Moved(const PatchWarp& by, const Eigen::Vector2d& centre) {
   return by.A * centre + by.p;

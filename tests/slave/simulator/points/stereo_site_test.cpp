@@ -11,7 +11,7 @@
 #include "slave/simulator/points/painted_membrane.h"
 #include "slave/simulator/points/textured_target.h"
 #include "slave/vision/dots/dot_layout.h"
-#include "tests/slave/simulator/points/membrane_scenes.h"
+#include "tests/slave/pipeline/points/membrane_scene.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {
@@ -20,10 +20,19 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using site::kCoarse;
-using site::MembraneScene;
-using site::TargetScene;
-using site::WithoutFlaws;
+
+// What these tests claim holds on any mesh.
+constexpr site::MembraneResolution kCoarse{4, 1};
+
+// Paper C's membrane before its pair.
+Scene MembraneScene() {
+  Scene scene = testing_fakes::MembraneScene("plate-large");
+  scene.object.X_SO.translation() << 0.1, -0.02, 0.03;
+  scene.sense.Set(PointsOptions{StereoCameras{.X_SL = scene.object.X_SO * VergedPose(-1)}, {}});
+  scene.operator_options.press_depth = 5e-3;
+  scene.manipulator.home = scene.object.X_SO * Vector3d(0, 0, 5e-3);
+  return scene;
+}
 
 // Where a tool's tip is over the place p_O, `depth` below the rest plane.
 Vector3d Tip(const Scene& scene, const Vector2d& p_O, double depth) {
@@ -108,7 +117,8 @@ class MembranePictureTest : public testing::TestWithParam<Press> {};
 // 0.5 %, the reference's cells by 0.002 px and 0.3 %.
 TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   const Press press = GetParam();
-  Scene scene = WithoutFlaws(MembraneScene());
+  Scene scene = MembraneScene();
+  scene.site.noise = scene.site.blur = scene.site.lighting = scene.site.flicker = 0;
   scene.manipulator.home = Tip(scene, press.p_O, -5e-3);
   StereoSite site(scene, kCoarse);
   site.MoveTool(Tip(scene, press.p_O, press.depth));
@@ -163,7 +173,9 @@ TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
 
 // Reference: the path of paper C as its formula is printed, with the time of the pictures.
 TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
-  Scene scene = TargetScene();
+  Scene scene = MembraneScene();
+  scene.object.geometry = BoxGeometry{{0.04, 0.04, 0.04}, {1, 1, 1}};
+  scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
   scene.site.pace = 3;
   StereoSite site(scene, kCoarse);
   ASSERT_TRUE(site.target());

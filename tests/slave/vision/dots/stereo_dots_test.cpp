@@ -241,21 +241,5 @@ TEST(StereoDots, JumpOfOneColumnIsNotTakenForStandingStill) {
   EXPECT_LT(Worst(seen, bump), 0.1e-3);
 }
 
-TEST(StereoDots, BadPairsAreNotFoundAndNotFatal) {
-  StereoDots stereo(Params());
-  Rest(&stereo);
-  const Pair good = Pictures({}, 1);
-  const cv::Mat none, grey(480, 640, CV_8UC1, cv::Scalar::all(100));
-  const cv::Mat colour(480, 640, CV_8UC3, cv::Scalar::all(100)), small(48, 64, CV_8UC1);
-  for (const cv::Mat& bad : {none, grey, colour, cv::Mat(small)}) {
-    EXPECT_FALSE(stereo.Observe(bad, good.right, Time{}).found);
-    EXPECT_FALSE(stereo.Observe(good.left, bad, Time{}).found);
-    const SurfaceObservation& again = stereo.Observe(good.left, good.right, Time{});
-    EXPECT_TRUE(again.found);
-    EXPECT_EQ(Seen(again), 31);
-    EXPECT_LT(Worst(again, {}), 0.08e-3);
-  }
-}
-
 }  // namespace
 }  // namespace palpate

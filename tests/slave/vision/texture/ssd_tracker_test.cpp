@@ -14,10 +14,6 @@ namespace {
 
 const std::vector<Eigen::Vector2d> kAt{{100, 100}, {160, 120}, {210, 130}};
 
-PatchWarp Shifted(double x, double y) {
-  return {Eigen::Matrix2d::Identity(), {x, y}};
-}
-
 // Reference: the known motion. A tracker from picture to picture would add up its errors: after 200
 // pictures of 0.03 px each, 0.4 px. This one is as good at the end as at the beginning.
 TEST(SsdTrackerTest, PlacesDoNotDriftOverALongWay) {
