@@ -230,25 +230,5 @@ TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   EXPECT_FALSE(message.has_traction());
 }
 
-TEST_F(WatchTest, EachSamplesTraceIsSentOnce) {
-  CallContext context;
-  v1::WatchTraceRequest request;
-  request.set_max_rate(120);
-  slave_.TakeSample();
-  const auto stream = stub->WatchTrace(&context, request);
-  v1::TraceUpdate update;
-  std::uint64_t last = 0;
-  for (int i = 0; i < 3; ++i) {
-    slave_.TakeSample();
-    ASSERT_TRUE(stream->Read(&update));
-    ASSERT_GT(update.samples_size(), 0);
-    for (const auto& trace : update.samples()) {
-      EXPECT_GT(trace.sample(), last);
-      last = trace.sample();
-    }
-  }
-  context.TryCancel();
-}
-
 }  // namespace
 }  // namespace palpate
