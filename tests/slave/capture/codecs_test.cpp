@@ -3,7 +3,6 @@
 #include "slave/capture/codecs/codecs.h"
 
 #include <csetjmp>
-#include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

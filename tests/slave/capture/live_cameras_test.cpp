@@ -20,8 +20,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "tests/support/thrown.h"
-
 namespace palpate {
 namespace {
 

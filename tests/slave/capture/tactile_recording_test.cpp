@@ -2,7 +2,6 @@
 #include "slave/capture/tactile_recording.h"
 
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 #include <string>

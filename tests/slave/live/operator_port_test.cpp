@@ -1,6 +1,5 @@
 #include "slave/live/operator_port.h"
 
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>

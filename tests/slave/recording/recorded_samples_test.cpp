@@ -12,7 +12,6 @@
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {

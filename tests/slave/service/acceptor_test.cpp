@@ -1,7 +1,6 @@
 // Admission control: which connections are handed on, which are closed, and that it goes on.
 #include "slave/service/admission/acceptor.h"
 
-#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <memory>

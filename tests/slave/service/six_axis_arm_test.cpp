@@ -13,7 +13,6 @@
 #include <optional>
 #include <thread>
 
-#include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 

@@ -1,7 +1,5 @@
 #include "slave/tactile/fingertip.h"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>

@@ -1,7 +1,5 @@
 #include "slave/vision/grey.h"
 
-#include <stdexcept>
-
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 

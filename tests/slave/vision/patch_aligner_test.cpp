@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>

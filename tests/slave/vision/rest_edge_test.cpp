@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
 
 #include "slave/vision/rest_contour.h"
 #include "tests/slave/vision/test_pictures.h"

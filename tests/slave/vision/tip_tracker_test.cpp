@@ -8,7 +8,6 @@
 
 #include "slave/vision/ncc.h"
 #include "tests/slave/vision/test_pictures.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {

@@ -1,8 +1,6 @@
 // The tool's end as the first picture shows it, against where it was drawn.
 #include "slave/vision/tool_end.h"
 
-#include <cmath>
-
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>

@@ -1,13 +1,11 @@
 // An object that moves while it is pressed, before a camera that is: what is estimated, and what
 // travels to be perceived later, go with it.
 #include <cmath>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <random>
-#include <utility>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>

@@ -1,14 +1,8 @@
 #include "slave/pipeline/fingertips/finger_local_model.h"
 
-#include <filesystem>
-#include <limits>
-#include <string>
-
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
-#include "tests/support/stop_after.h"
 
 namespace palpate {
 namespace {

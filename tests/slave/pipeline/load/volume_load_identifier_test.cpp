@@ -1,6 +1,5 @@
 #include <cmath>
 #include <random>
-#include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>

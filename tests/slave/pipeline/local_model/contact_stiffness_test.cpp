@@ -3,8 +3,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <tuple>
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "slave/simulator/points/painted_membrane.h"
 #include "slave/simulator/points/textured_target.h"

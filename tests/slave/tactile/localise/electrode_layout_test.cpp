@@ -1,6 +1,5 @@
 #include "slave/tactile/localise/electrode_layout.h"
 
-#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 #include <string>

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <utility>
 
 #include <Eigen/Geometry>
 

@@ -1,7 +1,6 @@
 #include "slave/vision/texture/ssd_tracker.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <gtest/gtest.h>

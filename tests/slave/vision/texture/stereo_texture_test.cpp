@@ -1,12 +1,10 @@
 #include "slave/vision/texture/stereo_texture.h"
 
 #include <cmath>
-#include <stdexcept>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "tests/slave/vision/texture/target_pictures.h"
 #include "tests/support/allocation_count.h"

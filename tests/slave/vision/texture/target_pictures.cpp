@@ -1,7 +1,5 @@
 #include "tests/slave/vision/texture/target_pictures.h"
 
-#include <cmath>
-
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
