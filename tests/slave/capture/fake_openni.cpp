@@ -1,8 +1,10 @@
 #include "tests/slave/capture/fake_openni.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include <OniCAPI.h>
 #include <OniCProperties.h>
@@ -16,6 +18,8 @@ FakeOpenNi& TheFakeOpenNi() {
 
 namespace {
 
+constexpr int kWidth = 4, kHeight = 2;  // [px]
+
 struct Stream {
   bool is_mirrored = true;  // as a camera for games is by default
   std::vector<std::uint16_t> pixels;
@@ -28,7 +32,7 @@ OniVideoMode Mode() {
   OniPixelFormat format = ONI_PIXEL_FORMAT_SHIFT_9_2;
   if (is(1e-3)) format = ONI_PIXEL_FORMAT_DEPTH_1_MM;
   if (is(1e-4)) format = ONI_PIXEL_FORMAT_DEPTH_100_UM;
-  return {format, fake.width, fake.height, 30};
+  return {format, kWidth, kHeight, 30};
 }
 
 Stream* Of(OniStreamHandle handle) {
@@ -132,22 +136,20 @@ OniStatus oniStreamGetProperty(OniStreamHandle stream, int property, void* data,
 OniStatus oniWaitForAnyStream(OniStreamHandle* /*streams*/, int /*count*/, int* index,
                               int /*timeout*/) {
   *index = 0;
-  return TheFakeOpenNi().shows ? ONI_STATUS_OK : ONI_STATUS_TIME_OUT;
+  return ONI_STATUS_OK;
 }
 
 OniStatus oniStreamReadFrame(OniStreamHandle handle, OniFrame** frame) {
   palpate::Stream& stream = *palpate::Of(handle);
-  const palpate::FakeOpenNi& fake = TheFakeOpenNi();
-  stream.pixels = fake.counts;
-  const auto width = static_cast<std::ptrdiff_t>(fake.width);
+  stream.pixels = {1, 2, 3, 4, 5, 6, 7, 8};
   for (auto row = stream.pixels.begin(); stream.is_mirrored && row != stream.pixels.end();
-       row += width) {
-    std::reverse(row, row + width);
+       row += palpate::kWidth) {
+    std::reverse(row, row + palpate::kWidth);
   }
   stream.frame.data = stream.pixels.data();
-  stream.frame.width = fake.width;
-  stream.frame.height = fake.height;
-  stream.frame.stride = 2 * fake.width;
+  stream.frame.width = palpate::kWidth;
+  stream.frame.height = palpate::kHeight;
+  stream.frame.stride = 2 * palpate::kWidth;
   *frame = &stream.frame;
   return ONI_STATUS_OK;
 }

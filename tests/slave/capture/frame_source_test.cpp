@@ -81,16 +81,6 @@ TEST_F(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsReported) {
   EXPECT_EQ(count, 10U);
 }
 
-TEST_F(FrameSourceTest, ADamagedPictureStopsTheSourceAfterTheGoodOnes) {
-  WriteNumbered(scratch, 4);
-  scratch.Write("f2.png", "damaged");
-  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
-  EXPECT_TRUE(source->Next({}));
-  EXPECT_TRUE(source->Next({}));
-  EXPECT_THAT(Thrown<std::runtime_error>([&] { source->Next({}); }),
-              testing::HasSubstr("f2.png: image 3"));
-}
-
 TEST_F(FrameSourceTest, StoppingEndsAWaitForAPicture) {
   WriteNumbered(scratch, 2);
   Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);

@@ -20,8 +20,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "tests/support/thrown.h"
-
 namespace palpate {
 namespace {
 
@@ -101,15 +99,6 @@ class Ending {
 
 int LevelOf(const cv::Mat& picture) {
   return picture.at<unsigned char>(0, 0);
-}
-
-TEST(LiveCamerasTest, ACameraThatIsNotThereIsReportedAtOnce) {
-  EXPECT_THAT(
-      [] {
-        FramesOf({{"camera 3", [] { return std::unique_ptr<Film>(); }}}, {});
-      },
-      testing::ThrowsMessage<std::runtime_error>(
-          HasSubstr("camera 3: no such camera or stream, no permission, or no answer")));
 }
 
 // A server that takes the call and says nothing: OpenCV alone would wait for 30 s.

@@ -72,9 +72,8 @@ class PictureInboxTest : public testing::Test {
     return refusal ? refusal->why : "";
   }
 
-  const std::string grey_ = Raw(Ramp(CV_8UC1)), png16_ = EncodePng(Ramp(CV_16UC1)),
-                    png_ = EncodePng(Ramp(CV_8UC3)), jpeg_ = EncodeJpeg(Ramp(CV_8UC1), 95),
-                    wide_ = EncodePng(Ramp(CV_8UC1, 80));
+  const std::string grey_ = Raw(Ramp(CV_8UC1)), png_ = EncodePng(Ramp(CV_8UC3)),
+                    jpeg_ = EncodeJpeg(Ramp(CV_8UC1), 95), wide_ = EncodePng(Ramp(CV_8UC1, 80));
   Time now_ = Time{} + Seconds(1000);
   double latency_ = 0.002;  // [s]
   std::uint64_t sequence_ = 0;

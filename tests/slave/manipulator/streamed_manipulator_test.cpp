@@ -257,31 +257,18 @@ INSTANTIATE_TEST_SUITE_P(
                                   "outside its workspace"}),
     [](const auto& info) { return info.param.name; });
 
-struct Refused {
-  const char* name;
-  void (*apply)(ArmReading*);
-  const char* words;
-};
-
-class RefusedReadingTest : public StreamedManipulatorTest,
-                           public testing::WithParamInterface<Refused> {};
-
-TEST_P(RefusedReadingTest, IsRefusedInWords) {
+TEST_F(StreamedManipulatorTest, ReadingsOutOfOrderAreRefusedInWords) {
   Drive(0.1);
   Pass(kPeriod);
-  ArmReading reading = Reading(tip_);
-  GetParam().apply(&reading);
-  EXPECT_THAT(arm_.Take(kDriver, "", reading, test_time).value_or(DrivenArm::Refusal{}).why,
-              HasSubstr(GetParam().words));
+  const auto refusal = [this](const ArmReading& reading) {
+    return arm_.Take(kDriver, "", reading, test_time).value_or(DrivenArm::Refusal{}).why;
+  };
+  ArmReading old = Reading(tip_), earlier = Reading(tip_);
+  old.sequence = 1;
+  earlier.measured_at -= Seconds(1);
+  EXPECT_THAT(refusal(old), HasSubstr("sequence = 1: expected one above the last"));
+  EXPECT_THAT(refusal(earlier), HasSubstr("measured_at: expected a time that increases"));
 }
-
-INSTANTIATE_TEST_SUITE_P(
-    All, RefusedReadingTest,
-    testing::Values(Refused{"OldSequence", [](ArmReading* r) { r->sequence = 1; },
-                            "sequence = 1: expected one above the last"},
-                    Refused{"ClockBack", [](ArmReading* r) { r->measured_at -= Seconds(1); },
-                            "measured_at: expected a time that increases"}),
-    [](const auto& info) { return info.param.name; });
 
 TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
   Drive(0.1);

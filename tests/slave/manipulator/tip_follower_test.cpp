@@ -1,13 +1,8 @@
 #include "slave/manipulator/tip_follower.h"
 
 #include <limits>
-#include <stdexcept>
-#include <string>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {

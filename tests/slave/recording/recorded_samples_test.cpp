@@ -12,7 +12,6 @@
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -91,43 +90,6 @@ TEST_F(RecordedSamplesTest, PairsAndDepthComeBackTogether) {
   EXPECT_EQ(first->skew, pair.skew);
   EXPECT_TRUE(IsSame(second->left, depth.left));
   EXPECT_TRUE(second->right.empty());
-}
-
-TEST(TactileMessageTest, ASampleComesBackBitForBit) {
-  std::mt19937 random(4);
-  std::normal_distribution<double> number;
-  TactileFrame frame;
-  frame.sequence = 9;
-  frame.sensed_at = kBegin;
-  frame.after_gap = true;
-  for (int f = 0; f < 3; ++f) {
-    FingerReading& reading = frame.fingers[static_cast<std::size_t>(f)];
-    reading.present = f != 1;
-    for (float& x : reading.channels) x = static_cast<float>(number(random));
-    reading.pac = static_cast<float>(number(random));
-    reading.pdc = static_cast<float>(number(random));
-    if (f == 2) {
-      reading.X_SF = Eigen::Isometry3d(Eigen::AngleAxisd(number(random), Eigen::Vector3d::UnitX()));
-      reading.X_SF->translation() = Eigen::Vector3d(number(random), number(random), 1e-300);
-    }
-  }
-  v1::TactileInstant message;
-  ToProto(frame, &message);
-  const TactileFrame again = FromProto(message);
-  EXPECT_EQ(again.sequence, frame.sequence);
-  EXPECT_EQ(again.sensed_at, frame.sensed_at);
-  EXPECT_EQ(again.after_gap, frame.after_gap);
-  for (std::size_t f = 0; f < frame.fingers.size(); ++f) {
-    const FingerReading &a = again.fingers[f], &b = frame.fingers[f];
-    EXPECT_EQ(a.present, b.present);
-    EXPECT_EQ(a.channels, b.channels);
-    EXPECT_EQ(a.pac, b.pac);
-    EXPECT_EQ(a.pdc, b.pdc);
-    ASSERT_EQ(a.X_SF.has_value(), b.X_SF.has_value());
-    if (b.X_SF) {
-      EXPECT_EQ(a.X_SF->matrix(), b.X_SF->matrix());
-    }
-  }
 }
 
 TEST(TactileMessageTest, WhatIsNoSampleIsRefused) {

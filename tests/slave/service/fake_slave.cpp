@@ -127,7 +127,7 @@ SlaveDescription FakeSlave::Describe() const {
   description.scene.manipulator.source = manipulator_;
   description.scene.object.geometry = RectangleGeometry{0.088, 0.088, 0.009};
   description.scene.object.material = {127e3, 0.49, 1050, 0};
-  if (has_camera_ && !tactile_) description.scene.sense.Set(CameraOptions{.camera = Camera{}});
+  if (!tactile_) description.scene.sense.Set(CameraOptions{.camera = Camera{}});
   if (tactile_) description.scene.sense.Set(*tactile_);
   description.scene.operator_options.force_limit = parameters_.force_limit.value_or(3.3);
   description.sense.model.kind = "spring";

@@ -40,7 +40,6 @@ class FakeSlave : public Slave {
   [[nodiscard]] int pictures_taken() const { return Locked(pictures_); }
   [[nodiscard]] std::string stop_reason() const { return Locked(stop_reason_); }
   [[nodiscard]] ParameterChange parameters() const { return Locked(parameters_); }
-  void set_has_camera(bool has_camera) { Set(has_camera, &has_camera_); }
   // Making a model takes until it is given up.
   void MakeModelsForEver() { makes_for_ever_ = true; }
   [[nodiscard]] bool is_making() const { return is_making_; }
@@ -113,7 +112,6 @@ class FakeSlave : public Slave {
   std::string stop_reason_;
   std::uint64_t came_ = 0, refused_ = 0;
   int begins_ = 0, ends_ = 0, shapes_ = 0, pictures_ = 0;
-  bool has_camera_ = true;
   std::optional<Tactile> tactile_;
   std::unique_ptr<TactileInbox> inbox_;
   std::unique_ptr<PictureInbox> pushed_;

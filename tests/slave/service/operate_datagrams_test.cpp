@@ -87,18 +87,6 @@ class OperateDatagramsTest : public ServiceTest {
   Operator ada{Connect()};
 };
 
-TEST_F(OperateDatagramsTest, CommandsAndStatesTravelByThem) {
-  const auto offer = OfferTo(&ada);
-  ASSERT_TRUE(offer.has_value());
-  Far far(*offer, server_->address());
-  ASSERT_TRUE(
-      far.SendUntil(Engaged(2, 0), [&] { return far.newest().phase() == v1::PHASE_FOLLOWING; }));
-  EXPECT_EQ(far.newest().command_sequence(), 2U);
-  ASSERT_TRUE(far.SendUntil(Engaged(3, -9e-3), [&] { return far.newest().p_s_tip().y() < 0; }));
-  EXPECT_TRUE(ada.ReadUntil([](const auto& s) { return s.p_s_tip().y() < 0; }))
-      << "the stream tells the same";
-}
-
 // An old command that came late must not move the tool back, whichever way it came.
 TEST_F(OperateDatagramsTest, WhatIsOlderThanTheStreamsIsDropped) {
   const auto offer = OfferTo(&ada);

@@ -1,9 +1,11 @@
 #include <limits>
 #include <stdexcept>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/service/messages.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -23,6 +25,19 @@ TEST(RequestsTest, BulkRatesAreZeroForThirtyOrOneToOneHundredAndTwenty) {
     video.set_max_rate(rate);
     EXPECT_THROW(GapOf(mesh), std::invalid_argument) << rate;
     EXPECT_THROW(GapOf(video), std::invalid_argument) << rate;
+  }
+}
+
+TEST(RequestsTest, RatesOfStatesAreZeroForAllOrOneToOneThousand) {
+  v1::WatchStateRequest states;
+  EXPECT_EQ(GapOf(states), Clock::duration::zero());
+  states.set_max_rate(1000);
+  EXPECT_EQ(GapOf(states), Seconds(1e-3));
+  for (const double rate : {0.5, -1.0, 1001.0, kNan, kInf}) {
+    states.set_max_rate(rate);
+    EXPECT_THAT(Thrown<std::invalid_argument>([&] { GapOf(states); }),
+                testing::EndsWith("expected 0, or 1 to 1000"))
+        << rate;
   }
 }
 

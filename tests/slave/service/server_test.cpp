@@ -1,9 +1,7 @@
-// Listening, the unary calls, health and reflection.
+// Listening and the unary calls.
 #include <stdexcept>
 
 #include <gmock/gmock.h>
-#include <grpcpp/generic/generic_stub.h>
-#include <grpcpp/support/proto_buffer_reader.h>
 #include <gtest/gtest.h>
 
 #include "tests/slave/service/service_fixture.h"
@@ -84,67 +82,9 @@ TEST_F(ServerTest, WhileSomebodyOperatesOnlyTheOperatorChangesSettings) {
   EXPECT_FALSE(slave_.parameters().young_modulus.has_value());
   EXPECT_EQ(slave_.reinitialized(), 0);
   for (const grpc::Status& answer : refusals(ada.stub())) EXPECT_TRUE(answer.ok());
+  EXPECT_EQ(slave_.parameters().young_modulus, 1e13);
   EXPECT_TRUE(ada.Leave().ok());
   for (const grpc::Status& answer : refusals(*stub)) EXPECT_TRUE(answer.ok()) << "nobody operates";
-}
-
-TEST_F(ServerTest, ParametersArriveAndTheSceneInForceComesBack) {
-  const auto stub = Connect();
-  grpc::ClientContext context;
-  v1::SetParametersRequest request;
-  request.set_force_limit(2.5);
-  v1::SettingsReply reply;
-  ASSERT_TRUE(stub->SetParameters(&context, request, &reply).ok());
-  EXPECT_EQ(reply.scene().operator_().force_limit(), 2.5);
-  EXPECT_FALSE(slave_.parameters().position_scale.has_value());
-}
-
-TEST_F(ServerTest, ARequestThatIsFarTooLongIsRefused) {
-  grpc::ClientContext context;
-  v1::StopRequest request;
-  request.set_reason(std::string(1'000'000, 'r'));
-  v1::Status reply;
-  const auto refused = Connect()->Stop(&context, request, &reply).error_code();
-  // As a request, or as a flood by who just came.
-  EXPECT_TRUE(refused == grpc::StatusCode::RESOURCE_EXHAUSTED ||
-              refused == grpc::StatusCode::UNAVAILABLE)
-      << refused;
-  EXPECT_EQ(slave_.Status().phase, Phase::kReady);
-}
-
-// Calls a method that no stub of ours knows; the raw bytes of the answer.
-std::string CallRaw(const std::string& address, const std::string& method,
-                    const std::string& request) {
-  grpc::GenericStub stub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
-  CallContext context;
-  grpc::CompletionQueue queue;
-  const grpc::Slice slice(request);
-  const auto call = stub.PrepareUnaryCall(&context, method, grpc::ByteBuffer(&slice, 1), &queue);
-  call->StartCall();
-  grpc::ByteBuffer reply;
-  grpc::Status status;
-  void* const tag = &reply;
-  call->Finish(&reply, &status, tag);
-  void* done = nullptr;
-  bool ok = false;
-  queue.Next(&done, &ok);
-  EXPECT_TRUE(status.ok()) << method << ": " << status.error_message();
-  std::vector<grpc::Slice> slices;
-  reply.Dump(&slices);
-  std::string bytes;
-  for (const auto& s : slices) bytes.append(reinterpret_cast<const char*>(s.begin()), s.size());
-  return bytes;
-}
-
-// Reference: grpc.health.v1: HealthCheckResponse {status = 1 (field 1)} is SERVING.
-TEST_F(ServerTest, TheHealthServiceSaysServing) {
-  const std::string serving = "\x08\x01";
-  EXPECT_EQ(CallRaw(server_->address(), "/grpc.health.v1.Health/Check", ""), serving);
-  const std::string name = "palpate.v1.Teleoperation";
-  std::string request = "\x0A";
-  request.push_back(static_cast<char>(name.size()));
-  request.append(name);
-  EXPECT_EQ(CallRaw(server_->address(), "/grpc.health.v1.Health/Check", request), serving);
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include <optional>
 #include <thread>
 
-#include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
@@ -52,9 +51,8 @@ Quaterniond ToRotation(const google::protobuf::RepeatedField<double>& numbers) {
 
 class Arm {
  public:
-  // `rotation` nullopt: an arm without one.
   Arm(std::unique_ptr<v1::Teleoperation::Stub> stub, const Vector3d& home,
-      const std::optional<Quaterniond>& rotation)
+      const Quaterniond& rotation)
       : stub_(std::move(stub)), tip_(home), rotation_(rotation) {
     context_.set_deadline(std::chrono::system_clock::now() + 3 * kLiveness);
     stream_ = stub_->DriveTool(&context_);
@@ -67,22 +65,10 @@ class Arm {
     context_.TryCancel();
   }
 
-  // Where the wrist and the tip really are.
+  // Where the wrist really is.
   [[nodiscard]] Quaterniond rotation() const {
     const std::scoped_lock lock(mutex_);
-    return rotation_.value_or(Quaterniond::Identity());
-  }
-  [[nodiscard]] Vector3d tip() const {
-    const std::scoped_lock lock(mutex_);
-    return tip_;
-  }
-  [[nodiscard]] v1::ArmTarget target() const {
-    const std::scoped_lock lock(mutex_);
-    return newest_;
-  }
-  [[nodiscard]] v1::ArmReport first_report() const {
-    const std::scoped_lock lock(mutex_);
-    return first_;
+    return rotation_;
   }
   // The largest angular speed from target to target [rad/s], and whether one changed sign.
   [[nodiscard]] double fastest() const { return fastest_; }
@@ -129,10 +115,10 @@ class Arm {
     }
     if (obeyed_.motion() != v1::ArmTarget::MOTION_FOLLOW) return;
     tip_ = {obeyed_.p_s_tip().x(), obeyed_.p_s_tip().y(), obeyed_.p_s_tip().z()};
-    if (!rotation_ || obeyed_.orientation_size() != 4) return;
+    if (obeyed_.orientation_size() != 4) return;
     // The straight way between the four numbers, in whole steps, until less than half of one is
     // missing about an axis.
-    const Quaterniond way = ToRotation(obeyed_.orientation()) * rotation_->conjugate();
+    const Quaterniond way = ToRotation(obeyed_.orientation()) * rotation_.conjugate();
     const double angle = 2 * std::atan2(way.vec().norm(), way.w());
     const double length = std::min((1 - std::exp(-dt / kServo)) * angle, kWristSpeed * dt);
     residue_ += length * way.vec().stableNormalized();
@@ -144,8 +130,8 @@ class Arm {
     }
     residue_ -= steps;
     if (steps.isZero()) return;
-    rotation_ = AngleAxisd(steps.norm(), steps.normalized()) * *rotation_;
-    rotation_->normalize();
+    rotation_ = AngleAxisd(steps.norm(), steps.normalized()) * rotation_;
+    rotation_.normalize();
   }
   v1::ArmReport Report(std::uint64_t sequence, Dice* dice) {
     const std::scoped_lock lock(mutex_);
@@ -155,13 +141,10 @@ class Arm {
     report.set_rate(250);
     ToProto(Clock::now(), report.mutable_measured_at());
     ToProto(tip_, report.mutable_p_s_tip());
-    if (rotation_) {
-      const Vector3d noise = kNoise * Vector3d(dice->Normal(), dice->Normal(), dice->Normal());
-      Quaterniond measured(AngleAxisd(noise.norm(), noise.stableNormalized()) * *rotation_);
-      if (dice->Chance(0.5)) measured.coeffs() *= -1;
-      ToProto(std::optional(measured), report.mutable_orientation());
-    }
-    if (sequence == 1) first_ = report;
+    const Vector3d noise = kNoise * Vector3d(dice->Normal(), dice->Normal(), dice->Normal());
+    Quaterniond measured(AngleAxisd(noise.norm(), noise.stableNormalized()) * rotation_);
+    if (dice->Chance(0.5)) measured.coeffs() *= -1;
+    ToProto(std::optional(measured), report.mutable_orientation());
     return report;
   }
 
@@ -170,10 +153,9 @@ class Arm {
   std::unique_ptr<grpc::ClientReaderWriter<v1::ArmReport, v1::ArmTarget>> stream_;
   mutable std::mutex mutex_;
   Vector3d tip_;
-  std::optional<Quaterniond> rotation_;
+  Quaterniond rotation_;
   Vector3d residue_{0, 0, 0};
   v1::ArmTarget newest_, obeyed_;
-  v1::ArmReport first_;
   std::deque<v1::ArmTarget> queue_;
   std::atomic<double> fastest_{0};
   std::atomic<bool> flipped_{false};
@@ -191,7 +173,6 @@ class Hand {
       while (stream_->Read(&state)) {
         const std::scoped_lock lock(mutex_);
         state_ = state;
-        has_moment_ = has_moment_ || state.has_moment();
       }
     });
     sending_ = std::jthread([this](const std::stop_token& stop) {
@@ -218,18 +199,17 @@ class Hand {
     context_.TryCancel();
   }
 
-  void Hold(std::uint32_t epoch, const Vector3d& p_M, const std::optional<Quaterniond>& R_M) {
+  void Hold(std::uint32_t epoch, const Vector3d& p_M, const Quaterniond& R_M) {
     const std::scoped_lock lock(mutex_);
     command_.set_engaged(epoch > 0);
     if (epoch > 0) command_.set_epoch(epoch);
     ToProto(p_M, command_.mutable_p_m());
-    ToProto(R_M, command_.mutable_orientation());
+    ToProto(std::optional(R_M), command_.mutable_orientation());
   }
   [[nodiscard]] v1::SlaveState state() const {
     const std::scoped_lock lock(mutex_);
     return state_;
   }
-  [[nodiscard]] bool has_moment() const { return has_moment_; }
   [[nodiscard]] bool Reaches(v1::Phase phase, std::uint32_t epoch) {
     return Eventually([&] { return state().phase() == phase && state().epoch() == epoch; });
   }
@@ -241,7 +221,6 @@ class Hand {
   mutable std::mutex mutex_;
   v1::OperatorCommand command_;
   v1::SlaveState state_;
-  std::atomic<bool> has_moment_{false};
   std::jthread reading_, sending_;
 };
 

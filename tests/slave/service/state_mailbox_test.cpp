@@ -15,13 +15,6 @@ SlaveState State(std::uint64_t sequence) {
   return state;
 }
 
-TEST(StateMailboxTest, TheNewestWins) {
-  StateMailbox box;
-  for (std::uint64_t i = 1; i <= 3; ++i) box.Put(State(i));
-  EXPECT_EQ(box.TakeNewest()->sequence, 3U);
-  EXPECT_FALSE(box.TakeNewest().has_value());
-}
-
 TEST(StateMailboxTest, EventsOfSkippedStatesArriveWithTheNextOne) {
   StateMailbox box;
   SlaveState state = State(1);
@@ -36,13 +29,6 @@ TEST(StateMailboxTest, EventsOfSkippedStatesArriveWithTheNextOne) {
   EXPECT_TRUE(taken->events.Has(Event::kRelease));
   box.Put(State(4));
   EXPECT_TRUE(box.TakeNewest()->events.empty()) << "sent twice";
-}
-
-TEST(StateMailboxTest, WaitingEndsWithTheNextStateOrWithPatience) {
-  StateMailbox box;
-  EXPECT_FALSE(box.WaitNewest(milliseconds(1)).has_value());
-  std::jthread writer([&] { box.Put(State(1)); });
-  EXPECT_EQ(box.WaitNewest(std::chrono::seconds(60))->sequence, 1U);
 }
 
 TEST(StateMailboxTest, ClosingWakesWhoeverWaitsAndPauses) {

@@ -1,5 +1,4 @@
 // Mutual TLS with certificates as deploy/certs makes them, and who may call what with them.
-#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -7,23 +6,16 @@
 #include <utility>
 #include <vector>
 
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include "master/link/slave_link.h"
 #include "shared/link/latest_value.h"
 #include "shared/text/text.h"
 #include "shared/tls/credentials.h"
-#include "shared/wire/errors.h"
 #include "slave/service/roles.h"
 #include "tests/slave/service/service_fixture.h"
 #include "tests/support/paths.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -237,23 +229,6 @@ TEST_F(TlsTest, AListOfAnotherCaIsRefusedAndTheOldOneStays) {
   EXPECT_FALSE(RevocationList(At("admin")).Names("00"));
 }
 
-// A connection that says a hello's first bytes and no more takes nobody's place.
-TEST_F(TlsTest, AHandshakeThatNeverEndsKeepsNobodyOut) {
-  std::vector<int> lines;
-  const Endpoint endpoint = ParseEndpoint(server_->address());
-  for (int i = 0; i < 100; ++i) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(endpoint.port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    lines.push_back(socket(AF_INET, SOCK_STREAM, 0));
-    ASSERT_EQ(connect(lines.back(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-    ASSERT_EQ(send(lines.back(), "\x16\x03\x01\x01\x00\x01", 6, 0), 6);
-  }
-  EXPECT_EQ(SetParameters(*As("operator")), grpc::StatusCode::OK);
-  for (const int line : lines) close(line);
-}
-
 TEST_F(TlsTest, ADowngradeIsRefused) {
   EXPECT_TRUE(Handshakes("-tls1_3"));
   EXPECT_FALSE(Handshakes("-tls1_2"));
@@ -271,19 +246,6 @@ TEST_F(TlsTest, TheRoleDecidesWhoMayCallWhat) {
   EXPECT_EQ(Evict(*As("operator")), grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(Evict(*As("admin")), grpc::StatusCode::FAILED_PRECONDITION) << "nobody operates";
   EXPECT_EQ(Stop(*As("arm")), grpc::StatusCode::OK) << "anyone with a role may stop";
-}
-
-TEST_F(TlsTest, OnlyAnAdminSetsASceneUp) {
-  const auto use = [](v1::Teleoperation::Stub& stub) {
-    CallContext context;
-    v1::SceneDescription reply;
-    return stub.UseScene(&context, {}, &reply);
-  };
-  for (const char* role : {"observer", "operator", "sensor", "arm"}) {
-    EXPECT_EQ(use(*As(role)).error_code(), grpc::StatusCode::PERMISSION_DENIED) << role;
-  }
-  EXPECT_EQ(use(*As("stranger")).error_code(), grpc::StatusCode::UNAVAILABLE);
-  EXPECT_EQ(ReasonOf(use(*As("admin"))), v1::ERROR_REASON_NOT_IN_SETUP) << "it may, elsewhere";
 }
 
 TEST_F(TlsTest, WhatIsMissingOrOpenToOthersIsNamed) {

@@ -1,7 +1,6 @@
 // Observers: any number up to the seats, each with its own newest state.
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,12 +18,10 @@ using testing::HasSubstr;
 
 class WatchTest : public ServiceTest {
  protected:
-  // Ends a WatchState of this rate at once; what the server says if it refuses.
-  grpc::Status Watch(double max_rate) {
+  // Ends a WatchState at once; what the server says if it refuses.
+  grpc::Status Watch() {
     CallContext context;
-    v1::WatchStateRequest request;
-    request.set_max_rate(max_rate);
-    const auto stream = stub->WatchState(&context, request);
+    const auto stream = stub->WatchState(&context, {});
     v1::SlaveState state;
     if (stream->Read(&state)) {
       context.TryCancel();
@@ -35,17 +32,6 @@ class WatchTest : public ServiceTest {
   }
   const std::unique_ptr<v1::Teleoperation::Stub> stub = Connect();
 };
-
-TEST_F(WatchTest, OnlyRatesThatCanBeKeptAreAccepted) {
-  for (const double rate : {0.0, 1.0, 60.0, 1000.0}) EXPECT_TRUE(Watch(rate).ok()) << rate;
-  for (const double rate :
-       {0.5, -1.0, 1001.0, HUGE_VAL, std::numeric_limits<double>::quiet_NaN()}) {
-    const grpc::Status status = Watch(rate);
-    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << rate;
-    EXPECT_THAT(status.error_message(), HasSubstr("max_rate = "));
-    EXPECT_THAT(status.error_message(), HasSubstr("expected 0, or 1 to 1000"));
-  }
-}
 
 // Two readers of the same states: the one that asked for at most 20 per second gets fewer, by
 // the states' own stamps. Tolerance: the rate is counted over a second between stamps, which are
@@ -84,23 +70,6 @@ TEST_F(WatchTest, MeasurementsOfTheChecksAreSentOnRequest) {
     EXPECT_FALSE(state.details().has_contour_px()) << "a check that was not made";
     context.TryCancel();
   }
-}
-
-TEST_F(WatchTest, AnObserverSeesWhatTheOperatorDoes) {
-  Operator ada(Connect());
-  ada.Hold(0);
-  ada.Hold(-9e-3);
-  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 2; }));
-  slave_.TakeSample();
-  CallContext context;
-  const auto stream = stub->WatchState(&context, {});
-  v1::SlaveState state;
-  ASSERT_TRUE(stream->Read(&state));
-  EXPECT_EQ(state.phase(), v1::PHASE_FOLLOWING);
-  EXPECT_NEAR(state.force().y(), 3, 1e-9);
-  EXPECT_EQ(GetStatus().observers(), 1U);
-  context.TryCancel();
-  EXPECT_TRUE(Eventually([&] { return GetStatus().observers() == 0; }));
 }
 
 // A reader that stops reading for 600 states: the others go on, and when it reads again it finds
@@ -168,7 +137,7 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
     watcher.stream = stub->WatchState(&watcher.context, slowly);
     ASSERT_TRUE(watcher.stream->Read(&state)) << i;
   }
-  EXPECT_EQ(Watch(0).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(Watch().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_THAT(GetStatus().alarms(),
               testing::Contains(testing::HasSubstr("a stream of SlaveState of ipv4:127.0.0.1:")));
   Operator ada(Connect());  // has seats of its own, by its connection or its name
@@ -179,7 +148,7 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
   EXPECT_TRUE(ada.stub().WatchState(&own, slowly)->Read(&state));
   EXPECT_TRUE(stub->WatchState(&named, slowly)->Read(&state));
   watchers.front()->context.TryCancel();
-  EXPECT_TRUE(Eventually([&] { return Watch(0).ok(); })) << "the seat did not become free";
+  EXPECT_TRUE(Eventually([&] { return Watch().ok(); })) << "the seat did not become free";
   for (auto& watcher : watchers) watcher->context.TryCancel();
 }
 
@@ -207,38 +176,6 @@ TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
   EXPECT_EQ(drain(states.get(), &state), grpc::StatusCode::UNAVAILABLE);
   EXPECT_EQ(drain(meshes.get(), &mesh), grpc::StatusCode::UNAVAILABLE);
   EXPECT_EQ(drain(videos.get(), &frame), grpc::StatusCode::UNAVAILABLE);
-}
-
-TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
-  EXPECT_EQ(slave_.shapes_computed(), 0);
-  CallContext context;
-  v1::WatchMeshRequest request;
-  request.set_nodal_forces(true);
-  const auto stream = stub->WatchMesh(&context, request);
-  v1::MeshState mesh;
-  ASSERT_TRUE(stream->Read(&mesh));
-  EXPECT_THAT(mesh.elements(), testing::ElementsAre(0, 1, 1, 2, 2, 0));
-  EXPECT_EQ(mesh.nodes_per_element(), 2U);
-  EXPECT_EQ(mesh.rest_size(), 9);
-  EXPECT_THAT(mesh.fixed_nodes(), testing::ElementsAre(2));
-  EXPECT_EQ(mesh.positions(1), 0.5F);
-  EXPECT_EQ(mesh.nodal_forces_size(), 9);
-  EXPECT_GT(mesh.sequence(), 0U);
-  const int computed = slave_.shapes_computed();
-  CallContext state_context;
-  const auto states = stub->WatchState(&state_context, {});
-  v1::SlaveState state;
-  for (int i = 0; i < 20; ++i) ASSERT_TRUE(states->Read(&state));  // repeated, nothing sensed
-  state_context.TryCancel();
-  EXPECT_EQ(slave_.shapes_computed(), computed);
-  slave_.TakeSample();
-  ASSERT_TRUE(stream->Read(&mesh));
-  EXPECT_EQ(mesh.elements_size(), 0);
-  EXPECT_EQ(mesh.fixed_nodes_size(), 0);
-  EXPECT_EQ(mesh.rest_size(), 0);
-  EXPECT_EQ(mesh.positions_size(), 9);
-  EXPECT_EQ(slave_.shapes_computed(), computed + 1);
-  context.TryCancel();
 }
 
 // Reference: the fake's triangle, its diagonal sqrt(2) m long.
@@ -291,26 +228,6 @@ TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   shape.nodal_forces.clear();  // a force is unknown
   encoder.Encode(shape, &message);
   EXPECT_FALSE(message.has_traction());
-}
-
-TEST_F(WatchTest, EachSamplesTraceIsSentOnce) {
-  CallContext context;
-  v1::WatchTraceRequest request;
-  request.set_max_rate(120);
-  slave_.TakeSample();
-  const auto stream = stub->WatchTrace(&context, request);
-  v1::TraceUpdate update;
-  std::uint64_t last = 0;
-  for (int i = 0; i < 3; ++i) {
-    slave_.TakeSample();
-    ASSERT_TRUE(stream->Read(&update));
-    ASSERT_GT(update.samples_size(), 0);
-    for (const auto& trace : update.samples()) {
-      EXPECT_GT(trace.sample(), last);
-      last = trace.sample();
-    }
-  }
-  context.TryCancel();
 }
 
 }  // namespace

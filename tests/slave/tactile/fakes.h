@@ -23,8 +23,6 @@ class MeanNetwork final : public ForceNetwork {
     info_.sigma.setConstant(sigma);
     info_.learnt_force = learnt_force;
   }
-  void SetSigma(const Eigen::Vector3d& sigma) { info_.sigma = sigma; }
-  void SetError(const ForceErrorLaw& error) { info_.error = error; }
   [[nodiscard]] const NetworkInfo& info() const override { return info_; }
   [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
     return std::make_unique<Estimate>(info_.window);

@@ -1,7 +1,5 @@
 #include "slave/tactile/fingertip.h"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -60,20 +58,6 @@ class FingertipTest : public ::testing::Test {
   PadLocaliser localiser_;
   CheckedFingertip fingertip_{Options(), &network_, localiser_};
 };
-
-TEST_F(FingertipTest, TheForceIsUnknownUntilTheWindowOfRestSamplesAndOthersIsFull) {
-  for (int i = 1; i <= 9; ++i) {
-    const FingerTouch& touch = Estimate(kNothing, false);
-    EXPECT_FALSE(touch.force_F.has_value()) << i;
-    EXPECT_EQ(touch.validity, Validity::kTrackingLost) << i;
-    EXPECT_FALSE(touch.reason.empty()) << i;
-  }
-  // The tenth sample fills the window: those from which the rest values came count.
-  const FingerTouch& touch = Estimate(kNothing, false);
-  ASSERT_TRUE(touch.force_F.has_value());
-  EXPECT_EQ(touch.validity, Validity::kValid);
-  EXPECT_NEAR(touch.force_F->norm(), 0, 1e-12);
-}
 
 // Paper B, V: soft contacts drop out for a few samples; here for two of five.
 TEST_F(FingertipTest, AnIntermittentContactDoesNotFlicker) {

@@ -1,7 +1,5 @@
 #include "slave/vision/grey.h"
 
-#include <stdexcept>
-
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
@@ -25,18 +23,6 @@ TEST(GreyFormatTest, LevelsOfEveryAcceptedType) {
   EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC1, cv::Scalar(4095))), 2047) << "a 12 bit camera";
   EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC1, cv::Scalar(200))), 200) << "no light, no gain";
   EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC3, cv::Scalar::all(1000))), 1000);
-}
-
-TEST(GreyFormatTest, OtherTypesAreRefusedAndOtherPicturesDoNotFit) {
-  EXPECT_THROW(GreyFormat{cv::Mat()}, std::runtime_error);
-  for (const int type : {CV_32FC1, CV_8SC1, CV_8UC2, CV_8UC4, CV_64FC3}) {
-    EXPECT_THROW(GreyFormat{cv::Mat(4, 4, type, cv::Scalar(0))}, std::runtime_error) << type;
-  }
-  const GreyFormat format(cv::Mat(4, 5, CV_8UC1, cv::Scalar(0)));
-  EXPECT_TRUE(format.Fits(cv::Mat(4, 5, CV_8UC1)));
-  EXPECT_FALSE(format.Fits(cv::Mat(5, 4, CV_8UC1)));
-  EXPECT_FALSE(format.Fits(cv::Mat(4, 5, CV_16UC1)));
-  EXPECT_FALSE(format.Fits(cv::Mat()));
 }
 
 // Pictures cut out of larger ones have rows that do not follow each other in memory.

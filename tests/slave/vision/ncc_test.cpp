@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <random>
-#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
@@ -13,10 +12,6 @@ namespace palpate {
 namespace {
 
 using Freedom = PatchAligner::Freedom;
-
-PatchWarp Shifted(double x, double y) {
-  return {Eigen::Matrix2d::Identity(), {x, y}};
-}
 
 // Where the texture's place under `centre` of the first picture went.
 Eigen::Vector2d Moved(const PatchWarp& by, const Eigen::Vector2d& centre) {

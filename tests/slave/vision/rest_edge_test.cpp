@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
 
 #include "slave/vision/rest_contour.h"
 #include "tests/slave/vision/test_pictures.h"
@@ -43,27 +42,6 @@ TEST(RestEdgeTest, EachPlaceTellsHowFarTheEdgeHasMovedAcross) {
   EXPECT_GT(seen, 0.95 * static_cast<double>(edge.places().size()));
   EXPECT_NEAR(mean / seen, 0, 0.03);
   EXPECT_LT(std::sqrt(square / seen), 0.12);
-}
-
-TEST(RestEdgeTest, AShiftBeyondEveryReachIsFoundByAllPlacesTogether) {
-  RestEdge edge = EdgeOf(Block());
-  for (const Eigen::Vector2d& way : {Eigen::Vector2d(31, 3), {-20, 24}, {0, -30}, {0, 0}}) {
-    TestPicture moved = Block();
-    moved.body->centre += way;
-    moved.noise = 8;
-    EXPECT_LT((edge.FindShift(moved.Render(3), {}) - way).cwiseAbs().maxCoeff(), 2)
-        << way.transpose();
-  }
-}
-
-TEST(RestEdgeTest, WhereThereIsNoEdgeNoneIsFound) {
-  RestEdge edge = EdgeOf(Block());
-  const RestEdge::Place& place = edge.places().front();
-  const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(120));
-  EXPECT_FALSE(edge.Locate(flat, place, place.p_I, place.n_I, 5));
-  const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(std::nan(""));
-  EXPECT_FALSE(edge.Locate(flat, place, nowhere, place.n_I, 5));
-  EXPECT_FALSE(edge.Locate(flat, place, {-50, 1e9}, place.n_I, 5));
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "slave/vision/tip_and_contour_tracker.h"
 
-#include <filesystem>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/observation.h"
 #include "tests/slave/vision/test_pictures.h"
-#include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -54,8 +54,8 @@ TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
 
 TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
   const TestPicture picture = Picture();
-  const auto file = std::filesystem::path(BinaryPath()) / "test-output" / "tracking-tip.png";
-  std::filesystem::create_directories(file.parent_path());
+  const Scratch scratch;
+  const auto file = scratch / "tip.png";
   const cv::Rect window(305, 110, 31, 46);
   ASSERT_TRUE(cv::imwrite(file.string(), picture.Render(5)(window)));
   Scene scene = SceneForTestPictures();
@@ -95,50 +95,42 @@ TEST(TipAndContourTrackerTest, BadPicturesMidStreamAreFlagged) {
   }
 }
 
-TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
+TEST(TipAndContourTrackerTest, ImagesThatCannotBeUsedAreRefusedAtStart) {
   const TestPicture picture = Picture();
-  const cv::Mat first = picture.Render();
+  const Scene scene = SceneForTestPictures();
   const Eigen::Vector2d tip = picture.tool->tip;
-  const Scene good = SceneForTestPictures();
-  EXPECT_EQ(ConstructionMessage(good, first, tip), "");
-
-  EXPECT_THAT(ConstructionMessage(good, cv::Mat(), tip), testing::HasSubstr("empty"));
-  EXPECT_THAT(ConstructionMessage(good, cv::Mat(480, 640, CV_32FC1, cv::Scalar(0)), tip),
-              testing::HasSubstr("CV_32FC1"));
-  EXPECT_THAT(ConstructionMessage(good, cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)), tip),
-              testing::HasSubstr("outside the image"));
-  EXPECT_THAT(ConstructionMessage(good, cv::Mat::zeros(480, 640, CV_8UC1), tip),
-              testing::HasSubstr("no contrast"));
-  EXPECT_THAT(ConstructionMessage(good, first, std::nullopt),
+  EXPECT_EQ(ConstructionMessage(scene, picture.Render(), tip), "");
+  EXPECT_THAT(ConstructionMessage(scene, picture.Render(), std::nullopt),
               testing::HasSubstr("sense.tip.template is missing"));
+  const std::pair<cv::Mat, const char*> images[] = {
+      {cv::Mat(), "empty"},
+      {cv::Mat(480, 640, CV_32FC1, cv::Scalar(0)), "CV_32FC1"},
+      {cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)), "outside the image"},
+      {cv::Mat::zeros(480, 640, CV_8UC1), "no contrast"}};
+  for (const auto& [image, words] : images) {
+    EXPECT_THAT(ConstructionMessage(scene, image, tip), testing::HasSubstr(words));
+  }
+}
 
-  Scene scene = good;
-  scene.sense.Find<Camera>()->pixel = 0;
-  EXPECT_THAT(ConstructionMessage(scene, first, tip), testing::HasSubstr("sense.camera.pixel"));
-  scene = good;
-  scene.sense.Find<CameraOptions>()->camera.reset();
-  EXPECT_THAT(ConstructionMessage(scene, first, tip),
-              testing::HasSubstr("sense.camera is missing"));
-
-  const auto folder = std::filesystem::path(BinaryPath()) / "test-output";
-  std::filesystem::create_directories(folder);
-  const auto with_template = [&](const std::string& name, const cv::Mat& image) {
-    Scene named = good;
-    named.sense.Find<TipTracking>()->template_file = folder / name;
-    if (!image.empty()) cv::imwrite((folder / name).string(), image);
-    return ConstructionMessage(named, first, tip);
-  };
-  EXPECT_THAT(with_template("tracking-none.png", {}),
-              testing::HasSubstr("tracking-none.png: image"));
-  EXPECT_THAT(with_template("tracking-flat.png", cv::Mat(20, 20, CV_8UC1, cv::Scalar(7))),
-              testing::HasSubstr("tracking-flat.png: the template has no contrast"));
-  EXPECT_THAT(with_template("tracking-tiny.png", cv::Mat(2, 2, CV_8UC1, cv::Scalar(7))),
-              testing::HasSubstr("2 x 2 px: expected"));
+TEST(TipAndContourTrackerTest, TemplatesThatCannotBeUsedAreRefusedAtStart) {
+  const TestPicture picture = Picture();
+  const Scratch scratch;
   cv::Mat wide(40, 700, CV_8UC1);
   cv::randu(wide, 0, 255);
-  EXPECT_THAT(with_template("tracking-wide.png", wide), testing::HasSubstr("700 x 40 px"));
-  EXPECT_THAT(with_template("tracking-high.png", wide.rowRange(0, 30).colRange(0, 500).t()),
-              testing::HasSubstr("larger than the image"));
+  const std::pair<cv::Mat, const char*> templates[] = {
+      {cv::Mat(20, 20, CV_8UC1, cv::Scalar(7)), "tip.png: the template has no contrast"},
+      {cv::Mat(2, 2, CV_8UC1, cv::Scalar(7)), "2 x 2 px: expected"},
+      {wide, "700 x 40 px"},
+      {wide.rowRange(0, 30).colRange(0, 500).t(), "larger than the image"}};
+  Scene scene = SceneForTestPictures();
+  scene.sense.Find<TipTracking>()->template_file = scratch / "tip.png";
+  EXPECT_THAT(ConstructionMessage(scene, picture.Render(), picture.tool->tip),
+              testing::HasSubstr("tip.png: image"));
+  for (const auto& [image, words] : templates) {
+    ASSERT_TRUE(cv::imwrite((scratch / "tip.png").string(), image));
+    EXPECT_THAT(ConstructionMessage(scene, picture.Render(), picture.tool->tip),
+                testing::HasSubstr(words));
+  }
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 
 #include "slave/vision/ncc.h"
 #include "tests/slave/vision/test_pictures.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -138,27 +137,6 @@ TEST(TipTrackerTest, ATipThatJumpsIsFoundAgainInTheWholePicture) {
   EXPECT_LT((seen.p_I - picture.tool->tip).norm(), 0.05);
   EXPECT_TRUE(tracked.tracker.search_window().contains(cv::Point(255, 190)));
   EXPECT_FALSE(tracked.tracker.Track(picture.Render(3)).reacquired);
-}
-
-TEST(TipTrackerTest, ATipThatLeavesThePictureIsLostUntilItComesBack) {
-  TestPicture picture = WithTool({160, 40});
-  Tracked tracked(picture, 48);
-  TestPicture away = picture;
-  away.tool.reset();
-  const TipObservation seen = tracked.tracker.Track(away.Render(2));
-  EXPECT_FALSE(seen.found);
-  EXPECT_LT(seen.score, 0.6);
-  EXPECT_EQ(tracked.tracker.search_window(), cv::Rect(0, 0, 320, 240));
-  EXPECT_TRUE(tracked.tracker.Track(picture.Render(3)).reacquired);
-  for (int k = 0; k < 8; ++k) {  // upwards, until the template no longer fits
-    picture.tool->tip.y() -= 4;
-    const TipObservation moving =
-        tracked.tracker.Track(picture.Render(static_cast<std::uint64_t>(k)));
-    if (moving.found) {
-      EXPECT_LT((moving.p_I - picture.tool->tip).norm(), 0.1) << k;
-    }
-  }
-  EXPECT_FALSE(tracked.tracker.Track(picture.Render(20)).found);
 }
 
 // Something lies over the tool: a glint, a wire along it, a cover over

@@ -12,7 +12,6 @@
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/simulated_devices.h"
 #include "tests/support/paths.h"
-#include "tests/support/scratch.h"
 #include "tests/support/stop_after.h"
 
 namespace palpate {
@@ -241,30 +240,12 @@ TEST_F(CameraSenseTest, ACommandByOtherSettingsMovesNothing) {
   EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kClutched);
 }
 
-// Kept in a folder, an emergency stop outlives the process; a reset ends it for good.
-TEST(EmergencyStopTest, OutlivesARestart) {
-  const Scratch scratch;
-  const auto& folder = scratch.path();
-  const Scene scene =
-      LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"});
-  const auto phase = [](const std::unique_ptr<Slave>& slave) {
-    return slave->Compose(Clock::now()).phase;
-  };
-  {
-    const auto slave = MakeLiveSlave(scene, folder);
-    EXPECT_EQ(phase(slave), Phase::kReady);
-    slave->EmergencyStop("a test");
-  }
-  {
-    const auto slave = MakeLiveSlave(scene, folder);
-    EXPECT_EQ(phase(slave), Phase::kEstop);
-    slave->ReinitializeTracking();
-    EXPECT_EQ(phase(slave), Phase::kEstop) << "cameras that start anew clear no stop";
-    slave->Reset();
-    EXPECT_EQ(phase(slave), Phase::kReady);
-  }
-  EXPECT_EQ(phase(MakeLiveSlave(scene, folder)), Phase::kReady);
-  EXPECT_THROW(MakeLiveSlave(scene, folder / "nowhere"), std::invalid_argument);
+TEST_F(CameraSenseTest, CamerasThatStartAgainClearNoEmergencyStop) {
+  slave_->EmergencyStop("a test");
+  slave_->ReinitializeTracking();
+  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kEstop);
+  slave_->Reset();
+  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kReady);
 }
 
 // Wherever it is stopped, the settings in force stay, all of them.
@@ -341,20 +322,6 @@ TEST_F(CameraSenseTest, StatesGoOnWhileAModelIsMade) {
     std::this_thread::sleep_for(kPeriod);
   }
   EXPECT_GT(composed, 10);
-}
-
-TEST_F(CameraSenseTest, TheEmergencyStopLatchesAndAResetNeedsANewEpoch) {
-  Press();
-  slave_->EmergencyStop("a test");
-  const auto is = [](Phase phase) {
-    return [phase](const SlaveState& s) { return s.phase == phase; };
-  };
-  Until(is(Phase::kEstop));
-  EXPECT_TRUE(slave_->TakeEvents().Has(Event::kEstop));
-  slave_->Reset();
-  EXPECT_EQ(Until(is(Phase::kHold)).phase, Phase::kHold);
-  ++epoch_;
-  Until(Follows);
 }
 
 }  // namespace

@@ -1,13 +1,11 @@
 // An object that moves while it is pressed, before a camera that is: what is estimated, and what
 // travels to be perceived later, go with it.
 #include <cmath>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <random>
-#include <utility>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
@@ -32,17 +30,16 @@ Time At(double t) {
   return Time{} + Seconds(kEpoch + t);
 }
 
-// The shipped block's site, carried about before its camera, or its camera before it.
+// The shipped block's site, carried about before its camera.
 class CarriedSite final : public SimulatedEnvironment {
  public:
   explicit CarriedSite(const Scene& scene) : site_(scene) {
     const cv::Mat picture = site_.TakePicture();
     view_.emplace(*scene.sense.Find<Camera>(), picture.cols, picture.rows);
   }
-  // Both from rest, S [m].
-  void Carry(const Vector3d& object, const Vector3d& camera) {
+  // From rest, S [m].
+  void Carry(const Vector3d& object) {
     object_ = object;
-    camera_ = camera;
     site_.MoveTool(p_S_tip_ - object_);
   }
   void MoveTool(const Vector3d& p_S_tip, Patience /*patience*/ = Patience::kWaits) override {
@@ -87,8 +84,7 @@ class CarriedSite final : public SimulatedEnvironment {
     std::uint64_t sequence_ = 0;
   };
   [[nodiscard]] cv::Mat Picture() {
-    const Eigen::Vector2d shift =
-        view_->ToImage(object_ - camera_) - view_->ToImage(Vector3d::Zero());
+    const Eigen::Vector2d shift = view_->ToImage(object_) - view_->ToImage(Vector3d::Zero());
     const cv::Mat warp = (cv::Mat_<double>(2, 3) << 1, 0, shift.x(), 0, 1, shift.y());
     cv::Mat picture;
     cv::warpAffine(site_.TakePicture(), picture, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
@@ -97,7 +93,7 @@ class CarriedSite final : public SimulatedEnvironment {
 
   SimulatedSite site_;
   std::optional<CameraView> view_;
-  Vector3d object_{0, 0, 0}, camera_{0, 0, 0}, p_S_tip_ = site_.truth().p_S_tip;
+  Vector3d object_{0, 0, 0}, p_S_tip_ = site_.truth().p_S_tip;
 };
 
 class MovingObjectTest : public testing::Test {
@@ -110,11 +106,10 @@ class MovingObjectTest : public testing::Test {
   }
   static Vector3d VelocityAt(double t) { return (MotionAt(t + 1e-4) - MotionAt(t - 1e-4)) / 2e-4; }
   // A picture later.
-  const ContactEstimate& Step(const Vector3d& p_S_tip, const Vector3d& object,
-                              const Vector3d& camera = Vector3d::Zero()) {
+  const ContactEstimate& Step(const Vector3d& p_S_tip, const Vector3d& object) {
     site_.t += 1 / kRate;
     site_.MoveTool(p_S_tip);
-    site_.Carry(object, camera);
+    site_.Carry(object);
     EXPECT_TRUE(sense_.Acquire({}));
     const ContactEstimate& estimate = sense_.Estimate(p_S_tip);
     if (keeper_.Get(At(site_.t)).patch || estimate.force) {
@@ -134,12 +129,8 @@ class MovingObjectTest : public testing::Test {
   }
 
   // What a master that got the newest law shows of the instant `then` [s].
-  Vector3d ByPatch(const Vector3d& p_S, double then, bool goes_on = true) {
-    PatchSnapshot news = keeper_.Get(At(site_.t));
-    if (!goes_on) {  // stated anew where it is, and no more
-      news.law.offset += (SecondsBetween(news.law.sensed_at, At(site_.t))) * news.law.velocity;
-      news.law.velocity.setZero();
-    }
+  Vector3d ByPatch(const Vector3d& p_S, double then) {
+    const PatchSnapshot news = keeper_.Get(At(site_.t));
     const double sensed = SecondsBetween(Time{}, news.law.sensed_at);
     PatchContact shown;
     shown.Take(*news.patch, news.law, sensed, sensed - 1);
@@ -186,19 +177,6 @@ TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
   EXPECT_LT(patch, 0.07 * peak);  // stated where it is astray by a hundredth of its depth
   EXPECT_GT(std::sqrt(square / pictures), 0.5);
   EXPECT_LT(std::sqrt(square / pictures), 1.3);
-}
-
-TEST_F(MovingObjectTest, AMotionOfTheCameraMovesNothing) {
-  const Vector3d p_S = Lower();
-  const double begin = site_.t, peak = site_.truth().force.norm();
-  const Vector3d rest = Vector3d::Zero();
-  while (site_.t < begin + kLong) {
-    const ContactEstimate& estimate = Step(p_S, rest, MotionAt(site_.t + 1 / kRate - begin));
-    EXPECT_EQ(sense_.motion().offset, rest);
-    EXPECT_LT((estimate.p_S_tip - p_S).norm(), kSeen);
-    ASSERT_TRUE(estimate.force);
-    EXPECT_LT((*estimate.force - site_.truth().force).norm(), 0.04 * peak);
-  }
 }
 
 // With the tool in motion, too, by as much as an arm is late.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <random>
 
 #include <gtest/gtest.h>
 
@@ -12,6 +11,7 @@
 #include "slave/scene/scene_loader.h"
 #include "slave/simulator/camera/simulated_site.h"
 #include "slave/simulator/environment/simulated_environment.h"
+#include "tests/support/dice.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -21,21 +21,10 @@ constexpr int kInsertions = 4, kPresses = 2;
 constexpr std::uint32_t kUntouched = 100000;
 constexpr int kSubsteps = 16;  // of the tool between two pictures
 
-class Draw {
- public:
-  explicit Draw(std::uint32_t seed) : random_(seed) {}
-  double Between(double least, double most) {
-    return least + (most - least) * static_cast<double>(random_()) / 4294967296.0;
-  }
-
- private:
-  std::mt19937 random_;
-};
-
 // The shipped embryo in the light, focus and place of `seed`, pressed at another place of its rim.
 Scene EmbryoOf(std::uint32_t seed) {
   static const Scene shipped = LoadScene(SourcePath("/deploy/scenes/zebrafish-embryo.yaml"));
-  Draw draw(seed);
+  Dice draw(seed);
   Scene scene = shipped;
   scene.site.seed = seed;
   scene.site.noise = draw.Between(1, 4);
@@ -107,7 +96,7 @@ bool IsSilentlyWrong(const ContactEstimate& estimate, const Truth& truth, double
 Outcome Insert(std::uint32_t seed) {
   const Scene scene = EmbryoOf(seed);
   Bench bench(scene);
-  Draw draw(seed + 7);
+  Dice draw(seed + 7);
   const Eigen::Vector3d way = (bench.goal() - bench.tip()).normalized();
   const double speed = std::exp(draw.Between(std::log(0.15e-3), std::log(1.5e-3)));
   const double surge = draw.Between(0.5, 4);
@@ -141,7 +130,7 @@ bool ReportsPuncture(std::uint32_t seed) {
   Scene scene = EmbryoOf(seed);
   scene.site.embryo->puncture = {1e-2, 1e-2};
   Bench bench(scene);
-  Draw draw(seed + 13);
+  Dice draw(seed + 13);
   const Eigen::Vector3d way = (bench.goal() - bench.tip()).normalized();
   const Eigen::Vector3d aside(-way.y(), way.x(), 0);
   const double speed = std::exp(draw.Between(std::log(0.15e-3), std::log(1.5e-3)));

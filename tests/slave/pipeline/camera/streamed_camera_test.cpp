@@ -1,6 +1,8 @@
-// The shipped block with pictures that somebody pushes and an arm that somebody drives: what is
-// missing is reported, what will not do is reported, what comes is estimated.
+// The shipped block with images that a driver sends: what is missing is reported, what cannot be
+// used is reported, what comes is estimated.
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +12,7 @@
 #include "slave/capture/picture_inbox.h"
 #include "slave/live/live_slave.h"
 #include "slave/scene/scene_loader.h"
-#include "tests/slave/simulator/environment_player.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "tests/support/eventually.h"
 #include "tests/support/paths.h"
 
@@ -20,46 +22,26 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-const std::string& Block() {
-  static const std::string file = SourcePath("/deploy/scenes/silicone-block.yaml");
-  return file;
-}
-
-Scene Streamed() {
-  Scene scene = LoadScene(
-      Block(), {"model.elements=60", "sense.camera.source=stream", "manipulator.source=stream"});
-  scene.manipulator.silence = 60;  // a busy machine is no silent driver
-  return scene;
+Scene Block(const std::vector<std::string>& overrides) {
+  return LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), overrides);
 }
 
 class StreamedCameraTest : public testing::Test {
  protected:
-  void Feed(const cv::Mat& picture) { Feed(picture, *slave_->picture_inbox()); }
-  static void Feed(const cv::Mat& picture, PictureInbox& inbox) {
-    const std::string data(reinterpret_cast<const char*>(picture.data),
-                           picture.total() * picture.elemSize());
+  void Feed(const cv::Mat& image) {
+    const std::string data = EncodePng(image);
     PushedSample sample;
     sample.sensed_at = Clock::now();
-    sample.picture = {
-        picture.channels() == 3 ? PushedPicture::Encoding::kBgr8 : PushedPicture::Encoding::kGrey8,
-        &data, static_cast<unsigned>(picture.cols), static_cast<unsigned>(picture.rows)};
-    const auto refusal = inbox.Feed(sample, Clock::now(), 1);
+    sample.picture = {PushedPicture::Encoding::kPng, &data};
+    const auto refusal = slave_->picture_inbox()->Feed(sample, Clock::now(), 1);
     EXPECT_FALSE(refusal) << refusal->why;
   }
-  void Report(double y) {
-    ArmReading reading;
-    reading.sequence = ++reports_;
-    reading.measured_at = Clock::now();
-    reading.p_S_tip = scene_.manipulator.home + Eigen::Vector3d(0, y, 0);
-    reading.force = Eigen::Vector3d(0, 0.5, 0);
-    EXPECT_EQ(slave_->driven_arm()->Take(1, "a driver", reading, Clock::now()), std::nullopt);
-  }
 
-  const Scene scene_ = LoadScene(Block(), {"model.elements=60"});
+  const Scene scene_ = Block({"model.elements=60"});
   const std::unique_ptr<SimulatedEnvironment> environment_ = MakeSimulatedEnvironment(scene_);
   const std::unique_ptr<FrameSource> camera_ = environment_->OpenCamera(scene_, {});
-  const std::unique_ptr<Slave> slave_ = MakeLiveSlave(Streamed());
-  std::uint64_t reports_ = 0;
+  const std::unique_ptr<Slave> slave_ = MakeLiveSlave(
+      Block({"model.elements=60", "sense.camera.source=stream", "manipulator.source=stream"}));
 };
 
 TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillDo) {
@@ -82,63 +64,6 @@ TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillD
   ASSERT_TRUE(Eventually([&] { return slave_->Compose(Clock::now()).force.has_value(); }));
   EXPECT_GT(slave_->Describe().settings_revision, revision) << "the master reads the scene anew";
   EXPECT_EQ(slave_->Describe().sense.model.kind, "bem2d");
-}
-
-TEST_F(StreamedCameraTest, AMeasuredForceIsReportedAsTheTrueOneAndNeverEstimatedFrom) {
-  Feed(camera_->Next({})->image);
-  ASSERT_TRUE(Eventually([&] {
-    Report(0);
-    return slave_->Compose(Clock::now()).true_force.has_value();
-  }));
-  EXPECT_EQ(slave_->Compose(Clock::now()).true_force, Eigen::Vector3d(0, 0.5, 0));
-  ASSERT_TRUE(Eventually([&] { return slave_->Compose(Clock::now()).force.has_value(); }));
-  EXPECT_TRUE(slave_->Compose(Clock::now()).force->isZero());
-}
-
-TEST_F(StreamedCameraTest, APressByAStreamedArmGoesThroughTheSameGuards) {
-  OperatorCommand command;
-  command.epoch = 1;
-  command.engaged = true;
-  slave_->BeginOperating();
-  const auto send = [&](double y) {
-    ++command.sequence;
-    command.p_M = {0, y, 0};
-    return slave_->Command(command);
-  };
-  EXPECT_TRUE(send(0));
-  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kHold) << "no driver of the manipulator";
-  ASSERT_TRUE(Eventually([&] {
-    Report(0);
-    return slave_->Compose(Clock::now()).check != FailedCheck::kArmFault;
-  }));
-  EXPECT_TRUE(send(0));
-  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kHold) << "not without an engagement";
-  command.epoch = 2;
-  Report(0);
-  EXPECT_TRUE(send(0));
-  EXPECT_FALSE(send(-0.05)) << "a leap beyond the arm";
-  slave_->EndOperating();
-}
-
-// Without the model's patch the master renders a plane whose normal is that of the first contact.
-TEST_F(StreamedCameraTest, AStreamedImageGivesTheSamePatchAsTheSameSimulatedOne) {
-  EnvironmentPlayer player(*environment_, scene_, {});
-  const auto simulated = MakeSensingPipeline(scene_, {.player = &player});
-  const auto streamed = MakeSensingPipeline(Streamed(), {.is_live = true});
-  ASSERT_TRUE(simulated->Acquire({}));
-  simulated->Estimate(scene_.manipulator.home);
-  Feed(simulated->Picture(0)->plain, *streamed->pictures());
-  ASSERT_TRUE(streamed->Acquire({}));
-  streamed->Estimate(scene_.manipulator.home);
-  SurfacePatch expected, patch;
-  ASSERT_TRUE(simulated->MakePatch(scene_.manipulator.home, &expected));
-  ASSERT_TRUE(streamed->MakePatch(scene_.manipulator.home, &patch));
-  ASSERT_EQ(patch.vertex_count, expected.vertex_count);
-  // Tolerance: a hundredth of a pixel of 0.35 mm, by which the two images may differ in depth.
-  for (int i = 0; i < expected.vertex_count; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    EXPECT_LT((patch.vertices[k] - expected.vertices[k]).norm(), 3.5e-6F) << i;
-  }
 }
 
 }  // namespace

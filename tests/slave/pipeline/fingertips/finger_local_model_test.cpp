@@ -1,14 +1,8 @@
 #include "slave/pipeline/fingertips/finger_local_model.h"
 
-#include <filesystem>
-#include <limits>
-#include <string>
-
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
-#include "tests/support/stop_after.h"
 
 namespace palpate {
 namespace {
@@ -81,24 +75,6 @@ TEST_F(FingerLocalModelTest, WhatWasEstimatedStaysForTheNextContact) {
   EXPECT_NEAR(touch_.force_ratio(), 2, 1e-4);
   touch_.Forget();
   EXPECT_DOUBLE_EQ(touch_.force_ratio(), 1);
-}
-
-// Foam gives way more the deeper it is pressed: one ratio for all depths would be a compromise.
-// Reference: the estimated forces, at both depths in turn; 0.2 of the difference is what each takes
-// off the other's between its turns.
-TEST_F(FingerLocalModelTest, EachDepthHasItsOwnRatio) {
-  const double deep = 4 * kDepth / 2, shallow = kDepth / 2;
-  const double at_shallow = Modelled(shallow), at_deep = Modelled(deep);
-  for (int turn = 0; turn < 20; ++turn) {
-    Learnt(shallow, 1.5 * at_shallow, 0, 5);
-    Learnt(deep, 0.9 * at_deep, 0, 5);
-  }
-  touch_.Update(*body_, Isometry3d::Identity(), Pressed(shallow), true, std::nullopt, &model_);
-  EXPECT_NEAR(touch_.force_ratio(), 1.5, 0.2 * 0.6);
-  touch_.Update(*body_, Isometry3d::Identity(), Pressed(deep), true, std::nullopt, &model_);
-  EXPECT_NEAR(touch_.force_ratio(), 0.9, 0.2 * 0.6);
-  EXPECT_NEAR(model_.force.z() + deep * model_.stiffness(2, 2), touch_.force_ratio() * at_deep,
-              1e-9 * at_deep);
 }
 
 }  // namespace

@@ -1,15 +1,15 @@
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/tactile/network/reference_network.h"
+#include "tests/support/csv_columns.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -18,28 +18,8 @@ namespace fs = std::filesystem;
 
 const fs::path kData = SourcePath("/../shared/data");
 
-using Rows = std::vector<std::vector<std::string>>;
-
-Rows ReadCsv(const fs::path& file) {
-  Rows rows;
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream fields(line);
-    rows.emplace_back();
-    for (std::string field; std::getline(fields, field, ',');) rows.back().push_back(field);
-  }
-  return rows;
-}
-
-// A folder for scenes and what runs write; removed at the end.
-class FingertipRunTest : public ::testing::Test {
+class FingertipRunTest : public FolderTest {
  protected:
-  FingertipRunTest()
-      : folder_(fs::temp_directory_path() / ("fingertip-run-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~FingertipRunTest() override { fs::remove_all(folder_); }
-
   Scene Load(const std::string& tactile) {
     std::ofstream(folder_ / "scene.yaml")
         << "name: run\nobject:\n  geometry: {box: {size: [200 mm, 40 mm, 40 mm], cells: [20, 4, "
@@ -50,8 +30,6 @@ class FingertipRunTest : public ::testing::Test {
         << tactile << "}}\nmodel: {kind: fem}\n";
     return LoadScene(folder_ / "scene.yaml");
   }
-
-  fs::path folder_;
 };
 
 // Reference: what the authors' network gives on the authors' recording in an independent float64
@@ -65,22 +43,24 @@ TEST_F(FingertipRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess
   const Scene scene = Load("source: " + (recording / "rh_tactile.csv").string() +
                            ", finger: rf, rest: first 50, network: .");
   const OfflineSummary summary = RunOffline(scene, {folder_ / "out"}, {});
-  const Rows expected = ReadCsv(recording / "lstm_expected_rf.csv");
-  const Rows states = ReadCsv(folder_ / "out" / "states.csv");
-  ASSERT_EQ(states.size(), 1 + summary.frames);
-  ASSERT_EQ(states.front().at(9), "fx");
-  ASSERT_EQ(expected.front().at(1), "y0");
+  const CsvColumns expected = ReadColumns(recording / "lstm_expected_rf.csv");
+  const CsvColumns states = ReadColumns(folder_ / "out" / "states.csv");
+  ASSERT_EQ(states.at("t").size(), summary.frames);
+  const auto t = NumbersOf(expected, "rel_time_s");
   // The estimate exists from the fiftieth sample on.
-  ASSERT_EQ(expected.size() - 1, summary.frames - 49);
-  for (std::size_t i = 1; i < expected.size(); ++i) {
-    const auto& state = states.at(i + 49);
-    EXPECT_EQ(state.at(2), "rf");
-    EXPECT_NEAR(std::stod(state.at(0)), std::stod(expected[i].at(0)), 1e-6);
-    for (std::size_t k = 0; k < 3; ++k) {
-      ASSERT_NEAR(-std::stod(state.at(9 + k)), std::stod(expected[i].at(1 + k)), 1e-6)
-          << "row " << i;
+  ASSERT_EQ(t.size(), summary.frames - 49);
+  for (const auto& [force, output] : {std::pair{"fx", "y0"}, {"fy", "y1"}, {"fz", "y2"}}) {
+    const auto outputs = NumbersOf(expected, output);
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      ASSERT_NEAR(-std::stod(states.at(force)[i + 49]), outputs[i], 1e-6) << force << ", row " << i;
     }
-    for (std::size_t k = 3; k < 9; ++k) EXPECT_EQ(state.at(k), "");  // nobody says where it is
+  }
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    EXPECT_EQ(states.at("finger")[i + 49], "rf");
+    EXPECT_NEAR(std::stod(states.at("t")[i + 49]), t[i], 1e-6);
+    for (const char* unknown : {"tip_x", "contact_x"}) {  // nobody says where it is
+      EXPECT_EQ(states.at(unknown)[i + 49], "");
+    }
   }
   EXPECT_EQ(summary.tracking_lost, 49U);
   EXPECT_TRUE(fs::exists(folder_ / "out" / "summary.json"));

@@ -1,6 +1,5 @@
 #include <cmath>
 #include <random>
-#include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -10,7 +9,6 @@
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "tests/support/allocation_count.h"
-#include "tests/support/stop_after.h"
 
 namespace palpate {
 namespace {
@@ -190,30 +188,6 @@ TEST(VolumeLoadIdentifier, FitsWithoutAllocatingOnceItKnowsThePoints) {
   EXPECT_NE(body->Fit(second).force, 0);
   EXPECT_TRUE(body->PressAt({0.02, 0.02, kSide}, 1e-3).force > 0);
   EXPECT_EQ(AllocationCount(), before);
-}
-
-TEST(VolumeLoadIdentifier, NonsenseIsNoForce) {
-  std::mt19937 random(7);
-  PressedCube truth("fem-green", 5);
-  const auto body = MakeLoadIdentifier(CubeScene("fem-green", 5));
-  const auto good = truth.Press({0.02, 0.02, kSide}, {0, 0, -0.05}, &random);
-  const auto check = [&](const std::vector<SurfacePoint>& bad) {
-    const SurfaceLoad load = body->Fit(bad);
-    EXPECT_TRUE(std::isfinite(load.force) && load.p_O.allFinite());
-    return load.validity;
-  };
-  auto bad = good;
-  for (auto& point : bad) point.p_S.x() = std::nan("");
-  EXPECT_EQ(check(bad), Validity::kTrackingLost);
-  bad = good;
-  for (auto& point : bad) point.covariance.setZero();
-  EXPECT_EQ(check(bad), Validity::kTrackingLost);
-  bad = good;
-  for (auto& point : bad) point.p_S_rest.setConstant(std::nan(""));
-  EXPECT_EQ(check(bad), Validity::kTrackingLost);
-  EXPECT_EQ(check({}), Validity::kTrackingLost);
-  EXPECT_EQ(check(good), Validity::kValid);
-  EXPECT_EQ(body->PressAt({std::nan(""), 0, 0}, 1e-3).force, 0);
 }
 
 }  // namespace

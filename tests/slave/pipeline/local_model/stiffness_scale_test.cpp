@@ -66,18 +66,5 @@ TEST(RatioByDepthTest, DepthsNotEstimatedFollowTheirNeighbours) {
   EXPECT_NEAR(ratio.At(kFull).ratio, 0.9, 0.02);
 }
 
-TEST(RatioByDepthTest, NonsenseTeachesNothingAndForgettingForgetsAll) {
-  StiffnessScale ratio(kFull, kRate, kSpread);
-  ratio.Learn(std::nan(""), {2, 0, true});
-  ratio.Learn(1e-3, {2, std::nan(""), true});
-  ratio.Learn(1e-3, {2, 0, false});
-  EXPECT_EQ(ratio.At(1e-3).ratio, 1);
-  ratio.Learn(1e-3, {2, 0, true});
-  EXPECT_GT(ratio.At(1e-3).ratio, 1);
-  ratio.Forget();
-  EXPECT_EQ(ratio.At(1e-3).ratio, 1);
-  EXPECT_EQ(ratio.At(1e-3).slope, 0);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -1,6 +1,5 @@
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -13,7 +12,7 @@
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
-#include "tests/support/paths.h"
+#include "tests/support/csv_columns.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
@@ -23,18 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using Rows = std::vector<std::vector<std::string>>;
-
-Rows ReadCsv(const fs::path& file) {
-  Rows rows;
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream fields(line);
-    rows.emplace_back();
-    for (std::string field; std::getline(fields, field, ',');) rows.back().push_back(field);
-  }
-  return rows;
-}
 
 class PointsRunTest : public FolderTest {
  protected:
@@ -76,16 +63,15 @@ TEST_F(PointsRunTest, RecordedPairsTellForceAndPlace) {
   EXPECT_FALSE(summary.has_truth);
   EXPECT_EQ(summary.own["points"]["count"], 31);
   EXPECT_EQ(summary.own["points"]["unseen"], 0);
-  const Rows rows = ReadCsv(folder_ / "out/states.csv");
-  ASSERT_EQ(rows.size(), 19U);
-  ASSERT_EQ(rows[0][13], "validity");
-  EXPECT_EQ(rows[1][9], "");  // the rest frame is not known yet: unknown, not zero
-  EXPECT_EQ(rows[1][13], "failed");
-  EXPECT_EQ(rows[18][3], "");  // nobody says where the tool is
-  EXPECT_EQ(rows[18][13], "valid");
-  EXPECT_NEAR(std::stod(rows[18][11]), press.force, 0.05 * press.force);
-  EXPECT_NEAR(std::stod(rows[18][6]), press.p_O.x(), 1e-3);
-  EXPECT_NEAR(std::stod(rows[18][7]), press.p_O.y(), 1e-3);
+  const CsvColumns states = ReadColumns(folder_ / "out/states.csv");
+  ASSERT_EQ(states.at("fx").size(), 18U);
+  EXPECT_EQ(states.at("fx").front(), "");  // the rest frame is not known yet: unknown, not zero
+  EXPECT_EQ(states.at("validity").front(), "failed");
+  EXPECT_EQ(states.at("tip_x").back(), "");  // nobody says where the tool is
+  EXPECT_EQ(states.at("validity").back(), "valid");
+  EXPECT_NEAR(std::stod(states.at("fz").back()), press.force, 0.05 * press.force);
+  EXPECT_NEAR(std::stod(states.at("contact_x").back()), press.p_O.x(), 1e-3);
+  EXPECT_NEAR(std::stod(states.at("contact_y").back()), press.p_O.y(), 1e-3);
   const nlohmann::json json = Summary();
   EXPECT_EQ(json["frames"], 18);
   EXPECT_TRUE(json["force_error"].is_null());
@@ -109,12 +95,9 @@ TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
   EXPECT_THAT(Refusal(scene), AllOf(HasSubstr("not complete in any of these 18"),
                                     HasSubstr("no array of dots of this size was found in both"),
                                     HasSubstr("check the sides (left, right), the rig and the")));
-  const Rows rows = ReadCsv(folder_ / "out/states.csv");
-  ASSERT_EQ(rows.size(), 19U);
-  for (std::size_t i = 1; i < rows.size(); ++i) {
-    EXPECT_EQ(rows[i][13], "failed");
-    for (const std::size_t contact : {6U, 7U, 8U}) EXPECT_EQ(rows[i][contact], "") << i;
-  }
+  const CsvColumns states = ReadColumns(folder_ / "out/states.csv");
+  EXPECT_EQ(states.at("validity"), std::vector<std::string>(18, "failed"));
+  EXPECT_EQ(states.at("contact_x"), std::vector<std::string>(18));
   EXPECT_FALSE(fs::exists(folder_ / "out/summary.json"));
 }
 
@@ -143,17 +126,17 @@ TEST_F(PointsRunTest, WrittenFramesTellTheSameForcesAgain) {
   stereo.right = (folder_ / "first/frames/right/*.png").string();
   stereo.rig = folder_ / "first/frames/rig.yaml";
   RunOffline(scene, {folder_ / "again", false, false, {}}, {});
-  const Rows first = ReadCsv(folder_ / "first/states.csv");
-  const Rows again = ReadCsv(folder_ / "again/states.csv");
-  ASSERT_EQ(first.size(), again.size());
+  const CsvColumns first = ReadColumns(folder_ / "first/states.csv");
+  const CsvColumns again = ReadColumns(folder_ / "again/states.csv");
+  ASSERT_EQ(first.at("validity"), again.at("validity"));
   double largest = 0;
-  for (std::size_t i = 1; i < first.size(); ++i) {
-    ASSERT_EQ(first[i][13], again[i][13]) << i;
-    for (const std::size_t k : {9U, 10U, 11U, 12U}) {
-      ASSERT_EQ(first[i][k].empty(), again[i][k].empty()) << i;
-      if (first[i][k].empty()) continue;
-      const double force = std::stod(first[i][k]);
-      EXPECT_NEAR(std::stod(again[i][k]), force, 1e-6 * std::abs(force) + 1e-9) << i;
+  for (const char* column : {"fx", "fy", "fz", "sigma"}) {
+    for (std::size_t i = 0; i < first.at(column).size(); ++i) {
+      const std::string &cell = first.at(column)[i], &other = again.at(column)[i];
+      ASSERT_EQ(cell.empty(), other.empty()) << column << i;
+      if (cell.empty()) continue;
+      const double force = std::stod(cell);
+      EXPECT_NEAR(std::stod(other), force, 1e-6 * std::abs(force) + 1e-9) << column << i;
       largest = std::max(largest, std::abs(force));
     }
   }

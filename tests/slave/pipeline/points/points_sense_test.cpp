@@ -4,23 +4,19 @@
 #include <memory>
 #include <thread>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/live/live_slave.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
+#include "tests/support/eventually.h"
 
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using testing::ElementsAre;
-using testing::HasSubstr;
 using testing_fakes::MembraneEnvironment;
 using testing_fakes::MembraneScene;
 using testing_fakes::MembraneSource;
-
-constexpr double kPatience = 60;  // before something that does not happen fails the test [s]
 
 std::unique_ptr<Slave> Watching(const Scene& scene,
                                 std::shared_ptr<MembraneEnvironment> environment) {
@@ -36,22 +32,19 @@ class PointsSenseTest : public ::testing::Test {
   PointsSenseTest() {
     environment_->Show({});
     Scene scene = MembraneScene();
-    scene.manipulator.blind_after = kPatience;  // the hand moves on while pictures fail
+    scene.manipulator.blind_after = 60;  // the hand moves on while pictures fail
     slave_ = Watching(scene, environment_);
     Until(IsValid);
   }
 
   SlaveState Until(const std::function<bool(const SlaveState&)>& reached) {
-    const Time begin = Clock::now();
-    for (;;) {
-      const SlaveState state = slave_->Compose(Clock::now());
-      if (reached(state)) return state;
-      if (SecondsBetween(begin, Clock::now()) > kPatience) {
-        ADD_FAILURE() << "not reached: " << ToString(state.validity);
-        return state;
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
+    SlaveState state;
+    EXPECT_TRUE(Eventually([&] {
+      state = slave_->Compose(Clock::now());
+      return reached(state);
+    })) << "not reached: "
+        << ToString(state.validity);
+    return state;
   }
   // A force by the newest pictures: what was taken before `since` does not count.
   SlaveState UntilForce(double least) {
@@ -83,27 +76,14 @@ TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
   EXPECT_LT(state.sigma, 0.2 * kForce);
   EXPECT_FALSE(state.true_force.has_value());
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kContact));
-
   const BoundaryShape shape = slave_->Shape(true);
-  EXPECT_EQ(shape.nodes_per_element, 3);
   ASSERT_EQ(shape.positions.size(), shape.rest.size());
-  ASSERT_EQ(shape.nodal_forces.size(), shape.rest.size());
-  double deepest = 0, force = 0;
+  double deepest = 0;
   for (std::size_t i = 2; i < shape.rest.size(); i += 3) {
     deepest = std::min<double>(deepest, shape.positions[i] - shape.rest[i]);
-    force += shape.nodal_forces[i];
   }
   EXPECT_NEAR(deepest, -testing_fakes::PlateDeflection(kForce, {0.012, 0.004}, {0.012, 0.004}),
               4e-5);
-  EXPECT_NEAR(force, -state.force->z(), 0.05 * kForce);  // of the tool on the object
-
-  const SlaveStatus status = slave_->Status();
-  ASSERT_EQ(status.stages.size(), 4U);
-  EXPECT_EQ(status.stages[0].stage, "dots");
-  EXPECT_EQ(status.stages[1].stage, "checks");
-  EXPECT_GE(status.frames, 10U);
-  EXPECT_EQ(slave_->Describe().sense.model.kind, "plate");
-  EXPECT_FALSE(slave_->Describe().simulated);
 }
 
 // Between pictures too: the source is silent while the hand goes down.
@@ -148,15 +128,6 @@ TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFra
   slave_->Reset();
   environment_->Show({4.0, {0, 0}, false});
   EXPECT_GT(UntilForce(1.0).force->norm(), 1.0);
-}
-
-TEST_F(PointsSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
-  environment_->FallSilent();
-  Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
-  EXPECT_THAT(slave_->Status().alarms, ElementsAre(HasSubstr("no sample from the sensor")));
-  environment_->End();
-  Until([&](const SlaveState&) { return slave_->Status().alarms.size() == 2; });
-  EXPECT_THAT(slave_->Status().alarms.front(), HasSubstr("ended"));
 }
 
 TEST_F(PointsSenseTest, ASourceThatBreaksIsAnAlarm) {

@@ -34,19 +34,5 @@ TEST(PressStepsTest, PairsInARowAtOneDepthAreAStepOnTheWayIn) {
   EXPECT_EQ(steps[2].displacement.count(), 3U);
 }
 
-TEST(PressStepsTest, AnUnknownForceIsNotZero) {
-  PressSteps steps;
-  for (const double force : {1.0, 1.1, 1.2}) steps.Add(1e-3, 1, force);
-  steps.Add(Eigen::Vector3d(1, 0, 0));
-  steps.Add(1e-3, 1, std::nullopt);
-  ASSERT_EQ(steps.steps().size(), 1U);
-  EXPECT_EQ(steps.steps()[0].pairs, 3);
-  EXPECT_NEAR(steps.steps()[0].force, 1.1, 1e-12);
-  EXPECT_EQ(steps.steps()[0].displacement.count(), 0U);
-  PressSteps none;
-  for (int i = 0; i < 5; ++i) none.Add(0, 0, std::nullopt);
-  EXPECT_TRUE(none.steps().empty());
-}
-
 }  // namespace
 }  // namespace palpate

@@ -70,15 +70,6 @@ TEST(TrackedPlaceTest, ALossIsReportedAndSoIsItsEnd) {
       place.Estimate(Seen({0.02, 0, 0})).p_S_contact.isApprox(kMean + Vector3d(0.02, 0, 0)));
 }
 
-TEST(TrackedPlaceTest, PlacesThatAreNoNumbersAreNotReported) {
-  RigidTranslation place;
-  place.Estimate(Seen({0, 0, 0}));
-  SurfaceObservation broken = Seen({0, 0, 0});
-  for (SurfacePoint& point : broken.points) point.p_S.x() = std::nan("");
-  EXPECT_EQ(place.Estimate(broken).validity, Validity::kTrackingLost);
-  EXPECT_TRUE(place.estimate().p_S_contact.allFinite());
-}
-
 TEST(TrackedPlaceTest, FeelingAllocatesNothingAfterTheFirstObservation) {
   RigidTranslation place;
   const SurfaceObservation seen = Seen({0.001, 0, 0});

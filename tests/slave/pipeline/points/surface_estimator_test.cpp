@@ -3,7 +3,6 @@
 #include <cmath>
 #include <optional>
 #include <random>
-#include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>

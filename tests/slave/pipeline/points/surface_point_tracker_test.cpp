@@ -1,65 +1,20 @@
 #include "slave/pipeline/points/surface_point_tracker.h"
 
-#include <filesystem>
 #include <random>
-#include <stdexcept>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include "slave/vision/dots/dot_layout.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 #include "tests/slave/vision/depth/depth_pictures.h"
-#include "tests/slave/vision/dots/dot_pictures.h"
 #include "tests/slave/vision/texture/target_pictures.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
 
 using testing_fakes::DotPairs;
 using testing_fakes::MembraneScene;
-using testing_fakes::PlateDeflection;
-using testing_fakes::Press;
 
-// Reference: the plate's closed form, drawn by perspective alone. Tolerance: depth by triangulation
-// of one dot is good to z^2 / (f b) sqrt(2) sigma = 1.84 mm / px x 0.03 px.
-TEST(TipAndContourTrackerTest, DotsTellHowTheMembraneIsBent) {
-  const Scene scene = MembraneScene();
-  const auto tracker = MakeSurfacePointTracker(scene, RigOf(scene));
-  EXPECT_EQ(tracker->stage(), "dots");
-  std::uint64_t sequence = 0;
-  while (!tracker->at_rest_known()) {
-    ASSERT_LT(sequence, static_cast<std::uint64_t>(tracker->rest_pictures()) + 1);
-    StereoPair pair = DotPairs().Draw({}, ++sequence);
-    pair.sequence = sequence;
-    EXPECT_FALSE(tracker->Process(pair).found);
-  }
-  EXPECT_EQ(sequence, static_cast<std::uint64_t>(tracker->rest_pictures()));
-  const Press press{4.0, {0.008, -0.004}, false};
-  StereoPair pair = DotPairs().Draw(press, 77);
-  pair.sequence = 78;
-  const SurfaceObservation& seen = tracker->Process(pair);
-  EXPECT_TRUE(seen.found);
-  EXPECT_EQ(seen.sequence, 78U);
-  const auto layout = DotPlaces(*scene.sense.Find<PointTracking>());
-  ASSERT_EQ(seen.points.size(), layout.size());
-  for (std::size_t i = 0; i < layout.size(); ++i) {
-    ASSERT_TRUE(seen.points[i].seen) << i;
-    const Eigen::Vector3d moved =
-        scene.object.X_SO.linear().transpose() * (seen.points[i].p_S - seen.points[i].p_S_rest);
-    EXPECT_NEAR(moved.z(), -PlateDeflection(press.force, press.p_O, layout[i]), 1e-4) << i;
-    // The place in the picture is that of the place in space.
-    const auto p_I = tracker->Project(seen.points[i].p_S);
-    ASSERT_TRUE(p_I.has_value());
-    EXPECT_LT((*p_I - tracker->PlaceInPicture(i)).norm(), 0.5) << i;
-  }
-  EXPECT_FALSE(tracker->PlaceInPicture(layout.size()).allFinite());
-  EXPECT_NEAR(tracker->radius_px(), 800 * 0.002 / 0.25, 0.2);
-}
-
-TEST(TipAndContourTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAnew) {
+TEST(SurfacePointTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAnew) {
   const Scene scene = MembraneScene();
   const auto tracker = MakeSurfacePointTracker(scene, RigOf(scene));
   const StereoPair rest = DotPairs().Draw({}, 1);
@@ -83,7 +38,7 @@ TEST(TipAndContourTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAnew
 
 // Reference: the target's own motion, drawn by perspective alone. Tolerance: a window is found to
 // 0.03 px, 1.84 mm / px in depth.
-TEST(TipAndContourTrackerTest, TextureTellsWhereItsWindowsWent) {
+TEST(SurfacePointTrackerTest, TextureTellsWhereItsWindowsWent) {
   TargetPictures pictures;
   Scene scene;
   scene.sense.Set(PointsOptions{});
@@ -123,7 +78,7 @@ TEST(TipAndContourTrackerTest, TextureTellsWhereItsWindowsWent) {
 }
 
 // Reference: a plane 100 mm away that moves 2 mm towards the camera.
-TEST(TipAndContourTrackerTest, DepthTellsWhereTheSurfaceWent) {
+TEST(SurfacePointTrackerTest, DepthTellsWhereTheSurfaceWent) {
   Scene scene;
   scene.sense.Set(PointsOptions{TestDepthCamera(), {.track = PointTracking::Track::kSurface}});
   const auto tracker = MakeSurfacePointTracker(scene, {});

@@ -6,18 +6,14 @@
 #include <limits>
 #include <memory>
 #include <random>
-#include <stdexcept>
 #include <vector>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/membrane/inflated_membrane.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "slave/pipeline/press/membrane_body.h"
-#include "slave/simulator/environment/simulated_environment.h"
+#include "tests/slave/pipeline/press/pressed_dome.h"
 #include "tests/slave/vision/depth/depth_pictures.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -44,31 +40,13 @@ Scene DomedScene() {
   return scene;
 }
 
-struct Pressure {
-  Vector3d p_O;
-  double force = 0;  // inward [N]
-};
-
 // Four times as many triangles as the scene's model, the pressure even on a disc with a soft edge.
 class Truth {
  public:
   Truth() : membrane_(Shape(), Params()), u_(membrane_.surface().nodes.size(), Vector3d::Zero()) {}
 
   void Press(const std::vector<Pressure>& pressures) {
-    const auto& nodes = membrane_.surface().nodes;
-    std::vector<Vector3d> f(nodes.size(), Vector3d::Zero());
-    for (const Pressure& pressure : pressures) {
-      std::vector<Vector3d> own(nodes.size(), Vector3d::Zero());
-      Vector3d sum = Vector3d::Zero();
-      for (std::size_t i = 0; i < nodes.size(); ++i) {
-        const double beyond = (nodes[i] - pressure.p_O).norm() - kTool / 2;
-        own[i] = -std::clamp(0.5 - beyond / 2e-3, 0.0, 1.0) * membrane_.areas()[i] *
-                 membrane_.normals()[i];
-        sum += own[i];
-      }
-      for (std::size_t i = 0; i < nodes.size(); ++i) f[i] += pressure.force / sum.norm() * own[i];
-    }
-    membrane_.Displace(f, &u_);
+    u_ = DisplacementsUnder(pressures, kTool, membrane_);
   }
   // The place of the surface over x, y of O.
   [[nodiscard]] Vector3d Over(double x, double y) const {
@@ -192,12 +170,6 @@ TEST_F(DomedSceneTest, APressIsEstimatedAnywhere) {
       EXPECT_LT(estimate.sigma, 0.15 * force);
     }
   }
-}
-
-TEST_F(DomedSceneTest, UntouchedItTellsNoForce) {
-  const ContactEstimate& estimate = Estimate({});
-  EXPECT_EQ(estimate.validity, Validity::kValid) << sense_.why();
-  EXPECT_EQ(estimate.force->norm(), 0);
 }
 
 // From what presses while the rest frame is taken only the rest of a press is estimated, which

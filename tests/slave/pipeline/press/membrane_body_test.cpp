@@ -1,7 +1,6 @@
 #include "slave/pipeline/press/membrane_body.h"
 
 #include <cmath>
-#include <stdexcept>
 
 #include <gtest/gtest.h>
 

@@ -1,31 +1,24 @@
 #include "tests/slave/pipeline/press/press_recording.h"
 
 #include <cmath>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
 
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
+
+#include "tests/support/csv_columns.h"
 
 namespace palpate {
 namespace {
 
 constexpr int kRestFirst = 40, kRestLast = 58;
 
-// frame, time, pressure [hPa], six joints, force [N], torque.
+// The force is its change against the rest frames.
 std::vector<RecordedPress::Row> ReadRows(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
+  const CsvColumns columns = ReadColumns(file);
+  const auto fx = NumbersOf(columns, "fx_N"), fy = NumbersOf(columns, "fy_N"),
+             fz = NumbersOf(columns, "fz_N");
   std::vector<RecordedPress::Row> rows;
-  while (std::getline(in, line)) {
-    std::istringstream cells(line);
-    std::vector<double> numbers;
-    for (std::string cell; std::getline(cells, cell, ',');) numbers.push_back(std::stod(cell));
-    if (numbers.size() < 12) throw std::runtime_error(file.string() + ": a row is cut off");
-    rows.push_back({{numbers[9], numbers[10], numbers[11]}});
-  }
+  for (std::size_t k = 0; k < fx.size(); ++k) rows.push_back({{fx[k], fy[k], fz[k]}});
   RecordedPress::Row rest;
   for (int k = kRestFirst; k <= kRestLast; ++k) {
     rest.force += rows.at(static_cast<std::size_t>(k)).force;

@@ -7,9 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/membrane/inflated_membrane.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "tests/slave/mechanics/membrane/fit_ellipsoid.h"
 #include "tests/slave/pipeline/press/press_recording.h"
 
 namespace palpate {
@@ -19,9 +17,8 @@ namespace fs = std::filesystem;
 
 constexpr int kLastTraining = 65;
 // The plane of the rim: the skin ends at its mount, whose depth does not change.
-constexpr double kRim = 0.058;       // z of the camera's frame [m]
-constexpr double kScatter = 0.3e-3;  // of the rest shape about an ellipsoid [m]
-constexpr double kPoisson = 0.5;     // rubber
+constexpr double kRim = 0.058;    // z of the camera's frame [m]
+constexpr double kPoisson = 0.5;  // rubber
 constexpr std::size_t kRestPictures = 5;
 constexpr double kWrench = 0.2;  // its noise [N]
 
@@ -38,7 +35,6 @@ class RealPressTest : public ::testing::Test {
   static void SetUpTestSuite() {
     if (!fs::exists(RecordedPressFolder() / "robot_pressure_wrench.csv")) return;
     press_ = new RecordedPress(ReadRecordedPress(RecordedPressFolder()));
-    ellipsoid_ = RestShape();
   }
   static void TearDownTestSuite() {
     delete press_;
@@ -48,14 +44,6 @@ class RealPressTest : public ::testing::Test {
     if (press_ == nullptr) GTEST_SKIP() << RecordedPressFolder() << " is not there";
   }
 
-  // The ellipsoid through the rest points, down to the rim.
-  static Ellipsoid RestShape() {
-    std::vector<Eigen::Vector3d> skin;
-    for (const SurfacePoint& point : press_->frames.front().points) {
-      if (point.p_S_rest.z() > kRim) skin.push_back(point.p_S_rest);
-    }
-    return domes::FitEllipsoid(skin, kScatter);
-  }
   // The wrench's frame is not known: the size of the change.
   static double Measured(int frame) {
     return press_->rows[static_cast<std::size_t>(frame)].force.norm();
@@ -79,11 +67,9 @@ class RealPressTest : public ::testing::Test {
   }
 
   static RecordedPress* press_;
-  static Ellipsoid ellipsoid_;
 };
 
 RecordedPress* RealPressTest::press_ = nullptr;
-Ellipsoid RealPressTest::ellipsoid_;
 
 // The covariance that DepthPoints states, against what its points do while nothing touches: not
 // too small, and no more than twice too large.
@@ -93,21 +79,8 @@ TEST_F(RealPressTest, AtRestThePointsScatterAsTheirSigmaSays) {
   EXPECT_LT(press_->rest_rms, 0.06e-3);
 }
 
-// The rest shape: an ellipsoid to a fraction of a millimetre.
-TEST_F(RealPressTest, TheRestShapeIsAnEllipsoid) {
-  std::vector<double> off;
-  for (const SurfacePoint& point : press_->frames.front().points) {
-    if (point.p_S_rest.z() > kRim) {
-      off.push_back(std::abs(DistanceOutside(ellipsoid_, point.p_S_rest)));
-    }
-  }
-  std::sort(off.begin(), off.end());
-  EXPECT_LT(off[off.size() / 2], 0.25e-3);
-  EXPECT_LT(off[off.size() * 95 / 100], 1e-3);
-}
-
-// The ellipsoid above, about the axes of its frame; modulus and tension fitted to the frames up to
-// 65; the enclosed air that gives the pressure measured at the deepest contact.
+// The ellipsoid that fits the points at rest above the rim to 0.3 mm; modulus and tension fitted to
+// the frames up to 65; the enclosed air that gives the pressure measured at the deepest contact.
 Scene RecordedScene() {
   constexpr double kThickness = 0.5e-3;
   Scene scene;

@@ -101,15 +101,6 @@ TEST(PressedBody, CubicTetrahedraAgreeWithHexahedra) {
   EXPECT_NEAR(force(tets) / force(hexes), 1, 0.05);
 }
 
-TEST(RigidFinger, DistanceIsThatOfSphereAndCylinder) {
-  const RigidFinger finger;
-  EXPECT_DOUBLE_EQ(finger.Distance({0.010, 0, 0}), 0.003);
-  EXPECT_DOUBLE_EQ(finger.Distance({-0.005, 0.003, -0.004}), 0.005 - 0.007);
-  EXPECT_DOUBLE_EQ(finger.Distance({-0.030, 0, 0}), 0.003);
-  EXPECT_TRUE(finger.Normal({-0.005, 0, -0.004}).isApprox(Vector3d(0, 0, -1)));
-  EXPECT_TRUE(finger.Normal({-0.005, 0, 0}).allFinite());  // on the axis
-}
-
 double VolumeOf(const SiteMesh& mesh) {
   double volume = 0;
   Eigen::MatrixXd places(3, mesh.shape->nodes());

@@ -6,12 +6,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "slave/simulator/points/painted_membrane.h"
 #include "slave/simulator/points/textured_target.h"
 #include "slave/vision/dots/dot_layout.h"
-#include "tests/slave/simulator/points/membrane_scenes.h"
+#include "tests/slave/pipeline/points/membrane_scene.h"
+#include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {
 namespace {
@@ -19,10 +19,19 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using site::kCoarse;
-using site::MembraneScene;
-using site::TargetScene;
-using site::WithoutFlaws;
+
+// What these tests claim holds on any mesh.
+constexpr site::MembraneResolution kCoarse{4, 1};
+
+// Paper C's membrane before its pair.
+Scene MembraneScene() {
+  Scene scene = testing_fakes::MembraneScene("plate-large");
+  scene.object.X_SO.translation() << 0.1, -0.02, 0.03;
+  scene.sense.Set(PointsOptions{StereoCameras{.X_SL = scene.object.X_SO * VergedPose(-1)}, {}});
+  scene.operator_options.press_depth = 5e-3;
+  scene.manipulator.home = scene.object.X_SO * Vector3d(0, 0, 5e-3);
+  return scene;
+}
 
 // Where a tool's tip is over the place p_O, `depth` below the rest plane.
 Vector3d Tip(const Scene& scene, const Vector2d& p_O, double depth) {
@@ -37,16 +46,6 @@ struct Eye {
     return {319.5 + 800 * p_C.x() / p_C.z(), 239.5 + 800 * p_C.y() / p_C.z()};
   }
 };
-
-Eye EyeAt(double x_O) {
-  Isometry3d X_OC = Isometry3d::Identity();
-  const Vector3d p_O(x_O, 0, -0.25);
-  X_OC.linear().col(2) = -p_O.normalized();
-  X_OC.linear().col(1) = Vector3d::UnitY();
-  X_OC.linear().col(0) = X_OC.linear().col(1).cross(X_OC.linear().col(2));
-  X_OC.translation() = p_O;
-  return {X_OC.inverse()};
-}
 
 // The dot near `at` [px]: dark on light, of a picture without flaws. Its edge is 6.4 px
 // from its middle, the rim of the membrane 9.3 px at least.
@@ -117,12 +116,13 @@ class MembranePictureTest : public testing::TestWithParam<Press> {};
 // 0.5 %, the reference's cells by 0.002 px and 0.3 %.
 TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   const Press press = GetParam();
-  Scene scene = WithoutFlaws(MembraneScene());
+  Scene scene = MembraneScene();
+  scene.site.noise = scene.site.blur = scene.site.lighting = scene.site.flicker = 0;
   scene.manipulator.home = Tip(scene, press.p_O, -5e-3);
   StereoSite site(scene, kCoarse);
   site.MoveTool(Tip(scene, press.p_O, press.depth));
   const StereoPictures pictures = site.TakePictures();
-  const std::array<Eye, 2> cameras{EyeAt(-0.03), EyeAt(0.03)};
+  const std::array<Eye, 2> cameras{Eye{VergedPose(-1).inverse()}, Eye{VergedPose(1).inverse()}};
   double worst = 0, worst_area = 0, moved = 0;
   for (const Vector2d& p_O : DotPlaces(*scene.sense.Find<PointTracking>())) {
     for (std::size_t e = 0; e < 2; ++e) {
@@ -172,7 +172,9 @@ TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
 
 // Reference: the path of paper C as its formula is printed, with the time of the pictures.
 TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
-  Scene scene = TargetScene();
+  Scene scene = MembraneScene();
+  scene.object.geometry = BoxGeometry{{0.04, 0.04, 0.04}, {1, 1, 1}};
+  scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
   scene.site.pace = 3;
   StereoSite site(scene, kCoarse);
   ASSERT_TRUE(site.target());

@@ -1,11 +1,7 @@
 #include "slave/simulator/presses/train.h"
 
 #include <filesystem>
-#include <fstream>
-#include <stdexcept>
-#include <string>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "shared/text/csv.h"

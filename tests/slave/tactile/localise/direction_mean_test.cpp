@@ -1,9 +1,7 @@
 #include "slave/tactile/localise/direction_mean.h"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <stdexcept>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -1,10 +1,7 @@
 #include "slave/tactile/localise/localiser.h"
 
-#include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <string>
-#include <vector>
 
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
@@ -12,7 +9,6 @@
 
 #include "slave/tactile/localise/electrode_layout.h"
 #include "tests/support/allocation_count.h"
-#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

@@ -1,102 +1,63 @@
 #include "tests/slave/tactile/localise/plate_presses.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <map>
 #include <numbers>
-#include <sstream>
-#include <stdexcept>
-#include <utility>
 
 #include <Eigen/Geometry>
 
+#include "slave/capture/tactile_recording.h"
+#include "tests/support/csv_columns.h"
 #include "tests/support/paths.h"
 
 namespace palpate::presses {
 namespace {
 
+using Eigen::Vector3d;
+
 const std::filesystem::path kData = SourcePath("/../shared/data");
-struct Table {
-  std::vector<std::string> names;
-  std::vector<std::vector<double>> rows;
-  [[nodiscard]] std::size_t Column(const std::string& name) const {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) throw std::runtime_error("no column " + name);
-    return static_cast<std::size_t>(found - names.begin());
-  }
-  [[nodiscard]] double At(std::size_t row, const std::string& name) const {
-    return rows[row][Column(name)];
-  }
+
+// Counts without contact.
+struct Rest {
+  std::array<double, kElectrodeCount> electrodes{};
+  double pdc = 0;
 };
 
-std::vector<std::string> CellsOf(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
-  return cells;
-}
-
-Table ReadTable(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::string line;
-  std::getline(stream, line);
-  Table table{CellsOf(line), {}};
-  while (std::getline(stream, line)) {
-    std::vector<double> row;
-    for (const std::string& cell : CellsOf(line)) row.push_back(std::stod(cell));
-    table.rows.push_back(std::move(row));
-  }
-  return table;
-}
-
-// Rows of a name and a number.
-std::map<std::string, double> ReadNumbers(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::string line;
-  std::getline(stream, line);
-  std::map<std::string, double> numbers;
-  while (std::getline(stream, line)) {
-    const auto cells = CellsOf(line);
-    numbers[cells.at(0)] = std::stod(cells.at(1));
-  }
-  return numbers;
-}
-
-std::string ElectrodeName(std::size_t i) {
-  return std::string("E").append(std::to_string(i + 1));
-}
-
-// Median of one column over the rows that are not in contact, as numpy's: the mean of the middle
-// two.
-double RestOf(const Table& table, double least_pdc, const std::string& name) {
-  std::vector<double> values;
-  for (std::size_t k = 0; k < table.rows.size(); ++k) {
-    if (table.At(k, "pdc") < least_pdc) values.push_back(table.At(k, name));
-  }
+// As numpy's: the mean of the middle two.
+double MedianOf(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
   return n == 0 ? 0 : 0.5 * (values[(n - 1) / 2] + values[n / 2]);
 }
 
-// Appends one row: its counts by `prefix` and name, minus `rest`.
-void Append(const Table& table, std::size_t k, const std::string& prefix,
-            const std::map<std::string, double>& rest, const Eigen::Vector3d& normal_F,
+// Medians over the samples that are not in contact.
+Rest RestOf(const std::vector<FingerReading>& samples, double least_pdc) {
+  std::array<std::vector<double>, kElectrodeCount> electrodes;
+  std::vector<double> pdc;
+  for (const FingerReading& sample : samples) {
+    if (static_cast<double>(sample.pdc) >= least_pdc) continue;
+    pdc.push_back(static_cast<double>(sample.pdc));
+    for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+      electrodes[i].push_back(static_cast<double>(sample.channels[i]));
+    }
+  }
+  Rest rest;
+  rest.pdc = MedianOf(pdc);
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) rest.electrodes[i] = MedianOf(electrodes[i]);
+  return rest;
+}
+
+void Append(const FingerReading& sample, const Rest& rest, const Vector3d& normal_F,
             Presses* presses) {
-  FingerReading raw;
-  raw.present = true;
   TactileSignals change{};
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    const std::string name = prefix + ElectrodeName(i);
-    raw.channels[i] = static_cast<float>(table.At(k, name));
-    change[i] = static_cast<float>(table.At(k, name) - rest.at(name));
+    change[i] = static_cast<float>(static_cast<double>(sample.channels[i]) - rest.electrodes[i]);
   }
-  const std::string pdc = prefix + "pdc";
-  raw.pdc = static_cast<float>(table.At(k, pdc));
-  change[kElectrodeCount + 1] = static_cast<float>(table.At(k, pdc) - rest.at(pdc));
+  change[kElectrodeCount + 1] = static_cast<float>(static_cast<double>(sample.pdc) - rest.pdc);
   presses->change.push_back(change);
-  presses->raw.push_back(raw);
+  presses->raw.push_back(sample);
   presses->normal_F.push_back(normal_F.normalized());
 }
 
@@ -105,16 +66,15 @@ void Append(const Table& table, std::size_t k, const std::string& prefix,
 std::optional<Presses> Read(const std::string& file, double least_pdc) {
   const auto path = kData / "biotac_contact_direction" / (file + ".csv");
   if (!std::filesystem::exists(path)) return std::nullopt;
-  const Table table = ReadTable(path);
-  std::map<std::string, double> rest{{"pdc", RestOf(table, least_pdc, "pdc")}};
-  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    rest[ElectrodeName(i)] = RestOf(table, least_pdc, ElectrodeName(i));
-  }
+  const auto samples = ReadTactileRecording(path, {}).fingers.at(0).samples;
+  const CsvColumns columns = ReadColumns(path);
+  const auto nx = NumbersOf(columns, "nx"), ny = NumbersOf(columns, "ny"),
+             nz = NumbersOf(columns, "nz");
+  const Rest rest = RestOf(samples, least_pdc);
   Presses presses;
-  for (std::size_t k = 0; k < table.rows.size(); ++k) {
-    if (table.At(k, "pdc") < least_pdc) continue;
-    const Eigen::Vector3d n(-table.At(k, "nx"), table.At(k, "ny"), -table.At(k, "nz"));
-    Append(table, k, "", rest, n, &presses);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (static_cast<double>(samples[k].pdc) < least_pdc) continue;
+    Append(samples[k], rest, {-nx[k], ny[k], -nz[k]}, &presses);
   }
   return presses;
 }
@@ -122,16 +82,27 @@ std::optional<Presses> Read(const std::string& file, double least_pdc) {
 std::optional<Presses> ReadSoftPress() {
   const auto folder = kData / "seed001_rf_foam_bar";
   if (!std::filesystem::exists(folder / "rh_tactile.csv")) return std::nullopt;
-  const Table tactile = ReadTable(folder / "rh_tactile.csv");
-  const Table network = ReadTable(folder / "lstm_expected_rf.csv");
-  const auto rest = ReadNumbers(folder / "rest_values_rf.csv");
+  const std::vector<std::string> finger{"rf"};
+  const auto samples =
+      ReadTactileRecording(folder / "rh_tactile.csv", finger).fingers.at(0).samples;
+  const CsvColumns rests = ReadColumns(folder / "rest_values_rf.csv");
+  Rest rest;
+  for (std::size_t k = 0; k < rests.at("name").size(); ++k) {
+    const std::string name = rests.at("name")[k].substr(3);  // without rf_
+    const double counts = std::stod(rests.at("rest")[k]);
+    if (name == "pdc") rest.pdc = counts;
+    if (name[0] == 'E') rest.electrodes.at(std::stoul(name.substr(1)) - 1) = counts;
+  }
+  const CsvColumns network = ReadColumns(folder / "lstm_expected_rf.csv");
+  const auto fx = NumbersOf(network, "y0"), fy = NumbersOf(network, "y1"),
+             fz = NumbersOf(network, "y2");
   // The network's rows begin with the sample that fills its window.
-  const std::size_t first = tactile.rows.size() - network.rows.size();
+  const std::size_t first = samples.size() - fx.size();
   Presses presses;
-  for (std::size_t k = 0; k < network.rows.size(); ++k) {
-    if (tactile.At(first + k, "rf_pdc") < rest.at("rf_pdc") + 20) continue;
-    const Eigen::Vector3d f(network.At(k, "y0"), network.At(k, "y1"), network.At(k, "y2"));
-    Append(tactile, first + k, "rf_", rest, f, &presses);
+  for (std::size_t k = 0; k < fx.size(); ++k) {
+    const FingerReading& sample = samples[first + k];
+    if (static_cast<double>(sample.pdc) < rest.pdc + 20) continue;
+    Append(sample, rest, {fx[k], fy[k], fz[k]}, &presses);
   }
   return presses;
 }
@@ -140,10 +111,6 @@ std::optional<ElectrodeLayout> Layout() {
   const auto file = kData / "seed001_biotac_lstm/biotac_electrodes_pose.csv";
   if (!std::filesystem::exists(file)) return std::nullopt;
   return ReadElectrodeLayout(file);
-}
-
-double Errors::Quantile(double share) const {
-  return degrees.at(static_cast<std::size_t>(share * static_cast<double>(degrees.size() - 1)));
 }
 
 Errors ErrorsOf(const Localiser& localiser, const Presses& presses) {

@@ -30,8 +30,7 @@ struct Errors {
   std::vector<double> degrees;   // rising, of the rows where a place was found
   std::vector<double> of_sigma;  // rising, error over the place's own sigma
   int rows = 0;
-  [[nodiscard]] double Quantile(double share) const;
-  [[nodiscard]] double median() const { return Quantile(0.5); }
+  [[nodiscard]] double median() const { return degrees.at((degrees.size() - 1) / 2); }
 };
 // Angles between located and measured normals after the one rotation that aligns them best (least
 // squares).

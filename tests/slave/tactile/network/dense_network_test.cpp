@@ -1,12 +1,9 @@
 #include <array>
-#include <limits>
 #include <span>
-#include <stdexcept>
 
 #include <gtest/gtest.h>
 
 #include "tests/slave/tactile/network/reference_network.h"
-#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -54,17 +51,6 @@ TEST(DenseNetworkTest, TracesAreTheReference) {
     estimate->Reset();
     EXPECT_FALSE(estimate->Push(samples[0], outputs));
   }
-}
-
-TEST(DenseNetworkTest, SamplesThatAreNotFiniteGiveNothing) {
-  const RandomNetwork network = MakeRandomNetwork("dnn_19", 20, 0.5f, 3);
-  const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
-  TactileSignals sample{};
-  Outputs outputs{};
-  sample[19] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_TRUE(estimate->Push(sample, outputs)) << "the pressures are not looked at";
-  sample[0] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_FALSE(estimate->Push(sample, outputs));
 }
 
 }  // namespace

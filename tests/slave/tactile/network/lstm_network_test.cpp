@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -35,23 +36,17 @@ double WorstWindow(const RandomNetwork& network, Samples samples) {
   return worst;
 }
 
-// Reference: the formulas, unit by unit. Tolerance: both in double precision, exponentials within
-// some units of the last place, sums over 20 to 40 units in another order, outputs of order 1.
-TEST(LstmNetworkTest, EveryWindowIsTheReferenceFromTheStateOfZero) {
-  for (const char* architecture : {"rnn_21", "rnn_19"}) {
-    const RandomNetwork network = MakeRandomNetwork(architecture, 20, 0.3f, 1);
-    EXPECT_LT(WorstWindow(network, RandomSignals(180, 150, 2)), 1e-12) << architecture;
-  }
-}
-
-// Units and windows that fill no register.
+// Reference: the formulas, unit by unit, from the state of zero. Units and windows may fill no
+// register. Tolerance: both in double precision, exponentials within some units of the last place,
+// sums over up to 53 units in another order, outputs of order 1.
 TEST(LstmNetworkTest, AnyShapeIsTheReference) {
-  for (const int units : {1, 3, 15, 32}) {
-    for (const int window : {1, 2, 7, 64}) {
-      RandomNetwork network = MakeRandomNetwork("rnn_19", units, 0.3f, 5);
+  for (const char* architecture : {"rnn_21", "rnn_19"}) {
+    for (const auto& [units, window] :
+         {std::pair{1, 64}, {3, 7}, {15, 2}, {20, 50}, {32, 1}, {32, 64}}) {
+      RandomNetwork network = MakeRandomNetwork(architecture, units, 0.3f, 5);
       network.info.window = window;
       EXPECT_LT(WorstWindow(network, RandomSignals(window + 20, 150, 6)), 1e-12)
-          << units << " units, window " << window;
+          << architecture << ", " << units << " units, window " << window;
     }
   }
 }
@@ -80,19 +75,6 @@ TEST(LstmNetworkTest, SamplesThatAreNotFiniteStartTheWindowAnew) {
     }
     estimate->Reset();
     EXPECT_FALSE(estimate->Push(samples[0], outputs));
-  }
-}
-
-// Absurd but finite numbers must neither hang nor turn into NaN.
-TEST(LstmNetworkTest, HugeWeightsAndSamplesGiveFiniteOutputsOrNone) {
-  for (const float size : {1e4f, 1e30f, 1.5e38f}) {
-    const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, size, 17);
-    const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
-    for (const auto& sample : RandomSignals(80, 3e38f, 18)) {
-      Outputs outputs{};
-      estimate->Push(sample, outputs);
-      for (const double y : outputs) EXPECT_TRUE(std::isfinite(y)) << size;
-    }
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <random>
 #include <string>
 
 #include <nlohmann/json.hpp>

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <random>
 #include <span>
 #include <vector>
 

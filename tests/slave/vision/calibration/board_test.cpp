@@ -1,9 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
 
 #include "slave/vision/calibration/lens_calibration.h"
 #include "slave/vision/stereo/rig.h"

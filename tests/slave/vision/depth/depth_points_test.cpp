@@ -1,16 +1,13 @@
 #include "slave/vision/depth/depth_points.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
-#include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/slave/vision/depth/depth_pictures.h"
 #include "tests/support/allocation_count.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -19,7 +16,6 @@ using Surface = std::function<double(double, double)>;
 
 // Enough to spread the rounding to 0.1 mm evenly: together one sigma of 0.058 mm.
 constexpr DepthNoise kDither{0.05e-3, 1};
-constexpr double kHole = std::numeric_limits<double>::quiet_NaN();
 
 // Points of a plane n . p = d.
 Surface Plane(const Eigen::Vector3d& n, double d) {
@@ -176,28 +172,6 @@ TEST_F(DepthPointsTest, ObservingAllocatesNothingOnceTheRestIsKnown) {
   const long before = AllocationCount();
   for (int k = 0; k < 20; ++k) cameras.Observe(picture, 9, {});
   EXPECT_EQ(AllocationCount(), before);
-}
-
-TEST(DepthPointsParams, WhatIsImpossibleIsRefusedByName) {
-  const auto refusal = [](auto change) {
-    auto params = TestParams();
-    change(&params);
-    return Thrown<std::invalid_argument>([&] { DepthPoints cameras(params); });
-  };
-  using P = DepthPoints::Params;
-  using ::testing::StartsWith;
-  EXPECT_EQ(refusal([](P*) {}), "");
-  EXPECT_THAT(refusal([](P* p) { p->camera.fx = 0; }), StartsWith("fx = 0"));
-  EXPECT_THAT(refusal([](P* p) { p->camera.fy = kHole; }), StartsWith("fy = "));
-  EXPECT_THAT(refusal([](P* p) { p->camera.cx = kHole; }), StartsWith("cx = "));
-  EXPECT_THAT(refusal([](P* p) { p->camera.unit = -1e-4; }), StartsWith("unit = "));
-  EXPECT_THAT(refusal([](P* p) { p->camera.sigma = 0; }), StartsWith("sigma = 0"));
-  EXPECT_THAT(refusal([](P* p) { p->cell = 1; }), StartsWith("cell = 1"));
-  EXPECT_THAT(refusal([](P* p) { p->rest_pictures = 0; }), StartsWith("rest_pictures = 0"));
-  EXPECT_THAT(refusal([](P* p) { p->least_full = 1.5; }), StartsWith("least_full = 1.5"));
-  EXPECT_THAT(refusal([](P* p) { p->farthest = 0; }), StartsWith("farthest = 0"));
-  EXPECT_THAT(refusal([](P* p) { p->nearest = 10, p->farthest = 20; }), StartsWith("nearest = 10"));
-  EXPECT_THAT(refusal([](P* p) { p->correlation = 0; }), StartsWith("correlation = 0"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/stereo/test_rigs.h"
 #include "tests/support/references.h"
 
 namespace palpate {
@@ -105,7 +106,7 @@ TEST(CircleBias, IsWhatTheReferenceSays) {
 // Reference: the middle of the ellipse that is the disc's picture, from its conic (the renderer's,
 // another derivation): the centre is where the conic's gradient vanishes.
 TEST(CircleBias, IsTheCentreOfTheConicForAnyPlaceAndTilt) {
-  const Lens lens = TestRig().left;
+  const Lens lens = SceneLens();
   const Eigen::Vector3d p_C(0.031, -0.022, 0.24);
   const Eigen::Vector3d n_C = Eigen::Vector3d(0.4, -0.3, -0.9).normalized();
   const Conic Q = DiscSeen(lens, p_C, n_C, 0.004);

@@ -5,7 +5,9 @@
 #include <random>
 
 #include <Eigen/LU>
+#include <opencv2/imgproc.hpp>
 
+#include "tests/slave/vision/stereo/test_rigs.h"
 #include "tests/support/normal_noise.h"
 
 namespace palpate {
@@ -50,34 +52,6 @@ double ShareBeyond(const DotPicture::Beyond& edge, int x, int y) {
   return inside / static_cast<double>(kLines * kLines);
 }
 
-void Blur(double sigma, int width, int height, std::vector<double>* values) {
-  if (sigma <= 0) return;
-  const int reach = static_cast<int>(std::ceil(4 * sigma));
-  std::vector<double> kernel;
-  double sum = 0;
-  for (int k = -reach; k <= reach; ++k) {
-    kernel.push_back(std::exp(-k * k / (2 * sigma * sigma)));
-    sum += kernel.back();
-  }
-  const auto pass = [&](int dx, int dy) {
-    const std::vector<double> from = *values;
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
-        double value = 0;
-        for (int k = -reach; k <= reach; ++k) {
-          const int a = std::clamp(x + k * dx, 0, width - 1);
-          const int b = std::clamp(y + k * dy, 0, height - 1);
-          value += kernel[static_cast<std::size_t>(k + reach)] / sum *
-                   from[static_cast<std::size_t>(b * width + a)];
-        }
-        (*values)[static_cast<std::size_t>(y * width + x)] = value;
-      }
-    }
-  };
-  pass(1, 0);
-  pass(0, 1);
-}
-
 }  // namespace
 
 Conic Ellipse(const Eigen::Vector2d& centre, double a, double b, double angle) {
@@ -110,7 +84,11 @@ cv::Mat DotPicture::Render(std::uint64_t seed) const {
       }
     }
   }
-  Blur(blur, width, height, &levels);
+  if (blur > 0) {
+    cv::Mat sharp(height, width, CV_64F, levels.data());
+    const int size = 2 * static_cast<int>(std::ceil(4 * blur)) + 1;
+    cv::GaussianBlur(sharp.clone(), sharp, {size, size}, blur, blur, cv::BORDER_REPLICATE);
+  }
   std::mt19937_64 random(seed);
   NormalNoise gaussian;
   cv::Mat image(height, width, CV_8UC1);
@@ -126,38 +104,12 @@ cv::Mat DotPicture::Render(std::uint64_t seed) const {
   return image;
 }
 
-StereoRig TestRig() {
-  StereoRig rig;
-  rig.left.fx = rig.left.fy = 800;
-  rig.left.cx = 319.5, rig.left.cy = 239.5;
-  rig.left.size = {640, 480};
-  rig.right = rig.left;
-  const double verge = std::atan(0.03 / 0.25);
-  const Eigen::Isometry3d X_OL = TestPoseOfLeft();
-  Eigen::Isometry3d X_OR = Eigen::Isometry3d::Identity();
-  X_OR.linear() = Eigen::AngleAxisd(-verge, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  X_OR.translation() << 0.03, 0, -0.25;
-  rig.X_RL = X_OR.inverse() * X_OL;
-  return rig;
-}
-
-Eigen::Isometry3d TestPoseOfLeft() {
-  Eigen::Isometry3d X_OL = Eigen::Isometry3d::Identity();
-  X_OL.linear() =
-      Eigen::AngleAxisd(std::atan(0.03 / 0.25), Eigen::Vector3d::UnitY()).toRotationMatrix();
-  X_OL.translation() << -0.03, 0, -0.25;
-  return X_OL;
-}
-
 std::vector<Conic> ArraySeen(int eye, const std::vector<Eigen::Vector3d>& places,
                              const std::vector<Eigen::Vector3d>& normals, double radius) {
-  const StereoRig rig = TestRig();
-  Eigen::Isometry3d X_CO = TestPoseOfLeft().inverse();
-  if (eye == 1) X_CO = rig.X_RL * X_CO;
-  const Lens& lens = eye == 0 ? rig.left : rig.right;
+  const Eigen::Isometry3d X_CO = VergedPose(eye == 0 ? -1 : 1).inverse();
   std::vector<Conic> seen;
   for (std::size_t k = 0; k < places.size(); ++k) {
-    seen.push_back(DiscSeen(lens, X_CO * places[k], X_CO.linear() * normals[k], radius));
+    seen.push_back(DiscSeen(SceneLens(), X_CO * places[k], X_CO.linear() * normals[k], radius));
   }
   return seen;
 }

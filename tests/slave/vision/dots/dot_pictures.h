@@ -40,13 +40,9 @@ struct DotPicture {
   [[nodiscard]] cv::Mat Render(std::uint64_t seed = 1) const;
 };
 
-// The pair of the scenes: 640 x 480, 800 px, 60 mm apart, verged on a point 250 mm ahead of their
-// middle, which is the origin of O: cameras at z_O < 0, z_L about along +z_O.
-StereoRig TestRig();
-Eigen::Isometry3d TestPoseOfLeft();  // X_OL
-
 // Discs of `radius` lying flat on the surface at `places` [m], tilted as the normals say, frame O,
-// seen by the left (0) or the right camera.
+// seen by the left (0) or the right camera
+// of VergedRig(SceneLens()).
 std::vector<Conic> ArraySeen(int eye, const std::vector<Eigen::Vector3d>& places,
                              const std::vector<Eigen::Vector3d>& normals, double radius);
 

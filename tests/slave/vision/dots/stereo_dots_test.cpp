@@ -10,6 +10,7 @@
 
 #include "slave/vision/dots/dot_layout.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {
 namespace {
@@ -73,8 +74,8 @@ Pair Pictures(const Bump& bump, std::uint64_t seed, double noise = 2, double fal
 // S is O at rest.
 StereoDots::Params Params() {
   StereoDots::Params params;
-  params.rig = TestRig();
-  params.X_SL = TestPoseOfLeft();
+  params.rig = VergedRig(SceneLens());
+  params.X_SL = VergedPose(-1);
   params.layout = Layout();
   params.dot_radius = kRadius;
   params.rest_pictures = 3;
@@ -238,22 +239,6 @@ TEST(StereoDots, JumpOfOneColumnIsNotTakenForStandingStill) {
   ASSERT_TRUE(seen.found);
   EXPECT_EQ(Seen(seen), 31);
   EXPECT_LT(Worst(seen, bump), 0.1e-3);
-}
-
-TEST(StereoDots, BadPairsAreNotFoundAndNotFatal) {
-  StereoDots stereo(Params());
-  Rest(&stereo);
-  const Pair good = Pictures({}, 1);
-  const cv::Mat none, grey(480, 640, CV_8UC1, cv::Scalar::all(100));
-  const cv::Mat colour(480, 640, CV_8UC3, cv::Scalar::all(100)), small(48, 64, CV_8UC1);
-  for (const cv::Mat& bad : {none, grey, colour, cv::Mat(small)}) {
-    EXPECT_FALSE(stereo.Observe(bad, good.right, Time{}).found);
-    EXPECT_FALSE(stereo.Observe(good.left, bad, Time{}).found);
-    const SurfaceObservation& again = stereo.Observe(good.left, good.right, Time{});
-    EXPECT_TRUE(again.found);
-    EXPECT_EQ(Seen(again), 31);
-    EXPECT_LT(Worst(again, {}), 0.08e-3);
-  }
 }
 
 }  // namespace

@@ -1,16 +1,11 @@
 #include "slave/vision/stereo/lens_warp.h"
 
 #include <cmath>
-#include <filesystem>
-#include <stdexcept>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
 #include "tests/slave/vision/stereo/test_rigs.h"
-#include "tests/support/paths.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {

@@ -22,12 +22,5 @@ TEST(ChooseWindowsTest, ChosenWindowsHaveTextureLieApartAndInside) {
   }
 }
 
-TEST(ChooseWindowsTest, NothingIsChosenWhereThereIsNothing) {
-  EXPECT_TRUE(ChooseWindows(cv::Mat(240, 320, CV_8UC1, cv::Scalar(9)), 12, 31, 20).empty());
-  EXPECT_TRUE(ChooseWindows(cv::Mat(), 12, 31, 20).empty());
-  EXPECT_TRUE(ChooseWindows(cv::Mat::zeros(240, 320, CV_16U), 12, 31, 20).empty());
-  EXPECT_TRUE(ChooseWindows(cv::Mat::zeros(30, 30, CV_8U), 12, 31, 20).empty());
-}
-
 }  // namespace
 }  // namespace palpate

@@ -1,7 +1,6 @@
 #include "slave/vision/texture/ssd_tracker.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -13,10 +12,6 @@ namespace palpate {
 namespace {
 
 const std::vector<Eigen::Vector2d> kAt{{100, 100}, {160, 120}, {210, 130}};
-
-PatchWarp Shifted(double x, double y) {
-  return {Eigen::Matrix2d::Identity(), {x, y}};
-}
 
 // Reference: the known motion. A tracker from picture to picture would add up its errors: after 200
 // pictures of 0.03 px each, 0.4 px. This one is as good at the end as at the beginning.
@@ -103,22 +98,6 @@ TEST(SsdTrackerTest, TheOtherCamerasPictureMayBeLarger) {
   ASSERT_TRUE(other.Place(0, Shifted(142, 121)));
   EXPECT_LT((other.windows().front().warp.p - Eigen::Vector2d(140, 120)).norm(), 0.05);
   EXPECT_TRUE(other.Track(large).front().seen());
-}
-
-TEST(SsdTrackerTest, PicturesOfAnotherKindAreFlaggedAndJumpedOver) {
-  WavyTexture texture;
-  SsdTracker tracker(texture.Picture({}), kAt, {});
-  const cv::Mat wide = texture.Picture({}, 0, 1, 0, {330, 240});
-  cv::Mat deep;
-  texture.Picture({}).convertTo(deep, CV_16U, 256);
-  for (const cv::Mat& bad : {wide, deep, cv::Mat()}) {
-    for (const TrackedWindow& window : tracker.Track(bad)) {
-      EXPECT_EQ(window.state, WindowState::kBadPicture);
-    }
-  }
-  for (const TrackedWindow& window : tracker.Track(texture.Picture(Shifted(1, 1)))) {
-    EXPECT_EQ(window.state, WindowState::kTracked);
-  }
 }
 
 TEST(SsdTrackerTest, WhatCannotBeIsRefusedAtOnce) {

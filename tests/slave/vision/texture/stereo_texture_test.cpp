@@ -1,12 +1,10 @@
 #include "slave/vision/texture/stereo_texture.h"
 
 #include <cmath>
-#include <stdexcept>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "tests/slave/vision/texture/target_pictures.h"
 #include "tests/support/allocation_count.h"
@@ -24,12 +22,12 @@ const Eigen::Vector3d kRest(0, 0, 0);
 
 struct StereoTextureTest : testing::Test {
   TargetPictures pictures;
+  StereoTexture texture{pictures.rig, pictures.X_SL, ThreeWindows()};
 };
 
 // Reference: the drawn surface under the window's centre. The windows' bent surface leaves 0.2 mm,
 // the cameras' noise less.
 TEST_F(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
-  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   for (int k = 0; k <= 10; ++k) {
     const Eigen::Vector3d p_S(0.0005 * k, -0.0003 * k, 0.0006 * k);
     const auto pair = pictures.Take(p_S);
@@ -52,7 +50,6 @@ TEST_F(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
 }
 
 TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
-  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   for (int k = 0; k <= 20; ++k) {
     const Eigen::Vector3d turn(0.004 * k, -0.003 * k, 0.01 * k);
     const auto pair = pictures.Take(kRest, turn);
@@ -70,7 +67,6 @@ TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
 }
 
 TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
-  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   for (int k = 0; k <= 12; ++k) {
     const Eigen::Vector3d p_S(0.001 * k, 0, 0.0005 * k);
     auto pair = pictures.Take(p_S);
@@ -87,7 +83,6 @@ TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
 }
 
 TEST_F(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
-  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   const auto pair = pictures.Take(kRest);
   const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(80));
   EXPECT_FALSE(texture.Process(cv::Mat(), pair.right, 0, Time{}).found);
@@ -107,7 +102,6 @@ TEST_F(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
 }
 
 TEST_F(StereoTextureTest, NothingIsAllocatedPerPair) {
-  StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   const auto rest = pictures.Take(kRest), moved = pictures.Take({0.001, 0, 0.001});
   ASSERT_TRUE(texture.Process(rest.left, rest.right, 0, Time{}).found);
   const long before = AllocationCount();

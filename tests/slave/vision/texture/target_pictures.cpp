@@ -1,36 +1,18 @@
 #include "tests/slave/vision/texture/target_pictures.h"
 
-#include <cmath>
-
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace palpate {
 namespace {
 
-constexpr double kDistance = 0.25;  // of the surface's tip from the middle between the cameras [m]
-constexpr double kBaseline = 0.06;  // [m]
 constexpr double kNoise = 2, kBlur = 0.7, kBehind = 60;
 constexpr int kSpare = 256;  // of the noise beyond a picture's size [px]
-
-Lens LensOfTheRig() {
-  return {800, 800, 319.5, 239.5, {}, {640, 480}};
-}
 
 }  // namespace
 
 // S as the middle camera would have it, at the point both look at.
 TargetPictures::TargetPictures() : target_(site::TexturedTarget::Shape{}) {
-  rig.left = rig.right = LensOfTheRig();
-  const double vergence = std::atan2(kBaseline / 2, kDistance);
-  const auto pose = [&](double side) {
-    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-    X.translation() = Eigen::Vector3d(side * kBaseline / 2, 0, -kDistance);
-    X.linear() = Eigen::AngleAxisd(-side * vergence, Eigen::Vector3d::UnitY()).toRotationMatrix();
-    return X;
-  };
-  X_SL = pose(-1);
-  rig.X_RL = pose(1).inverse() * X_SL;
   noise_.create(rig.left.size[1] + kSpare, rig.left.size[0] + kSpare, CV_32F);
   random_.fill(noise_, cv::RNG::NORMAL, 0, kNoise);
 }
@@ -50,7 +32,7 @@ cv::Mat TargetPictures::Finish(const cv::Mat& canvas) {
   cv::GaussianBlur(canvas, blurred_, {7, 7}, kBlur);
   const int x = random_.uniform(0, kSpare), y = random_.uniform(0, kSpare);
   cv::Mat picture;
-  cv::Mat seen = gain * blurred_ + offset + noise_(cv::Rect(x, y, canvas.cols, canvas.rows));
+  cv::Mat seen = blurred_ + noise_(cv::Rect(x, y, canvas.cols, canvas.rows));
   seen.convertTo(picture, CV_8U);
   return picture;
 }

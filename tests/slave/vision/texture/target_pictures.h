@@ -7,6 +7,7 @@
 
 #include "slave/simulator/points/textured_target.h"
 #include "slave/vision/stereo/rig.h"
+#include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {
 
@@ -25,9 +26,8 @@ class TargetPictures {
   [[nodiscard]] Eigen::Vector3d PointOf(const Eigen::Vector2d& p_I, const Eigen::Vector3d& from,
                                         const Eigen::Vector3d& to) const;
 
-  StereoRig rig;
-  Eigen::Isometry3d X_SL;
-  double gain = 1, offset = 0;  // of the light
+  const StereoRig rig = VergedRig(SceneLens());
+  const Eigen::Isometry3d X_SL = VergedPose(-1);
 
  private:
   [[nodiscard]] Eigen::Isometry3d X_SB(const Eigen::Vector3d& p_S,

@@ -9,6 +9,10 @@
 
 namespace palpate {
 
+inline PatchWarp Shifted(double x, double y) {
+  return {Eigen::Matrix2d::Identity(), {x, y}};
+}
+
 // A sum of waves, so that it is known between the pixels too: every picture of it is exact.
 class WavyTexture {
  public:
