@@ -167,17 +167,19 @@ void CsvLines::Split(std::string_view line, char separator) {
     }
     const std::size_t from = unquoted_.size();
     std::size_t at = first + 1;
-    for (; at < line.size(); ++at) {
-      if (line[at] == '"' && ++at < line.size() && line[at] == '"') {
+    bool is_closed = false;
+    while (at < line.size() && !is_closed) {
+      if (line[at] != '"') {
+        unquoted_ += line[at++];
+      } else if (at + 1 < line.size() && line[at + 1] == '"') {
         unquoted_ += '"';
-      } else if (line[at - 1] == '"' && at > first + 1) {
-        break;
+        at += 2;
       } else {
-        unquoted_ += line[at];
+        is_closed = true;
+        ++at;
       }
     }
     const std::size_t end = std::min(line.find_first_not_of(' ', at), line.size());
-    const bool is_closed = at <= line.size() && line[at - 1] == '"' && at > first + 1;
     if (!is_closed || (end < line.size() && line[end] != separator)) {
       Fail("a quote that is not closed, or text behind it: expected \"...\" around a cell");
     }

@@ -55,6 +55,12 @@ TEST(CsvLinesTest, PassesOverWhatIsNoRow) {
   EXPECT_EQ(plain.cells().front(), "#1");
 }
 
+TEST(CsvLinesTest, TwoQuotesWithinACellAreOne) {
+  CsvLines lines(Write("\"a \"\"word\"\" in quotes\", \"\" , \"1,2\",\"x\"\"\"\n"));
+  ASSERT_TRUE(lines.Next());
+  EXPECT_THAT(lines.cells(), testing::ElementsAre("a \"word\" in quotes", "", "1,2", "x\""));
+}
+
 // Devices and pipes without end are files, too; a line is what must be held.
 TEST(CsvLinesTest, ReadsNoLineWithoutEnd) {
   CsvLines zeros("/dev/zero");
