@@ -13,6 +13,7 @@
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 #include "tests/support/csv_columns.h"
+#include "tests/support/paths.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
@@ -116,9 +117,8 @@ TEST_F(PointsRunTest, ExchangedSidesAreDoubted) {
 // Reference: the run that made the pictures. The rig's file has all digits; what a pixel of its
 // rays differs by is rounding.
 TEST_F(PointsRunTest, WrittenFramesTellTheSameForcesAgain) {
-  Scene scene = testing_fakes::MembraneScene();
-  scene.tool->width = 4e-3;
-  scene.operator_options.press_depth = 0.3e-3;
+  Scene scene = LoadScene(SourcePath("/deploy/scenes/rubber-membrane.yaml"),
+                          {"operator.press.depth=2 mm", "operator.press.speed=10 mm/s"});
   RunOffline(scene, {folder_ / "first", false, true, {}}, {});
   StereoCameras& stereo = *scene.sense.Find<StereoCameras>();
   stereo.source = StereoCameras::Source::kFiles;
