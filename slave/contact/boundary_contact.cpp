@@ -19,10 +19,6 @@ constexpr double kStartSlack = 1e-9;   // of the path: a start on the boundary, 
 // leave the numbers.
 constexpr double kFarthest = 1e9;
 
-double Cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) {
-  return u.x() * v.y() - u.y() * v.x();
-}
-
 Eigen::Vector2d Turned(const Eigen::Vector2d& axis) {
   return {-axis.y(), axis.x()};
 }

@@ -17,7 +17,6 @@ struct ArmReading {
   std::uint64_t sequence = 0;
   Time measured_at{};  // driver's clock
   Eigen::Vector3d p_S_tip{0, 0, 0};
-  std::optional<Eigen::Vector3d> velocity;     // [m/s]
   std::optional<Eigen::Quaterniond> R_S_tool;  // nullopt: not measured
   std::optional<Eigen::Vector3d> force;        // of the object on the tool [N]
   bool at_limit = false;

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <system_error>
 
 #include <fnmatch.h>
@@ -8,9 +7,7 @@
 
 namespace palpate {
 bool IsVideo(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = Lowercase(file.extension().string());
   constexpr std::array kVideos{".avi", ".mp4", ".mkv", ".mov"};
   return std::ranges::find(kVideos, extension) != kVideos.end();
 }

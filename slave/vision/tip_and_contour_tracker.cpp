@@ -150,7 +150,7 @@ struct TipAndContourTracker::Parts {
   Eigen::Vector2d direction{0, 0};  // of the tool in the picture; zero: nobody knows
   std::optional<TipTracker> tip;
   RestContour contour;
-  Observation observation;
+  TipObservation observation;
 };
 
 TipAndContourTracker::TipAndContourTracker(const Scene& scene, const cv::Mat& first,
@@ -158,17 +158,14 @@ TipAndContourTracker::TipAndContourTracker(const Scene& scene, const cv::Mat& fi
     : parts_(std::make_unique<Parts>(scene, first, tip_hint_I)) {}
 TipAndContourTracker::~TipAndContourTracker() = default;
 
-const Observation& TipAndContourTracker::Process(const cv::Mat& image, std::uint64_t sequence,
-                                                 Time sensed_at) noexcept {
-  Observation& seen = parts_->observation;
+const TipObservation& TipAndContourTracker::Process(const cv::Mat& image) noexcept {
+  TipObservation& seen = parts_->observation;
   seen = {};
-  seen.sequence = sequence;
-  seen.sensed_at = sensed_at;
   if (!parts_->format.Fits(image)) return seen;
   try {
-    if (parts_->tip) seen.tip = parts_->tip->Track(image);
+    if (parts_->tip) seen = parts_->tip->Track(image);
   } catch (const std::exception&) {  // no memory
-    seen.tip = {};
+    seen = {};
     parts_->tip->Forget();
   }
   return seen;

@@ -96,7 +96,7 @@ class DotPointTracker final : public PairPointTracker {
     radius_px_ = rig.left.fx * params_.dot_radius / distance;
   }
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
-    return Checked(dots_.Observe(pair.left, pair.right, pair.sensed_at), pair);
+    return Checked(dots_.Observe(pair.left, pair.right), pair);
   }
   void Reset() override {
     dots_ = StereoDots(params_);
@@ -125,7 +125,7 @@ class TexturePointTracker final : public PairPointTracker {
         texture_(std::make_unique<StereoTexture>(rig_, X_SL_, options_)) {}
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
     try {
-      return Checked(texture_->Process(pair.left, pair.right, pair.sequence, pair.sensed_at), pair);
+      return Checked(texture_->Process(pair.left, pair.right), pair);
     } catch (const std::exception&) {  // the first pictures cannot be used
       return Checked({}, pair);
     }
@@ -163,7 +163,7 @@ class DepthPointTracker final : public CheckedPointTracker {
         X_DS_(params_.camera.X_SD.inverse()),
         depths_(params_) {}
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
-    return Checked(depths_.Observe(pair.left, pair.sequence, pair.sensed_at), pair);
+    return Checked(depths_.Observe(pair.left), pair);
   }
   void Reset() override {
     depths_.Reset();

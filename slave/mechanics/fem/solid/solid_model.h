@@ -51,7 +51,6 @@ class SolidModel final : public VolumeModel {
   [[nodiscard]] int newton_steps() const {
     return motion_ ? equilibrium_.newton_steps() : statics_.newton_steps();
   }
-  [[nodiscard]] double smallest_jacobian() const { return body_.FindJacobians(state_.x).smallest; }
 
  private:
   void Rest() override;

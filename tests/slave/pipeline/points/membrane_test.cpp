@@ -65,7 +65,7 @@ class Membrane {
   }
   const ContactEstimate& Process() {
     const StereoPictures pictures = site_.TakePictures();
-    seen_ = &tracker_.Observe(pictures.left, pictures.right, Time{});
+    seen_ = &tracker_.Observe(pictures.left, pictures.right);
     return estimator_.Estimate(*seen_, tip_);
   }
   [[nodiscard]] Vector3d TrueForce() const { return site_.truth().force; }
