@@ -1,6 +1,5 @@
 #include "slave/mechanics/fem/zone/zone.h"
 
-
 #include "slave/mesh/index.h"
 
 namespace palpate {
