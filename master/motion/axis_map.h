@@ -41,7 +41,4 @@ class AxisMap {
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Identity();
 };
 
-// As Parse reads it: `-z,y,x`.
-std::string ToString(const AxisMap& axes);
-
 }  // namespace palpate

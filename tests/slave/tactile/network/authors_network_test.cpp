@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/tactile/signals/rest_values.h"
 #include "tests/slave/tactile/network/reference_network.h"
+#include "tests/slave/tactile/rest_values.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
