@@ -7,7 +7,6 @@
 // det(P) = -1 mirrors. Rotation rates and torques are axial vectors, so they change sign then.
 #pragma once
 
-#include <string>
 #include <string_view>
 
 #include <Eigen/Core>
