@@ -20,9 +20,8 @@ namespace palpate {
 class Simulation : public SamplePlayer, public GroundTruth {};
 
 struct SimulationOptions {
-  double duration = 0;   // of a target that moves on a path [s]; 0: its own
-  int presses = 1;       // scripted contacts of fingertips
-  bool surface = false;  // with the true surface
+  double duration = 0;  // of a target that moves on a path [s]; 0: its own
+  int presses = 1;      // scripted contacts of fingertips
 };
 
 // Starts palpate-simulator, which lies beside the running program, with the scene's file and

@@ -101,12 +101,7 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
 
 RigidTool ToolOf(const Scene& scene) {
   if (!scene.tool || scene.tool->shape == Tool::Shape::kFlat) return {};
-  const Tool& tool = *scene.tool;
-  const bool capsule = tool.shape == Tool::Shape::kCapsule;
-  return {.shape = capsule ? RigidTool::Shape::kCapsule : RigidTool::Shape::kSphere,
-          .radius = tool.radius,
-          .length = tool.length,
-          .axis_O = tool.axis_O};
+  return {.shape = RigidTool::Shape::kSphere, .radius = scene.tool->radius};
 }
 
 // With a folder for it, everything that contacts of the scene's width need is computed beforehand.

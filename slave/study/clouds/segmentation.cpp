@@ -290,14 +290,10 @@ Segmentation Numbered(const Voxels& voxels, const std::vector<int>& region_of, s
 
 }  // namespace
 
-Segmentation Segment(const PointCloud::ConstPtr& cloud, Segmenting method) {
-  const std::size_t points = cloud->size();
-  if (method == Segmenting::kNone) return {std::vector<int>(points, 0), {points}};
+Segmentation Segment(const PointCloud::ConstPtr& cloud) {
   const double edge = std::max(0.003, 1.5 * Spacing(cloud));
   const Voxels voxels = Voxelised(cloud, edge);
-  Segmentation segmentation = Numbered(
-      voxels, method == Segmenting::kColour ? GrowColours(voxels.cloud) : GrowRegions(voxels, edge),
-      points);
+  Segmentation segmentation = Numbered(voxels, GrowRegions(voxels, edge), cloud->size());
   segmentation.voxel = edge;
   return segmentation;
 }
