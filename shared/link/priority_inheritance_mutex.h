@@ -32,6 +32,7 @@ class PriorityInheritanceMutex {
 
   void lock() noexcept { pthread_mutex_lock(&mutex_); }
   void unlock() noexcept { pthread_mutex_unlock(&mutex_); }
+  bool try_lock() noexcept { return pthread_mutex_trylock(&mutex_) == 0; }
   pthread_mutex_t* native_handle() noexcept { return &mutex_; }
 
  private:

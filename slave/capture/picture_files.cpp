@@ -13,6 +13,7 @@
 #include <fnmatch.h>
 #include <opencv2/core.hpp>
 
+#include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 
 namespace palpate {

@@ -5,6 +5,7 @@
 #include <string>
 #include <system_error>
 
+#include "shared/text/text.h"
 #include "slave/mesh/outline.h"
 #include "slave/scene/contour_file.h"
 #include "slave/scene/materials.h"

@@ -3,6 +3,7 @@
 
 #include <fnmatch.h>
 
+#include "shared/text/text.h"
 #include "slave/scene/sections.h"
 
 namespace palpate {
