@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "shared/mesh/solid_mesh.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
@@ -58,6 +59,9 @@ class GroundTruth {
   [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
     return Eigen::Vector3d::Zero();
   }
+  // Nodes of the object that fingertips touch, frame S [m], with the same triangles at every
+  // sample. Empty for other objects.
+  [[nodiscard]] virtual SurfaceMesh TrueSurface() const { return {}; }
 };
 
 }  // namespace palpate

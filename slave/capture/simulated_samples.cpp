@@ -141,6 +141,7 @@ std::vector<std::string> Arguments(const Scene& scene, const SimulationOptions& 
   }
   if (options.duration > 0) words.push_back(fmt::format("--duration={}", options.duration));
   if (options.presses > 1) words.push_back(fmt::format("--presses={}", options.presses));
+  if (options.surface) words.emplace_back("--surface");
   return words;
 }
 
@@ -155,6 +156,10 @@ class RunningSimulation final : public Simulation {
     has_first_ = ReadNext();
     if (!has_first_) RequireSuccess();
     Swap();
+    const auto& triangles = now_.truth().surface_triangles();
+    for (int i = 0; i + 2 < triangles.size(); i += 3) {
+      triangles_.push_back({triangles[i], triangles[i + 1], triangles[i + 2]});
+    }
   }
 
   [[nodiscard]] Truth truth() const override { return TruthFrom(now_.truth()); }
@@ -171,6 +176,15 @@ class RunningSimulation final : public Simulation {
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override {
     if (!now_.truth().has_membrane()) return Eigen::Vector3d::Zero();
     return Interpolated(now_.truth().membrane(), p_O);
+  }
+
+  [[nodiscard]] SurfaceMesh TrueSurface() const override {
+    SurfaceMesh surface{.triangles = triangles_};
+    const auto& nodes = now_.truth().surface_nodes();
+    for (int i = 0; i + 2 < nodes.size(); i += 3) {
+      surface.nodes.push_back(Eigen::Map<const Eigen::Vector3f>(nodes.data() + i).cast<double>());
+    }
+    return surface;
   }
 
   std::unique_ptr<FrameSource> OpenFrames() override {
@@ -245,7 +259,8 @@ class RunningSimulation final : public Simulation {
   Pipe pipe_;
   RunningProgram program_;
   google::protobuf::io::FileInputStream stream_;
-  v1::SimulatedSample now_, next_;  // `now_` is the sample that was returned last
+  v1::SimulatedSample now_, next_;             // `now_` is the sample that was returned last
+  std::vector<std::array<int, 3>> triangles_;  // of the true surface
   bool has_first_ = false, is_first_ = true;
 };
 

@@ -20,8 +20,9 @@ namespace palpate {
 class Simulation : public SamplePlayer, public GroundTruth {};
 
 struct SimulationOptions {
-  double duration = 0;  // of a target that moves on a path [s]; 0: its own
-  int presses = 1;      // scripted contacts of fingertips
+  double duration = 0;   // of a target that moves on a path [s]; 0: its own
+  int presses = 1;       // scripted contacts of fingertips
+  bool surface = false;  // with the true surface
 };
 
 // Starts palpate-simulator, which lies beside the running program, with the scene's file and

@@ -163,26 +163,6 @@ FingerReading ReadSample(const CsvTable& rows, const FingerColumns& columns) {
 constexpr std::array kNames{"rel_time_s", "time_s", "t_s", "t", "time", "timestamp"};
 constexpr double kLatest = 9e9;  // the year 2255; stamps in milliseconds lie far beyond
 
-// Throws std::runtime_error `file:line: ...`: none of the names is there.
-std::size_t FindTimeColumn(const CsvTable& rows) {
-  for (const char* name : kNames) {
-    if (const auto column = rows.Find(name)) return *column;
-  }
-  rows.Fail("no time: expected a column rel_time_s, time_s, t_s, t, time or timestamp [s]");
-}
-
-// The time of this row [s]. Throws: no time in seconds, or not later than `*before` (null: the
-// first row).
-double ReadTime(const CsvTable& rows, std::size_t column, const double* before) {
-  const auto number = ParseFinite(rows.Text(column));
-  const double t = number ? rows.to_si(column) * *number : 0;
-  if (!number || std::abs(t) > kLatest) rows.Refuse(column, "a time in seconds");
-  if (before != nullptr && t <= *before) {
-    rows.Refuse(column, "a time that increases from row to row, after " + std::to_string(*before));
-  }
-  return t;
-}
-
 }  // namespace
 
 std::string RecordedFinger::MissingColumn() const {
@@ -219,6 +199,23 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
   }
   if (recording.t.empty()) rows.Fail("no samples: expected a header and one row or more");
   return recording;
+}
+
+std::size_t FindTimeColumn(const CsvTable& rows) {
+  for (const char* name : kNames) {
+    if (const auto column = rows.Find(name)) return *column;
+  }
+  rows.Fail("no time: expected a column rel_time_s, time_s, t_s, t, time or timestamp [s]");
+}
+
+double ReadTime(const CsvTable& rows, std::size_t column, const double* before) {
+  const auto number = ParseFinite(rows.Text(column));
+  const double t = number ? rows.to_si(column) * *number : 0;
+  if (!number || std::abs(t) > kLatest) rows.Refuse(column, "a time in seconds");
+  if (before != nullptr && t <= *before) {
+    rows.Refuse(column, "a time that increases from row to row, after " + std::to_string(*before));
+  }
+  return t;
 }
 
 }  // namespace palpate

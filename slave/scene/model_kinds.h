@@ -25,14 +25,14 @@ struct ModelKind {
   std::string_view name;  // as in model.kind
   ObjectClass object = ObjectClass::kVolume;
   Linearity linearity = Linearity::kAlways;
-  bool has_tets = false;          // accepts element
-  bool iterates = false;          // accepts law, residual, gravity, time
-  bool takes_friction = false;    // contact: bonded or frictionless; otherwise bonded alone
-  bool shapes_tools = false;      // computes contacts of the tool's shape itself, with friction
-  bool estimates_error = false;   // estimates each answer's error: accepts deadline; no reference
-  bool has_cache = false;         // stores its Green's functions in a folder
-  bool takes_tension = false;     // of a membrane at rest; a flat one also modes
-  bool takes_regions = false;     // parts of the object with moduli of their own
+  bool has_tets = false;         // accepts element
+  bool iterates = false;         // accepts law, residual, gravity, time
+  bool takes_friction = false;   // contact: bonded or frictionless; otherwise bonded alone
+  bool shapes_tools = false;     // computes contacts of the tool's shape itself: capsules, friction
+  bool estimates_error = false;  // estimates each answer's error: accepts deadline; no reference
+  bool has_cache = false;        // stores its Green's functions in a folder
+  bool takes_tension = false;    // of a membrane at rest; a flat one also modes
+  bool takes_regions = false;    // parts of the object with moduli of their own
   bool takes_relaxation = false;  // moduli that fade in time; accepts step
 };
 

@@ -153,6 +153,16 @@ namespace {
 
 // Tools other than flat ones have a width, a radius or both. One follows from the other.
 void ReadEnd(Section& section, const Rule& width, Tool* tool) {
+  if (tool->shape == Tool::Shape::kCapsule) {
+    tool->length = section.Number("length");
+    tool->axis_O = section.Vector3("axis");
+    if (!(tool->axis_O.norm() > kSmallest)) section.Refuse("axis", "a vector other than [0, 0, 0]");
+    tool->axis_O.stableNormalize();
+  } else {
+    for (const char* key : {"length", "axis"}) {
+      if (section.Has(key)) section.Refuse(key, "nothing without `shape: capsule`");
+    }
+  }
   if (tool->shape == Tool::Shape::kFlat) {
     if (section.Has("radius")) section.Refuse("radius", "nothing with a flat tool");
     tool->width = section.NumberWithin("width", width);
@@ -175,8 +185,9 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
   Section section = scene.Open("tool", is_needed ? "a map of shape and width" : "");
   if (!section.present()) return std::nullopt;
   Tool tool;
-  tool.shape = section.OneOf<Tool::Shape>(
-      "shape", {{"flat", Tool::Shape::kFlat}, {"round", Tool::Shape::kRound}});
+  tool.shape = section.OneOf<Tool::Shape>("shape", {{"flat", Tool::Shape::kFlat},
+                                                    {"round", Tool::Shape::kRound},
+                                                    {"capsule", Tool::Shape::kCapsule}});
   ReadEnd(section, width, &tool);
   const Eigen::Vector2d usual = TowardsBox(box, home);
   const Eigen::Vector2d direction = section.Vector2("direction", usual);

@@ -171,6 +171,10 @@ std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context) 
   tactile.electrodes = ReadExistingFile(section, "electrodes", context);
   ReadMeasures(section, &tactile);
   ReadWays(section, &tactile);
+  tactile.poses = ReadExistingFile(section, "poses", context);
+  if (section.Has("poses") && tactile.source != Tactile::Source::kRecording) {
+    section.Refuse("poses", "nothing here: only a recording has poses in a file");
+  }
   return tactile;
 }
 

@@ -39,6 +39,7 @@ class CrossCheck {
     CheckGeometry();
     CheckHeld();
     CheckKind();
+    CheckTool();
     CheckRegions();
     CheckRelaxation();
     CheckPuncture();
@@ -112,6 +113,15 @@ class CrossCheck {
     }
   }
 
+  // A model that knows flat and round tools alone would compute another one.
+  void CheckTool() {
+    if (!scene_.tool || scene_.tool->shape != Tool::Shape::kCapsule) return;
+    const ModelKind* kind = FindModelKind(scene_.model.kind);
+    if (kind == nullptr || !kind->shapes_tools) {
+      Refuse("tool.shape", "flat or round with this kind of model: capsule needs fem-zone");
+    }
+  }
+
   void CheckRegions() {
     if (scene_.object.regions.empty()) return;
     const ModelKind* kind = FindModelKind(scene_.model.kind);
@@ -182,10 +192,11 @@ class CrossCheck {
     Refuse("sense.tip.template", "an image of the tip, which `manipulator: none` needs");
   }
 
+  // A recording with poses replaces those of the scene.
   void CheckFingers() {
     const auto* box = std::get_if<BoxGeometry>(&scene_.object.geometry);
     const auto* tactile = scene_.sense.Find<Tactile>();
-    if (box == nullptr || !tactile) return;
+    if (box == nullptr || !tactile || !tactile->poses.empty()) return;
     for (const Finger& finger : tactile->fingers) {
       const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * finger.X_SF.translation();
       const bool is_inside = (p_O.array() > 0).all() && (p_O.array() < box->size.array()).all();

@@ -30,6 +30,8 @@ void AddFingertips(const Tactile& tactile, v1::SceneDescription* message) {
 }
 
 void AddDecision(const ModelDecision& decision, v1::SceneDescription::Model* message) {
+  message->set_is_decided(!decision.reason.empty());
+  message->set_meets(decision.meets);
   message->set_error(decision.error);
   for (const RejectedModel& one : decision.rejected) {
     auto* rejected = message->add_rejected();
@@ -37,6 +39,7 @@ void AddDecision(const ModelDecision& decision, v1::SceneDescription::Model* mes
     rejected->set_why(one.why);
     if (std::isfinite(one.error)) rejected->set_error(one.error);
     if (std::isfinite(one.update)) rejected->set_update(one.update);
+    if (std::isfinite(one.precompute)) rejected->set_precompute(one.precompute);
   }
 }
 

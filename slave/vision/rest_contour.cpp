@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -29,9 +30,19 @@ constexpr double kLeastClosed = 0.7;    // of an edge around a start that a pers
 constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
 // Roundness of the outline: 0.64 and more of real embryos, up to 0.61 of flares, rims, rings and
 // torn shells.
-// [-] [tuned: StartsFromAPolygonOfTheScene]
+// [-] [tuned: StartsFromACircleOrAPolygonOfTheScene]
 constexpr double kLeastClear = 0.625;
 constexpr double kLeastSettled = 0.4, kMostSettled = 2.0;
+
+Curve CircleCurve(const ContourTracking::Circle& circle) {
+  Curve curve;
+  for (int k = 0; k < 360; ++k) {
+    const double angle = k * std::numbers::pi / 180;
+    curve.push_back(circle.centre +
+                    circle.radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return curve;
+}
 
 // 8 bit grey, for the search at start.
 cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
@@ -52,8 +63,14 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
                              " x " + std::to_string(first.rows) + " px: expected edges of " +
                              std::to_string(kLeastPicture) + " px or more");
   }
-  const bool given = !options.start.empty();
-  Curve start = given ? options.start : FindObject(AsGrey8(first, format), tool_width);
+  Curve start;
+  if (const auto* circle = std::get_if<ContourTracking::Circle>(&options.start)) {
+    start = CircleCurve(*circle);
+  } else if (const auto* polygon = std::get_if<ContourTracking::Polygon>(&options.start)) {
+    start = polygon->points;
+  } else {
+    start = FindObject(AsGrey8(first, format), tool_width);
+  }
   for (const Eigen::Vector2d& p : start) {
     const bool inside = p.x() >= 0 && p.y() >= 0 && p.x() <= first.cols - 1 &&
                         p.y() <= first.rows - 1;  // false for NaN
@@ -64,6 +81,7 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
                              std::to_string(options.control_points) + " control points");
   }
   std::vector<Curve> starts = {std::move(start)};
+  const bool given = !std::holds_alternative<std::monostate>(options.start);
   if (given && !CrossesItself(starts.front())) {
     EdgePath around = FollowEdgeAround(AsGrey8(first, format), starts.front());
     if (around.closedness > kLeastClosed) starts.push_back(std::move(around.curve));
@@ -78,7 +96,7 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
 // A snake sees no farther than the edge's blur; so the image is blurred, much, then less.
 Curve Settle(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
              CurveView start, std::span<const double> blurs) {
-  Snake snake(format, {}, start, options.control_points);
+  Snake snake(format, {options.alpha, options.beta, options.gamma}, start, options.control_points);
   const double start_area = CurveArea(snake.points());
   cv::Mat blurred;
   for (const double blur : blurs) {
@@ -92,7 +110,7 @@ Curve Settle(const ContourTracking& options, const cv::Mat& first, const GreyFor
   if (!(change > kLeastSettled && change < kMostSettled) || CrossesItself(snake.points())) {
     throw std::runtime_error("the contour collapsed, intersected itself or left its start (area " +
                              std::to_string(change) +
-                             " of the start's): give another sense.contour.start");
+                             " of the start's): give another sense.contour.start or weights");
   }
   return snake.points();
 }
@@ -113,7 +131,7 @@ Curve MeasureClearEdge(const cv::Mat& first, const GreyFormat& format, CurveView
 RestContour FindRestContour(const ContourTracking& options, const cv::Mat& first,
                             const GreyFormat& format, double tool_width, bool clockwise_I) {
   const std::vector<Curve> starts = StartCurves(options, first, format, tool_width, clockwise_I);
-  const bool given = !options.start.empty();
+  const bool given = !std::holds_alternative<std::monostate>(options.start);
   const cv::Mat grey8 = AsGrey8(first, format);
   RestContour best;
   double most = -1;

@@ -2,14 +2,15 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "slave/capture/simulated_samples.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/program/progress.h"
-#include "slave/simulator/fingertips/tactile_site.h"
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
@@ -32,9 +33,9 @@ class Experiment {
   Experiment(const Scene& scene, const ExperimentOptions& options)
       : scene_(scene),
         options_(options),
-        site_(scene),
+        simulation_(StartSimulation(scene, {.presses = options.repetitions, .surface = true})),
         estimator_(scene),
-        rest_(site_.TrueSurface()) {
+        rest_(simulation_->TrueSurface()) {
     object_.name = scene.name;
     static constexpr std::array kNames{"unoccluded", "occluded", "deformed"};
     for (std::size_t k = 0; k < 3; ++k) object_.states[k].name = kNames[k];
@@ -47,12 +48,11 @@ class Experiment {
     double depth = 0;
     std::optional<Instant> open;
     std::optional<Instant> before;  // the touch
-    const auto fingertips =
-        site_.OpenFingertips(scene_, {.is_live = false, .presses = options_.repetitions});
+    const auto fingertips = simulation_->OpenFingertips();
     while (const auto frame = fingertips->Next({})) {
       ReportProgress();
-      const ContactEstimate& estimate = estimator_.Estimate(*frame, site_.truth().p_S_tip);
-      const auto truth = site_.truth().fingers;
+      const ContactEstimate& estimate = estimator_.Estimate(*frame, simulation_->truth().p_S_tip);
+      const auto truth = simulation_->truth().fingers;
       const FingerTruth& first = truth[0];
       if (!AnyTouches(truth)) {
         touched = false;
@@ -93,7 +93,7 @@ class Experiment {
 
   Instant Now(const Truths& truth) {
     Instant now;
-    now.truth = site_.TrueSurface();
+    now.truth = simulation_->TrueSurface();
     now.estimate.triangles = estimator_.body()->surface.triangles;
     now.estimate.nodes = estimator_.object().DeformedNodes();
     for (std::size_t i = 0; i < scene_.sense.Find<Tactile>()->fingers.size(); ++i) {
@@ -150,7 +150,7 @@ class Experiment {
 
   const Scene& scene_;
   const ExperimentOptions& options_;
-  TactileSite site_;
+  const std::unique_ptr<Simulation> simulation_;
   TactileEstimator estimator_;
   SurfaceMesh rest_;
   SimulatedObject object_;

@@ -84,6 +84,7 @@ class ArmDriver {
   void Take(const v1::ArmTarget& target) {
     const std::lock_guard lock(mutex_);
     heard_ = Clock::now();
+    target_ = target.sequence();
     ++exchange_.targets;
     if (target.motion() == v1::ArmTarget::MOTION_FOLLOW) {
       arm_.Go(ToVector(target.p_s_tip()), ToVector(target.velocity()));
@@ -104,6 +105,7 @@ class ArmDriver {
     report.set_fault(reading.fault);
     report.set_driver_name(name_);
     report.set_rate(rate_);
+    report.set_target_sequence(target_);
     return report;
   }
 
@@ -113,6 +115,7 @@ class ArmDriver {
   std::atomic<bool> has_ended_ = false;
   std::mutex mutex_;  // guards everything below
   Clock::time_point heard_ = Clock::now();
+  std::uint64_t target_ = 0;
   Exchange exchange_;
 };
 

@@ -54,7 +54,7 @@ class ArmDriver:
     def __init__(self, arm: Arm, rate: float, seconds: float | None, name: str) -> None:
         self._arm, self._rate, self._name = arm, rate, name
         self._end = math.inf if seconds is None else time.monotonic() + seconds
-        self._heard = time.monotonic()
+        self._heard, self._target = time.monotonic(), 0
         self._lock = threading.Lock()
         self.exchange = Exchange()
 
@@ -71,7 +71,7 @@ class ArmDriver:
 
     def _take(self, target: devices_pb2.ArmTarget) -> None:
         with self._lock:
-            self._heard = time.monotonic()
+            self._heard, self._target = time.monotonic(), target.sequence
             self.exchange.targets += 1
             if target.motion == devices_pb2.ArmTarget.MOTION_FOLLOW:
                 turn = np.array(target.orientation) if target.orientation else None
@@ -94,7 +94,7 @@ class ArmDriver:
             reading = self._arm.measure(dt)
             self.exchange.reports += 1
             message = devices_pb2.ArmReport(sequence=self.exchange.reports, driver_name=self._name, rate=self._rate,
-                                            fault=reading.fault, at_limit=reading.at_limit,
+                                            target_sequence=self._target, fault=reading.fault, at_limit=reading.at_limit,
                                             orientation=[float(x) for x in reading.orientation])
         set_time(message.measured_at, None)
         set_vector(message.p_S_tip, reading.tip)

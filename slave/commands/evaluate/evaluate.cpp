@@ -82,6 +82,13 @@ void Require(bool usable, const char* option, const std::string& value, const ch
   throw std::invalid_argument(std::string(option) + " " + value + ": expected " + accepted);
 }
 
+study::Segmenting SegmentingOf(const EvaluateOptions& options) {
+  if (options.segment == "surfaces") return study::Segmenting::kSurfaces;
+  if (options.segment == "colour") return study::Segmenting::kColour;
+  Require(options.segment == "no", "--segment", options.segment, "surfaces, colour or no");
+  return study::Segmenting::kNone;
+}
+
 study::ObjectHint Hint(const EvaluateOptions& options) {
   study::ObjectHint hint;
   if (!options.at.empty()) {
@@ -160,6 +167,7 @@ int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop) {
   Require(options.leaf >= 1e-4 && options.leaf <= 1, "--leaf", std::to_string(options.leaf),
           "0.0001 to 1 m");
   study::MeasuredQuestion question;
+  question.segmenting = SegmentingOf(options);
   question.hint = Hint(options);
   question.leaf = options.leaf;
   question.measured = study::ReadPcd(options.cloud);

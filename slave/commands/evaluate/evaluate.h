@@ -19,9 +19,10 @@ struct EvaluateOptions {
   std::filesystem::path cloud;         // PCD, frame of the camera
   std::filesystem::path out;           // folder
   std::filesystem::path contacts,
-      loads;               // CSV as for `solve`; empty: the estimate from the fingertips
-  std::vector<double> at;  // x, y, z of a point on the object, frame of the camera [m]
-  double leaf = 0.01;      // of the octree [m]
+      loads;                         // CSV as for `solve`; empty: the estimate from the fingertips
+  std::string segment = "surfaces";  // surfaces colour no
+  std::vector<double> at;            // x, y, z of a point on the object, frame of the camera [m]
+  double leaf = 0.01;                // of the octree [m]
 };
 
 // Returns the exit code: 0 done, 1 the files cannot be written or the cloud has no score. Throws

@@ -20,6 +20,9 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
       "scene's tactile recording, if any");
   Add(command, "--loads", &options->loads, "FILE",
       "Loads that deform the object: CSV as for solve");
+  AddShown(command, "--segment", &options->segment,
+           "surfaces: segment by colour and shape; colour: by colour alone; no: every point "
+           "belongs to the object");
   command
       ->add_option("--at", options->at,
                    "A point on the object in the frame of the cloud: x,y,z [m]")

@@ -101,7 +101,12 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
 
 RigidTool ToolOf(const Scene& scene) {
   if (!scene.tool || scene.tool->shape == Tool::Shape::kFlat) return {};
-  return {.shape = RigidTool::Shape::kSphere, .radius = scene.tool->radius};
+  const Tool& tool = *scene.tool;
+  const bool capsule = tool.shape == Tool::Shape::kCapsule;
+  return {.shape = capsule ? RigidTool::Shape::kCapsule : RigidTool::Shape::kSphere,
+          .radius = tool.radius,
+          .length = tool.length,
+          .axis_O = tool.axis_O};
 }
 
 // With a folder for it, everything that contacts of the scene's width need is computed beforehand.

@@ -132,15 +132,22 @@ double RelativeModulus(const Object& object, const Eigen::Vector3d& p_O);
 
 // --- tool
 struct Tool {
-  enum class Shape : std::uint8_t { kFlat, kRound } shape = Shape::kFlat;
-  double width = 0;   // width; of a flat tool the contact width [m], > 0
-  double radius = 0;  // of the end of a round tool [m]; its contact grows with depth
+  enum class Shape : std::uint8_t {
+    kFlat,
+    kRound,
+    kCapsule  // of models that shape tools, see ModelKind
+  } shape = Shape::kFlat;
+  double width = 0;  // width; of a flat tool the contact width [m], > 0
+  double radius =
+      0;  // of the end of a round tool, or of a capsule [m]; its contact grows with depth
+  double length = 0;                // of a capsule's straight part [m]
+  Eigen::Vector3d axis_O{1, 0, 0};  // unit vector along a capsule
   Eigen::Vector2d direction{
       0, -1};  // unit vector along the tool, in the plane z = 0 of S; zero: found in the image
 };
 // As in tool.shape.
 constexpr std::string_view WordOf(Tool::Shape shape) {
-  return shape == Tool::Shape::kFlat ? "flat" : "round";
+  return shape == Tool::Shape::kFlat ? "flat" : shape == Tool::Shape::kRound ? "round" : "capsule";
 }
 
 }  // namespace palpate

@@ -54,7 +54,16 @@ struct TipTracking {
 };
 struct ContourTracking {
   int control_points = 60;
-  std::vector<Eigen::Vector2d> start;  // initial polygon in the image [px]; empty: found
+  double alpha = 1.0, beta = 1.0, gamma = 1.2;  // continuity, curvature, image (paper A, eq. 2)
+  // Initial shape in the image [px]; monostate: found automatically.
+  struct Circle {
+    Eigen::Vector2d centre;
+    double radius = 0;
+  };
+  struct Polygon {
+    std::vector<Eigen::Vector2d> points;
+  };
+  std::variant<std::monostate, Circle, Polygon> start;
 };
 // One fingertip. Frame F is the frame of the electrodes: finger axis x with the tip at +x, pad
 // towards -z, origin at the centre of the sphere at the tip. The manipulator moves the apex of the
@@ -72,6 +81,7 @@ struct Finger {
 struct Tactile {
   enum class Source : std::uint8_t { kRecording, kStream, kSimulated } source = Source::kRecording;
   std::filesystem::path file;        // file of the recording
+  std::filesystem::path poses;       // CSV of fingertip poses; empty: they follow the manipulator
   double rate = 100;                 // rate of the samples [Hz]
   TactileChannels channels;          // of each finger
   std::vector<Finger> fingers;       // 1 to 5; the operator moves the first

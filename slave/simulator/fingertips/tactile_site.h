@@ -42,10 +42,9 @@ class TactileSite final : public SimulatedEnvironment {
   // Solves the scene's own contact to its full depth; takes as long as this solution.
   void SolveAhead() override;
   [[nodiscard]] Truth truth() const override;
-  // The deformed surface of the object, frame S [m]. The nodes of a box are denser near the
-  // contact, so they move over the surface when the contact moves (5 mm from the last point, or
-  // more).
-  [[nodiscard]] SurfaceMesh TrueSurface() const;
+  // The nodes of a box are denser near the contact, so they move over the surface when the contact
+  // moves (5 mm from the last point, or more).
+  [[nodiscard]] SurfaceMesh TrueSurface() const override;
   std::unique_ptr<TactileSource> OpenFingertips(const Scene& scene, const Pace& pace) override;
   // Unit vector, frame S, of expected contacts: from the first finger's pad into the object's
   // surface.

@@ -111,4 +111,14 @@ void PutTruth(const GroundTruth& truth, const Scene& scene, v1::SimulatedTruth* 
   }
 }
 
+void PutSurface(const SurfaceMesh& surface, bool with_triangles, v1::SimulatedTruth* message) {
+  for (const Eigen::Vector3d& p_S : surface.nodes) {
+    for (const double x : p_S) message->add_surface_nodes(static_cast<float>(x));
+  }
+  if (!with_triangles) return;
+  for (const auto& triangle : surface.triangles) {
+    for (const int node : triangle) message->add_surface_triangles(node);
+  }
+}
+
 }  // namespace palpate

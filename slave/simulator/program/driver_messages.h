@@ -20,7 +20,8 @@ v1::ImageSample ToMessage(const StereoPair& pair);
 // One message per fingertip of `frame`, named after `fingers`.
 std::vector<v1::TactileSample> ToMessages(const TactileFrame& frame,
                                           const std::vector<Finger>& fingers);
-// The true state of `scene` at the last sample.
+// The true state of `scene` at the last sample, without the surface.
 void PutTruth(const GroundTruth& truth, const Scene& scene, v1::SimulatedTruth* message);
+void PutSurface(const SurfaceMesh& surface, bool with_triangles, v1::SimulatedTruth* message);
 
 }  // namespace palpate

@@ -50,6 +50,8 @@ void AddOptions(CLI::App* app, Options* options) {
       ->check(CLI::Range(0.0, 86400.0));
   app->add_option("--presses", options->record.presses, "Recorded contacts of simulated fingertips")
       ->check(CLI::Range(1, 1000));
+  app->add_flag("--surface", options->record.surface,
+                "Record the true surface of the object that fingertips touch as well");
 }
 
 int Run(const Options& options, const std::stop_token& stop) {

@@ -76,6 +76,9 @@ void Record(const Scene& scene, SimulatedEnvironment& environment, const RecordO
     *message->mutable_images() = ToMessage(sample);
   };
   const auto touch = [&](const TactileFrame& frame, v1::SimulatedSample* message) {
+    if (options.surface) {
+      PutSurface(environment.TrueSurface(), frame.sequence == 1, message->mutable_truth());
+    }
     for (auto& one : ToMessages(frame, tactile->fingers)) {
       *message->add_fingertips() = std::move(one);
     }

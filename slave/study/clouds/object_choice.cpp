@@ -58,7 +58,10 @@ int NearestTo(const Vector3d& at, const PointCloud& cloud, const Segmentation& s
 
 ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
                           const ObjectHint& hint) {
-  if (segmentation.size.empty()) return {{}, "the cloud has no region", false};
+  if (segmentation.size.empty())
+    return {{},
+            "the cloud has no region (if every point belongs to the object, use --segment no)",
+            false};
   if (hint.at) return {{NearestTo(*hint.at, cloud, segmentation)}, "nearest to the given point"};
   const std::vector<Region> regions = Regions(cloud, segmentation, hint);
   ObjectChoice choice{{}, "at the position of the object in the scene"};

@@ -290,10 +290,14 @@ Segmentation Numbered(const Voxels& voxels, const std::vector<int>& region_of, s
 
 }  // namespace
 
-Segmentation Segment(const PointCloud::ConstPtr& cloud) {
+Segmentation Segment(const PointCloud::ConstPtr& cloud, Segmenting method) {
+  const std::size_t points = cloud->size();
+  if (method == Segmenting::kNone) return {std::vector<int>(points, 0), {points}};
   const double edge = std::max(0.003, 1.5 * Spacing(cloud));
   const Voxels voxels = Voxelised(cloud, edge);
-  Segmentation segmentation = Numbered(voxels, GrowRegions(voxels, edge), cloud->size());
+  Segmentation segmentation = Numbered(
+      voxels, method == Segmenting::kColour ? GrowColours(voxels.cloud) : GrowRegions(voxels, edge),
+      points);
   segmentation.voxel = edge;
   return segmentation;
 }

@@ -1,5 +1,6 @@
 #include "slave/study/shape/measured_evaluation.h"
 
+#include <array>
 #include <cstdint>
 
 #include <nlohmann/json.hpp>
@@ -38,20 +39,23 @@ Json Regions(const MeasuredAnswer& answer) {
 }
 
 Json ToJson(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
-  Json json{
-      {"scene", question.scene},
-      {"cloud",
-       {{"file", question.file},
-        {"points", question.measured.cloud->size()},
-        {"dropped", question.measured.dropped}}},
-      {"segmentation", {{"voxel_m", answer.segmentation.voxel}, {"regions", Regions(answer)}}},
-      {"object",
-       {{"regions", answer.choice.regions},
-        {"why", answer.choice.why},
-        {"sure", answer.choice.sure},
-        {"points", answer.object.size()}}},
-      {"state", question.shape.state},
-      {"score", nullptr}};
+  static constexpr std::array kMethods{"surfaces", "colour", "no"};  // as in Segmenting
+  Json json{{"scene", question.scene},
+            {"cloud",
+             {{"file", question.file},
+              {"points", question.measured.cloud->size()},
+              {"dropped", question.measured.dropped}}},
+            {"segmentation",
+             {{"method", kMethods[static_cast<std::size_t>(question.segmenting)]},
+              {"voxel_m", answer.segmentation.voxel},
+              {"regions", Regions(answer)}}},
+            {"object",
+             {{"regions", answer.choice.regions},
+              {"why", answer.choice.why},
+              {"sure", answer.choice.sure},
+              {"points", answer.object.size()}}},
+            {"state", question.shape.state},
+            {"score", nullptr}};
   if (question.camera) json["score"] = ScoreJson(answer.score, question.leaf);
   return json;
 }
@@ -71,8 +75,10 @@ PointCloud InRegions(PointCloud cloud, const std::vector<int>& region_of) {
 MeasuredAnswer Evaluate(const MeasuredQuestion& question) {
   const PointCloud::ConstPtr cloud = question.measured.cloud;
   MeasuredAnswer answer;
-  answer.segmentation = Segment(cloud);
-  answer.choice = ChooseObject(*cloud, answer.segmentation, WithBox(question));
+  answer.segmentation = Segment(cloud, question.segmenting);
+  answer.choice = question.segmenting == Segmenting::kNone
+                      ? ObjectChoice{{0}, "every point belongs to the object, as requested"}
+                      : ChooseObject(*cloud, answer.segmentation, WithBox(question));
   answer.object = Chosen(*cloud, answer.segmentation, answer.choice.regions);
   if (!question.camera) return answer;
   const Eigen::Isometry3d& X_SD = question.camera->X_SD;

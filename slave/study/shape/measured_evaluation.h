@@ -29,6 +29,7 @@ struct MeasuredQuestion {
   PcdCloud measured;                  // frame D of the camera
   std::optional<DepthCamera> camera;  // absent: nothing is scored
   EstimatedShape shape;
+  Segmenting segmenting = Segmenting::kSurfaces;
   ObjectHint hint;     // where the scene has the object is filled in
   double leaf = 0.01;  // [m]
 };

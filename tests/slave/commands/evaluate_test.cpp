@@ -153,6 +153,7 @@ TEST_F(EvaluateTest, ShapeUnderTheRightLoadsScoresHighAndTheOneAtRestDoesNot) {
   // Pulled up by 1 N over a patch: the top bulges by more than a leaf.
   const auto loads = Write("loads.csv", "case,x,y,z,fx,fy,fz,width\na,0.03,0.03,0.06,0,0,2,0.03\n");
   options_.cloud = Picture(loads);
+  options_.segment = "no";
   options_.loads = loads;
   const auto right = Run();
   EXPECT_THAT(output_, HasSubstr("octree score"));
@@ -184,6 +185,7 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
     EXPECT_THAT([&] { RunEvaluate(options, {}); }, ThrowsMessage<std::exception>(HasSubstr(words)));
   };
   using O = EvaluateOptions*;
+  refuses([](O o) { o->segment = "magic"; }, "expected surfaces, colour or no");
   refuses([](O o) { o->leaf = 0; }, "--leaf");
   refuses([](O o) { o->at = std::vector{0.0, 0.0, HUGE_VAL}; }, "--at");
   refuses(

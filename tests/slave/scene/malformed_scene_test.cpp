@@ -176,15 +176,15 @@ INSTANTIATE_TEST_SUITE_P(Files, BadFileTest, ::testing::ValuesIn(kBadFiles),
                          [](const auto& row) { return std::string(row.param.name); });
 
 TEST_F(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
-  std::string text = SmallSceneWith(11, "  contour: {control_points: x}\nsite: {noise: loud}");
+  std::string text = SmallSceneWith(11, "  contour: {alpha: x}\nsite: {noise: loud}");
   text.replace(text.find("127 kPa"), 7, "127 mm");
   text.replace(text.find("5.87 mm"), 7, "5.87 kg");  // the tool is read after the senses
   const std::string mistakes = MistakesOf(Write("scene.yaml", text + "extra: 1\n"));
   EXPECT_EQ(LineCount(mistakes), 5) << mistakes;
   const auto at = [&](const char* what) { return mistakes.find(what); };
   EXPECT_LT(at(":4: object.material.young_modulus"), at(":7: tool.width"));
-  EXPECT_LT(at(":7: tool.width"), at(":11: sense.contour.control_points"));
-  EXPECT_LT(at(":11: sense.contour.control_points"), at(":12: site.noise"));
+  EXPECT_LT(at(":7: tool.width"), at(":11: sense.contour.alpha"));
+  EXPECT_LT(at(":11: sense.contour.alpha"), at(":12: site.noise"));
   EXPECT_LT(at(":12: site.noise"), at(":13: extra"));
 }
 

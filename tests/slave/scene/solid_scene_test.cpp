@@ -97,6 +97,36 @@ TEST(SolidSceneTest, FrictionDeadlineAndOtherElementsAreRefusedWhereTheyMeanNoth
   }
 }
 
+std::string CapsuleScene(const std::string& kind, const std::string& tool) {
+  return SolidScene(kBox, kBottom, "{kind: " + kind + "}") + "tool: " + tool + "\n";
+}
+
+TEST(SolidSceneTest, OnlyFemZoneTakesACapsule) {
+  const Tool tool =
+      *Load(CapsuleScene("fem-zone",
+                         "{shape: capsule, radius: 4 mm, length: 12 mm, axis: [0, 2, 0]}"))
+           .tool;
+  EXPECT_EQ(tool.shape, Tool::Shape::kCapsule);
+  EXPECT_EQ(tool.radius, 0.004);
+  EXPECT_EQ(tool.width, 0.008);
+  EXPECT_EQ(tool.length, 0.012);
+  EXPECT_TRUE(tool.axis_O.isApprox(Eigen::Vector3d::UnitY()));
+  constexpr const char* kCapsule = "{shape: capsule, radius: 4 mm, length: 12 mm}";
+  for (const char* kind : {"fem", "fem-green", "auto"}) {
+    EXPECT_THAT(MistakesOf(CapsuleScene(kind, kCapsule)), HasSubstr("capsule needs fem-zone"))
+        << kind;
+  }
+  for (const auto& [shape, mistake] :
+       {std::pair{"{shape: capsule, radius: 4 mm}", "tool.length"},
+        std::pair{"{shape: capsule, length: 4 mm}", "tool.width"},
+        std::pair{"{shape: capsule, radius: 4 mm, length: 0 mm}", "> 0"},
+        std::pair{"{shape: capsule, radius: 4 mm, length: 1 mm, axis: [0, 0, 0]}", "tool.axis"},
+        std::pair{"{shape: round, radius: 4 mm, length: 12 mm}", "without `shape: capsule`"},
+        std::pair{"{shape: flat, width: 4 mm, axis: [0, 0, 1]}", "without `shape: capsule`"}}) {
+    EXPECT_THAT(MistakesOf(CapsuleScene("fem-zone", shape)), HasSubstr(mistake)) << shape;
+  }
+}
+
 TEST(SolidSceneTest, ADomeThatIsNoneIsRefused) {
   for (const auto& [membrane, accepted] :
        {std::pair{"semi_axes: [70 mm, 50 mm, 71 mm], inflation: 110 mm", "at most 1.5 times"},

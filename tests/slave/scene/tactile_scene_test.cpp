@@ -39,7 +39,7 @@ std::string Tactile8(const std::string& keys, const std::string& geometry = kBox
 class TactileSceneTest : public ::testing::Test {
  protected:
   TactileSceneTest() {
-    for (const char* name : {"rh_tactile.csv", "layout.csv", "fitted.json"}) {
+    for (const char* name : {"rh_tactile.csv", "layout.csv", "fitted.json", "poses.csv"}) {
       folder_.Write(name, "");
     }
     std::filesystem::create_directory(folder_.path() / "net");
@@ -58,7 +58,8 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
   const Scene scene = Load(Tactile8(
       "source: rh_tactile.csv, finger: th, pose: {translation: [0, 0, 50 mm], rotation: [0, 0, 90 "
       "deg]}, network: net, rest: first 7, rate: 0.2 kHz, electrodes: layout.csv, localise: "
-      "paper, threshold: 3, radius: 6 mm, pose_tolerance: 1 deg, patch: 8 mm, hold: displacement"));
+      "paper, threshold: 3, radius: 6 mm, pose_tolerance: 1 deg, patch: 8 mm, hold: displacement, "
+      "poses: poses.csv"));
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   const Finger& finger = tactile.fingers.at(0);
   EXPECT_EQ(finger.name, "th");
@@ -74,6 +75,7 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
   EXPECT_NEAR(tactile.pose_tolerance, 0.0174533, 1e-7);
   EXPECT_DOUBLE_EQ(tactile.patch, 8e-3);
   EXPECT_EQ(tactile.hold, Tactile::Hold::kDisplacement);
+  EXPECT_EQ(tactile.poses, folder_.path() / "poses.csv");
 }
 
 // Reference: sections.h; the object is a box of 60 x 40 x 20 mm.
@@ -136,6 +138,8 @@ const BadTactile kBad[] = {
      "no file"},
     {"NoSuchNetwork", "source: stream, network: none",
      "sense.tactile.network = none: expected a folder with network.json; there"},
+    {"PosesOfAStream", "source: stream, poses: poses.csv",
+     "sense.tactile.poses = poses.csv: expected nothing here: only a recording"},
     {"RestAsNumber", "source: stream, rest: 50",
      "sense.tactile.rest = 50: expected `first N`, N from 1 to 10000 samples"},
     {"FingerAndFingers", "source: stream, finger: rf, fingers: {rf: {}}",

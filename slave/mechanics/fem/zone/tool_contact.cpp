@@ -51,7 +51,11 @@ void ToolContact::FindGaps(const VectorXd& u) noexcept {
                       0.5 * placement_.width * (1 + 1e-9);
       point.least = point.normal.dot(apex - point.rest);
     } else {
-      const Vector3d centre = apex + tool_.radius * placement_.normal;
+      Vector3d centre = apex + tool_.radius * placement_.normal;
+      if (tool_.shape == RigidTool::Shape::kCapsule) {
+        const double half = 0.5 * tool_.length;
+        centre += std::clamp(tool_.axis_O.dot(at - centre), -half, half) * tool_.axis_O;
+      }
       const Vector3d from = at - centre;
       const double distance = from.norm();
       // Points beside the tool's middle and above it are not pushed sideways.

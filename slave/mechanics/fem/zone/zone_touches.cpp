@@ -74,7 +74,8 @@ double ZoneTouches::ToolRadius(double width, double depth) const {
   const RigidTool& tool = params_.tool;
   if (tool.shape == RigidTool::Shape::kFlat) return 0.5 * width;
   const double capped = std::clamp(depth, 0.0, tool.radius);
-  return std::sqrt(capped * (2 * tool.radius - capped));
+  const double cut = std::sqrt(capped * (2 * tool.radius - capped));
+  return cut + (tool.shape == RigidTool::Shape::kCapsule ? 0.5 * tool.length : 0);
 }
 
 void ZoneTouches::AddToolPoints(double edge, ZoneSet::Touch* touch) const {
@@ -93,6 +94,7 @@ std::string_view ZoneTouches::MakeTool(const Contact& contact, int near,
   ZoneContact& made = touch->contact;
   made.tool = params_.tool;
   made.tool->radius /= unit_;
+  made.tool->length /= unit_;
   made.placement = {contact.p_O / unit_, normal, contact.width / unit_};
   made.friction = params_.friction;
   const double depth = -contact.prescribed_O.dot(normal);

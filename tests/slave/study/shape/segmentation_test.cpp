@@ -66,7 +66,7 @@ TEST(SegmentationTest, LabelledObjectsOfRecordedCloudsAreFound) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() != ".pcd") continue;
     const auto cloud = ReadPcd(entry.path()).cloud;
-    const auto rows = ScoreLabels(*cloud, Segment(cloud));
+    const auto rows = ScoreLabels(*cloud, Segment(cloud, Segmenting::kSurfaces));
     if (rows.empty()) continue;
     ++labelled;
     for (const LabelScore& row : rows) {
@@ -150,8 +150,9 @@ SurfaceMesh Box(const Vector3d& corner, const Vector3d& size) {
 
 constexpr Colour kWood{180, 160, 150}, kFoam{230, 220, 60}, kSkin{60, 60, 70};
 
-double Iou(const PointCloud::Ptr& cloud, std::uint32_t label) {
-  for (const auto& row : ScoreLabels(*cloud, Segment(cloud))) {
+double Iou(const PointCloud::Ptr& cloud, std::uint32_t label,
+           Segmenting method = Segmenting::kSurfaces) {
+  for (const auto& row : ScoreLabels(*cloud, Segment(cloud, method))) {
     if (row.label == label) return row.iou;
   }
   return 0;
@@ -210,7 +211,7 @@ PointCloud::Ptr CloudOf(const std::vector<Eigen::Vector3f>& points) {
 
 TEST(SegmentationTest, OnePointFewPointsAndAllInOnePlaceGiveNoRegion) {
   const auto regions = [](const std::vector<Eigen::Vector3f>& points) {
-    return Segment(CloudOf(points)).size;
+    return Segment(CloudOf(points), Segmenting::kSurfaces).size;
   };
   EXPECT_TRUE(regions({{0, 0, 1}}).empty());
   EXPECT_TRUE(regions(std::vector<Eigen::Vector3f>(5000, {0, 0, 1})).empty());
@@ -223,7 +224,7 @@ TEST(ObjectChoiceTest, PointAndPlaceEachChooseTheirRegion) {
   scene.Add(Box({-0.1, -0.03, 0}, {0.06, 0.06, 0.06}), kFoam);
   scene.Add(Box({0.04, -0.03, 0}, {0.06, 0.06, 0.06}), kSkin);
   const auto cloud = scene.Cloud();
-  const Segmentation segmentation = Segment(cloud);
+  const Segmentation segmentation = Segment(cloud, Segmenting::kSurfaces);
   const auto share_of = [&](const ObjectHint& hint, std::uint32_t label) {
     const ObjectChoice choice = ChooseObject(*cloud, segmentation, hint);
     const PointCloud chosen = Chosen(*cloud, segmentation, choice.regions);
