@@ -123,11 +123,11 @@ void HapticDevice::CheckReading(DeviceReading* reading) noexcept {
   }
 }
 
-WriteResult HapticDevice::Write(const Eigen::Vector3d& force_M,
-                                const Eigen::Vector3d& torque_M) noexcept {
+void HapticDevice::WriteWrench(const Eigen::Vector3d& force_M,
+                               const Eigen::Vector3d& torque_M) noexcept {
   if (!usable_) {
     DropForce();
-    return {DeviceOutput::kOff, status_.fault};
+    return;
   }
   bool changed = false;
   Wrench next{Limited(force_M, limit_, &changed), Limited(torque_M, torque_limit(), &changed)};
@@ -143,8 +143,6 @@ WriteResult HapticDevice::Write(const Eigen::Vector3d& force_M,
   sent_ = next;
   status_.output = DoWrite(next);
   if (changed && status_.output == DeviceOutput::kOk) status_.output = DeviceOutput::kSaturated;
-  return {status_.output,
-          status_.output == DeviceOutput::kOff ? DeviceFault::kForceOff : DeviceFault::kNone};
 }
 
 void HapticDevice::DropForce() noexcept {

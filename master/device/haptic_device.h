@@ -37,22 +37,13 @@ struct DeviceCapabilities {
 // One line: `6 axes sensed, 3 with force, up to 3.3 N, continuous 0.88 N, 500 N/m, 1000 Hz`.
 std::string InWords(const DeviceCapabilities& capabilities);
 
-// What became of a written force.
-struct WriteResult {
-  DeviceOutput output = DeviceOutput::kOk;
-  DeviceFault cause = DeviceFault::kNone;  // with kOff; kNone: off on request
-};
-
 class HapticDevice : public Device {
  public:
   static constexpr double kSlew = 200;  // largest change of a real device's force [N/s]
 
   DeviceReading Read(Time now) noexcept final;
   // Renders force [N] and torque [N m], within the limits. Real-time safe.
-  WriteResult Write(const Eigen::Vector3d& force_M, const Eigen::Vector3d& torque_M) noexcept;
-  void WriteWrench(const Eigen::Vector3d& force_M, const Eigen::Vector3d& torque_M) noexcept final {
-    Write(force_M, torque_M);
-  }
+  void WriteWrench(const Eigen::Vector3d& force_M, const Eigen::Vector3d& torque_M) noexcept final;
   void DropForce() noexcept final;
   void LowerForceLimit(double limit) noexcept final;
   void Guide(const DeviceGuide& /*guide*/) noexcept override {}

@@ -12,7 +12,6 @@ enum class RenderMode : std::uint8_t {
   kInterpolate,  // received forces, interpolated with a delay (DelayedLinear)
   kHold,         // the newest received force
 };
-inline constexpr int kRenderModes = 3;
 std::string_view ToString(RenderMode mode);  // `local`, `interpolate`, `hold`
 std::optional<RenderMode> ParseRenderMode(std::string_view text);
 

@@ -53,18 +53,4 @@ DeviceReading AxisMap::ToMaster(const DeviceReading& reading_D) const noexcept {
   return reading;
 }
 
-std::string ToString(const AxisMap& axes) {
-  std::string text;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      const double entry = axes.P()(row, column);
-      if (entry == 0) continue;
-      if (!text.empty()) text += ',';
-      if (entry < 0) text += '-';
-      text += kAxisLetters[static_cast<std::size_t>(column)];
-    }
-  }
-  return text;
-}
-
 }  // namespace palpate

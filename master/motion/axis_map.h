@@ -7,7 +7,6 @@
 // det(P) = -1 mirrors. Rotation rates and torques are axial vectors, so they change sign then.
 #pragma once
 
-#include <string>
 #include <string_view>
 
 #include <Eigen/Core>
@@ -40,8 +39,5 @@ class AxisMap {
  private:
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Identity();
 };
-
-// As Parse reads it: `-z,y,x`.
-std::string ToString(const AxisMap& axes);
 
 }  // namespace palpate

@@ -26,11 +26,6 @@ Quaterniond TeleopTransform::RotationToSlave(const Quaterniond& R_M) const {
   return (q_SM * R_M * begin->R_M.conjugate() * q_SM.conjugate() * begin->R_S).normalized();
 }
 
-Quaterniond TeleopTransform::RotationToMaster(const Quaterniond& R_S) const {
-  const Quaterniond q_SM(R_SM);
-  return (q_SM.conjugate() * R_S * begin->R_S.conjugate() * q_SM * begin->R_M).normalized();
-}
-
 void TeleopTransform::ZeroOffset(const Vector3d& p_M, const Vector3d& p_S) {
   offset = p_S - position_scale * (R_SM * p_M);
 }

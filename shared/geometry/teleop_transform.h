@@ -32,9 +32,8 @@ struct TeleopTransform {
   [[nodiscard]] Eigen::Vector3d ToMaster(const Eigen::Vector3d& p_S) const;
   [[nodiscard]] Eigen::Vector3d VelocityToSlave(const Eigen::Vector3d& v_M) const;
   [[nodiscard]] Eigen::Vector3d ForceToMaster(const Eigen::Vector3d& f_S) const;
-  // Rotation of the tool in S for one of the device in M, and the reverse; `begin` is set.
+  // Rotation of the tool in S for one of the device in M; `begin` is set.
   [[nodiscard]] Eigen::Quaterniond RotationToSlave(const Eigen::Quaterniond& R_M) const;
-  [[nodiscard]] Eigen::Quaterniond RotationToMaster(const Eigen::Quaterniond& R_S) const;
   // Sets the offset that maps `p_M` to `p_S`, so that engaging moves nothing.
   void ZeroOffset(const Eigen::Vector3d& p_M, const Eigen::Vector3d& p_S);
 };

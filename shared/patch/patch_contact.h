@@ -54,8 +54,7 @@ class PatchContact {
   [[nodiscard]] const PatchLaw& law() const noexcept { return to_.law; }
   // Predicted displacement of the moving surface at `then`, as known at `now` [m].
   [[nodiscard]] Eigen::Vector3d ShiftAt(double now, double then) const noexcept;
-  // Result of the last ForceAt for the first tool: contact, depth, and whether it is on the patch.
-  [[nodiscard]] bool touches() const noexcept { return touches_[0].touching; }
+  // Result of the last ForceAt for the first tool: depth, and whether it is on the patch.
   [[nodiscard]] double depth() const noexcept { return depth_; }  // [m]; negative outside
   [[nodiscard]] const Eigen::Vector3d& normal() const noexcept { return touches_[0].place.normal; }
   [[nodiscard]] bool serves() const noexcept { return serves_; }

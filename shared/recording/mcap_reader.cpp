@@ -138,7 +138,7 @@ bool McapReader::Take(McapRecord kind, std::string_view content, McapMessage* me
       return false;
     case McapRecord::kMessage:
       message->channel = numbers.Number<std::uint16_t>();
-      message->sequence = numbers.Number<std::uint32_t>();
+      numbers.Number<std::uint32_t>();  // sequence of the channel
       message->time = numbers.Number<std::uint64_t>();
       numbers.Number<std::uint64_t>();  // when it was published: the same
       message->data = numbers.rest();
@@ -163,7 +163,7 @@ void McapReader::TakeChannel(std::string_view content) {
   McapChannel channel;
   channel.schema = fields.Number<std::uint16_t>();
   channel.topic = fields.Text();
-  channel.message_encoding = fields.Text();
+  fields.Text();  // encoding of the messages
   if (fields.ok()) channels_.try_emplace(id, std::move(channel));
 }
 
@@ -191,7 +191,8 @@ void McapReader::TakeAttachment(std::string_view content) {
   McapUnpacker fields(content);
   fields.Number<std::uint64_t>();  // recorded
   fields.Number<std::uint64_t>();  // made
-  McapAttachment attachment{std::string(fields.Text()), std::string(fields.Text()), {}};
+  McapAttachment attachment{std::string(fields.Text()), {}};
+  fields.Text();  // media type
   attachment.data = fields.LongBytes();
   const auto checked = content.substr(0, content.size() - fields.rest().size());
   const auto crc = fields.Number<std::uint32_t>();

@@ -18,19 +18,18 @@
 namespace palpate {
 
 struct McapChannel {
-  std::string topic, message_encoding;
+  std::string topic;
   std::uint16_t schema = 0;
 };
 
 struct McapMessage {
   std::uint16_t channel = 0;
-  std::uint32_t sequence = 0;
   std::uint64_t time = 0;  // time of recording since 1970 [ns]
   std::string_view data;   // valid until the next read
 };
 
 struct McapAttachment {
-  std::string name, media_type, data;
+  std::string name, data;
 };
 
 class McapReader {

@@ -65,12 +65,6 @@ constexpr std::array kUnits{
     Unit{"in/in", Quantity::kNumber, 1},
 };
 
-std::string Lower(std::string_view text) {
-  std::string small(text);
-  std::ranges::transform(small, small.begin(), [](unsigned char c) { return std::tolower(c); });
-  return small;
-}
-
 // The micro sign and the Greek letter, in UTF-8 and in Latin-1, are written as u.
 std::string WithPlainMicro(std::string_view text) {
   std::string plain(text);
@@ -87,7 +81,7 @@ bool IsQualifier(std::string_view text) {
   constexpr std::array<std::string_view, 5> kShort{"true", "eng", "nom", "raw", "avg"};
   const bool letters = std::ranges::all_of(
       text, [](unsigned char c) { return std::isalpha(c) != 0 || c == ' ' || c >= 0x80; });
-  return letters && (text.size() > 5 || std::ranges::count(kShort, Lower(text)) > 0);
+  return letters && (text.size() > 5 || std::ranges::count(kShort, Lowercase(text)) > 0);
 }
 
 void TakeUnit(const Unit& unit, ColumnTitle* column) {
@@ -166,7 +160,7 @@ std::optional<Unit> FindUnit(std::string_view word) {
   const std::string plain = WithPlainMicro(word);
   if (plain == "mPa") return Unit{"mPa", Quantity::kStress, 1e-3};
   if (plain == "MN") return Unit{"MN", Quantity::kForce, 1e6};
-  const auto* found = std::ranges::find(kUnits, Lower(plain), &Unit::name);
+  const auto* found = std::ranges::find(kUnits, Lowercase(plain), &Unit::name);
   if (found == kUnits.end()) return std::nullopt;
   return *found;
 }
@@ -181,7 +175,7 @@ ColumnTitle SplitTitle(std::string_view title) {
 ColumnTitle SplitFreeTitle(std::string_view title) {
   ColumnTitle column = SplitTitle(title);
   if (!column.to_si && column.unknown_unit.empty()) TakeSuffix(&column);
-  column.name = Lower(Trimmed(column.name));
+  column.name = Lowercase(Trimmed(column.name));
   std::ranges::replace(column.name, '_', ' ');
   return column;
 }

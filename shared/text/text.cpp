@@ -33,6 +33,12 @@ void RequireNotNegative(std::string_view name, double value) {
   if (!(value >= 0 && std::isfinite(value))) RefuseValue(name, value, "finite and >= 0");
 }
 
+std::string Lowercase(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return lower;
+}
+
 std::string_view Trimmed(std::string_view text) noexcept {
   constexpr std::string_view kBlank = " \t\r\n";
   const auto first = text.find_first_not_of(kBlank);

@@ -51,6 +51,9 @@ void RequireNotNegative(std::string_view name, double value);
 // Removes blanks, tabs and line ends at both ends.
 std::string_view Trimmed(std::string_view text) noexcept;
 
+// ASCII letters in lower case.
+std::string Lowercase(std::string_view text);
+
 // Parses a number in any locale: `12`, `-0.5`, `+3e4`. nullopt: no number, other text, or not
 // finite.
 std::optional<double> ParseFinite(std::string_view text) noexcept;

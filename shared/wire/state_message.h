@@ -12,8 +12,8 @@
 
 namespace palpate {
 
-// Largest message of a state with one planar contact [bytes]; and of one with its moment.
-inline constexpr std::size_t kMaxStateBytes = 256, kMaxMomentStateBytes = 288;
+// Largest message of a state with one planar contact [bytes].
+inline constexpr std::size_t kMaxStateBytes = 256;
 
 // Overwrites `message`. No NaN is sent: a force that is not finite becomes unknown (absent,
 // VALIDITY_FAILED), and a local model that is not finite or has no plane becomes none. Fingers are

@@ -39,10 +39,6 @@ struct TargetTruth {
   double seconds = 0;  // on its path, since the first images
   Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first images
   Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();        // in the last ones
-  // Where the body's point is in the last images that was at `p_S_first` [m] in the first ones.
-  [[nodiscard]] Eigen::Vector3d PlaceOf(const Eigen::Vector3d& p_S_first) const {
-    return X_SB * (X_SB_first.inverse() * p_S_first);
-  }
 };
 
 class GroundTruth {

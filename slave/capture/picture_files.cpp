@@ -1,7 +1,6 @@
 #include "slave/capture/picture_files.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <fstream>
 #include <limits>
@@ -14,6 +13,7 @@
 #include <fnmatch.h>
 #include <opencv2/core.hpp>
 
+#include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 
 namespace palpate {
@@ -28,9 +28,7 @@ namespace fs = std::filesystem;
 bool IsPictureName(const fs::path& file) {
   static const std::vector<std::string> kExtensions = {
       ".png", ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".pgm", ".ppm", ".pnm", ".webp"};
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = Lowercase(file.extension().string());
   return std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 

@@ -1,7 +1,6 @@
 #include "slave/identify/material_test.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -42,12 +41,6 @@ Matrix3d Nominal(const HyperLaw& law, const Matrix3d& F) {
 }
 
 }  // namespace
-
-std::string_view NameOf(TestKind kind) {
-  constexpr std::array<std::string_view, 7> kNames{
-      "uniaxial", "equibiaxial", "planar", "biaxial", "shear", "tensor", "relaxation"};
-  return kNames[static_cast<std::size_t>(kind)];
-}
 
 Vector3d PrincipalStretches(TestKind kind, double stretch, double across) {
   switch (kind) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -12,8 +11,7 @@
 
 namespace palpate::identify {
 
-enum class TestKind { kUniaxial, kEquibiaxial, kPlanar, kBiaxial, kShear, kTensor, kRelaxation };
-std::string_view NameOf(TestKind kind);
+enum class TestKind { kUniaxial, kEquibiaxial, kPlanar, kBiaxial, kShear, kTensor };
 
 // Stretches along, across and through the specimen under a load of this kind with free faces;
 // planar keeps the second at 1. The volume is kept. `across`: for kBiaxial.

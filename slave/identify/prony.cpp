@@ -199,7 +199,6 @@ PronyFit Fit(const std::vector<RelaxationTable>& tables) {
   const VectorXd fitted = data.A(Eigen::all, used) * solved.x, left = fitted - data.b;
   fit.rms = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())) /
             data.b.cwiseAbs().maxCoeff();
-  fit.fitted = {fitted.begin(), fitted.end()};
   const VectorXd sigma = solved.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Index last = solved.x.size() - 1;
   for (Index i = 0; i < last; ++i) {

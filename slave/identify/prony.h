@@ -24,7 +24,6 @@ struct PronyFit {
   std::vector<PronyTerm> terms;       // from the fastest on
   double instant = 0;                 // G_inf + sum of G_i [Pa]
   double rms = 0;                     // over the peak [-]
-  std::vector<double> fitted;         // [Pa], per row
   int dropped = 0;                    // terms whose interval includes zero
 
   [[nodiscard]] double At(double time) const;  // G(time) [Pa]

@@ -63,7 +63,6 @@ class ImageLatencyEstimator {
     gap_.setZero();
     open_ = 0;
   }
-  [[nodiscard]] double late() const { return late_; }  // one sigma [s]
 
  private:
   static constexpr double kMemory = 0.5;    // [s]
@@ -109,7 +108,7 @@ class ImageLatencyEstimator {
   std::optional<Last> last_;
   Eigen::Vector3d gap_{0, 0, 0};           // recent difference of images and encoders [m]
   double open_ = 0;                        // part of it beyond the noise [m]
-  double late_ = kUnknown, distrust_ = 0;  // [s]
+  double late_ = kUnknown, distrust_ = 0;  // one sigma [s]
   bool follows_ = true;
   double speed_ = 0,
          in_speed_ = 0;  // largest recent speed of the manipulator, along the normal [m/s]

@@ -1,27 +1,12 @@
 #include "slave/live/live_settings.h"
 
-#include <cmath>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 #include <variant>
 
-#include <spdlog/fmt/fmt.h>
-
 namespace palpate {
 namespace {
-
-// A model is made by a solution of n^3 steps, and nobody waits a minute for it.
-void RefuseLongMaking(int elements) {
-  constexpr double kOfThousand = 2, kLongest = 10;  // [s]
-  const double thousands = elements / 1000.0;
-  const double takes = kOfThousand * thousands * thousands * thousands;
-  if (takes <= kLongest) return;
-  throw std::invalid_argument(
-      fmt::format("elements = {}: takes about {:.0f} s to build: expected a number that takes at "
-                  "most {} s, {:.0f}",
-                  elements, takes, kLongest, 1000 * std::cbrt(kLongest / kOfThousand)));
-}
 
 // What `auto` decides about.
 bool IsSameModel(const ModelOptions& a, const ModelOptions& b) {
@@ -133,9 +118,8 @@ bool LiveSettings::TryAdopt(const Scene& changed, std::uint32_t revision,
 void LiveSettings::SetModel(const ModelChange& change, Progress* progress) {
   const std::lock_guard one_at_a_time(change_mutex_);
   RefuseUnlessFree();
-  RefuseLongMaking(change.elements);
   Scene changed = scene();
-  changed.model = Changed(changed.model, change, info().changeable);
+  changed.model = Changed(changed.model, change, info().object);
   std::unique_ptr<PreparedModel> prepared = Prepare(changed, progress);
   const std::scoped_lock lock(*sense_mutex_, mutex_);
   RefuseUnlessFree();  // an operator may have engaged meanwhile

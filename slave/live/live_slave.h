@@ -76,7 +76,7 @@ class LiveSlave final : public Slave {
   PatchSnapshot Patch() override { return sensing_.Patch(); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
   [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
-  [[nodiscard]] DrivenArm* driven_arm() override { return manipulator_->driven(); }
+  [[nodiscard]] StreamedManipulator* driven_arm() override { return manipulator_->driven(); }
   [[nodiscard]] SceneSetup* setup() override { return nullptr; }
 
  private:

@@ -11,7 +11,7 @@
 #include "shared/state/sample_trace.h"
 #include "shared/state/slave_state.h"
 #include "shared/state/surface_patch.h"
-#include "slave/manipulator/driven_arm.h"
+#include "slave/manipulator/streamed_manipulator.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 
@@ -123,7 +123,7 @@ class Slave {
   // Receiver of streamed images; null: none.
   [[nodiscard]] virtual PictureInbox* picture_inbox() = 0;
   // The manipulator that a client drives; null: none.
-  [[nodiscard]] virtual DrivenArm* driven_arm() = 0;
+  [[nodiscard]] virtual StreamedManipulator* driven_arm() = 0;
   // The set-up of another scene; null: none.
   [[nodiscard]] virtual SceneSetup* setup() = 0;
 };

@@ -88,7 +88,7 @@ class SwitchedSlave final : public Slave {
   // A set-up has one camera, and no manipulator that a client drives.
   [[nodiscard]] TactileInbox* tactile_inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* picture_inbox() override { return nullptr; }
-  [[nodiscard]] DrivenArm* driven_arm() override { return nullptr; }
+  [[nodiscard]] StreamedManipulator* driven_arm() override { return nullptr; }
   [[nodiscard]] SceneSetup* setup() override { return setup_; }
 
  private:

@@ -1,4 +1,4 @@
-// A manipulator that an external driver moves: its reports and targets.
+// Reports and targets of a manipulator that an external driver moves.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,6 @@ struct ArmReading {
   std::uint64_t sequence = 0;
   Time measured_at{};  // driver's clock
   Eigen::Vector3d p_S_tip{0, 0, 0};
-  std::optional<Eigen::Vector3d> velocity;     // [m/s]
   std::optional<Eigen::Quaterniond> R_S_tool;  // nullopt: not measured
   std::optional<Eigen::Vector3d> force;        // of the object on the tool [N]
   bool at_limit = false;
@@ -40,26 +39,13 @@ struct ArmHealth {
   double rate = 0;  // of reports [Hz]
 };
 
-// Thread-safe; every call is short.
-class DrivenArm {
- public:
-  using DriverId = std::uint64_t;  // never 0
+using DriverId = std::uint64_t;  // never 0
 
-  struct Refusal {
-    std::string why;
-    bool is_held = false;  // by another driver: nothing is wrong with the reading
-    bool operator==(const Refusal&) const = default;
-  };
-
-  virtual ~DrivenArm() = default;
-  // The first reading of `driver` makes it the driver. nullopt: accepted. Otherwise the reading is
-  // not used.
-  virtual std::optional<Refusal> Take(DriverId driver, const std::string& name,
-                                      const ArmReading& reading, Time arrived_at) = 0;
-  // The driver has left, if it drove.
-  virtual void Leave(DriverId driver) = 0;
-  // The target at `now`; the arm's time advances from call to call.
-  virtual ArmAim Aim(Time now) = 0;
+// Why a reading is not used.
+struct DriverRefusal {
+  std::string why;
+  bool is_held = false;  // by another driver: nothing is wrong with the reading
+  bool operator==(const DriverRefusal&) const = default;
 };
 
 }  // namespace palpate

@@ -15,6 +15,8 @@
 
 namespace palpate {
 
+class StreamedManipulator;
+
 class Manipulator {
  public:
   virtual ~Manipulator() = default;
@@ -60,8 +62,8 @@ class Manipulator {
   [[nodiscard]] virtual std::optional<Eigen::Vector3d> measured_force() const noexcept {
     return std::nullopt;
   }
-  // Interface for the client that drives it; null: none.
-  [[nodiscard]] virtual DrivenArm* driven() noexcept { return nullptr; }
+  // The manipulator that a client drives; null: none does.
+  [[nodiscard]] virtual StreamedManipulator* driven() noexcept { return nullptr; }
 };
 
 // Creates the manipulator of the scene. Throws std::invalid_argument or std::runtime_error naming

@@ -136,9 +136,9 @@ std::optional<Eigen::Vector3d> StreamedManipulator::measured_force() const noexc
   return reading_->force;
 }
 
-std::optional<DrivenArm::Refusal> StreamedManipulator::Rejects(DriverId driver,
-                                                               const ArmReading& reading,
-                                                               Time arrived_at) const {
+std::optional<DriverRefusal> StreamedManipulator::Rejects(DriverId driver,
+                                                          const ArmReading& reading,
+                                                          Time arrived_at) const {
   if (driver_.id == 0) return std::nullopt;
   if (driver != driver_.id) {
     if (IsSilent(arrived_at)) return std::nullopt;
@@ -147,11 +147,11 @@ std::optional<DrivenArm::Refusal> StreamedManipulator::Rejects(DriverId driver,
              true}};
   }
   if (reading.sequence <= driver_.sequence) {
-    return Refusal{fmt::format("sequence = {}: expected one above the last, {}", reading.sequence,
-                               driver_.sequence)};
+    return DriverRefusal{fmt::format("sequence = {}: expected one above the last, {}",
+                                     reading.sequence, driver_.sequence)};
   }
   if (reading.measured_at <= driver_.measured_at) {
-    return Refusal{
+    return DriverRefusal{
         fmt::format("measured_at: expected a time that increases; this one changed by {} s",
                     SecondsBetween(driver_.measured_at, reading.measured_at))};
   }
@@ -210,10 +210,8 @@ void StreamedManipulator::Fail(const std::string& why, Time now) {
   Stand();
 }
 
-std::optional<DrivenArm::Refusal> StreamedManipulator::Take(DriverId driver,
-                                                            const std::string& name,
-                                                            const ArmReading& reading,
-                                                            Time arrived_at) {
+std::optional<DriverRefusal> StreamedManipulator::Take(DriverId driver, const std::string& name,
+                                                       const ArmReading& reading, Time arrived_at) {
   const std::lock_guard lock(mutex_);
   if (auto refusal = Rejects(driver, reading, arrived_at)) return refusal;
   // However short, somebody shall have seen it.

@@ -22,7 +22,7 @@ namespace palpate {
 // It has a fault and holds its last measured position while no driver is connected, the driver is
 // silent for longer than the scene allows, reports a fault, or reports a tip outside the workspace
 // or one that is unreachable since the last report.
-class StreamedManipulator final : public Manipulator, public DrivenArm {
+class StreamedManipulator final : public Manipulator {
  public:
   using Now = Time (*)();
   // `now`: clock, replaced in tests. Throws as TipFollower does.
@@ -41,12 +41,18 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   [[nodiscard]] bool is_faulty() const noexcept override { return IsFaultyAt(now_()); }
   [[nodiscard]] std::optional<ArmHealth> health() const override;
   [[nodiscard]] std::optional<Eigen::Vector3d> measured_force() const noexcept override;
-  [[nodiscard]] DrivenArm* driven() noexcept override { return this; }
+  [[nodiscard]] StreamedManipulator* driven() noexcept override { return this; }
 
-  std::optional<Refusal> Take(DriverId driver, const std::string& name, const ArmReading& reading,
-                              Time arrived_at) override;
-  void Leave(DriverId driver) override;
-  ArmAim Aim(Time now) override;
+  // For the driver's stream. Thread-safe; every call is short.
+  //
+  // The first reading of `driver` makes it the driver. nullopt: accepted. Otherwise the reading is
+  // not used.
+  std::optional<DriverRefusal> Take(DriverId driver, const std::string& name,
+                                    const ArmReading& reading, Time arrived_at);
+  // The driver has left, if it drove.
+  void Leave(DriverId driver);
+  // The target at `now`; the arm's time advances from call to call.
+  ArmAim Aim(Time now);
 
  private:
   static constexpr std::size_t kKept = 512;  // reports: half a second at 1 kHz
@@ -67,8 +73,8 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
 
   [[nodiscard]] bool IsFaultyAt(Time now) const noexcept;
   // With mutex_ held, as all functions below.
-  [[nodiscard]] std::optional<Refusal> Rejects(DriverId driver, const ArmReading& reading,
-                                               Time arrived_at) const;
+  [[nodiscard]] std::optional<DriverRefusal> Rejects(DriverId driver, const ArmReading& reading,
+                                                     Time arrived_at) const;
   // Fault of a readable reading; empty: none.
   [[nodiscard]] std::string FindFault(const ArmReading& reading, Time measured_at) const;
   void BeginWith(DriverId driver, const std::string& name);

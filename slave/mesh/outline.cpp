@@ -23,10 +23,6 @@ std::string NameOf(std::size_t loop) {
   throw std::invalid_argument(NameOf(loop) + ": " + what);
 }
 
-double Cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) {
-  return u.x() * v.y() - u.y() * v.x();
-}
-
 // On which side of the line a-b `p` lies: 1 left, -1 right, 0 on it, to rounding at unit size.
 int SideOf(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
   const double area = Cross(b - a, p - a);

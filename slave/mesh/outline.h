@@ -9,6 +9,11 @@
 
 namespace palpate {
 
+// z component of the cross product: positive if `v` lies counter-clockwise of `u`.
+inline double Cross(const Eigen::Vector2d& u, const Eigen::Vector2d& v) {
+  return u.x() * v.y() - u.y() * v.x();
+}
+
 // Closed polygons: the last point joins the first.
 struct Outline {
   std::vector<Eigen::Vector2d> outer;               // counter-clockwise, >= 3 points

@@ -1,9 +1,6 @@
-#include <algorithm>
-#include <array>
 #include <atomic>
 #include <memory>
 #include <mutex>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -132,47 +129,16 @@ class AwaitedSense final : public SensingPipeline {
   std::string trouble_;
 };
 
-constexpr int kFewestElements = 3;  // [-] [derived: a closed outline needs three]
-
 [[noreturn]] void Refuse(const std::string& what, const std::string& accepted) {
   throw std::invalid_argument(what + ": expected " + accepted);
 }
 
-void SetKind(const std::string& kind, const Changeable& accepted, ModelOptions* model) {
-  if (!IsKindFor(*accepted.object, kind)) {
+void SetKind(const std::string& kind, ObjectClass object, ModelOptions* model) {
+  if (!IsKindFor(object, kind)) {
     const std::string_view replacement = ReplacementOf(kind);
-    Refuse("kind = " + kind,
-           replacement.empty() ? KindsFor(*accepted.object) : std::string(replacement));
+    Refuse("kind = " + kind, replacement.empty() ? KindsFor(object) : std::string(replacement));
   }
   model->kind = kind;
-}
-
-void SetElements(int elements, const Changeable& accepted, ModelOptions* model) {
-  const std::string what = fmt::format("elements = {}", elements);
-  if (accepted.most_elements == 0) Refuse(what, "none here, because the mesh comes from the scene");
-  if (elements < kFewestElements || elements > accepted.most_elements) {
-    Refuse(what, fmt::format("{} to {}", kFewestElements, accepted.most_elements));
-  }
-  model->elements = elements;
-}
-
-void SetPlane(const std::string& plane, const Changeable& accepted, ModelOptions* model) {
-  if (!accepted.plane) Refuse("plane = " + plane, "none here");
-  if (plane != "stress" && plane != "strain") Refuse("plane = " + plane, "stress, strain");
-  model->plane = plane == "stress" ? Plane::kStress : Plane::kStrain;
-}
-
-void SetContact(const std::string& contact, const Changeable& accepted, ModelOptions* model) {
-  if (!accepted.contact) Refuse("contact = " + contact, "none here");
-  const std::array laws{ContactLaw::kBonded, ContactLaw::kFrictionless, ContactLaw::kFriction};
-  // Only the scene states a coefficient.
-  const auto offered = std::span(laws).first(model->friction > 0 ? 3 : 2);
-  const auto law = std::ranges::find(offered, contact, [](ContactLaw one) { return WordOf(one); });
-  if (law == offered.end()) {
-    Refuse("contact = " + contact,
-           std::string("bonded, frictionless") + (offered.size() > 2 ? ", friction" : ""));
-  }
-  model->contact = *law;
 }
 
 // Only some models have friction.
@@ -228,13 +194,11 @@ struct SenseMaker {
 
 }  // namespace
 
-ModelOptions Changed(ModelOptions model, const ModelChange& change, const Changeable& accepted) {
-  if (!accepted.object) Refuse("kind = " + change.kind, "none, because no force is estimated here");
+ModelOptions Changed(ModelOptions model, const ModelChange& change,
+                     std::optional<ObjectClass> object) {
+  if (!object) Refuse("kind = " + change.kind, "none, because no force is estimated here");
   model.decision = {};  // whoever changes it decides
-  if (!change.kind.empty()) SetKind(change.kind, accepted, &model);
-  if (change.elements != 0) SetElements(change.elements, accepted, &model);
-  if (!change.plane.empty()) SetPlane(change.plane, accepted, &model);
-  if (!change.contact.empty()) SetContact(change.contact, accepted, &model);
+  if (!change.kind.empty()) SetKind(change.kind, *object, &model);
   RequireFriction(model);
   return model;
 }

@@ -26,23 +26,6 @@
 namespace palpate {
 namespace {
 
-// What of `settings` is not as it is.
-ModelChange ChangeTo(const v1::SenseStep::Settings& settings, const Scene& scene) {
-  v1::SenseStep::Settings known;
-  ToProto(scene, &known);
-  ModelChange change;
-  if (settings.kind() != known.kind()) change.kind = settings.kind();
-  if (settings.elements() != known.elements()) change.elements = settings.elements();
-  if (settings.plane() != known.plane()) change.plane = settings.plane();
-  if (settings.contact() != known.contact()) change.contact = settings.contact();
-  return change;
-}
-
-bool IsNone(const ModelChange& change) {
-  return change.kind.empty() && change.elements == 0 && change.plane.empty() &&
-         change.contact.empty();
-}
-
 double Distance(const v1::Vec3& a, const v1::Vec3& b) {
   return std::hypot(a.x() - b.x(), a.y() - b.y(), a.z() - b.z());
 }
@@ -151,9 +134,8 @@ class Again {
 
   void Adopt(const v1::SenseStep::Settings& settings) {
     Scene changed = scene_;
-    const ModelChange change = ChangeTo(settings, scene_);
-    if (!IsNone(change)) {
-      changed.model = Changed(changed.model, change, sense_->info().changeable);
+    if (settings.kind() != scene_.model.kind) {
+      changed.model = Changed(changed.model, {settings.kind()}, sense_->info().object);
     }
     if (!settings.decided().empty() && !ApplyDecided(settings.decided(), &changed)) {
       throw InputError("a recorded decision: expected a kind of model for this object");

@@ -80,9 +80,6 @@ TactileFrame FromProto(const v1::TactileInstant& message) {
 
 void ToProto(const Scene& scene, v1::SenseStep::Settings* message) {
   message->set_kind(scene.model.kind);
-  message->set_elements(scene.model.elements);
-  message->set_plane(scene.model.plane == Plane::kStress ? "stress" : "strain");
-  message->set_contact(std::string(WordOf(scene.model.contact)));
   message->set_young_modulus(scene.object.material.young_modulus);
   if (!scene.model.decision.reason.empty()) message->set_decided(DecidedText(scene));
 }

@@ -74,13 +74,6 @@ void Svg::Polyline(std::span<const Eigen::Vector2d> points, std::string_view sty
   Close("polyline");
 }
 
-void Svg::Polygon(std::span<const Eigen::Vector2d> corners, std::string_view style_class,
-                  std::string_view tooltip) {
-  Open("polygon", style_class);
-  AddPoints(corners);
-  Close("polygon", tooltip);
-}
-
 void Svg::Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
                     std::string_view style_class) {
   Draw("rect", style_class,

@@ -24,8 +24,6 @@ class Svg {
   // `style_class`: one or more class names.
   void Line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, std::string_view style_class);
   void Polyline(std::span<const Eigen::Vector2d> points, std::string_view style_class);
-  void Polygon(std::span<const Eigen::Vector2d> corners, std::string_view style_class,
-               std::string_view tooltip = {});
   void Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
                  std::string_view style_class);
   void Circle(const Eigen::Vector2d& centre, double radius, std::string_view style_class,

@@ -1,11 +1,11 @@
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <system_error>
 
+#include "shared/text/text.h"
 #include "slave/mesh/outline.h"
 #include "slave/scene/contour_file.h"
 #include "slave/scene/materials.h"
@@ -123,8 +123,7 @@ MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   MeshFileGeometry mesh{context.folder / name, ReadUnit(geometry), geometry.Number("resolution")};
   if (name.empty()) return mesh;
   std::error_code error;
-  std::string ending = mesh.file.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string ending = Lowercase(mesh.file.extension().string());
   const bool is_known = std::ranges::find(kEndings, ending) != kEndings.end();
   if (!is_known || !std::filesystem::is_regular_file(mesh.file, error)) {
     geometry.Refuse("mesh", kAccepted);

@@ -1,16 +1,14 @@
 #include <algorithm>
-#include <cctype>
 #include <system_error>
 
 #include <fnmatch.h>
 
+#include "shared/text/text.h"
 #include "slave/scene/sections.h"
 
 namespace palpate {
 bool IsVideo(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = Lowercase(file.extension().string());
   constexpr std::array kVideos{".avi", ".mp4", ".mkv", ".mov"};
   return std::ranges::find(kVideos, extension) != kVideos.end();
 }

@@ -7,7 +7,6 @@ namespace palpate {
 namespace {
 
 constexpr double kFarthest = 100;           // [m]
-constexpr double kFastest = 100;            // [m/s]
 constexpr double kLongestDelay = 1;         // of an image [s]
 constexpr std::size_t kLongestFault = 200;  // [characters]
 
@@ -72,9 +71,6 @@ std::optional<ArmReading> FromProto(const v1::ArmReport& message, std::string* r
   reading.sequence = message.sequence();
   reading.measured_at = reader.Stamp("measured_at", message.measured_at());
   reading.p_S_tip = reader.Vector("p_S_tip", message.p_s_tip(), kFarthest);
-  if (message.has_velocity()) {
-    reading.velocity = reader.Vector("velocity", message.velocity(), kFastest);
-  }
   if (message.has_measured_force()) {
     reading.force = reader.Vector("measured_force", message.measured_force(), kMaxForce);
   }

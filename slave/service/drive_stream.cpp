@@ -19,9 +19,10 @@ grpc::Status Refused(const std::string& why) {
 
 }  // namespace
 
-DriveStream::DriveStream(DrivenArm* arm) : arm_(arm), driver_(NewStreamId()), pace_(kMostReports) {}
+DriveStream::DriveStream(StreamedManipulator* arm)
+    : arm_(arm), driver_(NewStreamId()), pace_(kMostReports) {}
 
-DriveStream::Reactor* DriveStream::Open(DrivenArm* arm, DriveStreams* streams) {
+DriveStream::Reactor* DriveStream::Open(StreamedManipulator* arm, DriveStreams* streams) {
   if (arm == nullptr) {
     return new RefusedStream<Reactor>(
         Error(v1::ERROR_REASON_NOT_STREAMED,

@@ -11,7 +11,7 @@
 #include "palpate/v1/devices.pb.h"
 
 #include "slave/capture/pace_limit.h"
-#include "slave/manipulator/driven_arm.h"
+#include "slave/manipulator/streamed_manipulator.h"
 #include "slave/service/status.h"
 #include "slave/service/stream_list.h"
 
@@ -26,7 +26,7 @@ class DriveStream final
   using Reactor = grpc::ServerBidiReactor<v1::ArmReport, v1::ArmTarget>;
 
   // `arm` outlives the stream; null: the stream is rejected.
-  static Reactor* Open(DrivenArm* arm, DriveStreams* streams);
+  static Reactor* Open(StreamedManipulator* arm, DriveStreams* streams);
 
   // The slave is stopping.
   void Close() { End(Stopping()); }
@@ -35,7 +35,7 @@ class DriveStream final
   void OnWriteDone(bool ok) override;
 
  private:
-  explicit DriveStream(DrivenArm* arm);
+  explicit DriveStream(StreamedManipulator* arm);
 
   // Why the report that was read cannot be taken; OK: it was.
   grpc::Status Take();
@@ -44,8 +44,8 @@ class DriveStream final
   void Write(Time now);
   void OnQuiet() override { arm_->Leave(driver_); }
 
-  DrivenArm* const arm_;
-  const DrivenArm::DriverId driver_;
+  StreamedManipulator* const arm_;
+  const DriverId driver_;
   v1::ArmReport report_;  // gRPC's while a read is waiting
   v1::ArmTarget target_;  // gRPC's while `writing_`
   std::string name_;      // used by the reading thread only, as the next two

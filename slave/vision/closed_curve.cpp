@@ -2,12 +2,10 @@
 
 #include <cmath>
 
+#include "slave/mesh/outline.h"
+
 namespace palpate {
 namespace {
-
-double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) noexcept {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 // Segments ab and cd share a point.
 bool SegmentsIntersect(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,

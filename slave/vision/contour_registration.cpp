@@ -209,9 +209,6 @@ OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, Cur
   if (!credible) return fit;
   fit.found = true;
   fit.X_SO = X_SO * X_OO;
-  fit.shift = (fit.X_SO.translation() - X_SO.translation()).head<2>();
-  const Eigen::Matrix3d turn_S = fit.X_SO.linear() * X_SO.linear().transpose();
-  fit.rotation = std::atan2(turn_S(1, 0), turn_S(0, 0));
   return fit;
 }
 

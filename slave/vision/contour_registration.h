@@ -14,8 +14,6 @@ namespace palpate {
 struct OutlineFit {
   bool found = false;                                      // enough inliers, and a small correction
   Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();  // corrected pose of the object
-  Eigen::Vector2d shift{0, 0};                             // of O's origin, S [m]
-  double rotation = 0;                                     // about z of S [rad]
   double rms_px = 0;       // distance of the inliers to the outline [px]
   int inliers = 0;         // of the contour's points
   double scale = 1;        // size of the contour relative to the outline [-]

@@ -1,12 +1,9 @@
 // Result of tracking in one image, and the mapping of its pixels to S.
 #pragma once
 
-#include <cstdint>
-
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/state/clock.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -23,12 +20,6 @@ struct TipObservation {
   // From the aligned part of the tip to the tip [px]: in an image that has grown the tip is farther
   // from it.
   Eigen::Vector2d lever{0, 0};
-};
-
-struct Observation {
-  std::uint64_t sequence = 0;
-  Time sensed_at{};
-  TipObservation tip;
 };
 
 // Mapping of the image plane I to the plane z = 0 of S: one pixel size, one pose, no perspective

@@ -49,8 +49,7 @@ Eigen::Vector2d GivenDirection(const Scene& scene, const CameraView& view) {
 
 // Nothing but the picture tells the outline, and nobody stated where in the picture it is.
 bool IsOnlySeen(const Scene& scene) {
-  const bool found =
-      std::holds_alternative<std::monostate>(scene.sense.Find<ContourTracking>()->start);
+  const bool found = scene.sense.Find<ContourTracking>()->start.empty();
   return found && std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
 }
 
@@ -150,7 +149,7 @@ struct TipAndContourTracker::Parts {
   Eigen::Vector2d direction{0, 0};  // of the tool in the picture; zero: nobody knows
   std::optional<TipTracker> tip;
   RestContour contour;
-  Observation observation;
+  TipObservation observation;
 };
 
 TipAndContourTracker::TipAndContourTracker(const Scene& scene, const cv::Mat& first,
@@ -158,17 +157,14 @@ TipAndContourTracker::TipAndContourTracker(const Scene& scene, const cv::Mat& fi
     : parts_(std::make_unique<Parts>(scene, first, tip_hint_I)) {}
 TipAndContourTracker::~TipAndContourTracker() = default;
 
-const Observation& TipAndContourTracker::Process(const cv::Mat& image, std::uint64_t sequence,
-                                                 Time sensed_at) noexcept {
-  Observation& seen = parts_->observation;
+const TipObservation& TipAndContourTracker::Process(const cv::Mat& image) noexcept {
+  TipObservation& seen = parts_->observation;
   seen = {};
-  seen.sequence = sequence;
-  seen.sensed_at = sensed_at;
   if (!parts_->format.Fits(image)) return seen;
   try {
-    if (parts_->tip) seen.tip = parts_->tip->Track(image);
+    if (parts_->tip) seen = parts_->tip->Track(image);
   } catch (const std::exception&) {  // no memory
-    seen.tip = {};
+    seen = {};
     parts_->tip->Forget();
   }
   return seen;

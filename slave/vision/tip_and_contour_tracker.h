@@ -25,7 +25,7 @@ class TipAndContourTracker {
 
   // Processes one image. An image of another size or depth than the first, or an empty one, gives
   // an observation with nothing found; never throws. Call from one thread.
-  const Observation& Process(const cv::Mat& image, std::uint64_t sequence, Time sensed_at) noexcept;
+  const TipObservation& Process(const cv::Mat& image) noexcept;
 
   // Outline of the object at rest in the first image, counter-clockwise in S. Empty if the scene
   // tracks no contour.

@@ -160,10 +160,10 @@ TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherPictures) {
     UseTemplate(scene, tip.from, tip.window, tip.from_tip);
     const cv::Mat image = Read(tip.picture);
     TipAndContourTracker tracking(scene, image, std::nullopt);
-    const Observation& seen = tracking.Process(image, 1, {});
-    ASSERT_TRUE(seen.tip.found) << tip.picture << ", score " << seen.tip.score;
-    EXPECT_GT(seen.tip.score, 0.9) << tip.picture;
-    EXPECT_LT((seen.tip.p_I - tip.tip).norm(), 6) << tip.picture << " " << seen.tip.p_I.transpose();
+    const TipObservation& seen = tracking.Process(image);
+    ASSERT_TRUE(seen.found) << tip.picture << ", score " << seen.score;
+    EXPECT_GT(seen.score, 0.9) << tip.picture;
+    EXPECT_LT((seen.p_I - tip.tip).norm(), 6) << tip.picture << " " << seen.p_I.transpose();
   }
 }
 
@@ -222,15 +222,15 @@ TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
       UseTemplate(scene, pipette.from, pipette.window, pipette.tip);
       const cv::Mat image = Read(mark.picture);
       TipAndContourTracker tracking(scene, image, std::nullopt);
-      const Observation& seen = tracking.Process(image, 1, {});
+      const TipObservation& seen = tracking.Process(image);
       marked += mark.tip.has_value() ? 1 : 0;
-      if (!seen.tip.found) continue;
+      if (!seen.found) continue;
       ++found;
-      ASSERT_TRUE(mark.tip) << mark.picture << " has none; score " << seen.tip.score << " at "
-                            << seen.tip.p_I.transpose();
-      EXPECT_LT((seen.tip.p_I - *mark.tip).norm(), 10)
-          << mark.picture << " from " << pipette.from << ": " << seen.tip.p_I.transpose()
-          << ", score " << seen.tip.score;
+      ASSERT_TRUE(mark.tip) << mark.picture << " has none; score " << seen.score << " at "
+                            << seen.p_I.transpose();
+      EXPECT_LT((seen.p_I - *mark.tip).norm(), 10)
+          << mark.picture << " from " << pipette.from << ": " << seen.p_I.transpose() << ", score "
+          << seen.score;
     }
   }
   EXPECT_GE(found, marked / 3) << "lost everywhere is no tracker";
@@ -253,10 +253,10 @@ TEST_F(ZebrafishTest, ThePipetteIsFollowedToATenthOfAPixel) {
     cv::warpAffine(image, moved, motion, image.size(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
     cv::randn(noise, 0, 1);
     cv::add(moved, noise, moved, cv::noArray(), CV_8U);
-    const Observation& seen = tracking.Process(moved, static_cast<std::uint64_t>(k), {});
-    ASSERT_TRUE(seen.tip.found) << k << ", score " << seen.tip.score;
-    EXPECT_FALSE(seen.tip.reacquired) << k;
-    EXPECT_LT((seen.tip.p_I - tip - way).norm(), 0.1) << k;
+    const TipObservation& seen = tracking.Process(moved);
+    ASSERT_TRUE(seen.found) << k << ", score " << seen.score;
+    EXPECT_FALSE(seen.reacquired) << k;
+    EXPECT_LT((seen.p_I - tip - way).norm(), 0.1) << k;
   }
 }
 

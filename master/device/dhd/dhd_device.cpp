@@ -47,17 +47,11 @@ constexpr std::array<Model, 5> kModels{{{"omega", 12, 0, 5000},
                                         {"lambda", 12, 0.2, 8000},
                                         {"falcon", 8, 0, 3000}}};
 
-std::string Lower(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 DeviceCapabilities CapabilitiesOf(const DhdApi& api, char id, const std::string& name) {
   DeviceCapabilities own;
   Model limits{"", 8, 0, 3000};  // an unknown model has the lowest limits
   for (const Model& model : kModels) {
-    if (Lower(name).find(model.name) != std::string::npos) limits = model;
+    if (Lowercase(name).find(model.name) != std::string::npos) limits = model;
   }
   const bool active_wrist = api.has_active_wrist(id);
   own.sensed_dof = api.has_wrist(id) ? 6 : 3;

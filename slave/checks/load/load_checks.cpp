@@ -1,12 +1,16 @@
 #include "slave/checks/load/load_checks.h"
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "slave/checks/chi_square.h"
 #include "slave/checks/load/dome_rest_shape.h"
 #include "slave/checks/load/encoder_depth.h"
 #include "slave/checks/load/flat_at_rest.h"
 #include "slave/checks/load/load_limits.h"
-#include "slave/checks/load/residual.h"
 #include "slave/checks/load/tension.h"
-#include "slave/checks/load/timing.h"
 
 namespace palpate {
 namespace {
@@ -57,6 +61,60 @@ class ScaleCheck final : public Check<LoadSample> {
   void Examine(const LoadSample& sample, Findings* findings) noexcept override {
     findings->Widen(LoadLimits::kForceOfScale * sample.seen.scale_error * sample.load.force);
   }
+};
+
+// One load explains the measured displacements: reduced chi-square of the residuals against their
+// noise, with a share of the deflection for the error of the model.
+class ResidualCheck final : public Check<FitSample> {
+ public:
+  // `noise`: residual that is accepted while that without contact is unknown [sigma].
+  // `model_error`: by the largest deflection [-].
+  ResidualCheck(double noise, double model_error) : noise_(noise), model_error_(model_error) {}
+
+  void Examine(const FitSample& sample, Findings* findings) noexcept override {
+    if (sample.left_out > LoadLimits::kMostLeftOut * sample.points) {
+      findings->Fail(FailedCheck::kMisfit,
+                     "more than a quarter of the points contradict the others");
+    }
+    const double rest = sample.rest_residual;
+    // Without a load the residual is what that at rest is learnt from.
+    const bool is_known = rest > 0 && sample.freedom > 0 && sample.load.force != 0;
+    const double noise =
+        is_known ? rest * rest * ChiSquareGate(sample.freedom) / sample.freedom : noise_ * noise_;
+    const double model = sample.sigma > 0 ? model_error_ * sample.deepest / sample.sigma : 0;
+    if (sample.load.residual * sample.load.residual <= noise + model * model) return;
+    findings->Fail(FailedCheck::kMisfit,
+                   "no load of this width explains the measured surface within its noise");
+  }
+
+ private:
+  double noise_, model_error_;
+};
+
+// An error of the timestamps is an error of the force, by what the force changes meanwhile.
+class TimingCheck final : public Check<LoadSample> {
+ public:
+  // The larger of two changes, since where the tool turns back there seems to be none. What is no
+  // more than noise is no change.
+  void Examine(const LoadSample& sample, Findings* findings) noexcept override {
+    if (!IsForceKnown(sample.load.validity)) return;
+    const double force = sample.load.force;
+    const double change = last_force_ ? std::abs(force - *last_force_) : 0;
+    last_force_ = force;
+    const double largest = std::max(change, std::exchange(last_change_, change));
+    const double noise = kNoChange * std::hypot(sample.load.sigma_force, findings->sigma_force);
+    findings->Widen(sample.seen.moment_sigma * std::max(0.0, largest - noise));
+  }
+  void Reset() noexcept override {
+    last_force_.reset();
+    last_change_ = 0;
+  }
+
+ private:
+  // Change of the force from pair to pair that is noise [sigma]. [tuned: skew_test]
+  static constexpr double kNoChange = 2;
+  std::optional<double> last_force_;  // outward [N]
+  double last_change_ = 0;            // from the one before it [N]
 };
 
 }  // namespace

@@ -408,17 +408,4 @@ void ComplianceSolver::Forces(std::vector<PlaceForce>* forces) const {
   }
 }
 
-void ComplianceSolver::Displacement(std::vector<Vector3d>* displacement_O) {
-  displacement_O->assign(Index(compliance_.places()), Vector3d::Zero());
-  std::vector<PlaceForce> forces;
-  Forces(&forces);
-  for (const auto& [place, force_O] : forces) {
-    const double* column = compliance_.Column(place);
-    const Vector3d moved = force_O * (length_unit_ / (force_unit_ * compliance_.measure(place)));
-    for (int i = 0; i < compliance_.places(); ++i) {
-      (*displacement_O)[Index(i)] += compliance_.FreeBlock(column, place, i) * moved;
-    }
-  }
-}
-
 }  // namespace palpate

@@ -70,8 +70,6 @@ class ComplianceSolver {
   // Every force on a place under the contacts of the last Respond, contacts, loads and free
   // motions; a place may appear more than once. Empty if it failed.
   void Forces(std::vector<PlaceForce>* forces) const;
-  // Displacement of every place of the compliance [m], by its columns. O(N S).
-  void Displacement(std::vector<Eigen::Vector3d>* displacement_O);
 
  private:
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);

@@ -58,15 +58,13 @@ ModelChoice ChoosePlate(const Scene& scene, double thickness) {
 }
 
 bool NeedsGeneralModel(const FemOptions& fem) {
-  const bool has_own_pressure = fem.pressure == FemOptions::Pressure::kAveraged ||
-                                fem.pressure == FemOptions::Pressure::kMixed;
   const bool moves = fem.time == FemOptions::Time::kDynamic;
-  return fem.element == FemOptions::Element::kTet10 || has_own_pressure ||
-         fem.law == FemOptions::Law::kOgden || (IsHyperelastic(fem.law) && moves);
+  return fem.element == FemOptions::Element::kTet10 || fem.law == FemOptions::Law::kOgden ||
+         (IsHyperelastic(fem.law) && moves);
 }
 
 // Four-node tetrahedra, linear, co-rotational or neo-Hookean at rest, by their own fast model; ten
-// nodes, the other laws and an own pressure by the general one.
+// nodes and the other laws by the general one.
 std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& mesh,
                                           Progress* progress) {
   const Material& material = scene.object.material;

@@ -36,10 +36,6 @@ void CheckOptions(const FemOptions& options) {
     throw std::invalid_argument(
         "law: expected linear, corotational and, at rest, neo-hookean in this model");
   }
-  if (options.pressure != FemOptions::Pressure::kAuto &&
-      options.pressure != FemOptions::Pressure::kDisplacement) {
-    throw std::invalid_argument("pressure: expected auto, displacement in this model");
-  }
   if (!(options.residual >= 1e-14 && options.residual < 1)) {
     RefuseValue("residual", options.residual, "1e-14 <= residual < 1");
   }

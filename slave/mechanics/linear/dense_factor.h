@@ -34,8 +34,6 @@ class DenseFactor {
   // The rows of `b` become those of A^-1 b, all of its columns; O(n^2) for each eight of them.
   void Solve(const RowMajor& b) const noexcept;
 
-  [[nodiscard]] std::size_t memory_bytes() const { return sizeof(double) * entries_.capacity(); }
-
  private:
   int order_ = 0, stride_ = 0;
   std::vector<double> entries_;  // L below the diagonal, U above it, inverse pivots on it

@@ -97,7 +97,6 @@ class ModalPlate {
   }
   // At a position, in the frame of Place(). No allocation.
   [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
-  [[nodiscard]] const std::vector<Press>& presses() const { return presses_; }
 
  private:
   bool Newton(double share) noexcept;

@@ -1,8 +1,6 @@
 #include "slave/mesh/files/mesh_file.h"
 
-#include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <span>
 #include <stdexcept>
@@ -72,9 +70,7 @@ MeshFile ReadMeshFile(const std::filesystem::path& file, double unit) {
   if (!(unit > 0 && std::isfinite(unit))) {
     throw std::invalid_argument("unit = " + Brief(unit) + ": expected a finite length > 0");
   }
-  std::string extension = file.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = Lowercase(file.extension().string());
   for (const auto& [known, read] : kReaders) {
     if (extension == known) return read(file, unit);
   }

@@ -1,7 +1,6 @@
 // STL: triangles with three corners of their own each, ASCII or binary (80 bytes, a count, 50 bytes
 // per triangle, little-endian floats).
 #include <array>
-#include <cctype>
 #include <string>
 
 #include "shared/mesh/node_merger.h"
@@ -18,17 +17,11 @@ constexpr CellKind kKind{0, 3, CellKind::Use::kTriangle, "triangle"};
 
 using Corners = std::vector<Eigen::Vector3d>;  // three per triangle
 
-std::string Lower(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
-
 // Some binary headers begin with `solid`, too; but the count behind them has a zero byte.
 bool IsText(std::string_view text) {
   const std::string_view begin = text.substr(0, 2 * kHeader);
-  return Trimmed(text).empty() ||
-         (Lower(Trimmed(begin)).starts_with("solid") && begin.find('\0') == std::string_view::npos);
+  return Trimmed(text).empty() || (Lowercase(Trimmed(begin)).starts_with("solid") &&
+                                   begin.find('\0') == std::string_view::npos);
 }
 
 Corners ReadBinary(FileCursor* cursor) {
@@ -53,7 +46,7 @@ Corners ReadBinary(FileCursor* cursor) {
 
 void Expect(FileCursor* cursor, const char* word) {
   const std::string_view found = cursor->Word(word);
-  if (Lower(found) != word) cursor->Refuse(Quoted(found), std::string("`") + word + "` here");
+  if (Lowercase(found) != word) cursor->Refuse(Quoted(found), std::string("`") + word + "` here");
 }
 
 Corners ReadText(FileCursor* cursor) {
@@ -62,7 +55,7 @@ Corners ReadText(FileCursor* cursor) {
   std::string_view name;
   cursor->NextLine(&name);
   for (;;) {
-    const std::string word = Lower(cursor->Word("`facet` or `endsolid`"));
+    const std::string word = Lowercase(cursor->Word("`facet` or `endsolid`"));
     if (word == "endsolid") break;
     if (word != "facet") cursor->Refuse(Quoted(word), "`facet` or `endsolid`");
     Expect(cursor, "normal");

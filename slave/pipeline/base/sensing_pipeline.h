@@ -40,20 +40,14 @@ struct StageTimes {
 // `times` as the stage called `name`.
 StageTimes TimesOf(const std::string& name, const LatencyHistogram& times);
 
-// A change of SetModel; empty or 0: unchanged.
+// A change of SetModel.
 struct ModelChange {
-  std::string kind;
-  int elements = 0;
-  std::string plane, contact;
+  std::string kind;  // empty: unchanged
 };
-// Model settings that may change while it runs.
-struct Changeable {
-  std::optional<ObjectClass> object;  // class whose kinds are accepted; nullopt: there is no model
-  int most_elements = 0;              // 3 to so many; 0: the mesh is the scene's
-  bool plane = false, contact = false;
-};
-// `model` with the requested change. Throws std::invalid_argument with what is accepted.
-ModelOptions Changed(ModelOptions model, const ModelChange& change, const Changeable& accepted);
+// `model` with the requested change. `object`: class whose kinds are accepted; nullopt: there is no
+// model. Throws std::invalid_argument with what is accepted.
+ModelOptions Changed(ModelOptions model, const ModelChange& change,
+                     std::optional<ObjectClass> object);
 
 // The deformed boundary: its vertices, frame S [m].
 struct BoundaryShape {
@@ -112,12 +106,12 @@ struct SenseInfo {
   std::string samples;  // kind of samples: images, pairs, samples
   // sigma of the measured tip position [m]; 0: only the encoders measure it.
   double tip_resolution = 0;
-  bool tells_force = true;           // false: only the object's position
-  ModelInfo model;                   // kind `none`: there is none
-  std::string reason;                // why this model
-  std::vector<std::string> remarks;  // remarks before the first contact, one sentence each
-  Changeable changeable;
-  bool is_awaited = false;  // no sample yet: model and remarks are unknown
+  bool tells_force = true;            // false: only the object's position
+  ModelInfo model;                    // kind `none`: there is none
+  std::string reason;                 // why this model
+  std::vector<std::string> remarks;   // remarks before the first contact, one sentence each
+  std::optional<ObjectClass> object;  // class whose kinds SetModel accepts; nullopt: no model
+  bool is_awaited = false;            // no sample yet: model and remarks are unknown
 };
 
 // One line each, as `serve` and `process` print it.

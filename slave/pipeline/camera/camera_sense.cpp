@@ -19,7 +19,6 @@
 namespace palpate {
 namespace {
 
-constexpr int kMostElements = 4000;    // of a model that an operator may request [-]
 constexpr double kReplayedLag = 0.45;  // between encoder reading and replayed image [periods]
 constexpr double kResolved = 0.05;     // resolution of the tip [px]
 
@@ -225,7 +224,7 @@ SenseInfo CameraSense::info() const {
     info.remarks.push_back(fmt::format("rest surface found in the image: {} points, {:.3f} px rms",
                                        found.points, found.rms_px));
   }
-  info.changeable = {ObjectClass::kOutline, kMostElements, true, true};
+  info.object = ObjectClass::kOutline;
   return info;
 }
 

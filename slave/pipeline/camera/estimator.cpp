@@ -128,8 +128,8 @@ void Estimator::Reset() noexcept {
 
 CameraObservation Estimator::See(const Frame& frame) noexcept {
   Stopwatch lap;
-  const Observation& seen = tracker_->Process(frame.image, frame.sequence, frame.sensed_at);
-  return {seen.tip, tracker_->search_window(), lap.Lap()};
+  const TipObservation& seen = tracker_->Process(frame.image);
+  return {seen, tracker_->search_window(), lap.Lap()};
 }
 
 const ContactEstimate& Estimator::Estimate(const Frame& frame, const CameraObservation& observation,

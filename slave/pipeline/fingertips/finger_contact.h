@@ -39,7 +39,6 @@ class FingerContact {
   // The contact point is known: `p_O`, at rest.
   [[nodiscard]] bool has_place() const { return has_place_; }
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return contact_.p_O; }
-  [[nodiscard]] const Eigen::Vector3d& n_O() const { return n_O_; }
   [[nodiscard]] const Eigen::Vector3d& weights() const { return weights_; }
   // Why pose and contact do not fit the object, one clause with static lifetime; empty: they fit.
   [[nodiscard]] std::string_view misplaced() const { return misplaced_; }

@@ -148,7 +148,7 @@ SenseInfo FingertipSense::info() const {
   info.remarks.push_back(fmt::format(
       "the baseline comes from the first {} samples: nothing may touch the fingertips until then",
       scene_.sense.Find<Tactile>()->rest_samples));
-  info.changeable = {ObjectClass::kVolume, 0, false, true};
+  info.object = ObjectClass::kVolume;
   return info;
 }
 

@@ -40,7 +40,6 @@ class TouchedObject {
   }
   // Loads on the object since the last sample: contacts and the model's responses, per fingertip.
   [[nodiscard]] std::span<const Contact> contacts() const { return contacts_; }
-  [[nodiscard]] std::span<const ContactResponse> responses() const { return solution_.responses(); }
   // The model's response under fingertip `i`; null: it loads nothing.
   [[nodiscard]] const ContactResponse* ResponseOf(std::size_t i) const noexcept;
   // State of the deformation.

@@ -196,7 +196,7 @@ SenseInfo PointsSense::info() const {
       tracker_->rest_pictures() == 1 ? "pair of images"
                                      : fmt::format("{} images", tracker_->rest_pictures())));
   if (!estimator_) info.remarks.push_back(info.reason);
-  if (estimator_) info.changeable.object = ClassOf(scene_.object.geometry);
+  if (estimator_) info.object = ClassOf(scene_.object.geometry);
   return info;
 }
 

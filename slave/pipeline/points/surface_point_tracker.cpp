@@ -11,7 +11,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/checks/points/points_checks.h"
 #include "slave/program/stopwatch.h"
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
@@ -24,42 +23,11 @@ namespace {
 
 const Eigen::Vector2d kUnseen = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
 
-// What all kinds share.
-class CheckedPointTracker : public SurfacePointTracker {
- public:
-  CheckedPointTracker(const Scene& scene, const StereoRig& rig)
-      : checks_(MakePointsChecks(scene, rig)) {}
-  void Reset() override {
-    checked_ = {};
-    checks_.Reset();
-  }
-  [[nodiscard]] double checks_us() const override { return checks_us_; }
-
- protected:
-  // `seen` as that of `pair`, with the results of the checks.
-  const SurfaceObservation& Checked(const SurfaceObservation& seen, const StereoPair& pair) {
-    Stopwatch lap;
-    checked_ = seen;
-    checked_.sequence = pair.sequence;
-    checked_.sensed_at = pair.sensed_at;
-    checked_.skew = pair.skew;
-    checked_.Add(checks_.Examine({pair.left, pair.right, checked_}).verdict);
-    checks_us_ = lap.Lap();
-    return checked_;
-  }
-  [[nodiscard]] const SurfaceObservation& checked() const { return checked_; }
-
- private:
-  Checks<PointsSample> checks_;
-  SurfaceObservation checked_;
-  double checks_us_ = 0;
-};
-
 // What the two kinds that look with a pair of cameras share.
-class PairPointTracker : public CheckedPointTracker {
+class PairPointTracker : public SurfacePointTracker {
  public:
   PairPointTracker(const Scene& scene, const StereoRig& rig)
-      : CheckedPointTracker(scene, rig),
+      : SurfacePointTracker(scene, rig),
         rig_(rig),
         X_SL_(scene.sense.Find<StereoCameras>()->X_SL),
         X_LS_(X_SL_.inverse()) {}
@@ -96,11 +64,11 @@ class DotPointTracker final : public PairPointTracker {
     radius_px_ = rig.left.fx * params_.dot_radius / distance;
   }
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
-    return Checked(dots_.Observe(pair.left, pair.right, pair.sensed_at), pair);
+    return Checked(dots_.Observe(pair.left, pair.right), pair);
   }
   void Reset() override {
     dots_ = StereoDots(params_);
-    CheckedPointTracker::Reset();
+    SurfacePointTracker::Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return dots_.at_rest_known(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
@@ -125,14 +93,14 @@ class TexturePointTracker final : public PairPointTracker {
         texture_(std::make_unique<StereoTexture>(rig_, X_SL_, options_)) {}
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
     try {
-      return Checked(texture_->Process(pair.left, pair.right, pair.sequence, pair.sensed_at), pair);
+      return Checked(texture_->Process(pair.left, pair.right), pair);
     } catch (const std::exception&) {  // the first pictures cannot be used
       return Checked({}, pair);
     }
   }
   void Reset() override {
     texture_ = std::make_unique<StereoTexture>(rig_, X_SL_, options_);
-    CheckedPointTracker::Reset();
+    SurfacePointTracker::Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return texture_->started(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
@@ -155,19 +123,19 @@ DepthPoints::Params DepthParams(const Scene& scene) {
   return params;
 }
 
-class DepthPointTracker final : public CheckedPointTracker {
+class DepthPointTracker final : public SurfacePointTracker {
  public:
   explicit DepthPointTracker(const Scene& scene)
-      : CheckedPointTracker(scene, {}),
+      : SurfacePointTracker(scene, {}),
         params_(DepthParams(scene)),
         X_DS_(params_.camera.X_SD.inverse()),
         depths_(params_) {}
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
-    return Checked(depths_.Observe(pair.left, pair.sequence, pair.sensed_at), pair);
+    return Checked(depths_.Observe(pair.left), pair);
   }
   void Reset() override {
     depths_.Reset();
-    CheckedPointTracker::Reset();
+    SurfacePointTracker::Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return depths_.at_rest_known(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
@@ -202,6 +170,23 @@ std::string Size(const std::array<int, 2>& size) {
 }
 
 }  // namespace
+
+void SurfacePointTracker::Reset() {
+  checked_ = {};
+  checks_.Reset();
+}
+
+const SurfaceObservation& SurfacePointTracker::Checked(const SurfaceObservation& seen,
+                                                       const StereoPair& pair) {
+  Stopwatch lap;
+  checked_ = seen;
+  checked_.sequence = pair.sequence;
+  checked_.sensed_at = pair.sensed_at;
+  checked_.skew = pair.skew;
+  checked_.Add(checks_.Examine({pair.left, pair.right, checked_}).verdict);
+  checks_us_ = lap.Lap();
+  return checked_;
+}
 
 std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
                                                              const StereoRig& rig) {

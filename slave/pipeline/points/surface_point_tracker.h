@@ -10,23 +10,23 @@
 #include <Eigen/Core>
 
 #include "slave/capture/frame_source.h"
+#include "slave/checks/points/points_checks.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/rig.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {
 
-// One thread at a time.
+// Base class of the trackers: runs the checks and measures their time. One thread at a time.
 class SurfacePointTracker {
  public:
   virtual ~SurfacePointTracker() = default;
-  SurfacePointTracker() = default;
   SurfacePointTracker(const SurfacePointTracker&) = delete;
   SurfacePointTracker& operator=(const SurfacePointTracker&) = delete;
   // Never throws; allocation-free after the first images. Valid until the next call.
   virtual const SurfaceObservation& Process(const StereoPair& pair) noexcept = 0;
   // Measures the rest shape again: nothing must touch the object.
-  virtual void Reset() = 0;
+  virtual void Reset();
   [[nodiscard]] virtual bool at_rest_known() const = 0;
   // Position of point `i` of the last observation in the left image [px]; not finite: not visible.
   [[nodiscard]] virtual Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept = 0;
@@ -38,9 +38,22 @@ class SurfacePointTracker {
   // Smallest number of images before the rest shape is known.
   [[nodiscard]] virtual int rest_pictures() const = 0;
   // Time of the checks of the last image, part of Process [us].
-  [[nodiscard]] virtual double checks_us() const = 0;
+  [[nodiscard]] double checks_us() const { return checks_us_; }
   // Name of the stage in reports: dots, texture, depth.
   [[nodiscard]] virtual std::string stage() const = 0;
+
+ protected:
+  SurfacePointTracker(const Scene& scene, const StereoRig& rig)
+      : checks_(MakePointsChecks(scene, rig)) {}
+
+  // `seen` as the observation of `pair`, with the results of the checks.
+  const SurfaceObservation& Checked(const SurfaceObservation& seen, const StereoPair& pair);
+  [[nodiscard]] const SurfaceObservation& checked() const { return checked_; }
+
+ private:
+  Checks<PointsSample> checks_;
+  SurfaceObservation checked_;
+  double checks_us_ = 0;
 };
 
 // `rig`: that of the source; unused for depth images. Throws std::runtime_error or

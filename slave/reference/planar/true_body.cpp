@@ -14,10 +14,6 @@ using Point = Eigen::Vector2d;
 
 constexpr double kCornerCosine = 0.866;  // a bend of 30 degrees ends a patch
 
-double Cross(const Point& a, const Point& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
 Outline TrueOutline(const Scene& scene) {
   const Geometry& geometry = scene.object.geometry;
   if (std::holds_alternative<ImageContourGeometry>(geometry)) {

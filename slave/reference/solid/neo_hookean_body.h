@@ -34,15 +34,13 @@ class NeoHookean {
 
   // At H = F - I with F from the rest, so that small strains keep their digits. False: not J > 0.
   bool At(const Eigen::Matrix3d& H, bool with_tangent, Stress* stress) const;
-  // Stretch of the rubber from free to the rest, in the plane and across.
-  [[nodiscard]] const Eigen::Vector3d& stretch() const { return stretch_; }
 
  private:
   bool FromFree(const Eigen::Matrix3d& H, bool with_tangent, Stress* stress) const;
   [[nodiscard]] double Stretched(double along, double across, int component) const;
 
   double mu_, bulk_;
-  Eigen::Vector3d stretch_{1, 1, 1};
+  Eigen::Vector3d stretch_{1, 1, 1};  // from free to the rest, in the plane and across
 };
 
 class NeoHookeanBody {

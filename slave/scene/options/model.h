@@ -27,8 +27,7 @@ struct OgdenTerm {
   double share = 1;     // share of the initial shear modulus
   double exponent = 2;  // not 0
 };
-// Options of `fem` and of the models derived from it (contracts, model options). No scene sets the
-// pressure.
+// Options of `fem` and of the models derived from it (contracts, model options).
 struct FemOptions {
   enum class Element : std::uint8_t { kTet4, kTet10 } element = Element::kTet4;
   enum class Law : std::uint8_t {
@@ -39,15 +38,6 @@ struct FemOptions {
   } law = Law::kCorotational;
   std::vector<OgdenTerm> terms;  // terms of kOgden; their shares add up to one
   enum class Time : std::uint8_t { kStatic, kDynamic } time = Time::kStatic;
-  // Treatment of the pressure: from the displacement (locks as nu -> 0.5), averaged over the nodes
-  // (tet4), or as a separate unknown (tet10). Auto: displacement for tet4, mixed for tet10 from
-  // nu = 0.49 on.
-  enum class Pressure : std::uint8_t {
-    kAuto,
-    kDisplacement,
-    kAveraged,
-    kMixed
-  } pressure = Pressure::kAuto;
   double step = 0.02;                  // time step [s]
   double damping_mass = 0;             // Rayleigh damping a [1/s]
   double damping_stiffness = 0;        // Rayleigh damping b [s]

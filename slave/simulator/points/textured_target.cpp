@@ -1,10 +1,8 @@
 #include "slave/simulator/points/textured_target.h"
 
-#include <array>
 #include <cmath>
 #include <numbers>
-
-#include <Eigen/LU>
+#include <optional>
 
 namespace palpate::site {
 namespace {
@@ -56,31 +54,6 @@ void TexturedTarget::Draw(const Lens& lens, const Eigen::Isometry3d& X_CB, cv::M
   std::vector<std::optional<Eigen::Vector2d>> p_I(p_B_.size());
   for (std::size_t i = 0; i < p_B_.size(); ++i) p_I[i] = Project(lens, X_CB * p_B_[i]);
   texture_.FillFacets(canvas, triangles_, p_I, on_texture_);
-}
-
-std::optional<Eigen::Vector3d> TexturedTarget::PointAt(const Lens& lens,
-                                                       const Eigen::Isometry3d& X_CB,
-                                                       const Eigen::Vector2d& p_I) const {
-  const auto ray = RayOf(lens, p_I);
-  if (!ray) return std::nullopt;
-  const Eigen::Isometry3d X_BC = X_CB.inverse();
-  const Eigen::Vector3d o = X_BC.translation();
-  const Eigen::Vector3d d = X_BC.linear() * ray->homogeneous();
-  std::optional<Eigen::Vector3d> nearest;
-  double least = 0;
-  for (const auto& [i, j, k] : triangles_) {  // o + s d = a + u (b - a) + v (c - a)
-    const Eigen::Vector3d& a = p_B_[static_cast<std::size_t>(i)];
-    Eigen::Matrix3d M;
-    M << -d, p_B_[static_cast<std::size_t>(j)] - a, p_B_[static_cast<std::size_t>(k)] - a;
-    if (std::abs(M.determinant()) < 1e-15) continue;  // edge on
-    const Eigen::Vector3d suv = M.inverse() * (o - a);
-    constexpr double kRim = -1e-9;
-    const bool within = suv.y() >= kRim && suv.z() >= kRim && suv.y() + suv.z() <= 1 - kRim;
-    if (!within || !(suv.x() > 0) || (nearest && suv.x() >= least)) continue;
-    least = suv.x();
-    nearest = o + least * d;
-  }
-  return nearest;
 }
 
 }  // namespace palpate::site

@@ -2,8 +2,8 @@
 // tracker is shown (paper C, 5.2, fig. 8).
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -37,10 +37,8 @@ class TexturedTarget {
   // corners: within one, perspective bends the texture by less than 0.01 px at 250 mm.
   void Draw(const Lens& lens, const Eigen::Isometry3d& X_CB, cv::Mat& canvas) const;
 
-  // The point of the surface visible at p_I, frame B [m]. nullopt: the body is not there.
-  [[nodiscard]] std::optional<Eigen::Vector3d> PointAt(const Lens& lens,
-                                                       const Eigen::Isometry3d& X_CB,
-                                                       const Eigen::Vector2d& p_I) const;
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& vertices() const { return p_B_; }  // frame B
+  [[nodiscard]] const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
 
  private:
   Texture texture_;

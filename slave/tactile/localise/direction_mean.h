@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include "slave/tactile/localise/electrode_layout.h"
-#include "slave/tactile/signals/rest_values.h"
+#include "slave/tactile/signals/tactile_signals.h"
 
 namespace palpate {
 

@@ -11,7 +11,7 @@
 
 #include "slave/scene/scene.h"
 #include "slave/tactile/localise/electrode_layout.h"
-#include "slave/tactile/signals/rest_values.h"
+#include "slave/tactile/signals/tactile_signals.h"
 
 namespace palpate {
 

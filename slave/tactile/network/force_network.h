@@ -9,8 +9,8 @@
 #include <Eigen/Core>
 
 #include "slave/scene/options/tactile_channels.h"
-#include "slave/tactile/signals/rest_values.h"
 #include "slave/tactile/signals/signal_pattern.h"
+#include "slave/tactile/signals/tactile_signals.h"
 
 namespace palpate {
 

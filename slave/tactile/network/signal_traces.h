@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/tactile/signals/rest_values.h"
+#include "slave/tactile/signals/tactile_signals.h"
 
 namespace palpate {
 

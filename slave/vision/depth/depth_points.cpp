@@ -221,10 +221,7 @@ void DepthPoints::Reset() noexcept {
   observation_.found = false;
 }
 
-const SurfaceObservation& DepthPoints::Observe(const cv::Mat& depth, std::uint64_t sequence,
-                                               Time sensed_at) noexcept try {
-  observation_.sequence = sequence;
-  observation_.sensed_at = sensed_at;
+const SurfaceObservation& DepthPoints::Observe(const cv::Mat& depth) noexcept try {
   observation_.found = false;
   for (SurfacePoint& point : observation_.points) point.seen = false;
   if (!rest_.known()) {

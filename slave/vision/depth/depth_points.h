@@ -118,8 +118,7 @@ class DepthPoints {
   // is measured (again after out of memory), for images that cannot be used (empty, another type or
   // size than the first), and if fewer than three points or a tenth of them are visible. Valid
   // until the next call.
-  const SurfaceObservation& Observe(const cv::Mat& depth, std::uint64_t sequence,
-                                    Time sensed_at) noexcept;
+  const SurfaceObservation& Observe(const cv::Mat& depth) noexcept;
   [[nodiscard]] bool at_rest_known() const { return rest_.known(); }
   // Measures the rest shape again from the next images, of any size.
   void Reset() noexcept;

@@ -225,7 +225,6 @@ std::optional<MeasuredDot> MeasureWithin(const Window& w, const Dot& dot, double
   if (weighed.foreign > 1 + kForeignInDot * dot.area) return std::nullopt;
   MeasuredDot region{dot};
   region.dot.centre += moved;
-  region.dot.contrast = contrast;
   region.dot.area = weighed.sum / contrast;
   // Where neighbouring pixels err alike, their errors do not even out.
   const double variance =

@@ -17,7 +17,6 @@ struct Dot {
   Eigen::Vector2d centre{0, 0};                     // grey-weighted centroid [px]
   Eigen::Matrix2d shape = Eigen::Matrix2d::Zero();  // second moments; a disc has r^2 / 4 I [px^2]
   double area = 0;                                  // [px^2]
-  double contrast = 0;                              // ground minus dot, or the reverse [levels]
   double sigma = 0;  // of the centroid, per axis, from the noise around the dot [px]
 };
 

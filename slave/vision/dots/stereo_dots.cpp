@@ -81,10 +81,7 @@ StereoDots::StereoDots(const Params& params)
   ratios_.reserve(8 * n);
 }
 
-const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat& right,
-                                              Time sensed_at) noexcept {
-  ++observation_.sequence;
-  observation_.sensed_at = sensed_at;
+const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat& right) noexcept {
   observation_.found = false;
   for (SurfacePoint& point : observation_.points) point.seen = false;
   if (!Fits(left, params_.rig.left) || !Fits(right, params_.rig.right)) return observation_;

@@ -10,7 +10,6 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
-#include "shared/state/clock.h"
 #include "slave/vision/dots/dot_tracker.h"
 #include "slave/vision/stereo/rig.h"
 #include "slave/vision/stereo/surface_points.h"
@@ -40,12 +39,10 @@ class StereoDots {
   // layout. `found` is false while the rest shape is measured, if the array is not in both images,
   // if its size differs from the layout, and for unusable images. A dot that was not visible while
   // the rest shape was measured is never visible. Valid until the next call.
-  const SurfaceObservation& Observe(const cv::Mat& left, const cv::Mat& right,
-                                    Time sensed_at) noexcept;
+  const SurfaceObservation& Observe(const cv::Mat& left, const cv::Mat& right) noexcept;
 
   [[nodiscard]] bool at_rest_known() const { return rest_taken_ >= params_.rest_pictures; }
   [[nodiscard]] const DotTracker& left() const { return trackers_[0]; }
-  [[nodiscard]] const DotTracker& right() const { return trackers_[1]; }
 
  private:
   bool Locate();

@@ -53,7 +53,6 @@ SsdTracker::SsdTracker(const cv::Mat& first, const std::vector<Eigen::Vector2d>&
     TrackedWindow window;
     window.warp.p = p;
     window.state = Cut(memory.first, window.warp) ? WindowState::kTracked : WindowState::kNoTexture;
-    window.correlation = window.seen() ? 1 : -1;
     windows_.push_back(window);
     memories_.push_back(std::move(memory));
   }
@@ -125,7 +124,6 @@ bool SsdTracker::Found(const PatchAligner::Match& match, double least) noexcept 
 void SsdTracker::Accept(TrackedWindow& window, const PatchAligner::Match& match) noexcept {
   window.state = WindowState::kTracked;
   window.warp = match.warp;
-  window.correlation = match.correlation;
   window.covariance = match.covariance;
 }
 
@@ -219,7 +217,6 @@ bool SsdTracker::Place(std::size_t i, const PatchWarp& start) noexcept {
 
 void SsdTracker::Lose(std::size_t i) noexcept {
   windows_[i].state = WindowState::kLost;
-  windows_[i].correlation = -1;
   memories_[i].velocity.setZero();
   memories_[i].lost_for = std::max(1, memories_[i].lost_for);
 }

@@ -35,8 +35,7 @@ enum class WindowState : std::uint8_t {
 
 struct TrackedWindow {
   WindowState state = WindowState::kLost;
-  PatchWarp warp;  // the last one found
-  double correlation = -1;
+  PatchWarp warp;                                        // the last one found
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of warp.p [px^2]
   [[nodiscard]] bool seen() const { return state == WindowState::kTracked; }
 };
@@ -67,7 +66,6 @@ class SsdTracker {
     return memories_[i].first[static_cast<std::size_t>(level)];
   }
   [[nodiscard]] const ImagePyramid& image() const { return now_; }
-  [[nodiscard]] const SsdOptions& options() const { return options_; }
 
  private:
   using Templates = std::vector<PatchAligner>;  // one per level, fine first

@@ -142,10 +142,7 @@ void StereoTexture::Pair() noexcept {
   for (std::size_t i = 0; i < count; ++i) observation_.found |= Locate(i);
 }
 
-const SurfaceObservation& StereoTexture::Process(const cv::Mat& left, const cv::Mat& right,
-                                                 std::uint64_t sequence, Time sensed_at) {
-  observation_.sequence = sequence;
-  observation_.sensed_at = sensed_at;
+const SurfaceObservation& StereoTexture::Process(const cv::Mat& left, const cv::Mat& right) {
   observation_.found = false;
   for (SurfacePoint& point : observation_.points) point.seen = false;
   const bool usable = IsPicture(left, rig_.left) && IsPicture(right, rig_.right);
@@ -163,11 +160,6 @@ const SurfaceObservation& StereoTexture::Process(const cv::Mat& left, const cv::
 const std::vector<TrackedWindow>& StereoTexture::left_windows() const {
   static const std::vector<TrackedWindow> none;
   return left_ ? left_->windows() : none;
-}
-
-const std::vector<TrackedWindow>& StereoTexture::right_windows() const {
-  static const std::vector<TrackedWindow> none;
-  return right_ ? right_->windows() : none;
 }
 
 }  // namespace palpate

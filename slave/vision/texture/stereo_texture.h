@@ -43,13 +43,11 @@ class StereoTexture {
   // images (not 8 bit, of another size) give no visible points, and `found` false. noexcept except
   // the start, which allocates and may throw std::invalid_argument: images too small for the
   // pyramid. Then it has not started.
-  const SurfaceObservation& Process(const cv::Mat& left, const cv::Mat& right,
-                                    std::uint64_t sequence, Time sensed_at);
+  const SurfaceObservation& Process(const cv::Mat& left, const cv::Mat& right);
 
   [[nodiscard]] bool started() const { return left_ != nullptr; }
   // Per window, in the order of the points' ids; empty before the start.
   [[nodiscard]] const std::vector<TrackedWindow>& left_windows() const;
-  [[nodiscard]] const std::vector<TrackedWindow>& right_windows() const;
 
  private:
   bool Start(const cv::Mat& left, const cv::Mat& right);

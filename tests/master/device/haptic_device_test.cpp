@@ -46,11 +46,12 @@ class Recorded final : public HapticDevice {
 class HapticDeviceTest : public testing::Test {
  protected:
   // A tick with a step of `ms`.
-  WriteResult Tick(const Eigen::Vector3d& force, int ms = 1,
-                   const Eigen::Vector3d& torque = {0, 0, 0}) {
+  DeviceStatus Tick(const Eigen::Vector3d& force, int ms = 1,
+                    const Eigen::Vector3d& torque = {0, 0, 0}) {
     now_ += std::chrono::milliseconds(ms);
     reading_ = device_.Read(now_);
-    return device_.Write(force, torque);
+    device_.WriteWrench(force, torque);
+    return device_.status();
   }
 
   Recorded device_;
@@ -80,7 +81,7 @@ TEST_F(HapticDeviceTest, WithoutAMeasuredOrientationThereIsNoTorque) {
   EXPECT_EQ(blind.limits().torque, 0);
   for (int i = 1; i < 100; ++i) {
     blind.Read(kStart + std::chrono::milliseconds(i));
-    blind.Write({0, 0, 0}, {0, 0, 1});
+    blind.WriteWrench({0, 0, 0}, {0, 0, 1});
     EXPECT_TRUE(blind.torque.isZero(0));
   }
 }
@@ -88,10 +89,10 @@ TEST_F(HapticDeviceTest, WithoutAMeasuredOrientationThereIsNoTorque) {
 TEST_F(HapticDeviceTest, AnOrientationThatIsNoRotationIsAFault) {
   for (const double w : {0.0, 2.0, std::nan("")}) {
     device_.next.q_M = Eigen::Quaterniond(w, 0, 0, 0);
-    EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kImpossible) << w;
+    EXPECT_EQ(Tick({1, 0, 0}).fault, DeviceFault::kImpossible) << w;
   }
   device_.next.q_M = Eigen::Quaterniond(1.005, 0, 0, 0);
-  EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kNone);
+  EXPECT_EQ(Tick({1, 0, 0}).fault, DeviceFault::kNone);
   EXPECT_NEAR(reading_.q_M.norm(), 1, 1e-15) << "rounding is removed";
 }
 
@@ -183,14 +184,14 @@ TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
       const double size = std::pow(10.0, below(6) - 2);
       const Eigen::Vector3d wanted(size * (below(3) - 1), size * (below(3) - 1),
                                    below(50) == 0 ? NAN : size);
-      const WriteResult result = device.Write(wanted, wanted);
+      device.WriteWrench(wanted, wanted);
       const double step = 200 * std::min(0.001, SecondsBetween(written, now));
       ASSERT_TRUE(device.force.allFinite() && device.torque.allFinite());
       ASSERT_LE(device.force.norm(), std::max(limit, (last).norm()) * (1 + 1e-8));
       ASSERT_LE(device.torque.norm(), kTorque * (1 + 1e-8));
       if (!usable) {
         ASSERT_TRUE(device.force.isZero(0) && device.torque.isZero(0)) << round << " " << i;
-        ASSERT_EQ(result.output, DeviceOutput::kOff);
+        ASSERT_EQ(device.status().output, DeviceOutput::kOff);
       }
       ASSERT_LE((device.force - last).norm(), step * (1 + 1e-8) + 1e-15) << round << " " << i;
       ASSERT_LE((device.torque - last_torque).norm(), step * kTorque / kForce * (1 + 1e-8) + 1e-15);

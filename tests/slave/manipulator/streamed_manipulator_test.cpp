@@ -22,7 +22,7 @@ Time Now() {
 
 constexpr double kPeriod = 1e-3;      // [s]
 constexpr double kClockOffset = 1e5;  // of the driver's clock [s]
-constexpr DrivenArm::DriverId kDriver = 1, kOther = 2;
+constexpr DriverId kDriver = 1, kOther = 2;
 
 class StreamedManipulatorTest : public testing::Test {
  protected:
@@ -35,7 +35,7 @@ class StreamedManipulatorTest : public testing::Test {
     reading.p_S_tip = p_S_tip;
     return reading;
   }
-  std::optional<DrivenArm::Refusal> Report(const Vector3d& p_S_tip) {
+  std::optional<DriverRefusal> Report(const Vector3d& p_S_tip) {
     return arm_.Take(kDriver, "a driver", Reading(p_S_tip), test_time);
   }
   void Pass(double seconds) { test_time += Seconds(seconds); }
@@ -261,7 +261,7 @@ TEST_F(StreamedManipulatorTest, ReadingsOutOfOrderAreRefusedInWords) {
   Drive(0.1);
   Pass(kPeriod);
   const auto refusal = [this](const ArmReading& reading) {
-    return arm_.Take(kDriver, "", reading, test_time).value_or(DrivenArm::Refusal{}).why;
+    return arm_.Take(kDriver, "", reading, test_time).value_or(DriverRefusal{}).why;
   };
   ArmReading old = Reading(tip_), earlier = Reading(tip_);
   old.sequence = 1;
@@ -274,7 +274,7 @@ TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
   Drive(0.1);
   Pass(kPeriod);
   ArmReading other = Reading(tip_);
-  EXPECT_THAT(arm_.Take(kOther, "b", other, test_time).value_or(DrivenArm::Refusal{}).why,
+  EXPECT_THAT(arm_.Take(kOther, "b", other, test_time).value_or(DriverRefusal{}).why,
               HasSubstr("the manipulator is driven by a driver"));
   arm_.Leave(kDriver);
   EXPECT_TRUE(arm_.is_faulty());

@@ -29,7 +29,6 @@ namespace {
 using Eigen::Vector3d;
 using Element = FemOptions::Element;
 using Law = FemOptions::Law;
-using Pressure = FemOptions::Pressure;
 using Model = std::unique_ptr<DeformationModel>;
 
 // Two places of contact, one that is fixed, and a displacement, in body sizes.
@@ -96,17 +95,15 @@ Kind Fem(const char* name, Law law) {
           }};
 }
 
-Kind Solid(const char* name, Element element, Law law, double nu = 0.3,
-           Pressure pressure = Pressure::kAuto) {
-  return {
-      name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
-        SolidModel::Params params{
-            .options = {.element = element, .law = law, .pressure = pressure, .residual = 1e-10},
-            .young_modulus = modulus,
-            .poisson_ratio = nu};
-        const Cube cube = MakeCube(size);
-        return std::make_unique<SolidModel>(cube.mesh, cube.held, params);
-      }};
+Kind Solid(const char* name, Element element, Law law, double nu = 0.3) {
+  return {name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
+            SolidModel::Params params{
+                .options = {.element = element, .law = law, .residual = 1e-10},
+                .young_modulus = modulus,
+                .poisson_ratio = nu};
+            const Cube cube = MakeCube(size);
+            return std::make_unique<SolidModel>(cube.mesh, cube.held, params);
+          }};
 }
 
 Kind Green(const char* name, FemOptions::Element element, double nu = 0.3,
@@ -153,8 +150,6 @@ std::vector<Kind> Kinds() {
       Solid("fem-tet10-linear-mixed", Element::kTet10, Law::kLinear, 0.499),
       Solid("fem-tet10-neo-hookean", Element::kTet10, Law::kNeoHookean),
       Solid("fem-tet4-neo-hookean", Element::kTet4, Law::kNeoHookean),
-      Solid("fem-tet4-neo-hookean-averaged", Element::kTet4, Law::kNeoHookean, 0.45,
-            Pressure::kAveraged),
       Green("fem-green-tet4", FemOptions::Element::kTet4),
       Green("fem-green-tet10", FemOptions::Element::kTet10),
       Green("fem-green-tet10-mixed", FemOptions::Element::kTet10, 0.499),

@@ -27,7 +27,6 @@ const std::vector<Kind>& Kinds() {
   static const std::vector<Kind> kinds{
       {"fem", "fem"},
       {"fem tet10", "fem", [](FemOptions* o) { o->element = FemOptions::Element::kTet10; }},
-      {"fem averaged", "fem", [](FemOptions* o) { o->pressure = FemOptions::Pressure::kAveraged; }},
       {"fem neo-hookean", "fem", [](FemOptions* o) { o->law = FemOptions::Law::kNeoHookean; }},
       {"fem-green", "fem-green"},
       {"fem-green tet10", "fem-green",

@@ -44,7 +44,7 @@ class RecordedRunTest : public ::testing::Test {
     Wait(*slave, 5);
     slave->SetParameters({.young_modulus = 2e5});
     Wait(*slave, 5);
-    slave->SetModel({.elements = 40});
+    slave->SetModel({"bem2d"});
     slave->Reset();
     Wait(*slave, 5);
   }

@@ -20,7 +20,6 @@ TEST(SvgTest, EveryShapeIsWellFormedWhateverTheWords) {
   svg.Line({0, 0}, {1, 1}, nasty);
   const std::vector<Eigen::Vector2d> corners{{0, 0}, {1, 1}, {1, 0}};
   svg.Polyline(corners, "c");
-  svg.Polygon(corners, "c", nasty);
   svg.Rectangle({1, 2}, {3, 4}, "c");
   svg.Circle({1, 2}, 3, "c", nasty);
   svg.Text({5, 5}, nasty, "c", Svg::Anchor::kEnd, -90);

@@ -84,7 +84,7 @@ class FakeSlave : public Slave {
   PatchSnapshot Patch() override { return {}; }
   TactileInbox* tactile_inbox() override;
   PictureInbox* picture_inbox() override { return pushed_.get(); }
-  DrivenArm* driven_arm() override { return arm_.get(); }
+  StreamedManipulator* driven_arm() override { return arm_.get(); }
   SceneSetup* setup() override { return setup_; }
 
  private:

@@ -7,7 +7,7 @@
 #include "slave/simulator/fingertips/simulated_fingertip.h"
 #include "slave/simulator/presses/simulated_presses.h"
 #include "slave/tactile/network/force_network.h"
-#include "slave/tactile/signals/rest_values.h"
+#include "tests/slave/tactile/rest_values.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

@@ -254,7 +254,8 @@ TEST(FitOutlineTest, FindsWhereTheBlockReallyIs) {
     X_SO.translation() = view.ToSlave({320 - 110, 300 + 100});
     const OutlineFit fit = FitOutline(outline, X_SO, contour.edge, view);
     ASSERT_TRUE(fit.found);
-    EXPECT_NEAR(fit.rotation, turn, 2e-4);
+    const Eigen::Matrix3d R_SO = fit.X_SO.linear();
+    EXPECT_NEAR(std::atan2(R_SO(1, 0), R_SO(0, 0)), turn, 2e-4);
     const Eigen::Vector3d centre = fit.X_SO * Eigen::Vector3d(w / 2, h / 2, 0);
     EXPECT_LT((view.ToImage(centre) - picture.body->centre).norm(), 0.02) << "turned " << turn;
     EXPECT_LT(fit.rms_px, 0.1);

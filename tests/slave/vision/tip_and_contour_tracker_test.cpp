@@ -39,13 +39,10 @@ TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
                                     picture.tool->tip);
       EXPECT_GT(tracking.rest_contour().edge.size(), 180U);
       picture.tool->tip += Eigen::Vector2d(1.7, 2.6);
-      const Observation& seen =
-          tracking.Process(picture.Render(2, type, full_scale), 41, Time(Seconds(3)));
-      EXPECT_EQ(seen.sequence, 41U);
-      EXPECT_EQ(seen.sensed_at, Time(Seconds(3)));
-      ASSERT_TRUE(seen.tip.found) << type;
-      EXPECT_LT((seen.tip.p_I - picture.tool->tip).norm(), 0.05) << type;
-      EXPECT_GT(seen.tip.score, 0.9);
+      const TipObservation& seen = tracking.Process(picture.Render(2, type, full_scale));
+      ASSERT_TRUE(seen.found) << type;
+      EXPECT_LT((seen.p_I - picture.tool->tip).norm(), 0.05) << type;
+      EXPECT_GT(seen.score, 0.9);
       EXPECT_EQ(tracking.rest_contour().outline.size(), 60U);
       EXPECT_TRUE(tracking.search_window().contains(cv::Point(322, 130)));
     }
@@ -62,10 +59,10 @@ TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
   scene.sense.Find<TipTracking>()->template_file = file;
   scene.sense.Find<TipTracking>()->anchor = picture.tool->tip - Eigen::Vector2d(window.x, window.y);
   TipAndContourTracker tracking(scene, picture.Render(), std::nullopt);
-  const Observation& seen = tracking.Process(picture.Render(2), 1, {});
-  ASSERT_TRUE(seen.tip.found);
-  EXPECT_TRUE(seen.tip.reacquired);
-  EXPECT_LT((seen.tip.p_I - picture.tool->tip).norm(), 0.05);
+  const TipObservation& seen = tracking.Process(picture.Render(2));
+  ASSERT_TRUE(seen.found);
+  EXPECT_TRUE(seen.reacquired);
+  EXPECT_LT((seen.p_I - picture.tool->tip).norm(), 0.05);
 }
 
 // Whatever comes mid-stream: nothing found, nothing thrown, and the next good picture is seen.
@@ -86,12 +83,11 @@ TEST(TipAndContourTrackerTest, BadPicturesMidStreamAreFlagged) {
                                     cv::Mat(480, 640, CV_8UC1, cv::Scalar(255))};
   std::uint64_t sequence = 0;
   for (const cv::Mat& image : bad) {
-    const Observation& seen = tracking.Process(image, ++sequence, {});
-    EXPECT_EQ(seen.sequence, sequence);
-    EXPECT_FALSE(seen.tip.found) << sequence;
-    EXPECT_TRUE(seen.tip.p_I.allFinite() && std::isfinite(seen.tip.score));
-    const Observation& good = tracking.Process(picture.Render(sequence), sequence, {});
-    EXPECT_TRUE(good.tip.found) << "after bad picture " << sequence;
+    const TipObservation& seen = tracking.Process(image);
+    EXPECT_FALSE(seen.found) << sequence;
+    EXPECT_TRUE(seen.p_I.allFinite() && std::isfinite(seen.score));
+    const TipObservation& good = tracking.Process(picture.Render(++sequence));
+    EXPECT_TRUE(good.found) << "after bad picture " << sequence;
   }
 }
 

@@ -183,15 +183,4 @@ void FemGreenModel::Prefetch(std::span<const Contact> contacts) {
   columns_.Prefetch(wanted, nullptr);
 }
 
-bool FemGreenModel::PrefetchNodes(std::span<const int> nodes, Progress* progress) {
-  std::vector<int> places;
-  for (const int node : nodes.empty() ? std::span<const int>(columns_.node_of_place()) : nodes) {
-    const int place = columns_.place_of_node().at(Index(node));
-    if (place >= 0) places.push_back(place);
-  }
-  const bool all = columns_.Prefetch(places, progress);
-  info_.memory_bytes = columns_.memory_bytes();
-  return all;
-}
-
 }  // namespace palpate

@@ -48,11 +48,6 @@ class FemGreenModel final : public DeformationModel {
     return failure_.empty() ? solver_.failure() : failure_;
   }
 
-  // Makes the columns of nodes of the mesh ready, those of the surface among them; none given: of
-  // all places that fit.
-  // False: the memory limit is reached. Throws Interrupted; what was finished stays, on disk too.
-  bool PrefetchNodes(std::span<const int> nodes = {}, Progress* progress = nullptr);
-
   // The linear triangles of the surface.
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
   [[nodiscard]] GreenColumns& columns() { return columns_; }

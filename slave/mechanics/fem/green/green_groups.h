@@ -47,7 +47,6 @@ class GreenGroups {
   [[nodiscard]] ColumnCache Cache(const std::filesystem::path& folder) const {
     return {folder, hash_};
   }
-  [[nodiscard]] std::uint64_t hash() const { return hash_; }
 
   [[nodiscard]] const std::vector<int>& node_of_place() const { return node_of_place_; }
   [[nodiscard]] const std::vector<int>& place_of_node() const { return place_of_node_; }

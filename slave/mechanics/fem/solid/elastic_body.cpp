@@ -151,11 +151,9 @@ double ElasticBody::AddElement(const Local<kNodes>& local, ElementMatrix* gradie
     }
   }
   if (!mixed) return energy;
-  // - p^2 / (2 k): exactly with ten nodes, lumped with four.
+  // - p^2 / (2 k).
   const double V = local.geometry.volume, c = law_.compressibility();
-  const Vector4d mass_p = kNodes == 4
-                              ? Vector4d(V / 4 * local.p)
-                              : Vector4d(V / 20 * (local.p + Vector4d::Constant(local.p.sum())));
+  const Vector4d mass_p = V / 20 * (local.p + Vector4d::Constant(local.p.sum()));
   if (gradient) {
     for (int i = 0; i < 4; ++i) (*gradient)(4 * i + 3, 0) -= c * mass_p[i];
   }
@@ -237,7 +235,7 @@ void ElasticBody::AddTangents(const VectorXd& x, const Tangent& tangent, bool re
       if (i < 3 && k < 3) return stiffness.at(a, i, b, k);
       if (i < 3) return coupling(3 * a + i, b);
       if (k < 3) return coupling(3 * b + k, a);
-      const double share = kNodes == 4 ? (a == b ? 0.25 : 0) : (a == b ? 0.1 : 0.05);
+      const double share = a == b ? 0.1 : 0.05;
       return -c * share * local.geometry.volume;
     };
     layout_.Add(e, entry, matrix);
@@ -275,10 +273,9 @@ SparseMatrix ElasticBody::PressureMass() const {
     const auto nodes = mesh_.element(e);
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) {
-        const double share =
-            mesh_.nodes_per_element == 4 ? (i == j ? 0.25 : 0) : (i == j ? 0.1 : 0.05);
+        const double share = i == j ? 0.1 : 0.05;
         const int row = nodes[Index(i)], column = nodes[Index(j)];
-        if (share > 0 && row <= column) entries.emplace_back(row, column, share * V);
+        if (row <= column) entries.emplace_back(row, column, share * V);
       }
     }
   }

@@ -3,9 +3,8 @@
 //
 //   W(u, p) = integral of A(F) + p g(F) - p^2 / (2 k)
 //
-// With a pressure of its own p is continuous and linear over the vertices (Taylor and Hood's
-// element for ten nodes); with four nodes its mass is lumped, which averages the volume change over
-// the nodes (Bonet and Burton 1998).
+// Ten nodes may have a pressure of their own: p is then continuous and linear over the vertices
+// (Taylor and Hood's element).
 #pragma once
 
 #include <vector>
@@ -36,8 +35,8 @@ class ElasticBody {
 
   // Integral over the body of the shape function of every vertex's pressure times g.
   void VolumeChange(const Eigen::VectorXd& x, Eigen::VectorXd* change) const;
-  // Mass per density, one by each element's modulus, over the pressure's shape functions: full for
-  // ten nodes, diagonal for four; vertices as numbered in the mesh, upper triangle.
+  // Mass per density, one by each element's modulus, over the pressure's shape functions; vertices
+  // as numbered in the mesh, upper triangle.
   [[nodiscard]] SparseMatrix PressureMass() const;
 
   // Mass at density one (per L^3), equal for all three components.

@@ -48,7 +48,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
       statics_(equilibrium_, supports_, progress_, params_.linear(), layout_.size()) {
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {
     throw std::invalid_argument(
-        "pressure = mixed or averaged: expected while the factorisation fits in memory; this mesh "
+        "the pressure unknown: expected while the factorisation fits in memory; this mesh "
         "needs " +
         std::to_string(equilibrium_.solver().memory_bytes() >> 20U) + " MiB: use a coarser mesh");
   }
@@ -87,9 +87,7 @@ void SolidModel::Describe(Progress* progress) {
       static_cast<std::size_t>(layout_.pattern().nonZeros()) * 12 * (params_.dynamic() ? 6 : 3) +
       mesh_.connectivity.size() * 40;
   SetRemark(std::string(mesh_.nodes_per_element == 10 ? "tet10" : "tet4") +
-            (layout_.has_pressure()
-                 ? (mesh_.nodes_per_element == 10 ? ", mixed pressure" : ", averaged pressure")
-                 : "") +
+            (layout_.has_pressure() ? ", mixed pressure" : "") +
             (solver.is_direct() ? ", direct solver" : ", conjugate gradients"));
   NotePrecompute();
   ReportProgress(progress, "first solution", 1);

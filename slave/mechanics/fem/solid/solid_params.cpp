@@ -11,46 +11,31 @@ namespace {
 
 using Element = FemOptions::Element;
 using Law = FemOptions::Law;
-using Pressure = FemOptions::Pressure;
 using Time = FemOptions::Time;
 
-constexpr double kAutoMixed = 0.49;  // nu from which ten nodes take a pressure
+constexpr double kMixedFrom = 0.49;  // nu from which ten nodes take a pressure
 constexpr double kFactorOnce = 3e8;  // operations of a factor that is worth making in every step
 
 void CheckPressure(const SolidParams& params) {
   const auto& o = params.options;
   const double nu = params.poisson_ratio;
-  if (o.pressure == Pressure::kMixed && o.element != Element::kTet10) {
-    throw std::invalid_argument("pressure = mixed: only with element = tet10; tet4 takes averaged");
-  }
-  if (o.pressure == Pressure::kAveraged && o.element != Element::kTet4) {
-    throw std::invalid_argument("pressure = averaged: only with element = tet4; tet10 takes mixed");
-  }
   if (!params.TakesPressure()) {
     if (nu <= kNearlyIncompressible) return;
-    RefuseValue("poisson_ratio", nu,
-                "at most 0.49999 without a pressure unknown (tet10 with mixed)");
-  }
-  if (nu <= 0 && !IsHyperelastic(o.law)) {
-    RefuseValue("poisson_ratio", nu, "> 0 with pressure = mixed or averaged");
-  }
-  if (o.element == Element::kTet4 && nu > kAveragedLimit) {
-    RefuseValue("poisson_ratio", nu, "at most 0.4999 with pressure = averaged");
+    RefuseValue("poisson_ratio", nu, "at most 0.49999 with element = tet4");
   }
   if (o.law != Law::kLinear && nu > kNearlyIncompressible) {
     RefuseValue("poisson_ratio", nu, "at most 0.49999 unless law = linear");
   }
   if (o.time == Time::kDynamic && o.damping_stiffness > 0) {
-    RefuseValue("damping.stiffness", o.damping_stiffness, "0 with pressure = mixed or averaged");
+    RefuseValue("damping.stiffness", o.damping_stiffness,
+                "0 with a pressure unknown (tet10 from poisson_ratio = 0.49 on)");
   }
 }
 
 }  // namespace
 
 bool SolidParams::TakesPressure() const {
-  const FemOptions& o = options;
-  if (o.pressure != Pressure::kAuto) return o.pressure != Pressure::kDisplacement;
-  return o.element == Element::kTet10 && poisson_ratio >= kAutoMixed;
+  return options.element == Element::kTet10 && poisson_ratio >= kMixedFrom;
 }
 
 SolidParams Checked(const SolidParams& params) {

@@ -22,19 +22,17 @@ struct SolidParams {
   [[nodiscard]] int nodes_per_element() const {
     return options.element == FemOptions::Element::kTet10 ? 10 : 4;
   }
-  // Whether the pressure is an unknown of its own.
+  // Whether the pressure is an unknown of its own: with ten nodes from nu = 0.49 on. Otherwise it
+  // follows from the displacement, which locks as nu -> 0.5.
   [[nodiscard]] bool TakesPressure() const;
   // Settings of Newton's method; `progress` serves it at rest.
   [[nodiscard]] Equilibrium::Options SolverOptions(fem::SearchProgress* progress) const;
 };
 
 // Returns `params`. Throws std::invalid_argument: an impossible parameter or combination.
-//
-// Pressure: ten nodes take `mixed` (any nu > 0 up to and including 0.5 for the linear law, up to
-// kNearlyIncompressible for others), four take `averaged` (up to kAveragedLimit).
+// nu is at most kNearlyIncompressible, with a pressure unknown and the linear law 0.5.
 SolidParams Checked(const SolidParams& params);
 inline constexpr double kNearlyIncompressible = 0.49999;
-inline constexpr double kAveragedLimit = 0.4999;
 
 // Reports a rough expectation of time and memory, before anything is built.
 void Announce(const SolidMesh& mesh, const SolidParams& params, Progress* progress);

@@ -1,17 +1,10 @@
 #include "slave/mechanics/fem/zone/zone.h"
 
-#include <algorithm>
-
 #include "slave/mesh/index.h"
 
 namespace palpate {
 
 using Eigen::Vector3d;
-
-int Zone::Find(int node) const {
-  const auto found = std::ranges::find(nodes, node);
-  return found == nodes.end() ? -1 : static_cast<int>(found - nodes.begin());
-}
 
 ZoneFinder::ZoneFinder(const SolidMesh& mesh) : mesh_(mesh) {
   for (const auto& tet : mesh.tets) {

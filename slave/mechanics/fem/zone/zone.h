@@ -18,8 +18,6 @@ struct Zone {
   std::vector<double> moduli;               // of every tetrahedron, by the body's [-]
 
   [[nodiscard]] int size() const { return static_cast<int>(nodes.size()); }
-  // Number of a node of the mesh; -1: it is not in the zone. O(size).
-  [[nodiscard]] int Find(int node) const;
 };
 
 // Finds zones of one mesh.

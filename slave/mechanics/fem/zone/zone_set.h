@@ -101,7 +101,6 @@ class ZoneSet {
   void TakeShared(Member* member) noexcept;
   void PressAll() noexcept;
   void TakeOthers(Member* member) noexcept;
-  void EstimateOne(std::size_t contact);
   bool Advance(std::size_t contact);
   [[nodiscard]] static double OwnBound(const Member& member);
 

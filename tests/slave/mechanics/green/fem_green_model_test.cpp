@@ -1,7 +1,9 @@
 #include "slave/mechanics/fem/green/fem_green_model.h"
 
+#include <numeric>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +37,9 @@ TEST(FemGreenModel, ABulkyBodyFromAFullCacheNeedsNoFactor) {
     const Scratch scratch;
     const FemGreenModel::Options options{.cache = scratch.path()};
     FemGreenModel computed = ModelOf(body, options);
-    ASSERT_TRUE(computed.PrefetchNodes());
+    std::vector<int> all(static_cast<std::size_t>(computed.columns().places()));
+    std::iota(all.begin(), all.end(), 0);
+    ASSERT_TRUE(computed.columns().Prefetch(all, nullptr));
     FemGreenModel kept = ModelOf(body, options);
     const Contact pull = Move(body.mesh.nodes.back(), {1e-4, 0, 0});
     const ContactResponse expected = Answer(computed, pull), got = Answer(kept, pull);

@@ -170,7 +170,9 @@ TEST(GreenColumns, TheMemoryLimitIsKeptAndReported) {
   FemGreenModel probe(body.mesh, body.held, 1, 0.3, {});
   const std::size_t group = GreenColumns::kGroup * probe.columns().bytes_per_place();
   FemGreenModel model(body.mesh, body.held, 1, 0.3, {.memory_limit = 3 * group + group / 2});
-  EXPECT_FALSE(model.PrefetchNodes());
+  std::vector<int> all;
+  for (int p = 0; p < model.columns().places(); ++p) all.push_back(p);
+  EXPECT_FALSE(model.columns().Prefetch(all, nullptr));
   int ready = 0;
   for (int p = 0; p < model.columns().places(); ++p) ready += model.columns().IsReady(p) ? 1 : 0;
   EXPECT_GE(ready, 3 * GreenColumns::kGroup);

@@ -107,12 +107,11 @@ TEST_F(CameraSenseTest, TheForceOfAPressIsThatOfTheSimulator) {
 // change under it. Each change is stated by a new revision.
 TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   const SlaveState pressed = Press();
-  ModelChange finer;
-  finer.elements = 120;
+  const ModelChange again{"bem2d"};
   ParameterChange absurd;
   absurd.young_modulus = 1e13;
   const auto refuses = [&] {
-    EXPECT_THROW(slave_->SetModel(finer), std::logic_error);
+    EXPECT_THROW(slave_->SetModel(again), std::logic_error);
     EXPECT_THROW(slave_->SetParameters(absurd), std::logic_error);
     EXPECT_THROW(slave_->Reset(), std::logic_error);
     EXPECT_THROW(slave_->ReinitializeTracking(), std::logic_error);
@@ -126,8 +125,7 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   Lower(-0.0085);
   Until([](const SlaveState& s) { return !s.local_model.in_contact && !(s.depth > 0); });
   Until([](const SlaveState& s) { return s.phase == Phase::kClutched; }, false);
-  slave_->SetModel(finer);
-  EXPECT_EQ(slave_->Describe().sense.model.elements, 120);
+  slave_->SetModel(again);
   EXPECT_EQ(slave_->Compose(Clock::now()).settings_revision, pressed.settings_revision + 1);
   EXPECT_EQ(slave_->Describe().settings_revision, pressed.settings_revision + 1);
   ++epoch_;
@@ -251,24 +249,21 @@ TEST_F(CameraSenseTest, CamerasThatStartAgainClearNoEmergencyStop) {
 // Wherever it is stopped, the settings in force stay, all of them.
 TEST_F(CameraSenseTest, AChangeThatIsStoppedHasChangedNothing) {
   StopAfter never(1000);
-  slave_->SetModel({.elements = 60}, &never);
+  slave_->SetModel({"bem2d"}, &never);
   slave_->TakeEvents();
   EXPECT_THAT(never.stages(),
               testing::IsSupersetOf({"boundary integrals", "factorising", "ready"}));
   const SlaveDescription before = slave_->Describe();
-  ModelChange finer;
-  finer.elements = 120;
   ParameterChange softer;
   softer.young_modulus = 1e4;
   softer.force_scale = 2;
   for (int reports = 0; reports < static_cast<int>(never.stages().size()); ++reports) {
     StopAfter for_model(reports), for_modulus(reports);
-    EXPECT_THROW(slave_->SetModel(finer, &for_model), Interrupted);
+    EXPECT_THROW(slave_->SetModel({"bem2d"}, &for_model), Interrupted);
     EXPECT_THROW(slave_->SetParameters(softer, &for_modulus), Interrupted);
   }
   const SlaveDescription now = slave_->Describe();
   EXPECT_EQ(now.settings_revision, before.settings_revision);
-  EXPECT_EQ(now.sense.model.elements, before.sense.model.elements);
   EXPECT_EQ(now.scene.object.material.young_modulus, before.scene.object.material.young_modulus);
   EXPECT_EQ(now.scene.operator_options.transform.force_scale,
             before.scene.operator_options.transform.force_scale);
@@ -306,13 +301,21 @@ TEST_F(CameraSenseTest, SettingsChangeAsAWholeOrNotAtAllBesideAnEngagement) {
   EXPECT_FALSE(slave_->TakeEvents().Has(Event::kModelChanged));
 }
 
+class LargeModelTest : public CameraSenseTest {
+ protected:
+  LargeModelTest() : CameraSenseTest(Large(), {}) {}
+  static Scene Large() {
+    Scene scene = Block();
+    scene.model.elements = 900;
+    return scene;
+  }
+};
+
 // While a large model is made, the states go on: an operator must not lose the link to it.
-TEST_F(CameraSenseTest, StatesGoOnWhileAModelIsMade) {
+TEST_F(LargeModelTest, StatesGoOnWhileAModelIsMade) {
   std::atomic<bool> made{false};
   std::jthread maker([&] {
-    ModelChange large;
-    large.elements = 900;
-    slave_->SetModel(large);
+    slave_->SetModel({"bem2d"});
     made = true;
   });
   int composed = 0;

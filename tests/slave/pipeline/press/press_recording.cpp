@@ -54,7 +54,7 @@ RecordedPress ReadRecordedPress(const std::filesystem::path& folder) {
     const auto file = folder / fmt::format("depth_{:03d}.png", number);
     if (!std::filesystem::exists(file)) continue;
     const cv::Mat picture = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
-    const auto& seen = cameras.Observe(picture, static_cast<std::uint64_t>(number), {});
+    const auto& seen = cameras.Observe(picture);
     if (!seen.found) continue;
     press.frames.push_back({number, seen.points});
     for (std::size_t i = 0; i < seen.points.size() && number <= kRestLast; ++i) {

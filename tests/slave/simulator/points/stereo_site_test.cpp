@@ -188,8 +188,8 @@ TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
     site.TakePictures();
     EXPECT_NEAR(site.target()->seconds, k / 30.0, 1e-12);
     EXPECT_NEAR((site.target()->X_SB.translation() - path(k)).norm(), 0, 1e-12);
-    EXPECT_NEAR((site.target()->PlaceOf(p_S_first) - p_S_first - path(k) + path(0)).norm(), 0,
-                1e-12);
+    const Vector3d p_B = site.target()->X_SB_first.inverse() * p_S_first;
+    EXPECT_NEAR((site.target()->X_SB * p_B - p_S_first - path(k) + path(0)).norm(), 0, 1e-12);
   }
   EXPECT_FALSE(site.truth().in_contact);
 }

@@ -35,12 +35,11 @@ class DepthPointsTest : public ::testing::Test {
   }
   void TakeRest(DepthPoints* cameras, const Surface& surface, DepthNoise noise = {}) {
     for (int k = 0; k < 4; ++k) {
-      EXPECT_FALSE(cameras->Observe(Picture(surface, noise), ++sequence_, {}).found);
+      EXPECT_FALSE(cameras->Observe(Picture(surface, noise)).found);
     }
     EXPECT_TRUE(cameras->at_rest_known());
   }
   std::mt19937 random_{7};
-  std::uint64_t sequence_ = 0;
 };
 
 // Reference: a plane is a plane: every rest point lies on it, every normal is its own. Tolerance:
@@ -53,7 +52,7 @@ TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
   DepthPoints cameras(params);
   const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.3, 1).normalized();
   TakeRest(&cameras, Plane(n, 0.11), kDither);
-  const auto& seen = cameras.Observe(Picture(Plane(n, 0.11)), 9, {});
+  const auto& seen = cameras.Observe(Picture(Plane(n, 0.11)));
   ASSERT_TRUE(seen.found);
   ASSERT_EQ(seen.points.size(), 20U * 15U);
   const Eigen::Vector3d n_S = params.camera.X_SD.linear() * n;
@@ -83,8 +82,8 @@ TEST_F(DepthPointsTest, HolesOnASlantDoNotMoveThePoint) {
     }
     return picture;
   };
-  for (int k = 0; k < 4; ++k) cameras.Observe(with_hole(true, 0), 1, {});
-  const auto& seen = cameras.Observe(with_hole(false, 0.001), 2, {});
+  for (int k = 0; k < 4; ++k) cameras.Observe(with_hole(true), 1);
+  const auto& seen = cameras.Observe(with_hole(false, 0.001));
   ASSERT_TRUE(seen.found);
   for (const SurfacePoint& point : seen.points) {
     EXPECT_NEAR(n.dot(point.p_S - point.p_S_rest), 0.001, 30e-6) << point.id;
@@ -106,7 +105,7 @@ TEST_F(DepthPointsTest, TheStatedSigmaIsThatOfTheScatter) {
     double squares = 0;
     int count = 0;
     for (int k = 0; k < 20; ++k) {
-      const auto& seen = cameras.Observe(Picture(plane, noise), 9, {});
+      const auto& seen = cameras.Observe(Picture(plane, noise));
       for (std::size_t i = 0; i < seen.points.size(); ++i) {
         const SurfacePoint& point = seen.points[i];
         const Eigen::Vector3d& n = cameras.normal_S(i);
@@ -135,7 +134,7 @@ TEST_F(DepthPointsTest, OutliersAndHolesDoNotShiftTheMean) {
     if (dice < 0.3) *it = 0;
     if (dice > 0.9) *it = static_cast<std::uint16_t>(*it + 200);
   }
-  const auto& seen = cameras.Observe(picture, 9, {});
+  const auto& seen = cameras.Observe(picture);
   for (const SurfacePoint& point : seen.points) {
     ASSERT_TRUE(point.seen);
     EXPECT_LT((point.p_S - point.p_S_rest).norm(), 40e-6) << point.id;
@@ -148,20 +147,20 @@ TEST_F(DepthPointsTest, PicturesThatCannotBeUsedAreNoObservation) {
   const cv::Mat empty, zeros(240, 320, CV_16UC1, cv::Scalar(0)), bytes(240, 320, CV_8UC1),
       wide(240, 400, CV_16UC1, cv::Scalar(1000)), saturated(240, 320, CV_16UC1, cv::Scalar(65535));
   for (const cv::Mat* bad : {&empty, &zeros, &bytes, &saturated}) {
-    EXPECT_FALSE(cameras.Observe(*bad, 1, {}).found);
+    EXPECT_FALSE(cameras.Observe(*bad).found);
     EXPECT_FALSE(cameras.at_rest_known());
   }
   TakeRest(&cameras, plane);
   for (const cv::Mat* bad : {&empty, &zeros, &bytes, &wide, &saturated}) {
-    const auto& seen = cameras.Observe(*bad, 2, {});
+    const auto& seen = cameras.Observe(*bad);
     EXPECT_FALSE(seen.found);
     EXPECT_THAT(seen.points, ::testing::Each(::testing::Field(&SurfacePoint::seen, false)));
-    EXPECT_TRUE(cameras.Observe(Picture(plane), 3, {}).found);
+    EXPECT_TRUE(cameras.Observe(Picture(plane)).found);
   }
   cameras.Reset();
-  EXPECT_FALSE(cameras.Observe(wide, 4, {}).found);
+  EXPECT_FALSE(cameras.Observe(wide).found);
   EXPECT_FALSE(cameras.at_rest_known());
-  EXPECT_TRUE(cameras.Observe(wide, 4, {}).points.empty());
+  EXPECT_TRUE(cameras.Observe(wide).points.empty());
 }
 
 TEST_F(DepthPointsTest, ObservingAllocatesNothingOnceTheRestIsKnown) {
@@ -170,7 +169,7 @@ TEST_F(DepthPointsTest, ObservingAllocatesNothingOnceTheRestIsKnown) {
   TakeRest(&cameras, plane);
   const cv::Mat picture = Picture(Plane({0, 0, 1}, 0.101), {0.08e-3, 8});
   const long before = AllocationCount();
-  for (int k = 0; k < 20; ++k) cameras.Observe(picture, 9, {});
+  for (int k = 0; k < 20; ++k) cameras.Observe(picture);
   EXPECT_EQ(AllocationCount(), before);
 }
 

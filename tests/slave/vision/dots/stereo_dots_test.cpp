@@ -85,7 +85,7 @@ StereoDots::Params Params() {
 void Rest(StereoDots* stereo, const Bump& bump = {}) {
   for (std::uint64_t k = 0; k < 3; ++k) {
     const Pair pair = Pictures(bump, 100 + k);
-    stereo->Observe(pair.left, pair.right, Time{});
+    stereo->Observe(pair.left, pair.right);
   }
   ASSERT_TRUE(stereo->at_rest_known());
 }
@@ -119,7 +119,7 @@ TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
     bump.depth = 0.0005 * step;
     bump.centre = {0.006, -0.004};
     const Pair pair = Pictures(bump, static_cast<std::uint64_t>(step));
-    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
+    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     ASSERT_TRUE(seen.found);
     EXPECT_EQ(Seen(seen), 31) << step;
     worst = std::max(worst, Worst(seen, bump));
@@ -140,7 +140,7 @@ TEST(StereoDots, TiltOfTheDotsDoesNotPullThem) {
   const auto depth_error = [&](double radius) {
     params.dot_radius = radius;
     StereoDots stereo(params);
-    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
+    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     EXPECT_EQ(Seen(seen), 31);
     double sum = 0;
     for (std::size_t k = 0; k < Layout().size(); ++k) {
@@ -179,8 +179,7 @@ TEST(StereoDots, EachCameraSeesADotsTiltInItsOwnFrame) {
     }
   }
   StereoDots stereo(params);
-  const SurfaceObservation& seen =
-      stereo.Observe(pictures[0].Render(), pictures[1].Render(), Time{});
+  const SurfaceObservation& seen = stereo.Observe(pictures[0].Render(), pictures[1].Render());
   ASSERT_EQ(Seen(seen), 31);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < Layout().size(); ++k) {
@@ -200,7 +199,7 @@ TEST(StereoDots, ErrorsAreAsLargeAsTheCovariancesSay) {
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Pair pair = Pictures(bump, seed, 2, 0);
-    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
+    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     for (std::size_t k = 0; k < Layout().size(); ++k) {
       const Eigen::Vector3d error = seen.points[k].p_S - bump.Place(Layout()[k]);
       mahalanobis += error.dot(seen.points[k].covariance.inverse() * error) / 3;
@@ -220,7 +219,7 @@ TEST(StereoDots, DotsThatLeaveComeBackAsThemselves) {
     bump.X_SO.translation() << 0.0005 * step, 0.0003 * step, 0.0002 * step;
     if (step >= 10 && step < 30) bump.hidden = {0, 7, 8, 13, 30};
     const Pair pair = Pictures(bump, static_cast<std::uint64_t>(step));
-    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
+    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     ASSERT_TRUE(seen.found) << step;
     EXPECT_EQ(Seen(seen), 31 - static_cast<int>(bump.hidden.size())) << step;
     for (const int k : bump.hidden) EXPECT_FALSE(seen.points[static_cast<std::size_t>(k)].seen);
@@ -235,7 +234,7 @@ TEST(StereoDots, JumpOfOneColumnIsNotTakenForStandingStill) {
   Bump bump;
   bump.X_SO.translation() << 0.015, 0, 0;
   const Pair pair = Pictures(bump, 3);
-  const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
+  const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
   ASSERT_TRUE(seen.found);
   EXPECT_EQ(Seen(seen), 31);
   EXPECT_LT(Worst(seen, bump), 0.1e-3);

@@ -41,8 +41,7 @@ TEST_P(HeartPathTest, IsFollowedIn3dToHalfAMillimetreWithoutLoss) {
   for (int k = 0; k < seconds * kRate; ++k) {
     const Eigen::Vector3d p_S = HeartPath(k / kRate, pace);
     const auto pair = pictures.Take(p_S);
-    const auto& seen =
-        texture.Process(pair.left, pair.right, static_cast<std::uint64_t>(k), Time{});
+    const auto& seen = texture.Process(pair.left, pair.right);
     ASSERT_TRUE(seen.found) << k;
     ASSERT_EQ(seen.points.size(), options.at.size());
     for (std::size_t i = 0; i < seen.points.size(); ++i) {

@@ -53,7 +53,7 @@ TEST_P(RealDepthTest, WindowsAreFoundAtAnyDistance) {
     options.count = 200;
     const StereoRig rig = RigFor(left.size(), baseline);
     StereoTexture texture(rig, Eigen::Isometry3d::Identity(), options);
-    const auto& seen = texture.Process(left, right, 0, Time{});
+    const auto& seen = texture.Process(left, right);
     int windows = 0, found = 0;
     std::vector<double> misses;
     for (std::size_t i = 0; i < seen.points.size(); ++i) {

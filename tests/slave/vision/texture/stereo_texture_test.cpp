@@ -31,10 +31,8 @@ TEST_F(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
   for (int k = 0; k <= 10; ++k) {
     const Eigen::Vector3d p_S(0.0005 * k, -0.0003 * k, 0.0006 * k);
     const auto pair = pictures.Take(p_S);
-    const auto& seen =
-        texture.Process(pair.left, pair.right, static_cast<std::uint64_t>(k), Time{});
+    const auto& seen = texture.Process(pair.left, pair.right);
     ASSERT_TRUE(seen.found);
-    EXPECT_EQ(seen.sequence, static_cast<std::uint64_t>(k));
     for (std::size_t i = 0; i < 3; ++i) {
       const SurfacePoint& point = seen.points[i];
       ASSERT_TRUE(point.seen);
@@ -53,7 +51,7 @@ TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
   for (int k = 0; k <= 20; ++k) {
     const Eigen::Vector3d turn(0.004 * k, -0.003 * k, 0.01 * k);
     const auto pair = pictures.Take(kRest, turn);
-    const auto& seen = texture.Process(pair.left, pair.right, 0, Time{});
+    const auto& seen = texture.Process(pair.left, pair.right);
     // It turns about the ellipsoid's centre, semi-axis z behind S's origin.
     const Eigen::Vector3d centre(0, 0, site::TexturedTarget::Shape{}.semi_axes.z());
     const Eigen::Matrix3d R =
@@ -72,7 +70,7 @@ TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
     auto pair = pictures.Take(p_S);
     const bool covered = k >= 4 && k < 8;
     if (covered) pair.right.colRange(0, 640).setTo(60);
-    const auto& seen = texture.Process(pair.left, pair.right, 0, Time{});
+    const auto& seen = texture.Process(pair.left, pair.right);
     EXPECT_EQ(seen.found, !covered) << k;
     for (std::size_t i = 0; i < 3; ++i) {
       ASSERT_EQ(seen.points[i].seen, !covered) << k;
@@ -85,27 +83,27 @@ TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
 TEST_F(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
   const auto pair = pictures.Take(kRest);
   const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(80));
-  EXPECT_FALSE(texture.Process(cv::Mat(), pair.right, 0, Time{}).found);
-  EXPECT_FALSE(texture.Process(flat, flat, 0, Time{}).found);
-  EXPECT_FALSE(texture.Process(pair.left, flat, 0, Time{}).found);
+  EXPECT_FALSE(texture.Process(cv::Mat(), pair.right).found);
+  EXPECT_FALSE(texture.Process(flat, flat).found);
+  EXPECT_FALSE(texture.Process(pair.left, flat).found);
   EXPECT_FALSE(texture.started());
-  EXPECT_TRUE(texture.Process(pair.left, pair.right, 1, Time{}).found);
+  EXPECT_TRUE(texture.Process(pair.left, pair.right).found);
   cv::Mat deep;
   pair.left.convertTo(deep, CV_16U, 256);
   for (const cv::Mat& bad : {deep, cv::Mat(pair.left, cv::Rect(0, 0, 320, 240)), cv::Mat()}) {
-    const auto& seen = texture.Process(bad, pair.right, 2, Time{});
+    const auto& seen = texture.Process(bad, pair.right);
     EXPECT_FALSE(seen.found);
     EXPECT_FALSE(seen.points.front().seen);
     EXPECT_TRUE(seen.points.front().p_S.allFinite());
   }
-  EXPECT_TRUE(texture.Process(pair.left, pair.right, 3, Time{}).found);
+  EXPECT_TRUE(texture.Process(pair.left, pair.right).found);
 }
 
 TEST_F(StereoTextureTest, NothingIsAllocatedPerPair) {
   const auto rest = pictures.Take(kRest), moved = pictures.Take({0.001, 0, 0.001});
-  ASSERT_TRUE(texture.Process(rest.left, rest.right, 0, Time{}).found);
+  ASSERT_TRUE(texture.Process(rest.left, rest.right).found);
   const long before = AllocationCount();
-  const bool found = texture.Process(moved.left, moved.right, 1, Time{}).found;
+  const bool found = texture.Process(moved.left, moved.right).found;
   EXPECT_EQ(AllocationCount(), before);
   EXPECT_TRUE(found);
 }

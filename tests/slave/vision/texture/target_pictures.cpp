@@ -1,5 +1,9 @@
 #include "tests/slave/vision/texture/target_pictures.h"
 
+#include <cmath>
+#include <optional>
+
+#include <Eigen/LU>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -8,6 +12,32 @@ namespace {
 
 constexpr double kNoise = 2, kBlur = 0.7, kBehind = 60;
 constexpr int kSpare = 256;  // of the noise beyond a picture's size [px]
+
+// The point of the surface visible at p_I, frame B [m]. nullopt: the body is not there.
+std::optional<Eigen::Vector3d> PointAt(const site::TexturedTarget& target, const Lens& lens,
+                                       const Eigen::Isometry3d& X_CB, const Eigen::Vector2d& p_I) {
+  const auto ray = RayOf(lens, p_I);
+  if (!ray) return std::nullopt;
+  const Eigen::Isometry3d X_BC = X_CB.inverse();
+  const Eigen::Vector3d o = X_BC.translation();
+  const Eigen::Vector3d d = X_BC.linear() * ray->homogeneous();
+  const std::vector<Eigen::Vector3d>& p_B = target.vertices();
+  std::optional<Eigen::Vector3d> nearest;
+  double least = 0;
+  for (const auto& [i, j, k] : target.triangles()) {  // o + s d = a + u (b - a) + v (c - a)
+    const Eigen::Vector3d& a = p_B[static_cast<std::size_t>(i)];
+    Eigen::Matrix3d M;
+    M << -d, p_B[static_cast<std::size_t>(j)] - a, p_B[static_cast<std::size_t>(k)] - a;
+    if (std::abs(M.determinant()) < 1e-15) continue;  // edge on
+    const Eigen::Vector3d suv = M.inverse() * (o - a);
+    constexpr double kRim = -1e-9;
+    const bool within = suv.y() >= kRim && suv.z() >= kRim && suv.y() + suv.z() <= 1 - kRim;
+    if (!within || !(suv.x() > 0) || (nearest && suv.x() >= least)) continue;
+    least = suv.x();
+    nearest = o + least * d;
+  }
+  return nearest;
+}
 
 }  // namespace
 
@@ -50,7 +80,7 @@ TargetPictures::Pair TargetPictures::Take(const Eigen::Vector3d& p_S, const Eige
 
 Eigen::Vector3d TargetPictures::PointOf(const Eigen::Vector2d& p_I, const Eigen::Vector3d& from,
                                         const Eigen::Vector3d& to) const {
-  const auto p_B = target_.PointAt(rig.left, X_SL.inverse() * X_SB(from, {0, 0, 0}), p_I);
+  const auto p_B = PointAt(target_, rig.left, X_SL.inverse() * X_SB(from, {0, 0, 0}), p_I);
   return X_SB(to, {0, 0, 0}) * p_B.value();
 }
 

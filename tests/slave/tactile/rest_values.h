@@ -1,17 +1,11 @@
-// The baseline of the electrodes differs from start to start: it is subtracted from the readings
-// (paper B, III.A.2).
+// Readings minus the mean of the first samples, as the authors of the networks took them.
 #pragma once
 
 #include <array>
 
-#include "slave/capture/tactile_frame.h"
+#include "slave/tactile/signals/tactile_signals.h"
 
 namespace palpate {
-
-// E1 to E19, pac0, pdc: the order of the networks' inputs.
-inline constexpr int kSignalCount = kElectrodeCount + 2;
-// Those of other sensors: c1 to cN and two zeros.
-using TactileSignals = ShortList<double, kMaxChannels + 2, kSignalCount>;
 
 // The mean of a fingertip's first samples.
 class RestValues {
