@@ -2,20 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <string>
+
+#include "slave/contact/box_tree.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kStartSlack = 1e-9;  // of the path: a start on the boundary, to rounding
+constexpr int kLeafSize = 2;
+constexpr int kWatchedNeighbours = 4;  // on each side
+constexpr double kRounding = 1e-12;    // relative to the sizes at hand
+constexpr double kStartSlack = 1e-9;   // of the path: a start on the boundary, to rounding
 // Farther away than this many times the body's reach there is no tool, and squares of squares would
 // leave the numbers.
 constexpr double kFarthest = 1e9;
 
+Eigen::Vector2d Turned(const Eigen::Vector2d& axis) {
+  return {-axis.y(), axis.x()};
+}
+
 }  // namespace
 
-BoundarySearch::BoundarySearch(const BoundaryMesh& mesh) {
+ObbTree::ObbTree(const BoundaryMesh& mesh) {
   if (mesh.size() < 3) {
     throw std::invalid_argument("a boundary of " + std::to_string(mesh.size()) +
                                 " elements: expected three or more");
@@ -27,13 +37,93 @@ BoundarySearch::BoundarySearch(const BoundaryMesh& mesh) {
                                   ": expected a finite length > 0");
     }
     const Eigen::Vector2d tangent = (b - a).stableNormalized();
-    elements_.push_back({a, b, {tangent.y(), -tangent.x()}, mesh.Previous(i)});
+    elements_.push_back({a, b, -Turned(tangent), mesh.Next(i), mesh.Previous(i)});
     reach_ = std::max(reach_, a.stableNorm());
   }
+  order_.resize(elements_.size());
+  std::iota(order_.begin(), order_.end(), 0);
+  boxes_.reserve(2 * elements_.size());
+  Build(0, mesh.size());
 }
 
-std::optional<ElementPlace> BoundarySearch::FirstEntry(const Eigen::Vector2d& from,
-                                                       const Eigen::Vector2d& to) const noexcept {
+// Splits the elements at their median along the box's longer axis.
+int ObbTree::Build(int begin, int end) {
+  const auto index = boxes_.size();
+  boxes_.push_back(Fit(begin, end));
+  if (end - begin > kLeafSize) {
+    const Box& box = boxes_[index];
+    const Eigen::Vector2d axis = box.half.x() >= box.half.y() ? box.axis : Turned(box.axis);
+    const int middle = begin + (end - begin) / 2;
+    std::nth_element(
+        order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+        [&](int i, int j) { return axis.dot(At(i).a + At(i).b) < axis.dot(At(j).a + At(j).b); });
+    const int left = Build(begin, middle);
+    const int right = Build(middle, end);
+    boxes_[index].left = left;
+    boxes_[index].right = right;
+  }
+  return static_cast<int>(index);
+}
+
+// Axes along the principal directions of the end points.
+ObbTree::Box ObbTree::Fit(int begin, int end) const {
+  Eigen::Vector2d mean(0, 0);
+  for (int k = begin; k < end; ++k) {
+    const Element& e = At(order_[Index(k)]);
+    mean += (e.a + e.b) / (2.0 * (end - begin));
+  }
+  double xx = 0, xy = 0, yy = 0;
+  const auto visit = [&](const auto& action) {
+    for (int k = begin; k < end; ++k) {
+      const Element& e = At(order_[Index(k)]);
+      action(Eigen::Vector2d(e.a - mean));
+      action(Eigen::Vector2d(e.b - mean));
+    }
+  };
+  visit([&](const Eigen::Vector2d& p) {
+    xx += p.x() * p.x();
+    xy += p.x() * p.y();
+    yy += p.y() * p.y();
+  });
+  const double angle = 0.5 * std::atan2(2 * xy, xx - yy);
+  const Eigen::Vector2d axis(std::cos(angle), std::sin(angle));
+  Eigen::Vector2d lower(0, 0), upper(0, 0);
+  visit([&](const Eigen::Vector2d& p) {
+    const Eigen::Vector2d q(axis.dot(p), Turned(axis).dot(p));
+    lower = lower.cwiseMin(q);
+    upper = upper.cwiseMax(q);
+  });
+  const Eigen::Vector2d middle = 0.5 * (lower + upper);
+  return {mean + middle.x() * axis + middle.y() * Turned(axis), axis, 0.5 * (upper - lower), begin,
+          end};
+}
+
+// Separating axes of a box and a segment: the box's two, and the segment's normal. Errs towards
+// meeting.
+bool ObbTree::MayMeet(const Box& box, const Eigen::Vector2d& from,
+                      const Eigen::Vector2d& to) const noexcept {
+  const Eigen::Vector2d half_path = 0.5 * (to - from);
+  const Eigen::Vector2d apart = from + half_path - box.centre;
+  const double slack = kRounding * (reach_ + apart.norm() + half_path.norm());
+  const auto overlap = [&](const Eigen::Vector2d& axis, double half) {
+    return std::abs(axis.dot(apart)) <= half + std::abs(axis.dot(half_path)) + slack;
+  };
+  if (!overlap(box.axis, box.half.x()) || !overlap(Turned(box.axis), box.half.y())) return false;
+  const Eigen::Vector2d normal = Turned(half_path);
+  const double box_radius = box.half.x() * std::abs(normal.dot(box.axis)) +
+                            box.half.y() * std::abs(normal.dot(Turned(box.axis)));
+  return std::abs(normal.dot(apart)) <= box_radius + slack * half_path.norm();
+}
+
+double ObbTree::LeastDistanceSquared(const Box& box, const Eigen::Vector2d& p) const noexcept {
+  const Eigen::Vector2d apart = p - box.centre;
+  const Eigen::Vector2d q(std::abs(box.axis.dot(apart)), std::abs(Turned(box.axis).dot(apart)));
+  const double slack = kRounding * (reach_ + q.maxCoeff());
+  return ((q - box.half).array() - slack).max(0.0).matrix().squaredNorm();
+}
+
+std::optional<ElementPlace> ObbTree::FirstEntry(const Eigen::Vector2d& from,
+                                                const Eigen::Vector2d& to) const noexcept {
   const Eigen::Vector2d path = to - from;
   if (path.squaredNorm() == 0) return std::nullopt;
   // Side of a node as seen along the path. The same node gives the same number in both of its
@@ -41,15 +131,15 @@ std::optional<ElementPlace> BoundarySearch::FirstEntry(const Eigen::Vector2d& fr
   const auto side = [&](const Eigen::Vector2d& p) { return Cross(path, p - from); };
   std::optional<ElementPlace> first;
   double first_t = 1;
-  for (int index = 0; index < size(); ++index) {
+  const auto visit = [&](int index) {
     const Element& e = At(index);
     const double side_a = side(e.a), side_b = side(e.b);
-    if (!(side_a >= 0 && side_b < 0)) continue;  // inwards is across the element from left to right
+    if (!(side_a >= 0 && side_b < 0)) return;  // inwards is across the element from left to right
     // Through the node a: at a convex corner the path enters only if it does so through both
     // elements there, else it just touches the tip of the corner.
     const Element& before = At(e.previous);
     const bool is_convex = Cross(before.b - before.a, e.b - e.a) > 0;
-    if (side_a == 0 && is_convex && Cross(path, before.b - before.a) >= 0) continue;
+    if (side_a == 0 && is_convex && Cross(path, before.b - before.a) >= 0) return;
     const double s = side_a / (side_a - side_b);
     const Eigen::Vector2d p = e.a + s * (e.b - e.a);
     const double t = (p - from).dot(path) / path.squaredNorm();
@@ -58,12 +148,22 @@ std::optional<ElementPlace> BoundarySearch::FirstEntry(const Eigen::Vector2d& fr
       first = ElementPlace{index, s, p};
       first_t = t;
     }
+  };
+  BoxStack stack;
+  for (stack.Push(0); !stack.empty();) {
+    const Box& box = boxes_[Index(stack.Pop())];
+    if (!MayMeet(box, from, to)) continue;
+    if (box.left >= 0) {
+      stack.Push(box.left);
+      stack.Push(box.right);
+      continue;
+    }
+    for (int k = box.begin; k < box.end; ++k) visit(order_[Index(k)]);
   }
   return first;
 }
 
-BoundarySearch::Candidate BoundarySearch::Project(int element,
-                                                  const Eigen::Vector2d& p) const noexcept {
+ObbTree::Candidate ObbTree::Project(int element, const Eigen::Vector2d& p) const noexcept {
   const Element& e = At(element);
   const Eigen::Vector2d edge = e.b - e.a;
   const double s = std::clamp((p - e.a).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
@@ -74,7 +174,7 @@ BoundarySearch::Candidate BoundarySearch::Project(int element,
 
 // Ties go to the higher or deeper, then to the element that begins there, then by place: never by
 // number.
-bool BoundarySearch::IsNearer(const Candidate& one, const Candidate& other) const noexcept {
+bool ObbTree::IsNearer(const Candidate& one, const Candidate& other) const noexcept {
   if (one.distance_squared != other.distance_squared) {
     return one.distance_squared < other.distance_squared;
   }
@@ -87,27 +187,35 @@ bool BoundarySearch::IsNearer(const Candidate& one, const Candidate& other) cons
   return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
 }
 
-ElementPlace BoundarySearch::Nearest(const Eigen::Vector2d& p) const noexcept {
-  Candidate best = Project(0, p);
-  for (int element = 1; element < size(); ++element) {
+ElementPlace ObbTree::Nearest(const Eigen::Vector2d& p, int near) const noexcept {
+  Candidate best = Project(near >= 0 ? near : order_[0], p);
+  const auto visit = [&](int element) {
     const Candidate candidate = Project(element, p);
     if (IsNearer(candidate, best)) best = candidate;
+  };
+  int ahead = best.place.element, behind = ahead;
+  for (int k = 0; k < kWatchedNeighbours; ++k) {
+    visit(ahead = At(ahead).next);
+    visit(behind = At(behind).previous);
   }
+  VisitNearest(
+      boxes_, best.distance_squared, [&](const Box& box) { return LeastDistanceSquared(box, p); },
+      [&](int k) { visit(order_[Index(k)]); });
   return best.place;
 }
 
 // Out of contact so far, on the way from `from` to `to`.
 void BoundaryContact::Approach(const Eigen::Vector2d& from, const Eigen::Vector2d& to) noexcept {
-  const auto entry = search_.FirstEntry(from, to);
-  const ElementPlace at = entry ? *entry : search_.Nearest(to);
-  place_ = {at.element, at.s, at.p_O, search_.normal(at.element), 0};
+  const auto entry = tree_.FirstEntry(from, to);
+  const ElementPlace at = entry ? *entry : tree_.Nearest(to, place_.element);
+  place_ = {at.element, at.s, at.p_O, tree_.normal(at.element), 0};
   place_.gap = GapOf(to);
   in_contact_ = place_.gap < 0;  // without an entry: inside all the same, by rounding or from start
 }
 
 const BoundaryPlace& BoundaryContact::MoveTip(const Eigen::Vector2d& p_O_tip) noexcept {
   const bool is_usable =
-      p_O_tip.allFinite() && p_O_tip.cwiseAbs().maxCoeff() <= kFarthest * search_.reach();
+      p_O_tip.allFinite() && p_O_tip.cwiseAbs().maxCoeff() <= kFarthest * tree_.reach();
   if (!is_usable) return place_;
   const Eigen::Vector2d from = last_tip_.value_or(p_O_tip);
   last_tip_ = p_O_tip;

@@ -1,6 +1,5 @@
-// Contact of the tool with the boundary (paper A, 3.5), where the tip's path crosses it. The paper
-// searches with a tree of boxes and a neighbourhood watch; the few elements of a planar boundary
-// are tried one by one. Planar; frame O [m].
+// Contact of the tool with the boundary (paper A, 3.5): an OBB tree finds where the tip's path
+// crosses it, and a neighbourhood watch tracks the contact point. Planar; frame O [m].
 #pragma once
 
 #include <optional>
@@ -20,23 +19,26 @@ struct ElementPlace {
   Eigen::Vector2d p_O{0, 0};  // [m]
 };
 
-// Finds where a path first enters a body, and the nearest point of its boundary. Results do not
-// depend on the numbering of the elements. Each search takes O(N) and allocates nothing.
-class BoundarySearch {
+// A tree of oriented bounding boxes over the elements of a boundary (paper A, 3.5, after Gottschalk
+// et al. 1996). It finds where a path first enters the body, and the nearest boundary point.
+// Results do not depend on the numbering of the elements.
+class ObbTree {
  public:
   // Throws std::invalid_argument: fewer than three elements, an element without length or not
   // finite.
-  explicit BoundarySearch(const BoundaryMesh& mesh);
+  explicit ObbTree(const BoundaryMesh& mesh);
 
   // Where the straight path first crosses the boundary from outside to inside. A path that only
   // touches the boundary, runs along it or ends on it does not enter; a path that starts on it and
-  // leads inwards does.
+  // leads inwards does. No allocation, O(log N) if the path crosses few boxes.
   [[nodiscard]] std::optional<ElementPlace> FirstEntry(const Eigen::Vector2d& from,
                                                        const Eigen::Vector2d& to) const noexcept;
 
   // The boundary point nearest to `p`. Of two equally near elements that share the nearest node,
-  // the one from whose line `p` is farther: its side decides whether `p` is inside.
-  [[nodiscard]] ElementPlace Nearest(const Eigen::Vector2d& p) const noexcept;
+  // the one from whose line `p` is farther: its side decides whether `p` is inside. Searches first
+  // around element `near`, the last result if there is one (neighbourhood watch), then wherever the
+  // tree could contain something nearer. No allocation.
+  [[nodiscard]] ElementPlace Nearest(const Eigen::Vector2d& p, int near = -1) const noexcept;
 
   // Signed distance of `p` from the element's line [m], positive on the outer side.
   [[nodiscard]] double HeightOver(int element, const Eigen::Vector2d& p) const noexcept {
@@ -51,19 +53,32 @@ class BoundarySearch {
  private:
   struct Element {
     Eigen::Vector2d a, b, normal;
-    int previous;
+    int next, previous;
+  };
+  // Axes: `axis` and the same rotated by 90 degrees. Leaves own elements, inner boxes two boxes.
+  struct Box {
+    Eigen::Vector2d centre, axis, half;
+    int begin, end;  // range of order_
+    int left = -1, right = -1;
   };
   struct Candidate {
     ElementPlace place;
     double distance_squared = 0, height = 0;
   };
 
+  int Build(int begin, int end);
+  [[nodiscard]] Box Fit(int begin, int end) const;
+  [[nodiscard]] bool MayMeet(const Box& box, const Eigen::Vector2d& from,
+                             const Eigen::Vector2d& to) const noexcept;
+  [[nodiscard]] double LeastDistanceSquared(const Box& box,
+                                            const Eigen::Vector2d& p) const noexcept;
   [[nodiscard]] Candidate Project(int element, const Eigen::Vector2d& p) const noexcept;
   [[nodiscard]] bool IsNearer(const Candidate& one, const Candidate& other) const noexcept;
-  [[nodiscard]] int size() const noexcept { return static_cast<int>(elements_.size()); }
   [[nodiscard]] const Element& At(int element) const noexcept { return elements_[Index(element)]; }
 
   std::vector<Element> elements_;
+  std::vector<int> order_;  // element indices, sorted into the leaves
+  std::vector<Box> boxes_;  // boxes_[0] is the root
   double reach_ = 0;
 };
 
@@ -80,7 +95,7 @@ struct BoundaryPlace {
 class BoundaryContact {
  public:
   // Copies all that it needs. Throws std::invalid_argument: fewer than three elements.
-  explicit BoundaryContact(const BoundaryMesh& mesh) : search_(mesh) {}
+  explicit BoundaryContact(const BoundaryMesh& mesh) : tree_(mesh) {}
 
   // Moves the tip to `p_O_tip` and returns the contact point, or the nearest point while out of
   // contact. Contact begins where the path from the last tip crosses the boundary inwards. It stays
@@ -98,7 +113,7 @@ class BoundaryContact {
   }
   void Approach(const Eigen::Vector2d& from, const Eigen::Vector2d& to) noexcept;
 
-  BoundarySearch search_;
+  ObbTree tree_;
   BoundaryPlace place_;
   std::optional<Eigen::Vector2d> last_tip_;
   bool in_contact_ = false;

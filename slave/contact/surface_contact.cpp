@@ -10,6 +10,8 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/contact/box_tree.h"
+
 namespace palpate {
 namespace {
 
@@ -19,39 +21,6 @@ using Corners = std::array<Vector3d, 3>;
 constexpr int kLeafSize = 4;
 constexpr double kRounding = 1e-13;  // of the coordinates at hand
 constexpr double kFlat = 1e-12;      // height over the longest edge that is none
-
-// Boxes still to be visited: never more than one per level and one wait. Allocation-free.
-class BoxStack {
- public:
-  void Push(int box) { boxes_[Index(size_++)] = box; }
-  int Pop() { return boxes_[Index(--size_)]; }
-  [[nodiscard]] bool empty() const { return size_ == 0; }
-
- private:
-  static constexpr int kDeepest = 64;  // [levels] [derived: halving 2^32 elements takes 32]
-  std::array<int, kDeepest + 1> boxes_{};
-  int size_ = 0;
-};
-
-// Calls `visit` with the number of every element in a box whose `distance` is at most `limit`,
-// which `visit` may lower. Nearer boxes come first.
-template <class Box, class Distance, class Visit>
-void VisitNearest(const std::vector<Box>& boxes, const double& limit, const Distance& distance,
-                  const Visit& visit) {
-  BoxStack stack;
-  for (stack.Push(0); !stack.empty();) {
-    const Box& box = boxes[Index(stack.Pop())];
-    if (distance(box) > limit) continue;
-    if (box.left >= 0) {
-      const bool is_left_nearer =
-          distance(boxes[Index(box.left)]) < distance(boxes[Index(box.right)]);
-      stack.Push(is_left_nearer ? box.right : box.left);
-      stack.Push(is_left_nearer ? box.left : box.right);
-      continue;
-    }
-    for (int k = box.begin; k < box.end; ++k) visit(k);
-  }
-}
 
 double AngleAt(const Vector3d& corner, const Vector3d& a, const Vector3d& b) {
   const Vector3d u = a - corner, v = b - corner;
