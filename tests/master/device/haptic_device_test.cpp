@@ -131,7 +131,7 @@ TEST(HapticDeviceAllocationTest, ReadingAndWritingTakeNothingFromTheHeap) {
          {static_cast<HapticDevice*>(&recorded), static_cast<HapticDevice*>(&hand),
           static_cast<HapticDevice*>(&rate)}) {
       device->Read(now);
-      device->Write({1, 2, 3}, {0, 0, 1});
+      device->WriteWrench({1, 2, 3}, {0, 0, 1});
     }
   }
   EXPECT_EQ(AllocationCount(), before);

@@ -93,7 +93,7 @@ TEST(DhdThreadTest, AHangingTransferEndsForceAndEngagementAndNotTheTicks) {
     const DeviceReading reading = device->Read(now);
     fault = reading.status.fault;
     engaged = reading.engaged;
-    device->Write({1, 0, 0}, {0, 0, 0});
+    device->WriteWrench({1, 0, 0}, {0, 0, 0});
     return true;
   });
   PeriodicStats stats;

@@ -122,7 +122,7 @@ class HaplyBench final : public DeviceBench {
     DeviceReading reading;
     for (int i = 0; i < ms; ++i) {
       reading = Read();
-      device->Write(force, {0, 0, 0});
+      device->WriteWrench(force, {0, 0, 0});
     }
     return reading;
   }

@@ -82,7 +82,7 @@ TEST_F(DepthPointsTest, HolesOnASlantDoNotMoveThePoint) {
     }
     return picture;
   };
-  for (int k = 0; k < 4; ++k) cameras.Observe(with_hole(true), 1);
+  for (int k = 0; k < 4; ++k) cameras.Observe(with_hole(true, 0));
   const auto& seen = cameras.Observe(with_hole(false, 0.001));
   ASSERT_TRUE(seen.found);
   for (const SurfacePoint& point : seen.points) {
