@@ -8,8 +8,8 @@ const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
 const LEAST_STEP = 12;  // levels across an edge of the tool
 const SLAB_PX = 6;  // rows that are taken together, in the search for the tool's sides
 const LEAST_MARKS = 200;  // squared changes along the tool, summed [levels^2]
-const BACKGROUND_PX = 3;  // that are seen at least before the tip
-const PAST_PX = 10;  // beyond the box, where the end is searched too
+const BACKGROUND_PX = 3;  // of background before the tip, at least
+const PAST_PX = 10;  // past the box, as far as the tip is searched
 const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;  // of the template, as the slave cuts its own
 
 export function greyOf({ width, height, data }) {
@@ -123,7 +123,7 @@ export function findTip(grey, box, outline, width, isRound = false) {
 function endOf(along, length) {
   const background = median(along.slice(-BACKGROUND_PX));
   const tool = median(along.slice(0, Math.ceil(length / 2))), first = along.findLastIndex((value) => Math.abs(value - background) > Math.max(LEAST_STEP / 2, Math.abs(tool - background) / 2));
-  if (first < 2 || first > length - 3) return null;
+  if (first < 2 || first > length - BACKGROUND_PX) return null;
   const near = median(along.slice(Math.max(0, first - 3), first)), level = (background + near) / 2;
   for (let a = first + 2; a > 0; --a) {
     if ((along[a] - level) * (along[a - 1] - level) <= 0 && along[a] !== along[a - 1]) return a - 1 + (level - along[a - 1]) / (along[a] - along[a - 1]);

@@ -1,6 +1,5 @@
 #include "slave/mechanics/fem/solid/solid_model.h"
 
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -47,10 +46,10 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
       supports_(mesh_, layout_, held, body_.NodeVolumes()),
       statics_(equilibrium_, supports_, progress_, params_.linear(), layout_.size()) {
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {
-    throw std::invalid_argument(
-        "the pressure unknown: expected while the factorisation fits in memory; this mesh "
-        "needs " +
-        std::to_string(equilibrium_.solver().memory_bytes() >> 20U) + " MiB: use a coarser mesh");
+    RefuseValue("poisson_ratio", params_.poisson_ratio,
+                "below 0.49 on this mesh, whose factor with a pressure unknown needs " +
+                    std::to_string(equilibrium_.solver().memory_bytes() >> 20U) +
+                    " MiB, or a coarser mesh");
   }
   const FemOptions& o = params_.options;
   const VectorXd zero = VectorXd::Zero(layout_.size());

@@ -41,6 +41,8 @@ constexpr double kSmall = 1e-9;    // displacement at which bending is judged, o
 constexpr double kAlike = 0.25;
 constexpr std::size_t kKept = 256;  // of contacts, for how they bend the body
 
+constexpr std::string_view kStretched =
+    "an element is stretched: expected a longest edge of at most 50 heights";
 constexpr std::string_view kTooNonlinear =
     "the body outside the contact's zone is not linear enough for the tolerance";
 
@@ -347,7 +349,7 @@ bool FemZoneModel::TryRespond(std::span<const Contact> contacts,
 
 std::string_view FemZoneModel::DoubtOf(std::size_t contact, const ContactResponse& response) const {
   if (inverted_) return "elements are inside out";
-  if (is_stretched_) return "elements are too stretched for this model: expected a ratio below 50";
+  if (is_stretched_) return kStretched;
   if (poisson_ratio_ < 0) return "the error is not estimated at a negative Poisson ratio";
   if (poisson_ratio_ >= kLocks) return "linear tetrahedra lock at this Poisson ratio";
   const ToolContact* tool = ToolOf(static_cast<int>(contact));
