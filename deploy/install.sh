@@ -11,7 +11,7 @@ source "$(dirname "$0")/progress.sh"
 packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
           libopencv-core-dev libopencv-imgproc-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
           libspdlog-dev nlohmann-json3-dev libboost-dev libmetis-dev liblapacke-dev libopenblas0-pthread zlib1g-dev
-          libzstd-dev libnats-dev)
+          libzstd-dev libnats-dev ccache)
 # palpate-films.so: films, cameras, pictures other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
 films=(libopencv-videoio-dev gstreamer1.0-plugins-base)
 openni=(libopenni2-dev)               # palpate-openni.so: depth cameras
@@ -39,7 +39,7 @@ for part in "$@"; do
     studies) packages+=("${studies[@]}") ;;
     training) packages+=("${training[@]}") ;;
     tests)
-      packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
+      packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
                  clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial iproute2 git openssl universal-ctags chromium
                  nats-server parallel)
       want_npm ;;
@@ -51,18 +51,25 @@ for part in "$@"; do
   esac
 done
 
+fail() { echo "install.sh: $1" >&2; exit 1; }
+system=$(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") || system=
+[ "$system" = "debian 12" ] ||
+  fail "this system is '${system:-unknown}': expected Debian 12, whose packages are named here. deploy/guides/other-machines.md lists what else runs"
+
 missing=()
 for package in "${packages[@]}"; do
   dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed || missing+=("$package")
 done
 [ ${#missing[@]} -eq 0 ] && exit 0
 
-as_root=()
+# The password is asked before the first line of the progress, which would overwrite the question.
 if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || { echo "install.sh: needs root or sudo to install: ${missing[*]}" >&2; exit 1; }
-  as_root=(sudo)
+  by_root="expected root or sudo. Let root run: apt-get update && apt-get install -y --no-install-recommends ${missing[*]}"
+  command -v sudo >/dev/null || fail "$by_root"
+  echo "install: ${#missing[@]} packages are missing, and sudo installs them"
+  sudo true || fail "$by_root"
+  exec sudo bash "$0" "$@"
 fi
-export DEBIAN_FRONTEND=noninteractive
 log=$(mktemp)
 status="install: requesting ${missing[*]}"
 follow() {  # follow LINE: shows the status of apt, keeps the rest
@@ -74,9 +81,23 @@ follow() {  # follow LINE: shows the status of apt, keeps the rest
   esac
   progress "$status, $SECONDS s"
 }
+# advice: what to do about a failure that the log shows.
+advice() {
+  case $(<"$log") in
+    *"dpkg --configure -a"*) echo "an earlier installation was interrupted. Run: sudo dpkg --configure -a" ;;
+    *"Could not get lock"* | *"Unable to lock"* | *"Unable to acquire"*) echo "another installation runs: wait until it has ended" ;;
+    # `apt-get update` goes on with old lists, and only the installation fails.
+    *"Could not resolve"* | *"Could not connect"* | *"Unable to connect"* | *"connection timed out"* | *"Temporary failure"*)
+      echo "apt does not reach its servers: check the network, and the proxy in /etc/apt/apt.conf.d" ;;
+    *"Unable to locate package"* | *"has no installation candidate"*)
+      echo "apt does not know all packages: check that /etc/apt/sources.list names Debian 12 (bookworm main)" ;;
+    *"No space left"* | *"enough free space"*) echo "the disk is full" ;;
+    *) echo "apt-get failed, see above" ;;
+  esac
+}
 apt() {
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get "$@" -o APT::Status-Fd=1 2>&1 </dev/null | each_line follow ||
-    { progress_end "install: failed" >&2; cat "$log" >&2; exit 1; }
+  DEBIAN_FRONTEND=noninteractive apt-get "$@" -o APT::Status-Fd=1 2>&1 </dev/null | each_line follow ||
+    { progress_end "install: failed" >&2; cat "$log" >&2; fail "$(advice). Then run the command again"; }
 }
 apt update
 apt install -y --no-install-recommends "${missing[@]}"
