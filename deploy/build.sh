@@ -6,6 +6,7 @@ cd "$(dirname "$0")/.."
 # shellcheck source=progress.sh
 source deploy/progress.sh
 
+[ $# -ge 1 ] || { echo "usage: deploy/build.sh PRESET [-DOPTION=VALUE ...] [-- TARGETS ...]   PRESET: release, dev, bench, asan, asan-full, tsan, tsan-full, fuzz or gcc" >&2; exit 2; }
 preset=$1
 shift
 options=()

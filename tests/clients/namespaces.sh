@@ -51,8 +51,8 @@ if ! join 2>"$scratch/ip.log"; then
   exit 77
 fi
 
-read -r -a slave <<<"${slave_command//ADDRESS/10.77.0.1:50051}"
-read -r -a master <<<"${master_command//ADDRESS/10.77.0.1:50051}"
+slave=(bash -c "exec ${slave_command//ADDRESS/10.77.0.1:50051}")
+master=(bash -c "exec ${master_command//ADDRESS/10.77.0.1:50051}")
 log=$scratch/slave.log
 ip netns exec "$slave_net" "${slave[@]}" >"$log" 2>&1 &
 server=$!

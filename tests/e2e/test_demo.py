@@ -1,0 +1,73 @@
+"""deploy/demo.sh and palpate-demo in a folder whose name has spaces, quotes and umlauts; the programs are stand-ins."""
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from programs import BARE, PATIENCE, ROOT
+
+FOLDER = "Ada's \"Versuche\" über Öl, 1"
+SLAVE = r"""#!/bin/bash
+case $1 in
+  check) [ -f "$2" ] && echo "plan of $2" ;;
+  process) [ -f "$2" ] && mkdir -p "${@: -1}" && echo "offline in ${@: -1}" ;;
+  serve) [ -f "$2" ] && echo "info $2 with 90 elements" >&2 && echo "listening on 127.0.0.1:9" && trap "kill %1; exit 0" TERM && { sleep 600 & wait; } ;;
+esac
+"""
+SIMULATOR = r"""#!/bin/bash
+[ -f "$1" ] && echo "streaming to 127.0.0.1:9" && trap "kill %1; exit 0" TERM && { sleep 600 & wait; }
+"""
+MASTER = r"""#!/bin/bash
+while [ $# -gt 0 ]; do
+  case $1 in
+    --report) printf '"force_error_delay_compensated": {\n  "relative_rms": 0.01\n}\n' >"$2" ;;
+    --log) echo t >"$2" ;;
+    playback:*) [ -f "${1#playback:}" ] || exit 1 ;;
+  esac
+  shift
+done
+"""
+INSERTION = r"""#!/bin/bash
+[ -d "$2" ] && [ "$1" != hand ] || touch "$4"
+"""
+
+
+class Demo(unittest.TestCase):
+    def setUp(self):
+        self.root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory())) / FOLDER
+        deploy, self.bin = self.root / "deploy", self.root / "build/release/bin"
+        deploy.mkdir(parents=True)
+        self.bin.mkdir(parents=True)
+        for name in ("demo.sh", "palpate-demo", "progress.sh"):
+            shutil.copy(ROOT / "deploy" / name, deploy)
+        shutil.copytree(ROOT / "deploy/scenes", deploy / "scenes")
+        (self.bin / "palpate-demo").symlink_to(deploy / "palpate-demo")
+        programs = {self.bin / "palpate-slave": SLAVE, self.bin / "palpate-simulator": SIMULATOR, self.bin / "palpate-master": MASTER,
+                    deploy / "insertion.py": INSERTION, deploy / "install.sh": "#!/bin/sh\n", deploy / "build.sh": "#!/bin/sh\n"}
+        for path, text in programs.items():
+            path.write_text(text)
+            path.chmod(0o755)
+
+    def demo(self, *command, folder):
+        done = subprocess.run([str(word) for word in command], cwd=folder, env=BARE, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                              timeout=PATIENCE, check=False)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        return done.stdout
+
+    def test_the_command_of_the_readme_runs_in_any_clone(self):
+        for scene in ("silicone-block", "foam-cube", "zebrafish-embryo"):
+            with self.subTest(scene=scene):
+                printed = self.demo(self.root / "deploy/demo.sh", "--scene", scene, folder="/")
+                self.assertIn(f"plan of {self.root}/deploy/scenes/{scene}.yaml", printed)
+                self.assertIn("results of the insertion" if scene == "zebrafish-embryo" else "== passed", printed)
+                self.assertTrue((self.root / "build/demo/log.csv").exists())
+
+    def test_it_starts_in_any_folder(self):
+        self.assertIn("== passed", self.demo("./palpate-demo", folder=self.bin))
+        self.assertTrue((self.bin / "demo/report.json").exists())
+        self.assertIn("== passed", self.demo(self.bin / "palpate-demo", folder=self.root))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
