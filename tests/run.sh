@@ -21,7 +21,7 @@ apart=OFF every=OFF
 [ $tier != push ] || apart=ON
 [ $tier != full ] || every=ON
 jobs=$(($(nproc) + 1))  # sessions sleep half of their time
-times=()
+times=() logs=()
 
 step=
 end_step() { [ -z "$step" ] || times+=("$((SECONDS - step_started)) s  $step"); }
@@ -44,6 +44,7 @@ build() {
 # run_ctest PRESET CTEST-ARGUMENTS...
 run_ctest() {
   local preset=$1; shift
+  logs+=("build/$preset/Testing/Temporary/LastTest.log")
   ctest --test-dir "build/$preset" --output-on-failure --output-log "build/ctest-$preset.log" --output-junit "$PWD/build/ctest-$preset.xml" "$@" ||
     repeat "ctest --test-dir build/$preset --rerun-failed --output-on-failure"
 }
@@ -58,6 +59,7 @@ step "install missing packages"
 deploy/install.sh tests
 [ $tier != full ] || deploy/install.sh packages bare studies
 deploy/page.sh || echo "note: without three.js and uPlot the page tests are skipped"
+tests/npm.sh || echo "note: tests that need packages of npm are skipped"
 
 step "format"
 formatted=$(git ls-files '*.h' '*.cpp' 2>/dev/null || true)
@@ -113,6 +115,19 @@ case $tier in
 esac
 
 end_step
+# skipped: for each test that skipped something, how often and the first reason, from the logs of ctest.
+skipped() {
+  awk '/^[0-9]+\/[0-9]+ Testing: / { test = $3 }
+       /^skipped[: ]/ || / \.\.\. skipped / || /^\[  SKIPPED \] .*\(/ || /^(Skipped|.*: Skipped)$/ {
+         if (/: Skipped$/ || /^Skipped$/) { getline; if (!(test in why)) why[test] = $0; next }
+         sub(/.*\.\.\. skipped /, ""); sub(/^skipped:? /, "")
+         if (!/^\[/ && !(test in why)) why[test] = $0
+         ++count[test] }
+       END { for (test in count) printf "%s: %d skipped: %s\n", test, count[test], why[test] }' "${logs[@]}" | sort
+}
+echo
+echo "== skipped"
+skipped
 echo
 echo "== time per step"
 printf '%s\n' "${times[@]}"

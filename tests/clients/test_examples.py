@@ -1,6 +1,6 @@
 """Every example of deploy/examples against a real slave, and what the client libraries promise beyond them.
 
-  test_examples.py Python|Cpp|Node    needs PALPATE_BIN; Cpp and Node PALPATE_TEST_OUTPUT, Cpp PALPATE_BUILD
+  test_examples.py Python|Cpp|Node    needs PALPATE_BIN; Cpp PALPATE_TEST_OUTPUT and PALPATE_BUILD
 """
 import json
 import os
@@ -14,7 +14,7 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from programs import BARE, BLOCK, PACKAGE, ROOT, FolderTest, Slave, make_certificates, operate, run  # noqa: E402
+from programs import BARE, BLOCK, PACKAGE, PATIENCE, ROOT, FolderTest, Slave, make_certificates, operate, run  # noqa: E402
 
 sys.path.insert(0, str(PACKAGE))
 EXAMPLES = ROOT / "deploy/examples"
@@ -53,7 +53,7 @@ class Examples(FolderTest):
             watching = subprocess.Popen([*map(str, self.command("watch")), slave.address], stdout=subprocess.PIPE, text=True,
                                         env=self.environment)
             peak = self.number(r"peak force ([0-9.]+) N", self.run_example("operate", slave.address))
-            watched, _ = watching.communicate(timeout=60)
+            watched, _ = watching.communicate(timeout=PATIENCE)
             self.assertEqual(watching.returncode, 0, watched)
             self.assertIn("100 states", watched)
         self.assertAlmostEqual(peak, STILL, delta=0.02 * STILL)
@@ -119,7 +119,7 @@ class Python(Examples):
         with Slave(BLOCK, "--record", self.out / "slave.mcap") as slave:
             master = operate(slave.address, "--duration", "4", "--record", recording)
             self.run_example("record", slave.address, self.out / "live.npz", "--seconds", "4")
-            self.assertEqual(master.wait(timeout=60), 0)
+            self.assertEqual(master.wait(timeout=PATIENCE), 0)
             self.assertEqual(slave.stop(), 0)
         live = np.load(self.out / "live.npz")
         contact = live["true_force"][:, 1] > 0.1
@@ -171,7 +171,7 @@ class Python(Examples):
             done = run("/usr/bin/python3", "-m", "palpate_bridge.bridge", slave.address, "--messages", "150",
                        env={**self.environment, "PYTHONPATH": paths, "ROS_PUBLISHED": str(published)})
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-            self.assertEqual(operating.wait(timeout=60), 0)
+            self.assertEqual(operating.wait(timeout=PATIENCE), 0)
         def refuse(number):
             raise AssertionError(f"{number} is published")
         everything = [json.loads(line, parse_constant=refuse) for line in published.read_text().splitlines()]
@@ -287,7 +287,7 @@ class Cpp(Examples):
                         ["cmake", "-S", EXAMPLES, "-B", cls.build, f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Release",
                          "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wconversion -Wshadow -Werror"],
                         ["cmake", "--build", cls.build]):
-            done = run(*command, env={"PATH": os.environ["PATH"]}, timeout=300)
+            done = run(*command, env={"PATH": os.environ["PATH"]}, timeout=3000)
             if done.returncode != 0:
                 raise AssertionError(done.stdout + done.stderr)
         # Nothing of the repository but the installed headers was read.
@@ -316,15 +316,10 @@ class Cpp(Examples):
 class Node(Examples):
     @classmethod
     def setUpClass(cls):
-        node, npm = shutil.which("node"), shutil.which("npm")
-        if not (node and npm):
-            skip("no node and npm")
-        folder = pathlib.Path(os.environ["PALPATE_TEST_OUTPUT"]) / "node-examples"
-        folder.mkdir(parents=True, exist_ok=True)
-        shutil.copy(EXAMPLES / "package.json", folder)
-        if subprocess.run([npm, "install", "--no-audit", "--no-fund", "--ignore-scripts", "--silent"], cwd=folder).returncode != 0:
-            skip("npm could not install the packages")
-        cls.node, cls.environment = node, {**BARE, "NODE_PATH": str(folder / "node_modules")}
+        cls.node, packages = shutil.which("node"), ROOT / "build/npm/examples/node_modules"
+        if not (cls.node and (packages / "@grpc/grpc-js").is_dir()):
+            skip("no node or no @grpc/grpc-js (tests/npm.sh)")
+        cls.environment = {**BARE, "NODE_PATH": str(packages)}
 
     def command(self, name):
         return self.node, EXAMPLES / f"{name}.js"

@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Installs what tests need from npm into build/npm, once for all of them. The first that npm cannot install within five
+# minutes ends it, with exit code 77: tests whose packages are missing are skipped.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+command -v npm >/dev/null || { echo "npm.sh: no npm (deploy/install.sh tests)" >&2; exit 77; }
+for from in tests/page tests/e2e/recordings tests/packages/manifests deploy/examples; do
+  to=build/npm/${from##*/}
+  cmp -s "$from/package.json" "$to/installed.json" && continue
+  mkdir -p "$to"
+  cp "$from/package.json" "$to"
+  command=install
+  if [ -e "$from/package-lock.json" ]; then
+    cp "$from/package-lock.json" "$from/.npmrc" "$to"
+    command=ci
+  fi
+  (cd "$to" && timeout 300 npm $command --ignore-scripts --no-audit --no-fund >npm.log 2>&1) ||
+    { echo "npm.sh: npm could not install the packages of $from: $(tail -n 1 "$to/npm.log")" >&2; exit 77; }
+  cp "$from/package.json" "$to/installed.json"
+done
