@@ -12,7 +12,7 @@ prepare() {
   [ -z "$view" ] || parts+=(view)
   "$root/deploy/install.sh" "${parts[@]}"
   [ -z "$view" ] || "$root/deploy/page.sh" || echo "the page will have no 3D view and no charts"
-  "$root/deploy/build.sh" release -DPALPATE_TESTS=OFF -- palpate-slave palpate-simulator palpate-master
+  "$root/deploy/build.sh" release -DPALPATE_TESTS=OFF -DPALPATE_VALIDATE=ON -DPALPATE_WERROR=OFF -- palpate-slave palpate-simulator palpate-master
 }
 # shellcheck source=palpate-demo
 source "$root/deploy/palpate-demo"

@@ -4,9 +4,10 @@
 #   (nothing)  what every change must pass: the core tests. Parsers, network code and one run of each sensor type run under
 #              the address and undefined-behaviour sanitizers, the rest in the release build. Link and haptic loop also run
 #              under the thread sanitizer
-#   --fast     without sanitizers and without clang-tidy
-#   --full     everything: slow tests, simulated environments, training, identification and studies in depth, all checks of
+#   --fast     without sanitizers
+#   --full     everything: clang-tidy on changed files, slow tests, simulated environments, training, identification and studies in depth, all checks of
 #              the sanitizers on everything that is not slow, thread sanitizer on all threaded code
+# Where CI=true warnings are errors: these options compile all that deploy/demo.sh has compiled anew.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -20,6 +21,8 @@ esac
 apart=OFF every=OFF
 [ $tier != push ] || apart=ON
 [ $tier != full ] || every=ON
+werror=OFF
+[ "${CI:-}" != true ] || werror=ON
 jobs=$(($(nproc) + 1))  # sessions sleep half of their time
 times=() logs=()
 
@@ -37,7 +40,7 @@ repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 # build PRESET TARGETS...
 build() {
   local preset=$1; shift
-  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON -DPALPATE_SANITIZED_APART=$apart -DPALPATE_FULL_TESTS=$every -DPALPATE_BENCHMARKS=$every)
+  local options=(-DPALPATE_TESTS=ON -DPALPATE_VALIDATE=ON -DPALPATE_WERROR=$werror -DPALPATE_SANITIZED_APART=$apart -DPALPATE_FULL_TESTS=$every -DPALPATE_BENCHMARKS=$every)
   deploy/build.sh "$preset" "${options[@]}" -- "$@" || repeat "deploy/build.sh $preset ${options[*]} -- $*"
 }
 
@@ -78,10 +81,6 @@ if [ $tier = full ]; then run_ctest release -j"$jobs"; else run_ctest release -j
 
 case $tier in
   push)
-    step "clang-tidy on changed sources"
-    # Reported, not yet demanded: sources changed before this was checked still have findings.
-    tests/tidy.sh || echo "clang-tidy has findings. To repeat: tests/tidy.sh"
-
     # After the tests in real time, not beside them.
     step "build with sanitizers"
     build asan sanitized_tests
@@ -109,8 +108,8 @@ case $tier in
     sanitized asan-full -j"$jobs" -LE 'slow|clients'
 
     step "threaded code under the thread sanitizer"
-    build tsan threaded_tests
-    sanitized tsan -j"$jobs" -L threads
+    build tsan-full threaded_tests
+    sanitized tsan-full -j"$jobs" -L threads
     ;;
 esac
 

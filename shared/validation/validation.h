@@ -1,5 +1,5 @@
-// Invariants of the values that modules exchange. A violation is a fault of the program: in builds
-// with tests, of type Debug and with sanitizers it ends the program, in others nothing is checked.
+// Invariants of the values that modules exchange. A violation is a fault of the program: with
+// PALPATE_VALIDATE and in Debug it ends the program, in other builds nothing is checked.
 #pragma once
 
 #include <string>
