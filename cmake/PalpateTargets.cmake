@@ -131,9 +131,9 @@ function(palpate_program name)
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} palpate_warnings)
 endfunction()
 
-# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SLOW FILTER] [FULL] [SANITIZE] [THREADS] [RACES] [COMPUTES]): one test
+# palpate_test(NAME SOURCES ... LINKS ... [LABELS ...] [SLOW FILTER] [ALONE FILTER] [FULL] [SANITIZE] [THREADS] [RACES] [COMPUTES]): one test
 # executable per folder of tests, run by ctest as NAME. Those of its tests that a GoogleTest FILTER names are run as NAME_slow, with the
-# label `slow`: `tests/run.sh --full` alone runs them. SANITIZE: parses or speaks, so that every
+# label `slow`: `tests/run.sh --full` alone runs them. Those that a FILTER names ALONE run in real time: as NAME_alone, beside no other test. SANITIZE: parses or speaks, so that every
 # `tests/run.sh` runs it under the address and undefined-behaviour sanitizers too; with `--full` they run everything.
 # FULL: of what no session runs on (simulated worlds, training, identification, reports of studies), of model kinds whose
 # answers test_reference holds, or long sweeps: built and run by `--full`. THREADS: runs threads, which `--full` has the thread sanitizer watch. RACES: so does every `tests/run.sh`.
@@ -141,7 +141,7 @@ endfunction()
 # PALPATE_SANITIZED_APART: tests with SANITIZE or RACES are left out here, because the sanitizers' builds run them.
 # PALPATE_SANITIZE_TESTS off: what tests call is watched, their own code is not.
 function(palpate_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "FULL;SANITIZE;THREADS;RACES;COMPUTES" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "FULL;SANITIZE;THREADS;RACES;COMPUTES" "SLOW;ALONE" "SOURCES;APART;LINKS;LABELS")
   if((PALPATE_SANITIZED_APART AND NOT PALPATE_SANITIZE AND (ARG_SANITIZE OR ARG_RACES)) OR (ARG_FULL AND NOT PALPATE_FULL_TESTS))
     return()
   endif()
@@ -160,9 +160,6 @@ function(palpate_test name)
   endif()
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} palpate_test_paths GTest::gtest_main GTest::gmock palpate_warnings)
-  if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
-  endif()
   if(ARG_SANITIZE)
     list(APPEND ARG_LABELS sanitize)
     add_dependencies(sanitized_tests ${name})
@@ -175,11 +172,20 @@ function(palpate_test name)
     list(APPEND ARG_LABELS races)
     add_dependencies(raced_tests ${name})
   endif()
-  if(ARG_SLOW)
-    palpate_test_entry(${name} ${name} "--gtest_filter=-${ARG_SLOW}" ${ARG_TIMEOUT} "${ARG_LABELS}")
-    palpate_test_entry(${name}_slow ${name} "--gtest_filter=${ARG_SLOW}" 3600 "slow")
+  set(timeout 1800)  # against hanging: a busy machine takes ten times as long
+  set(apart ${ARG_SLOW} ${ARG_ALONE})
+  if(apart)
+    list(JOIN apart ":" apart)
+    palpate_test_entry(${name} ${name} "--gtest_filter=-${apart}" ${timeout} "${ARG_LABELS}")
   else()
-    palpate_test_entry(${name} ${name} "" ${ARG_TIMEOUT} "${ARG_LABELS}")
+    palpate_test_entry(${name} ${name} "" ${timeout} "${ARG_LABELS}")
+  endif()
+  if(ARG_SLOW)
+    palpate_test_entry(${name}_slow ${name} "--gtest_filter=${ARG_SLOW}" 7200 "slow")
+  endif()
+  if(ARG_ALONE)
+    palpate_test_entry(${name}_alone ${name} "--gtest_filter=${ARG_ALONE}" ${timeout} "${ARG_LABELS}")
+    set_tests_properties(${name}_alone PROPERTIES RUN_SERIAL TRUE)
   endif()
 endfunction()
 

@@ -30,7 +30,7 @@ from typing import NamedTuple
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin")).resolve()
 OUTPUT = pathlib.Path(os.environ.get("PALPATE_TEST_OUTPUT", ROOT / "build"))
-PATIENCE, SLOW_PATIENCE = 60, 900  # [s] after which a block counts as hung
+PATIENCE, SLOW_PATIENCE = 600, 3600  # [s] after which a block counts as hung
 STOP_PATIENCE = 3  # [s]
 MARK_AS_SLOW = 8  # [s]
 OUTPUT_LINES = 40  # of a failing block

@@ -25,8 +25,8 @@ BLOCK = str(ROOT / "deploy/scenes/silicone-block.yaml")
 # Neither display nor terminal: what a headless machine has.
 BARE = {"PATH": "/usr/bin:/bin", "LC_ALL": "C"}
 IS_DEEP = "PALPATE_QUICK" not in os.environ
-# [s] before a program counts as hung; generous, because test machines stall, and instrumented programs are slow
-PATIENCE = int(os.environ.get("PALPATE_PATIENCE", 60))
+# [s] before a program counts as hung: ten times what it needs, because test machines stall, and instrumented programs are slow
+PATIENCE = int(os.environ.get("PALPATE_PATIENCE", 300))
 
 
 def deep(test):

@@ -7,7 +7,8 @@ import subprocess
 import tempfile
 import unittest
 
-from programs import BARE, MASTER, PACKAGE, PATIENCE, ROOT, FolderTest, Slave, load_package, read_json, read_rows, run, wait_until
+from programs import BARE, MASTER, PACKAGE, PATIENCE, ROOT, FolderTest, Slave, load_package, read_rows, run, wait_until
+from tick_log import followed, press_until
 
 CUBE = ROOT / "deploy/scenes/foam-cube.yaml"
 EXAMPLES = ROOT / "deploy/examples"
@@ -19,11 +20,8 @@ STREAM = ("--override", "sense.tactile.source=stream")
 class Fingertips(FolderTest):
     def test_a_pinch_is_estimated_and_seen(self):
         with Slave(CUBE) as slave:
-            done = run(MASTER, "connect", slave.address, "--duration", "7", "--report", self.out / "report.json",
-                       "--log", self.out / "log.csv", "--shape", self.out / "pinch.vtu")
-            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            report, printed = press_until(lambda rows: followed(rows) > 1500, slave.address, self.out, "--shape", self.out / "pinch.vtu")
             self.assertEqual(slave.stop(), 0)
-        report = read_json(self.out / "report.json")
         error, peak = report["force_error"], report["force_peak_N"]
         print(f"force error {error['rms_N']:.4f} N rms, {error['rms_N'] / peak:.0%} of {peak:.3f} N; "
               f"{report['states'] / report['duration_s']:.0f} states/s; fingers {report['fingers']}")
@@ -42,7 +40,7 @@ class Fingertips(FolderTest):
         self.assert_finite(self.out / "log.csv")
         for name in ("pinch.vtu", "pinch-deepest.vtu"):
             self.assertTrue((self.out / name).exists(), name)
-        self.assertIn("ff", done.stdout, "a person sees the fingers")
+        self.assertIn("ff", printed, "a person sees the fingers")
 
     def rest_recording(self, seconds):
         """Both fingers untouched: counts around 3000 with the noise of a count."""
@@ -105,6 +103,14 @@ class Nodule(unittest.TestCase):
     # A nodule of 10 mm, five times as stiff, 5 mm deep. The truth is the simulator's: neo-Hookean hexahedra and a rigid finger.
     # The force of the states, over the nodule by the one beside it, is within 5 % of the truth.
     def held_force(self, folder, x):
+        """Of the first of five presses that was followed to its end: a busy machine may hold the tool, and the motion plays on."""
+        for _ in range(5):
+            held = self.held_rows(folder, x)
+            if len(held) > 200:
+                return [sum(float(row[column]) for row in held) / len(held) for column in ("estimated_z", "true_z")]
+        self.fail(f"{x} mm: no press was followed to its end")
+
+    def held_rows(self, folder, x):
         scene = folder / f"nodule-{x}.yaml"
         scene.write_text(NODULE.format(network=ROOT / "deploy/fingertips/simulated-tnn21", x=x))
         motion, log = folder / "motion.csv", folder / f"log-{x}.csv"
@@ -119,9 +125,7 @@ class Nodule(unittest.TestCase):
             self.assertTrue(wait_until(lambda: status().validity == states.VALIDITY_VALID), "the baseline is measured")
             done = run(MASTER, "connect", slave.address, "--device", f"playback:{motion}", "--duration", "5", "--log", log)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        held = [row for row in read_rows(log) if float(row["t"]) > 3.7 and row["state"] == "FOLLOWING" and row["true_z"]]
-        self.assertGreater(len(held), 200)
-        return [sum(float(row[column]) for row in held) / len(held) for column in ("estimated_z", "true_z")]
+        return [row for row in read_rows(log) if float(row["t"]) > 3.7 and row["state"] == "FOLLOWING" and row["true_z"]]
 
     def test_a_stiff_nodule_is_estimated_as_it_is(self):
         with tempfile.TemporaryDirectory() as name:

@@ -62,13 +62,13 @@ class Operator:
     """Strokes of a script, and what the slave's states report meanwhile."""
 
     def __init__(self, stub):
-        self.scale = stub.GetScene(messages.GetSceneRequest(), timeout=10).operator.position_scale
-        self.speed = min(FASTEST, stub.GetScene(messages.GetSceneRequest(), timeout=10).capabilities.max_speed)
+        self.scale = stub.GetScene(messages.GetSceneRequest(), timeout=PATIENCE).operator.position_scale
+        self.speed = min(FASTEST, stub.GetScene(messages.GetSceneRequest(), timeout=PATIENCE).capabilities.max_speed)
         self.commands, self.sequence, self.epoch = queue.Queue(), 0, 0
         self.hand = (0.0, 0.0, 0.0)
         self.surface, self.newest = None, None
         self.force, self.depth, self.limits = 0.0, -math.inf, 0
-        self.stream = stub.Operate(iter(self.commands.get, None), timeout=600)
+        self.stream = stub.Operate(iter(self.commands.get, None), timeout=36000)
         self.reading = threading.Thread(target=self.read, daemon=True)
         self.reading.start()
 
@@ -94,9 +94,10 @@ class Operator:
         """Engages anew, and moves on from where the hand is."""
         self.epoch += 1
         velocity = mixed(self.speed / self.scale, direction, 0, direction)
-        start, began = self.hand, time.monotonic()
-        while (t := time.monotonic() - began) < seconds and not until():
-            self.hand = mixed(1, start, t, velocity)
+        for _ in range(round(seconds / PERIOD)):  # by commands, not by the clock: a script that gets no processor makes no leap
+            if until():
+                return
+            self.hand = mixed(1, self.hand, PERIOD, velocity)
             self.send(velocity, True)
             time.sleep(PERIOD)
 
@@ -117,7 +118,7 @@ class Guards(unittest.TestCase):
         arguments = [word for override in overrides for word in ("--override", override)]
         with Slave(ROOT / f"deploy/scenes/{scene}.yaml", *arguments) as slave:
             stub = palpate.connect(slave.address).stub
-            status = lambda: stub.GetStatus(messages.GetStatusRequest(), timeout=10)
+            status = lambda: stub.GetStatus(messages.GetStatusRequest(), timeout=PATIENCE)
             self.assertTrue(wait_until(lambda: status().validity == states.VALIDITY_VALID), status())
             operator = Operator(stub)
             self.assertTrue(wait_until(lambda: operator.surface is not None))
@@ -128,8 +129,9 @@ class Guards(unittest.TestCase):
                                 or operator.depth > ASIDE_FROM * depth_guard)
             directions = {"inwards": [inward], "zigzag": [mixed(0.7, inward, s * 0.7, along) for s in (1, -1)],
                           "sideways": 3 * [along] + 3 * [mixed(-1, along, 0, along)] + [inward]}[pattern]
-            end = time.monotonic() + seconds
-            while time.monotonic() < end:
+            ratio = lambda: max(operator.force / force_guard, operator.depth / depth_guard)
+            end, last = time.monotonic() + seconds, time.monotonic() + PATIENCE
+            while (now := time.monotonic()) < end or (pattern == "inwards" and ratio() < NEAR and now < last):
                 operator.stroke(directions[operator.epoch % len(directions)])
                 operator.release(pause)
             operator.leave()

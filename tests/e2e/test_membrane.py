@@ -2,7 +2,8 @@
 import math
 import unittest
 
-from programs import IS_DEEP, MASTER, PATIENCE, ROOT, SLAVE, FolderTest, Slave, deep, read_json, read_rows, run, wait_until
+from programs import IS_DEEP, PATIENCE, ROOT, SLAVE, FolderTest, Slave, deep, read_json, read_rows, run, wait_until
+from tick_log import followed, press_until
 
 MEMBRANE = ROOT / "deploy/scenes/rubber-membrane.yaml"
 TARGET = ROOT / "deploy/scenes/heart-target.yaml"
@@ -16,10 +17,7 @@ class Live(FolderTest):
         cls.slave = cls.enterClassContext(Slave(MEMBRANE))
 
     def test_a_press_is_estimated_and_seen_live(self):
-        done = run(MASTER, "connect", self.slave.address, "--duration", "7", "--report", self.out / "report.json",
-                   "--log", self.out / "log.csv", "--shape", self.out / "press.vtu")
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        report = read_json(self.out / "report.json")
+        report, _ = press_until(lambda rows: followed(rows) > 1500, self.slave.address, self.out, "--shape", self.out / "press.vtu")
         error, peak = report["force_error"], report["force_peak_N"]
         print(f"force error {error['rms_N']:.3f} N rms, {error['rms_N'] / peak:.0%} of {peak:.2f} N; "
               f"{report['states'] / report['duration_s']:.0f} states/s")

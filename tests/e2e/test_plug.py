@@ -39,4 +39,4 @@ class Plug(Plugged):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(verbosity=2)

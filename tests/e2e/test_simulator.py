@@ -4,10 +4,10 @@ import filecmp
 import unittest
 
 from force_error import force_error
-from programs import MASTER, ROOT, SIMULATOR, FolderTest, Slave, run
+from programs import ROOT, SIMULATOR, FolderTest, Slave, run
+from tick_log import followed, press_until
 
 SCENES = ROOT / "deploy/scenes"
-SECONDS = 10
 SLOW = ["--override", "operator.press.speed=4 mm/s"]
 SHALLOW = ("--override", "operator.press.depth=2 mm")  # soon recorded
 LEAST = 2000  # ticks in contact whose force is known
@@ -36,9 +36,7 @@ class Simulator(FolderTest):
         """A slow press; `most`: largest rms error of the estimated force, over the peak."""
         log = self.out / "log.csv"
         with Slave(SCENES / f"{scene}.yaml", *SLOW) as slave:
-            done = run(MASTER, "connect", slave.address, "--duration", SECONDS, "--report", self.out / "report.json",
-                       "--log", log)
-            self.assertEqual(done.returncode, 0, done.stderr)
+            press_until(lambda rows: followed(rows) > 1.5 * LEAST, slave.address, self.out)
         error, delay, ticks = force_error(log)
         print(f"{scene}: {100 * error:.2f} % after {delay} ms", flush=True)
         self.assertGreater(ticks, LEAST)

@@ -11,11 +11,15 @@ class Verify(FolderTest):
         self.folder, self.out = self.out, self.out / "card"
 
     def test_a_correct_slave_that_is_operated_passes_against_its_sensor(self):
-        """The simulator's true force takes the place of a sensor's: both are sent as the true force."""
+        """The simulator's true force takes the place of a sensor's: both are sent as the true force. Each line is judged by an
+        interval of 95 %: the card of a correct slave fails now and then, and three times in a row never."""
         with Slave(BLOCK) as slave:
-            master = operate(slave.address, "--duration", "7")
-            done = run(SLAVE, "verify", BLOCK, "--connect", slave.address, "--sensor", "--duration", "6", "--out", self.out)
-            self.assertEqual(master.wait(timeout=PATIENCE), 0)
+            for _ in range(3):
+                master = operate(slave.address, "--duration", "7")
+                done = run(SLAVE, "verify", BLOCK, "--connect", slave.address, "--sensor", "--duration", "6", "--out", self.out)
+                self.assertEqual(master.wait(timeout=PATIENCE), 0)
+                if done.returncode == 0:
+                    break
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertEqual(read_json(self.out / "report.json")["cards"][0]["lines"]["magnitude"]["verdict"], "right")
 

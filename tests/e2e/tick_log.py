@@ -1,7 +1,11 @@
 """The master's log while it is written."""
 import collections
 import csv
+import math
+import signal
 import time
+
+from programs import PATIENCE, operate, read_json, wait_until
 
 TICK = 0.001   # [s]
 KEPT = 60000   # rows, a minute
@@ -74,3 +78,41 @@ def times_held(states):
 
 def force(row):
     return max(abs(float(row[f"sent_{axis}"])) for axis in "xyz")
+
+
+def followed(rows):
+    """How many ticks followed with a force."""
+    return sum(row["state"] == "FOLLOWING" and force(row) > 0 for row in rows)
+
+
+def whole_presses(rows):
+    """The largest true force [N] of each press that was followed from before the first contact until it was left."""
+    peaks, peak = [], None  # peak: None before a tick that followed and touched nothing
+    for row in rows:
+        if row["state"] != "FOLLOWING":
+            peak = None
+        elif force(row) > 0:
+            if peak is not None and row["true_x"]:
+                peak = max(peak, math.hypot(*(float(row[f"true_{axis}"]) for axis in "xyz")))
+        else:
+            peaks += [peak] if peak else []
+            peak = 0.0
+    return peaks
+
+
+def press_until(enough, address, folder, *arguments):
+    """(report, output) of a simulated operator who presses until `enough` of the rows of log.csv so far. A busy machine may
+    hold the tool at any time: the operator then engages again, as a person does."""
+    log = Log(folder / "log.csv")
+    with (folder / "output").open("w") as printed:
+        master = operate(address, "--report", folder / "report.json", "--log", log.file, *arguments, stdout=printed)
+    try:
+        is_enough = wait_until(lambda: enough(log.follow()))
+        master.send_signal(signal.SIGINT)
+        master.wait(timeout=PATIENCE)
+    finally:
+        master.kill()
+        master.wait()
+    if not is_enough or master.returncode != 0:
+        raise AssertionError(f"exit code {master.returncode}; {log.states()}; {(folder / 'output').read_text()}")
+    return read_json(folder / "report.json"), (folder / "output").read_text()

@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-// How long anything may take before a test gives up: liveness, not speed.
-inline constexpr std::chrono::seconds kLiveness{20};
+// How long anything may take before a test gives up: ten times what the slowest needs.
+inline constexpr std::chrono::seconds kLiveness{120};
 
 // Looks again until `condition` holds or patience is over.
 template <class Condition>

@@ -32,6 +32,7 @@ struct HaplyLine::Parts {
     const auto end = std::chrono::steady_clock::now() + limit;
     context.restart();
     while (!done && std::chrono::steady_clock::now() < end) context.run_one_until(end);
+    if (!done) context.poll();  // a thread that got no processor in time finds what is ready
     return done;
   }
   // Connects the stream to the service.

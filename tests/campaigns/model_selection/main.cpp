@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include <unistd.h>
+
 #include "shared/program/command_line.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
@@ -216,13 +218,15 @@ bool Run(const Options& options) {
     const bool block = Exhaustive("silicone-block");
     return Exhaustive("rubber-membrane") && block;
   }
-  const auto folder = std::filesystem::temp_directory_path() / "palpate-trade";
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("palpate-trade." + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   Tally tally;
   for (int i = 0; i < options.scenes; ++i) {
     const std::uint32_t seed = options.seed + static_cast<std::uint32_t>(i);
     Evaluate(RandomScene(seed, folder), seed, &tally);
   }
+  std::filesystem::remove_all(folder);
   return Report(tally);
 }
 

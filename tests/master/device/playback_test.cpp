@@ -1,11 +1,11 @@
 #include "master/device/playback.h"
 
-#include <fstream>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -21,9 +21,8 @@ Time At(double t) {
 }
 
 std::filesystem::path Write(const std::string& text) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "palpate-playback.csv";
-  std::ofstream(file) << text;
-  return file;
+  static const Scratch scratch;
+  return scratch.Write("playback.csv", text);
 }
 
 std::string ErrorOf(const std::string& text) {

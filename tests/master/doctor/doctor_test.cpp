@@ -12,6 +12,7 @@
 #include "master/doctor/line.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -46,12 +47,12 @@ TEST(DoctorTest, ATimerIsJudgedByWhatAHandFeels) {
 }
 
 TEST(DoctorTest, GovernorsAndClocksAreReadWhereTheSystemTellsThem) {
-  const auto sys = std::filesystem::path(testing::TempDir()) / "palpate_doctor_sys";
+  const Scratch scratch;
+  const std::filesystem::path& sys = scratch.path();
   const auto write = [&](const char* file, const char* text) {
     std::filesystem::create_directories((sys / file).parent_path());
     std::ofstream(sys / file) << text << '\n';
   };
-  std::filesystem::remove_all(sys);
   EXPECT_THAT(Of(ExamineProcessors(sys), "governor").measured, HasSubstr("unknown"));
   write("devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance");
   write("devices/system/clocksource/clocksource0/current_clocksource", "tsc");

@@ -10,14 +10,17 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
+#include "tests/support/scratch.h"
+
 namespace palpate {
 namespace {
 
 const Time kStart{std::chrono::hours(1)};
 
-std::filesystem::path LogFile() {
-  return std::filesystem::path(testing::TempDir()) / "palpate-log.csv";
-}
+class RecorderTest : public FolderTest {
+ protected:
+  [[nodiscard]] std::filesystem::path LogFile() const { return folder_ / "log.csv"; }
+};
 
 std::vector<std::string> Lines(const std::filesystem::path& file) {
   std::ifstream in(file);
@@ -44,7 +47,7 @@ TickRecord Record(int ms, double local) {
 }
 
 // Truth comes with states, later than the ticks it belongs to.
-TEST(RecorderTest, WaitsForTheTrueForceOfEachTick) {
+TEST_F(RecorderTest, WaitsForTheTrueForceOfEachTick) {
   SpscRing<TickRecord> ring(64);
   Recorder recorder(&ring, LogFile());
   for (int ms = 0; ms < 40; ++ms) {
@@ -97,7 +100,7 @@ TEST(TickSummaryTest, TellsHowMuchOfTheErrorIsOfAHandThatWasLetGo) {
   EXPECT_EQ(summary.force_error()->ticks, 41U);
 }
 
-TEST(RecorderTest, TheLogHasTheContractsColumnsAndEmptyCellsForTheUnknown) {
+TEST_F(RecorderTest, TheLogHasTheContractsColumnsAndEmptyCellsForTheUnknown) {
   SpscRing<TickRecord> ring(64);
   Recorder recorder(&ring, LogFile());
   TickRecord record = Record(0, 0.25);
@@ -116,7 +119,7 @@ TEST(RecorderTest, TheLogHasTheContractsColumnsAndEmptyCellsForTheUnknown) {
 }
 
 // Four seconds of a stall are 4 MB in the ring, and would be 4 MB in what waits for its truth.
-TEST(RecorderTest, AfterAStallItsSecondsAreNotHeldASecondTime) {
+TEST_F(RecorderTest, AfterAStallItsSecondsAreNotHeldASecondTime) {
   constexpr int kTicks = 4000;
   SpscRing<TickRecord> ring(4096);
   for (int ms = 0; ms < kTicks; ++ms) {

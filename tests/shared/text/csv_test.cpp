@@ -1,12 +1,12 @@
 #include "shared/text/csv.h"
 
 #include <clocale>
-#include <fstream>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -35,9 +35,8 @@ using testing::EndsWith;
 using testing::HasSubstr;
 
 std::filesystem::path Write(const std::string& text) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "palpate-table.csv";
-  std::ofstream(file, std::ios::binary) << text;
-  return file;
+  static const Scratch scratch;
+  return scratch.Write("table.csv", text);
 }
 
 TEST(CsvLinesTest, PassesOverWhatIsNoRow) {

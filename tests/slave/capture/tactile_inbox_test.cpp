@@ -5,6 +5,8 @@
 #include <barrier>
 #include <chrono>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -13,6 +15,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "tests/support/allocation_count.h"
 
@@ -67,13 +70,20 @@ class Driver {
   std::uint64_t sequence_ = 0;
 };
 
-// Takes frames until none has come for a while.
+// Whether a thread of this process sleeps, see proc(5): one that only gets no processor does not.
+bool IsAsleep(pid_t thread) {
+  std::ifstream stat("/proc/self/task/" + std::to_string(thread) + "/stat");
+  const std::string text{std::istreambuf_iterator<char>(stat), {}};
+  return text[text.rfind(')') + 2] == 'S';
+}
+
+// Takes frames until it waits for more.
 std::vector<TactileFrame> TakeAll(TactileInbox* inbox) {
   std::vector<TactileFrame> frames;
   std::stop_source stop;
   std::atomic<int> taken{0};
-  const std::jthread idle([&] {
-    for (int seen = -1; seen != taken;) {
+  const std::jthread idle([&, taker = gettid()] {
+    for (int seen = -1; seen != taken || !IsAsleep(taker);) {
       seen = taken;
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }

@@ -20,9 +20,10 @@ using ::testing::HasSubstr;
 const std::filesystem::path kScenes = SourcePath("/deploy/scenes");
 
 std::string Refusal(const char* scene, double duration) {
+  const Scratch scratch;
   ProcessOptions options;
   options.scene = kScenes / scene;
-  options.out = std::filesystem::temp_directory_path() / "process-refused";
+  options.out = scratch / "refused";
   options.duration = duration;
   return Thrown<std::invalid_argument>([&] { RunProcess(options, {}); });
 }

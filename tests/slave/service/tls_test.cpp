@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "master/link/slave_link.h"
 #include "shared/link/latest_value.h"
@@ -47,7 +48,9 @@ class TlsTest : public testing::Test {
     server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false, At("slave"));
   }
 
-  static fs::path Folder() { return fs::path(testing::TempDir()) / "palpate-tls"; }
+  static fs::path Folder() {
+    return fs::path(testing::TempDir()) / ("palpate-tls." + std::to_string(getpid()));
+  }
   static std::string At(const std::string& name) { return (Folder() / name).string(); }
   static void Certs(const std::string& arguments, const std::string& environment = "") {
     Shell(environment + SourcePath("/deploy/certs") + " " + arguments);

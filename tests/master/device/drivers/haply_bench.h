@@ -19,7 +19,9 @@
 #include "master/device/haply/haply_device.h"
 #include "tests/master/device/drivers/device_bench.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/eventually.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 
@@ -93,6 +95,7 @@ class HaplyBench final : public DeviceBench {
     return result;
   }
 
+  const Scratch scratch_;
   long allocations_ = 0;
   std::atomic<Time> now_{Time{std::chrono::hours(1)}};
 
@@ -103,7 +106,15 @@ class HaplyBench final : public DeviceBench {
   }
 
   void Open() override {
-    device = HaplyDevice::Open({service.port(), [this] { return now_.load(); }});
+    Eventually([this] {  // a busy machine may keep the service from answering in time
+      try {
+        device = HaplyDevice::Open({service.port(), [this] { return now_.load(); }});
+      } catch (const DeviceUnavailable&) {
+        return false;
+      }
+      return true;
+    });
+    ASSERT_TRUE(device);
     device->LowerForceLimit(kForceLimit);
   }
   // One millisecond of both clocks, then two answers of the service: the second has the new time.
@@ -111,11 +122,12 @@ class HaplyBench final : public DeviceBench {
     service.Ask("step 0.001");
     now_ = now_.load() + std::chrono::milliseconds(1);
     DeviceReading reading = Counted([this] { return device->Read(now_); });
-    for (int fresh = 0, left = 5000; fresh < 2 && left > 0; --left) {
-      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    int fresh = 0;
+    EXPECT_TRUE(Eventually([&] {
       reading = Counted([this] { return device->Read(now_); });
       if (!reading.repeated) ++fresh;
-    }
+      return fresh == 2;
+    }));
     return reading;
   }
   DeviceReading Run(int ms, const Eigen::Vector3d& force) {
@@ -147,7 +159,7 @@ class HaplyBench final : public DeviceBench {
     return {f.x(), f.z(), -f.y()};
   }
   void Follow(const std::vector<PressTick>& press) override {
-    const std::string file = testing::TempDir() + "palpate-haply-press.csv";
+    const std::string file = scratch_ / "press.csv";
     std::ofstream csv(file);
     csv << "time_s,x,y,z\n";
     for (std::size_t i = 0; i < press.size(); ++i) {

@@ -48,9 +48,7 @@ TEST(HaplyLossTest, TheEndOfTheServiceIsReportedAndItsReturnFound) {
   const std::uint16_t port = service->port();
   const auto device = HaplyDevice::Open({port, [] { return Clock::now(); }});
   const auto wait_for = [&device](DeviceFault fault) {
-    for (int left = 3000; left > 0 && device->Read(Clock::now()).status.fault != fault; --left) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
+    Eventually([&] { return device->Read(Clock::now()).status.fault == fault; });
     return FaultInWords(device->status());
   };
   EXPECT_EQ(wait_for(DeviceFault::kNone), "");

@@ -11,6 +11,8 @@
 #include "slave/live/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/simulated_devices.h"
+#include "tests/support/engaged_hand.h"
+#include "tests/support/eventually.h"
 #include "tests/support/paths.h"
 #include "tests/support/stop_after.h"
 
@@ -20,7 +22,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr auto kPeriod = std::chrono::milliseconds(2);
-constexpr double kPatience = 30;  // before something that does not happen fails the test [s]
 
 // The whole slave on the shipped block, operated in-process through the interface the service has.
 // Coarse, so that sanitizers can follow.
@@ -36,54 +37,42 @@ class CameraSenseTest : public ::testing::Test {
   }
   ~CameraSenseTest() override { slave_->EndOperating(); }
 
-  void Send(const Vector3d& p_M, bool engaged = true) {
-    OperatorCommand command;
-    command.sequence = ++sequence_;
-    command.sent_at = Clock::now();
-    command.epoch = epoch_;
-    command.p_M = p_M_ = p_M;
-    command.engaged = engaged;
-    EXPECT_TRUE(slave_->Command(command));
-  }
   // Repeats the last command until `reached` says so of the newest state.
   SlaveState Until(const std::function<bool(const SlaveState&)>& reached, bool engaged = true) {
-    const Time begin = Clock::now();
-    for (;;) {
-      Send(p_M_, engaged);
-      const SlaveState state = slave_->Compose(Clock::now());
-      if (reached(state)) return state;
-      if (SecondsBetween(begin, Clock::now()) > kPatience) {
-        ADD_FAILURE() << "not reached; tip at " << state.p_S_tip.transpose();
-        return state;
-      }
+    SlaveState state;
+    EXPECT_TRUE(Eventually([&] {
       std::this_thread::sleep_for(kPeriod);
-    }
+      state = hand_.Stay(engaged);
+      if (state.phase == Phase::kHold) was_held_ = true;
+      return reached(state);
+    })) << "not reached; tip at "
+        << state.p_S_tip.transpose();
+    return state;
   }
   static bool Follows(const SlaveState& state) { return state.phase == Phase::kFollowing; }
-  // Down by `way` [m] from where the hand is, at 10 mm/s, and on until the cameras have seen it.
+  // Down by `way` [m] from where the tool is, at 10 mm/s, and on until the cameras have seen it.
   SlaveState Lower(double way) {
-    const Vector3d from = p_M_;
-    const double aim = slave_->Compose(Clock::now()).p_S_tip.y() - way;
-    for (double gone = 0; gone < way; gone += 20e-6) {
-      Send(from - Vector3d(0, gone, 0));
+    const Vector3d goal = Until(Follows).p_S_tip - Vector3d(0, way, 0);
+    constexpr double kEach = 20e-6, kSeen = 0.2e-3;  // a command's way; half a pixel [m]
+    SlaveState state;
+    EXPECT_TRUE(Eventually([&] {
       std::this_thread::sleep_for(kPeriod);
-    }
-    Send(from - Vector3d(0, way, 0));
-    constexpr double kSeen = 0.2e-3;  // half a pixel [m]
-    return Until([&](const SlaveState& s) { return std::abs(s.p_S_tip.y() - aim) < kSeen; });
+      state = hand_.GoTo(goal, kEach);
+      return (hand_.target() - goal).norm() < kEach && Follows(state) &&
+             std::abs(state.p_S_tip.y() - goal.y()) < kSeen;
+    })) << "not reached; tip at "
+        << state.p_S_tip.transpose();
+    return state;
   }
   SlaveState Press() {
     slave_->BeginOperating();
-    Send({0, 0, 0});
-    Until(Follows);
     return Lower(0.0085);
   }
 
   std::unique_ptr<Slave> slave_;
   SimulatedDevices devices_;
-  std::uint64_t sequence_ = 0;
-  std::uint32_t epoch_ = 1;
-  Vector3d p_M_{0, 0, 0};
+  EngagedHand hand_{slave_.get()};
+  bool was_held_ = false;
 };
 
 // Reference: the simulator's own finite element truth. Tolerance: 60 elements are 3 to 8 % low in
@@ -120,7 +109,7 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   Until([](const SlaveState& s) { return s.phase == Phase::kClutched; }, false);
   refuses();
   EXPECT_EQ(slave_->Compose(Clock::now()).settings_revision, pressed.settings_revision);
-  ++epoch_;
+  hand_.Engage();
   Until(Follows);
   Lower(-0.0085);
   Until([](const SlaveState& s) { return !s.local_model.in_contact && !(s.depth > 0); });
@@ -128,7 +117,7 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   slave_->SetModel(again);
   EXPECT_EQ(slave_->Compose(Clock::now()).settings_revision, pressed.settings_revision + 1);
   EXPECT_EQ(slave_->Describe().settings_revision, pressed.settings_revision + 1);
-  ++epoch_;
+  hand_.Engage();
   Until(Follows);
   const SlaveState after = Lower(0.0085);
   ASSERT_TRUE(after.force);
@@ -157,6 +146,7 @@ class RechosenModelTest : public CameraSenseTest {
   }
   void Lift() {
     Lower(-0.0085);
+    was_held_ = false;
     Until([](const SlaveState& s) { return !s.local_model.in_contact && !(s.depth > 0); });
   }
   [[nodiscard]] int elements() const { return slave_->Describe().sense.model.elements; }
@@ -166,18 +156,20 @@ class RechosenModelTest : public CameraSenseTest {
     });
   }
 
-  // The model in force stays in force.
+  // The model in force stays in force. Where nothing is touched, a hold frees it.
   void StaysFor(
       double seconds, bool engaged,
       const std::function<void(const SlaveState&)>& look = [](const auto&) {}) {
     const Time begin = Clock::now();
+    bool is_free = false;
     Until(
         [&](const SlaveState& s) {
           look(s);
-          return SecondsBetween(begin, Clock::now()) > seconds;
+          is_free = was_held_ && !s.local_model.in_contact;
+          return is_free || SecondsBetween(begin, Clock::now()) > seconds;
         },
         engaged);
-    EXPECT_EQ(elements(), 60);
+    if (!is_free) EXPECT_EQ(elements(), 60);
   }
 
   std::atomic<double> asked_depth_{0};
@@ -200,7 +192,7 @@ TEST_F(RechosenModelTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouche
     if (s.force) EXPECT_NEAR(s.force->y() / pressed.force->y(), 1, 0.16);
   });
   StaysFor(0.2, false);  // the clutch is open, the tool is in the object
-  ++epoch_;
+  hand_.Engage();
   Until(Follows);
   Lift();
   StaysFor(0.2, true);
@@ -215,7 +207,7 @@ TEST_F(RechosenModelTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouche
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kModelChanged));
   EXPECT_TRUE(IsReported("the model chosen by auto was studied to 1 mm"));
   Until([&](const SlaveState&) { return IsReported("auto: 120 elements"); }, false);
-  ++epoch_;
+  hand_.Engage();
   Until(Follows);
   const SlaveState after = Lower(0.0085);
   ASSERT_TRUE(after.force);
@@ -226,12 +218,14 @@ TEST_F(RechosenModelTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouche
 TEST_F(CameraSenseTest, ACommandByOtherSettingsMovesNothing) {
   slave_->BeginOperating();
   OperatorCommand command;
-  command.epoch = 1;
   command.engaged = true;
-  command.sequence = 1;
   command.settings_revision = slave_->Describe().settings_revision;
-  slave_->Command(command);
-  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kFollowing);
+  EXPECT_TRUE(Eventually([&] {
+    ++command.epoch;
+    ++command.sequence;
+    slave_->Command(command);
+    return Follows(slave_->Compose(Clock::now()));
+  }));
   ++command.sequence;
   ++command.settings_revision;
   slave_->Command(command);
@@ -288,7 +282,7 @@ TEST_F(CameraSenseTest, SettingsChangeAsAWholeOrNotAtAllBesideAnEngagement) {
   const SlaveDescription before = slave_->Describe();
   EngageWhenReady engage([&] {
     slave_->BeginOperating();
-    ++epoch_;
+    hand_.Engage();
     Until(Follows);
   });
   EXPECT_THROW(slave_->SetParameters({.force_scale = 2, .young_modulus = 1e4}, &engage),

@@ -11,6 +11,7 @@
 #include "slave/live/live_slave.h"
 #include "slave/manipulator/simulated_manipulator.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
+#include "tests/support/engaged_hand.h"
 #include "tests/support/eventually.h"
 
 namespace palpate {
@@ -105,15 +106,10 @@ TEST_F(FingertipSenseTest, TheHandMovesTheFingertip) {
   Until(IsValid);
   slave_.BeginOperating();
   const Vector3d home = slave_.Compose(Clock::now()).p_S_tip;
-  OperatorCommand command;
-  command.epoch = 1;
-  command.engaged = true;
-  const SlaveState state = Until([&](const SlaveState& s) {
-    ++command.sequence;
-    command.sent_at = Clock::now();
-    if (s.phase == Phase::kFollowing) command.p_M.z() = std::min(0.005, command.p_M.z() + 1e-4);
-    EXPECT_TRUE(slave_.Command(command));
-    return (s.p_S_tip - home).norm() > 0.0049;
+  EngagedHand hand(&slave_);
+  const SlaveState state = Until([&](const SlaveState&) {
+    const SlaveState now = hand.GoTo(home + Vector3d(0, 0, 0.005), 1e-4);
+    return (now.p_S_tip - home).norm() > 0.0049;
   });
   EXPECT_NEAR(state.local_model.Penetration(state.p_S_tip), -0.005, 2e-4);
   EXPECT_THROW(slave_.SetModel({"fem-green"}), std::logic_error);

@@ -8,6 +8,7 @@
 
 #include "slave/live/live_slave.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
+#include "tests/support/engaged_hand.h"
 #include "tests/support/eventually.h"
 
 namespace palpate {
@@ -89,28 +90,20 @@ TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
 // Between pictures too: the source is silent while the hand goes down.
 TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
   slave_->BeginOperating();
-  OperatorCommand command;
-  command.epoch = 1;
-  command.engaged = true;
-  const auto follow = [&](const SlaveState& s) {
-    ++command.sequence;
-    command.sent_at = Clock::now();
-    EXPECT_TRUE(slave_->Command(command));
-    return s.phase == Phase::kFollowing;
-  };
-  const SlaveState home = Until(follow);
+  EngagedHand hand(slave_.get());
+  const SlaveState home =
+      Until([&](const SlaveState&) { return hand.Stay().phase == Phase::kFollowing; });
   EXPECT_FALSE(home.local_model.in_contact);
   const Vector3d normal = home.local_model.normal;
   EXPECT_NEAR(normal.z(), 1, 1e-6);
   environment_->FallSilent();
   std::this_thread::sleep_for(std::chrono::milliseconds(50));  // what was under way arrives
   const Time last = slave_->Compose(Clock::now()).sensed_at;
-  // Sideways by 10 mm and 0.3 mm deep, in hand's axes: x and z are those of S; in small steps.
+  // Sideways by 10 mm and 0.3 mm deep, in small steps.
   const double height = normal.dot(home.p_S_tip - home.local_model.reference);
   const Vector3d way(0.010, 0, -height - 0.0003);
   const SlaveState deep = Until([&](const SlaveState& s) {
-    command.p_M += 0.02 * (way - command.p_M);
-    follow(s);
+    hand.GoTo(home.p_S_tip + way, 2e-5);
     return s.local_model.in_contact && s.local_model.reference.x() > 0.0099;
   });
   EXPECT_EQ(deep.sensed_at, last);
