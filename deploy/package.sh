@@ -42,7 +42,7 @@ fi
 if [ -z "$built" ]; then
   deploy/install.sh films openni calibration clouds view packages
   deploy/page.sh || echo "the page will have no 3D view and no charts"
-  deploy/build.sh release -DPALPATE_TESTS=OFF
+  deploy/build.sh release -DPALPATE_TESTS=OFF -DPALPATE_VALIDATE=OFF
 fi
 build=$root/build/release made=$root/build/release/package
 for program in palpate-slave palpate-simulator palpate-master; do
