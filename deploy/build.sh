@@ -6,6 +6,7 @@ cd "$(dirname "$0")/.."
 # shellcheck source=progress.sh
 source deploy/progress.sh
 
+[ $# -gt 0 ] || { sed -n '2,3s/^# //p' deploy/build.sh >&2; exit 2; }
 preset=$1
 shift
 options=()
