@@ -42,6 +42,10 @@ class Observers(FolderTest):
             self.assertTrue(wait_until(lambda: valid.update({name: line for name, line in watch.newest().items()
                                                              if line["validity"] == "valid" and not line["alarms"]}) or names <= valid.keys()),
                             f"seen: {watch.newest()}")
+            # One that nobody can operate is shown beside the others.
+            slaves.enter_context(publishing(server, "--override", "name=watched", "--override", "manipulator.source=none", simulates=False))
+            self.assertTrue(wait_until(lambda: watch.newest().get("watched", {}).get("phase") == "observing"), watch.news.read_text())
+            self.assertTrue(wait_until(lambda: names <= watch.newest().keys()))
         for line in valid.values():
             self.assertEqual(line["force_N"], 0)  # nobody touches anything
             self.assertEqual(line["phase"], "ready")
