@@ -6,7 +6,7 @@ import sys
 import unittest
 
 from observers import Crowd, Server, Watch, connect, next_message, require_server
-from programs import BLOCK, MASTER, PACKAGE, FolderTest, Slave, make_certificates, run, wait_until
+from programs import BLOCK, MASTER, PACKAGE, ROOT, FolderTest, Slave, make_certificates, run, wait_until
 from test_crowd import session
 
 sys.path.insert(0, str(PACKAGE))
@@ -43,8 +43,9 @@ class Observers(FolderTest):
                                                              if line["validity"] == "valid" and not line["alarms"]}) or names <= valid.keys()),
                             f"seen: {watch.newest()}")
             # One that nobody can operate is shown beside the others.
-            slaves.enter_context(publishing(server, "--override", "name=watched", "--override", "manipulator.source=none", simulates=False))
-            self.assertTrue(wait_until(lambda: watch.newest().get("watched", {}).get("phase") == "observing"), watch.news.read_text())
+            slaves.enter_context(Slave(ROOT / "deploy/scenes/foam-cube.yaml", "--publish", server.url, "--override", "manipulator=none",
+                                       simulates=False))
+            self.assertTrue(wait_until(lambda: watch.newest().get("foam-cube", {}).get("phase") == "observing"), watch.news.read_text())
             self.assertTrue(wait_until(lambda: names <= watch.newest().keys()))
         for line in valid.values():
             self.assertEqual(line["force_N"], 0)  # nobody touches anything

@@ -82,7 +82,7 @@ class Monitoring(unittest.TestCase):
 
     def test_a_slave_that_nobody_can_operate_has_a_phase(self):
         port = free_port()
-        with Slave(BLOCK, "--override", "manipulator.source=none", "--metrics", f"127.0.0.1:{port}", simulates=False):
+        with Slave(ROOT / "deploy/scenes/foam-cube.yaml", "--override", "manipulator=none", "--metrics", f"127.0.0.1:{port}", simulates=False):
             page = fetch(f"http://127.0.0.1:{port}/metrics")
         phases = dict(re.findall(r'^palpate_slave_phase\{phase="(\w+)"\} (\d)$', page, re.MULTILINE))
         self.assertEqual([phase for phase, holds in phases.items() if holds == "1"], ["observing"], phases)
