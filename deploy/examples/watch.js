@@ -9,6 +9,8 @@ const loader = require('@grpc/proto-loader');
 
 const STATES = 100;
 const PROTO = path.join(__dirname, '../../proto');
+// A link that is cut is silent: a ping after 1 s without data, and an error 10 s later.
+const OPTIONS = {'grpc.enable_http_proxy': 0, 'grpc.keepalive_time_ms': 1000, 'grpc.keepalive_timeout_ms': 10000};
 
 function connect(address, tls) {
   const definition = loader.loadSync('palpate/v1/teleoperation.proto',
@@ -17,7 +19,7 @@ function connect(address, tls) {
   const read = (name) => fs.readFileSync(path.join(tls, name));
   const credentials = tls ? grpc.credentials.createSsl(read('ca.pem'), read('key.pem'), read('cert.pem'))
                           : grpc.credentials.createInsecure();
-  return new Teleoperation(address, credentials, {'grpc.enable_http_proxy': 0});
+  return new Teleoperation(address, credentials, OPTIONS);
 }
 
 async function main(address, tls) {

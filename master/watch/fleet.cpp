@@ -1,7 +1,6 @@
 #include "master/watch/fleet.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -12,6 +11,7 @@
 
 #include "shared/nats/nats_connection.h"
 #include "shared/text/text.h"
+#include "shared/wire/enum_names.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 
@@ -25,11 +25,6 @@ constexpr double kDoubledFor = 10;  // that an alarm about two slaves stays [s]
 template <class Message>
 bool Parse(std::string_view bytes, Message* message) {
   return message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
-}
-
-std::string InWords(Phase phase) {
-  constexpr std::array kPhases{"ready", "following", "clutched", "hold", "estop"};
-  return kPhases.at(static_cast<std::size_t>(phase) - 1);
 }
 
 std::string OrDash(const std::optional<double>& value, const char* format, double scale = 1) {
@@ -90,7 +85,7 @@ SlaveLine Fleet::LineOf(const std::string& name, const Entry& entry, Time now) {
     line.alarms.push_back("its states are unreadable: " + entry.unreadable);
   } else if (entry.state) {
     const SlaveState& state = *entry.state;
-    line.phase = InWords(state.phase);
+    line.phase = ProtoNameOf(*v1::Phase_descriptor()->FindValueByNumber(ToProto(state.phase)));
     line.age = std::max(0.0, SecondsBetween(state.sensed_at, state.sent_at)) + quiet;
     if (!is_silent) {
       line.validity = ToString(state.validity);

@@ -21,7 +21,7 @@ struct SlaveLine {
   // As in CSV files; `silent` if its states have stopped, `unreadable` if they are no states.
   std::string validity;
   std::string check;          // that failed; empty: none
-  std::string phase;          // `ready`, `following`, `clutched`, `hold` or `estop`
+  std::string phase;          // of state.proto, in lower case; empty: there was no state
   std::optional<double> age;  // since its newest sample was taken [s]; without the network's delay
   double rate = 0;            // received states, over the last second or more [Hz]
   std::vector<std::string> alarms;

@@ -211,7 +211,8 @@ bool TryWrite(const std::filesystem::path& file, std::string_view bytes) {
 }
 
 void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes) {
-  if (!TryWrite(file, bytes)) throw std::runtime_error(file.string() + ": cannot be written");
+  if (TryWrite(file, bytes)) return;
+  throw std::system_error(errno, std::generic_category(), file.string() + ": cannot be written");
 }
 
 bool TryReplace(const std::filesystem::path& file, const FileWriter& write, Links links) {

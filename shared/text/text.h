@@ -87,7 +87,7 @@ std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most
                           std::string_view accepted);
 // False: it cannot be written.
 [[nodiscard]] bool TryWrite(const std::filesystem::path& file, std::string_view bytes);
-// Throws std::runtime_error `file: cannot be written`.
+// Throws std::system_error `file: cannot be written: reason`.
 void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes);
 
 // A symbolic link at the name of a result: chosen by the user who named it, or planted by somebody

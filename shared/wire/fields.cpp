@@ -128,6 +128,7 @@ void FieldReader::Refuse(const std::string& reason) {
 static_assert(static_cast<int>(Event::kContact) == v1::EVENT_CONTACT);
 static_assert(static_cast<int>(Event::kCommandRefused) == v1::EVENT_COMMAND_REFUSED);
 static_assert(static_cast<int>(Event::kCommandRefused) == v1::Event_MAX);
+static_assert(kValidities.size() == v1::Validity_MAX);
 static_assert(kFailedChecks == v1::FailedCheck_MAX + 1);
 static_assert(static_cast<int>(FailedCheck::kArmFault) == v1::FAILED_CHECK_ARM_FAULT);
 static_assert(static_cast<int>(Phase::kReady) == v1::PHASE_READY);

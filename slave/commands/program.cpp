@@ -4,6 +4,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -42,6 +43,15 @@ std::string_view ColourOf(spdlog::level::level_enum level) {
   return level == spdlog::level::warn ? kYellow : kGreen;
 }
 
+// The signal that arrives before `end`, else a negative number.
+int WaitUntil(std::chrono::steady_clock::time_point end, const sigset_t& signals) {
+  using std::chrono::nanoseconds;
+  constexpr std::int64_t kNanosPerSecond = 1'000'000'000;
+  const nanoseconds left = std::max<nanoseconds>(end - std::chrono::steady_clock::now(), {});
+  const timespec pause{left.count() / kNanosPerSecond, left.count() % kNanosPerSecond};
+  return sigtimedwait(&signals, nullptr, &pause);
+}
+
 }  // namespace
 
 StopOnSignal::StopOnSignal() {
@@ -58,19 +68,21 @@ StopOnSignal::StopOnSignal() {
 }
 
 void StopOnSignal::Wait(const std::stop_token& end) {
-  const timespec pause{0, 50'000'000};
+  // Ends the wait for a signal by one to this thread alone.
+  const std::stop_callback wake(end, [waiter = pthread_self()] { pthread_kill(waiter, SIGUSR1); });
   std::optional<std::chrono::steady_clock::time_point> last_call;
-  while (!end.stop_requested()) {
-    const auto now = std::chrono::steady_clock::now();
-    const int came = sigtimedwait(&signals_, nullptr, &pause);
+  while (true) {
+    const int came = last_call ? WaitUntil(*last_call, signals_) : sigwaitinfo(&signals_, nullptr);
+    if (end.stop_requested()) return;
     if (came == SIGUSR1) Emergency();
+    const auto now = std::chrono::steady_clock::now();
     if (came > 0 && came != SIGUSR1) {
       const bool is_first = !last_call;
       source_.request_stop();
       last_call = std::min(last_call.value_or(now + kRecordingPatience),
                            now + (is_first && records_ ? kRecordingPatience : kPatience));
     }
-    if (last_call && now > *last_call) {
+    if (last_call && now >= *last_call) {
       if (records_) WriteUnblocked(STDERR_FILENO, "stopped before the recording was closed\n");
       if (exit_code_ != 0) WriteUnblocked(STDERR_FILENO, "stopped before completion\n");
       std::_Exit(records_ ? kFailed : exit_code_.load());

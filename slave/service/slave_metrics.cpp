@@ -1,35 +1,24 @@
 #include "slave/service/slave_metrics.h"
 
-#include <array>
-#include <string_view>
 #include <utility>
+
+#include "palpate/v1/state.pb.h"
+
+#include "shared/wire/enum_names.h"
+#include "shared/wire/fields.h"
 
 namespace palpate {
 namespace {
 
-// One of several things it is: 1, the others 0.
-template <std::size_t kCount>
+// One of the values of an enumeration: 1, the others 0.
 Metric OneOf(std::string name, std::string help, const char* label,
-             const std::array<std::string_view, kCount>& names, std::size_t is) {
+             const google::protobuf::EnumDescriptor& kinds, int is) {
   Metric metric{std::move(name), std::move(help), Metric::Type::kGauge, {}};
-  for (std::size_t i = 0; i < kCount; ++i) {
-    metric.samples.push_back({Label(label, names[i]), i == is ? 1.0 : 0.0});
+  for (int i = 1; i < kinds.value_count(); ++i) {  // 0: unspecified
+    const auto& value = *kinds.value(i);
+    metric.samples.push_back({Label(label, ProtoNameOf(value)), value.number() == is ? 1.0 : 0.0});
   }
   return metric;
-}
-
-Metric PhaseOf(const SlaveStatus& status) {
-  constexpr std::array<std::string_view, 5> kPhases{"ready", "following", "clutched", "hold",
-                                                    "estop"};
-  return OneOf("palpate_slave_phase", "State of the operator connection.", "phase", kPhases,
-               static_cast<std::size_t>(status.phase) - 1);
-}
-
-Metric ValidityOf(const SlaveStatus& status) {
-  std::array<std::string_view, 6> names{};
-  for (std::size_t i = 0; i < names.size(); ++i) names[i] = ToString(static_cast<Validity>(i));
-  return OneOf("palpate_slave_validity", "Validity of the newest state.", "validity", names,
-               static_cast<std::size_t>(status.validity));
 }
 
 Metric StagesOf(const SlaveStatus& status) {
@@ -63,8 +52,10 @@ Metric TurnedAwayOf(const Acceptor::Counts& connections) {
 Metrics MetricsOf(const SlaveStatus& status, const Acceptor::Counts& connections) {
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
   return {
-      PhaseOf(status),
-      ValidityOf(status),
+      OneOf("palpate_slave_phase", "State of the operator connection.", "phase",
+            *v1::Phase_descriptor(), ToProto(status.phase)),
+      OneOf("palpate_slave_validity", "Validity of the newest state.", "validity",
+            *v1::Validity_descriptor(), ToProto(status.validity)),
       Counter("palpate_slave_samples_total", "Samples processed.", number(status.frames)),
       Gauge("palpate_slave_sample_rate_hertz", "Samples per second over the last second.",
             status.frame_rate),

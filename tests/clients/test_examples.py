@@ -2,7 +2,10 @@
 
   test_examples.py Python|Cpp|Node    needs PALPATE_BIN; Cpp PALPATE_TEST_OUTPUT and PALPATE_BUILD
 """
+import contextlib
+import gc
 import json
+import math
 import os
 import pathlib
 import re
@@ -12,9 +15,11 @@ import sys
 import threading
 import time
 import unittest
+from concurrent import futures
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from programs import BARE, BLOCK, PACKAGE, PATIENCE, ROOT, FolderTest, Slave, make_certificates, operate, run  # noqa: E402
+from delaying_line import DelayingLine  # noqa: E402
+from programs import BARE, BIN, BLOCK, PACKAGE, PATIENCE, ROOT, FolderTest, Simulator, Slave, make_certificates, operate, run, wait_until  # noqa: E402
 
 sys.path.insert(0, str(PACKAGE))
 EXAMPLES = ROOT / "deploy/examples"
@@ -25,6 +30,25 @@ CAMERA = ("--override", "sense.camera.source=stream")
 TACTILE = ("--override", "sense.tactile.source=stream")
 HOME = "0.044,0.09416,0"
 STILL = 1.28  # [N] force of the block at the end of the press of `operate`, which the simulator's true force confirms below
+
+
+def fake_slave():
+    """Base class of slaves that are served by the generated code alone, for what no real slave does on demand."""
+    import grpc
+    from palpate.v1 import teleoperation_pb2_grpc
+
+    class FakeSlave(teleoperation_pb2_grpc.TeleoperationServicer):
+        @contextlib.contextmanager
+        def served(self):
+            server = grpc.server(futures.ThreadPoolExecutor(4))
+            teleoperation_pb2_grpc.add_TeleoperationServicer_to_server(self, server)
+            port = server.add_insecure_port("127.0.0.1:0")
+            server.start()
+            try:
+                yield f"127.0.0.1:{port}"
+            finally:
+                server.stop(None)
+    return FakeSlave
 
 
 def skip(reason):
@@ -76,6 +100,38 @@ class Examples(FolderTest):
             self.assertRegex(text, "100 (of 100 )?samples of ff, th accepted")
             self.assertIn("expected 19", text)
 
+    def check_cut_link(self, *examples):
+        """Every example ends with an error when nothing arrives any more, though nobody closes the connection."""
+        def cut(slave, words):
+            with DelayingLine(slave.address, 0, most_down=10_000) as line:
+                return words[0], run(*self.command(words[0]), line.address, *words[1:], env=self.environment), line.bytes_down - line.most_down
+
+        with Slave(BLOCK) as simulated, Slave(BLOCK, *ARM, simulates=False) as driven, futures.ThreadPoolExecutor() as pool:
+            ends = [pool.submit(cut, driven if words[0] == "drive_arm" else simulated, words) for words in examples]
+        for name, done, lost in (end.result() for end in ends):
+            self.assertGreater(lost, 0, f"{name} ended before the cut: {done.stdout}{done.stderr}")
+            self.assertEqual(done.returncode, 1, f"{name}: {done.stdout}{done.stderr}")
+            self.assertIn("error: ", done.stderr)
+
+    def check_changed_settings(self, operator):
+        """`operator(address)` yields a function that returns `ok` after `engage`, `release` and `change`."""
+        import palpate
+        with Slave(BLOCK, simulates=False) as slave, palpate.connect(slave.address) as connected, operator(slave.address) as command:
+            # The description of the scene is complete, and its revision another, when the first sample arrives.
+            before, answers = connected.scene().settings_revision, []
+
+            def engages():  # again after a hold, which a busy machine causes
+                answers.append(command("engage"))
+                return answers[-1] == "ok"
+
+            slave.simulator = Simulator(slave.command, slave.address)
+            self.assertNotEqual(connected.scene().settings_revision, before)
+            self.assertTrue(wait_until(engages), answers)
+            self.assertEqual(command("release"), "ok")
+            self.assertTrue(wait_until(lambda: connected.status().phase != palpate.Phase.FOLLOWING))
+            self.assertEqual(command("change"), "ok")
+            self.assertTrue(wait_until(engages), answers)
+
     def check_driving(self, *arguments):
         with Slave(BLOCK, *ARM, simulates=False) as slave:
             text = self.run_example("drive_arm", slave.address, *arguments)
@@ -107,6 +163,9 @@ class Python(Examples):
 
     def test_driving(self):
         self.check_driving("--duration", "1", "--home", HOME)
+
+    def test_cut_link(self):
+        self.check_cut_link(["operate"], ["watch", "--states", "6000"], ["drive_arm", "--home", HOME])
 
     def test_watching_fingers(self):
         with Slave(CUBE) as slave:
@@ -163,31 +222,126 @@ class Python(Examples):
         self.assertEqual((self.out / "block.svg").read_text().count("<rect"), 5)
 
     def test_ros_bridge(self):
-        published = self.out / "published"
-        with Slave(BLOCK) as slave:
-            operating = subprocess.Popen([*map(str, self.command("operate")), slave.address], env=self.environment,
-                                         stdout=subprocess.DEVNULL)
-            paths = f"{PACKAGE}:{HERE / 'ros'}:{ROOT / 'deploy/ros2/palpate_bridge'}"
-            done = run("/usr/bin/python3", "-m", "palpate_bridge.bridge", slave.address, "--messages", "150",
-                       env={**self.environment, "PYTHONPATH": paths, "ROS_PUBLISHED": str(published)})
-            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-            self.assertEqual(operating.wait(timeout=PATIENCE), 0)
-        def refuse(number):
-            raise AssertionError(f"{number} is published")
-        everything = [json.loads(line, parse_constant=refuse) for line in published.read_text().splitlines()]
-        messages = [message for message in everything if message["topic"] == "palpate/wrench"]
-        self.assertEqual(len(messages), 150)
-        statuses = [message["status"][0] for message in everything if message["topic"] == "/diagnostics"]
-        self.assertGreaterEqual(len(statuses), 150)
-        self.assertEqual(sum(status["message"] == "valid" for status in statuses), 150)
+        with Slave(BLOCK) as slave, self.ros_bridge(slave.address) as messages:
+            # Again after a hold, which a busy machine causes.
+            self.assertTrue(wait_until(lambda: run(*self.command("operate"), slave.address, env=self.environment).returncode == 0))
+            wrenches, states = messages("palpate/wrench"), messages("/diagnostics")
+            done = run("/usr/bin/python3", "-m", "palpate_bridge.bridge", slave.address, "--messages", "50",
+                       env={**self.ros_environment(), "ROS_PUBLISHED": str(self.out / "fifty")})
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual((self.out / "fifty").read_text().count("palpate/wrench"), 50)
+        for message in wrenches:
+            self.assertTrue(all(map(math.isfinite, message["wrench"]["force"].values())))
+        statuses = [message["status"][0] for message in states]
+        self.assertGreaterEqual(len(statuses), len(wrenches))
         for status in statuses:
             values = {pair["key"]: pair["value"] for pair in status["values"]}
             self.assertEqual(status["message"] == "valid", values["validity"] == "valid")
             self.assertTrue(status["message"] != "valid" or float(values["sigma [N]"]) >= 0)
-        stamps = [(message["header"]["stamp"]["sec"], message["header"]["stamp"]["nanosec"]) for message in messages]
+        stamps = [(message["header"]["stamp"]["sec"], message["header"]["stamp"]["nanosec"]) for message in wrenches]
         self.assertEqual(stamps, sorted(set(stamps)))
-        self.assertEqual({(m["topic"], m["header"]["frame_id"]) for m in messages}, {("palpate/wrench", "palpate_slave")})
-        self.assertAlmostEqual(max(m["wrench"]["force"]["y"] for m in messages), STILL, delta=0.02 * STILL)
+        self.assertEqual({(m["topic"], m["header"]["frame_id"]) for m in wrenches}, {("palpate/wrench", "palpate_slave")})
+        self.assertAlmostEqual(max(m["wrench"]["force"]["y"] for m in wrenches), STILL, delta=0.02 * STILL)
+
+    def ros_environment(self):
+        paths = f"{PACKAGE}:{HERE / 'ros'}:{ROOT / 'deploy/ros2/palpate_bridge'}"
+        return {**self.environment, "PYTHONPATH": paths}
+
+    @contextlib.contextmanager
+    def ros_bridge(self, address):
+        """Runs the bridge; yields a function that returns what it has published on a topic."""
+        published = self.out / "published"
+        published.touch()
+        with subprocess.Popen(["/usr/bin/python3", "-m", "palpate_bridge.bridge", address], stderr=subprocess.DEVNULL,
+                              env={**self.ros_environment(), "ROS_PUBLISHED": str(published)}) as process:
+            def messages(topic):
+                text = published.read_text()
+                found = map(json.loads, text[:text.rfind("\n") + 1].splitlines())
+                return [message for message in found if message["topic"] == topic]
+            try:
+                yield messages
+            finally:
+                process.kill()
+
+    def test_ros_bridge_reports_a_silent_sensor_and_connects_again(self):
+        with Slave(BLOCK) as slave, DelayingLine(slave.address, 0) as line, self.ros_bridge(line.address) as messages:
+            def newest():
+                return messages("/diagnostics")[-1]["status"][0]
+
+            self.assertTrue(wait_until(lambda: messages("palpate/wrench")))
+            self.assertEqual((newest()["level"], newest()["message"]), ([0], "valid"))
+            slave.simulator.stop()
+            self.assertTrue(wait_until(lambda: newest()["level"] == [3]), newest())
+            self.assertIn({"key": "validity", "value": "stale"}, newest()["values"])
+            count = len(messages("palpate/wrench"))
+            line.cut()
+            self.assertTrue(wait_until(lambda: any(m["status"][0]["level"] == [2] for m in messages("/diagnostics"))))
+            slave.simulator = Simulator(slave.command, slave.address)
+            self.assertTrue(wait_until(lambda: len(messages("palpate/wrench")) > count), newest())
+
+    def test_ros_bridge_stamps_by_its_own_clock_and_publishes_no_unknown_moment(self):
+        """The slave is a fake, whose clock is an hour ahead and later two, and whose moment is known at times."""
+        from palpate.v1 import state_pb2, telemetry_pb2
+
+        class Ahead(fake_slave()):
+            hours, sequence = 1, 0
+
+            def now(self):
+                return time.time_ns() + self.hours * 3600 * 10**9
+
+            def GetStatus(self, request, context):
+                status = telemetry_pb2.Status()
+                status.now.FromNanoseconds(self.now())
+                return status
+
+            def WatchState(self, request, context):
+                while context.is_active():
+                    self.sequence += 1
+                    state = state_pb2.SlaveState(sequence=self.sequence, validity=state_pb2.VALIDITY_VALID,
+                                                 force=state_pb2.Vec3(y=self.sequence))
+                    if self.sequence % 2:
+                        state.moment.z = 0.25
+                    state.sensed_at.FromNanoseconds(self.now())
+                    yield state
+                    time.sleep(0.05)
+
+        fake = Ahead()
+        with fake.served() as address, self.ros_bridge(address) as messages:
+            def is_late():  # of the newest message [s]
+                return abs(messages("palpate/wrench")[-1]["header"]["stamp"]["sec"] - time.time())
+
+            self.assertTrue(wait_until(lambda: len(messages("palpate/wrench")) > 5))
+            self.assertLess(is_late(), 600)
+            fake.hours, changed = 2, fake.sequence
+            self.assertTrue(wait_until(lambda: messages("palpate/wrench")[-1]["wrench"]["force"]["y"] > changed + 1 and is_late() < 600))
+            torques = {message["wrench"]["torque"]["z"] for message in messages("palpate/wrench") if not
+                       math.isnan(message["wrench"]["torque"]["z"])}
+            unknown = [message for message in messages("palpate/wrench") if math.isnan(message["wrench"]["torque"]["z"])]
+            self.assertEqual(torques, {0.25})
+            self.assertGreater(len(unknown), 1)
+
+    def test_changed_settings_are_named(self):
+        from unittest import mock
+
+        import palpate
+        from palpate.v1 import scene_pb2, state_pb2
+
+        class Changed(fake_slave()):
+            def GetScene(self, request, context):
+                scene = scene_pb2.SceneDescription(settings_revision=3)
+                scene.operator.position_scale = 1
+                scene.operator.orientation.extend([1, 0, 0, 0])
+                return scene
+
+            def Operate(self, commands, context):
+                for command in commands:
+                    yield state_pb2.SlaveState(sequence=command.sequence, epoch=command.epoch, phase=state_pb2.PHASE_CLUTCHED,
+                                               settings_revision=4)
+
+        with Changed().served() as address, palpate.connect(address) as slave, slave.operate("late") as tool:
+            with mock.patch("palpate.operator.ANSWER", 0.5), \
+                    self.assertRaisesRegex(palpate.Interrupted, "the settings changed: revision 3, now 4"):
+                tool.engage()
 
     def test_pip_installs_the_client_without_network(self):
         """The lines of deploy/python/README.md, in an environment that has nothing of the build."""
@@ -202,6 +356,66 @@ class Python(Examples):
             printed = run(environment / "bin/python", "-c", lines.replace("127.0.0.1:50051", slave.address), env=BARE)
         self.assertEqual(printed.returncode, 0, printed.stderr)
         self.assertRegex(printed.stdout, r"^\[.*\] \+- [0-9.]+ N\n")
+
+    def test_changed_settings(self):
+        import palpate
+        from palpate.v1 import teleoperation_pb2
+
+        @contextlib.contextmanager
+        def operator(address):
+            with palpate.connect(address) as slave, slave.operate("script") as tool:
+                def change():
+                    slave.stub.SetParameters(teleoperation_pb2.SetParametersRequest(force_limit=3))
+
+                def command(name):
+                    try:
+                        {"engage": tool.engage, "release": tool.release, "change": change}[name]()
+                    except palpate.Interrupted as error:
+                        return str(error)
+                    return "ok"
+                yield command
+        self.check_changed_settings(operator)
+
+    def test_who_waits_for_the_lease_uses_the_settings_of_its_engagement(self):
+        import palpate
+        from palpate.v1 import teleoperation_pb2
+        with Slave(BLOCK) as server, palpate.connect(server.address) as slave, contextlib.ExitStack() as second:
+            with slave.operate("first"):
+                tools = []
+                waiting = threading.Thread(target=lambda: tools.append(second.enter_context(slave.operate("second", wait=30))))
+                waiting.start()
+                time.sleep(0.5)
+                with palpate.errors.translated():
+                    slave.stub.SetParameters(teleoperation_pb2.SetParametersRequest(position_scale=0.5))
+            waiting.join(60)
+            home = tools[0].state.tip
+
+            def moves():  # again after a hold, which a busy machine causes
+                try:
+                    tools[0].move_to(home + [0, -0.004, 0], 0.01)
+                except palpate.Interrupted:
+                    tools[0].release()
+                    return False
+                return True
+
+            self.assertTrue(wait_until(moves))
+            self.assertAlmostEqual(tools[0].hold(0.5).tip[-1, 1] - home[1], -0.004, delta=5e-4)
+
+    def test_an_idle_operator_keeps_no_states(self):
+        import palpate
+        with Slave(BLOCK) as server, palpate.connect(server.address) as slave, slave.operate("idle") as tool:
+            first = tool.state.sequence
+            self.assertTrue(wait_until(lambda: tool.state.sequence > first + 100))
+            kept = sum(isinstance(each, palpate.State) for each in gc.get_objects())
+            self.assertLess(kept, 10)
+            self.assertGreater(len(tool.hold(0.5)), 10, "a motion returns all of its own")
+
+    def test_enumerations_are_those_of_the_protocol(self):
+        import palpate
+        from palpate.v1 import state_pb2
+        for own, kind in ((palpate.Validity, state_pb2.Validity), (palpate.Phase, state_pb2.Phase)):
+            prefix = own.__name__.upper() + "_"
+            self.assertEqual({each.name: each.value for each in own}, {name.removeprefix(prefix): n for name, n in kind.items()})
 
     def test_lease_and_stop(self):
         import numpy as np
@@ -277,6 +491,23 @@ class Python(Examples):
         self.assertEqual(run(*check, wrong, env=paths).returncode, 1)
 
 
+@contextlib.contextmanager
+def script_operator(address):
+    """Commands of the program of this name: a function that returns the answer to a line."""
+    with subprocess.Popen([str(BIN / "script_operator"), address], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                          env={**BARE, "MALLOC_ARENA_MAX": "1"}) as process:
+        first = process.stdout.readline()
+        if first != "ok\n":
+            raise AssertionError(first)
+
+        def command(line):
+            process.stdin.write(line + "\n")
+            process.stdin.flush()
+            return process.stdout.readline().strip()
+        yield command
+        process.stdin.close()
+
+
 class Cpp(Examples):
     @classmethod
     def setUpClass(cls):
@@ -312,6 +543,18 @@ class Cpp(Examples):
     def test_driving(self):
         self.check_driving("1")
 
+    def test_cut_link(self):
+        self.check_cut_link(["operate"], ["watch"], ["drive_arm", "60"])
+
+    def test_changed_settings(self):
+        self.check_changed_settings(script_operator)
+
+    # A state has some 500 bytes: 400 of them would be 200 kB.
+    def test_an_idle_operator_keeps_no_states(self):
+        with Slave(BLOCK) as slave, script_operator(slave.address) as command:
+            first, second = int(command("idle 200")), int(command("idle 400"))
+        self.assertLess(second - first, 50_000)
+
 
 class Node(Examples):
     @classmethod
@@ -327,6 +570,9 @@ class Node(Examples):
     def test_watching(self):
         with Slave() as slave:
             self.assertIn("100 states, ", self.run_example("watch", slave.address))
+
+    def test_cut_link(self):
+        self.check_cut_link(["watch"])
 
 
 if __name__ == "__main__":

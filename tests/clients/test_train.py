@@ -165,6 +165,7 @@ class TrainTest(unittest.TestCase):
         self.assertIn("no column E7", self.refusal(changed("no.csv", cell(0, 7, "F7"))))
         self.assertIn("absent.csv: cannot be read", self.refusal(self.folder / "absent.csv"))
         self.assertIn("share samples", self.refusal(f"{good}@0:5", f"{good}@4:9"))
+        self.assertIn("share samples", self.refusal(f"{good}@0:9", "--test", f"{good}@8:15"))
         self.assertIn("--network rnn_20: expected", self.refusal(good, "--network", "rnn_20"))
 
     def write_channels(self, name, count, seed, contacts=8):
@@ -209,6 +210,12 @@ class TrainTest(unittest.TestCase):
         self.assertIn("bad.csv:8: c3 = nothing: expected a finite number", refused([*lines[:7], ",".join(cells), *lines[8:]]))
         self.assertIn("good.csv: 4 channels: expected 5 as in", refused(self.write_channels("five.csv", 5, 1).read_text()
                                                                         .splitlines(), good))
+        # A test on samples of the training has no error, whatever the spelling of their file.
+        other = good.parent / "." / ".." / good.parent.name / good.name
+        self.assertIn("share samples", self.refusal(good, "--test", other, "--unit", "kPa"))
+        self.assertIn("share samples", self.refusal(f"{good}@0:9", "--test", f"{good}@8:15", "--unit", "kPa"))
+        self.assertIn("--network: not with --unit", self.refusal(good, "--unit", "kPa", "--network", "all"))
+        self.assertIn("--from: not with --unit", self.refusal(good, "--unit", "kPa", "--from", self.folder))
         self.assertIn("--normal scale: expected COLUMN=FACTOR", refused(lines, "--normal", "scale"))
 
     # Reference: the scale under the sensor. Trials differ: a linear fit to one is off by 0.76 N and more on the other.

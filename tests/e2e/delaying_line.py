@@ -1,4 +1,4 @@
-"""A line with delay between master and slave: every byte comes as late as every other, none is lost."""
+"""A link with delay between master and slave: every byte comes as late as every other, and none is lost until it is cut."""
 import queue
 import socket
 import threading
@@ -6,11 +6,14 @@ import time
 
 
 class DelayingLine:
-    """Listens on a free port and passes on to `target` (HOST:PORT), `delay` [s] later each way."""
+    """Listens on a free port and passes on to `target` (HOST:PORT), `delay` [s] later each way.
 
-    def __init__(self, target, delay):
+    After `most_down` bytes to the clients everything is lost, as by a cable that is pulled: no end reaches either side.
+    """
+
+    def __init__(self, target, delay, most_down=float("inf")):
         host, port = target.rsplit(":", 1)
-        self.target, self.delay = (host, int(port)), delay
+        self.target, self.delay, self.most_down = (host, int(port)), delay, most_down
         self.bytes_down = 0  # to whoever connected
 
     def __enter__(self):
@@ -61,6 +64,8 @@ class DelayingLine:
     def _take(self, source, waiting, up):
         try:
             while data := source.recv(1 << 16):
+                if self.bytes_down > self.most_down:
+                    continue
                 waiting.put((time.monotonic() + self.delay, data))
                 self.bytes_down += 0 if up else len(data)
         except OSError:

@@ -6,7 +6,7 @@ import sys
 import unittest
 
 from observers import Crowd, Server, Watch, connect, next_message, require_server
-from programs import BLOCK, MASTER, PACKAGE, PATIENCE, FolderTest, Slave, make_certificates, operate, run, wait_until
+from programs import BLOCK, MASTER, PACKAGE, PATIENCE, ROOT, FolderTest, Slave, make_certificates, operate, run, wait_until
 from test_crowd import session
 
 sys.path.insert(0, str(PACKAGE))
@@ -42,6 +42,11 @@ class Observers(FolderTest):
             self.assertTrue(wait_until(lambda: valid.update({name: line for name, line in watch.newest().items()
                                                              if line["validity"] == "valid" and not line["alarms"]}) or names <= valid.keys()),
                             f"seen: {watch.newest()}")
+            # One that nobody can operate is shown beside the others.
+            slaves.enter_context(Slave(ROOT / "deploy/scenes/foam-cube.yaml", "--publish", server.url, "--override", "manipulator=none",
+                                       simulates=False))
+            self.assertTrue(wait_until(lambda: watch.newest().get("foam-cube", {}).get("phase") == "observing"), watch.news.read_text())
+            self.assertTrue(wait_until(lambda: names <= watch.newest().keys()))
         for line in valid.values():
             self.assertEqual(line["force_N"], 0)  # nobody touches anything
             self.assertEqual(line["phase"], "ready")

@@ -1,10 +1,11 @@
 """palpate-simulator: two recordings with one seed are equal files, another seed gives others; and a slave that it feeds
 estimates the true force."""
 import filecmp
+import subprocess
 import unittest
 
 from force_error import force_error
-from programs import ROOT, SIMULATOR, FolderTest, Slave, run
+from programs import BARE, BLOCK, MASTER, ROOT, SIMULATOR, FolderTest, Slave, run
 from tick_log import followed, press_until
 
 SCENES = ROOT / "deploy/scenes"
@@ -31,6 +32,15 @@ class Simulator(FolderTest):
         done = run(SIMULATOR, SCENES / "silicone-block.yaml", "--slave", "127.0.0.1:1")
         self.assertEqual(done.returncode, 1)
         self.assertIn("palpate-simulator: ", done.stderr)
+
+    def test_samples_that_a_slave_cannot_use_are_reported(self):
+        with Slave(BLOCK, simulates=False) as slave, \
+                subprocess.Popen([SIMULATOR, BLOCK, "--slave", slave.address, "--override", "sense.camera.pixel=0.5 mm"],
+                                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=BARE) as process:
+            try:
+                self.assertTrue(any("waiting for the slave: " in line for line in process.stderr))
+            finally:
+                process.kill()
 
     def press(self, scene, most):
         """A slow press; `most`: largest rms error of the estimated force, over the peak."""

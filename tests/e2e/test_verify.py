@@ -1,4 +1,5 @@
 """The force test card of a slave that serves, with a force sensor and with questions."""
+import signal
 import subprocess
 import unittest
 
@@ -38,6 +39,36 @@ class Verify(FolderTest):
         done = run(SLAVE, "verify", BLOCK, "--states", self.out / "states.csv", "--loads", self.out / "loads.csv", "--out", again)
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
         self.assertEqual(read_json(again / "report.json")["cards"], first["cards"])
+
+    def test_answers_survive_a_slave_that_is_silent_and_an_interrupt(self):
+        with Slave(BLOCK) as slave, \
+                subprocess.Popen([SLAVE, "verify", BLOCK, "--connect", slave.address, "--hold", "0.5", "--out", self.out],
+                                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=BARE) as asked:
+            def answer(line, until):
+                asked.stdin.write(line + "\n")
+                asked.stdin.flush()
+                printed = ""
+                while until not in printed:
+                    character = asked.stdout.read(1)
+                    self.assertTrue(character, printed)
+                    printed += character
+
+            def loads():
+                return len(read_rows(self.out / "loads.csv"))
+
+            answer("none", "states with a force")
+            slave.process.send_signal(signal.SIGSTOP)
+            try:
+                answer("force 0 1 0", "no state, try again")
+            finally:
+                slave.process.send_signal(signal.SIGCONT)
+            answer("", "load 2> ")
+            self.assertEqual(loads(), 1)
+            answer("force 0 1 0", "load 3> ")
+            asked.send_signal(signal.SIGINT)
+            asked.wait(timeout=PATIENCE)
+        self.assertEqual(loads(), 2)
+        self.assertGreater(len(read_rows(self.out / "states.csv")), 10)
 
     def test_a_recording_is_compared_with_a_table(self):
         """Its own forces stand for known ones, a quarter larger, so that 0.8 of them is reported."""

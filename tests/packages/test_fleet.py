@@ -88,6 +88,27 @@ class Manifests(unittest.TestCase):
         self.assertEqual(run(*health, "--wait", "0.5").returncode, 1, "nobody serves any more")
 
 
+class Scripts(unittest.TestCase):
+    def test_a_ca_whose_making_was_interrupted_is_made_again(self):
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        interrupted = folder / "openssl"
+        interrupted.write_text("#!/bin/sh\nwhile [ $# -gt 0 ]; do [ \"$1\" = -keyout ] && : >\"$2\"; shift; done\nkill -KILL 0\n")
+        interrupted.chmod(0o700)
+        command = [ROOT / "deploy/certs", "ca", folder / "ca"]
+        killed = run(*command, env={**BARE, "PATH": f"{folder}:{BARE['PATH']}"}, start_new_session=True)
+        self.assertLess(killed.returncode, 0)
+        again = run(*command)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertIn("exists", run(*command).stderr)
+
+    def test_scripts_without_an_argument_print_their_usage(self):
+        for script in ("deploy/build.sh", "deploy/fleet/robot_unit.sh"):
+            done = run(ROOT / script)
+            self.assertEqual(done.returncode, 2, script)
+            self.assertIn(pathlib.Path(script).name, done.stderr)
+            self.assertNotIn("unbound", done.stderr)
+
+
 class Robots(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))

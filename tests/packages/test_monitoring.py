@@ -82,6 +82,13 @@ class Monitoring(unittest.TestCase):
         for title, query, legend in queries():
             self.assertEqual(mistakes_in(query, legend, self.metrics), [], f"{title}: {query}")
 
+    def test_a_slave_that_nobody_can_operate_has_a_phase(self):
+        port = free_port()
+        with Slave(ROOT / "deploy/scenes/foam-cube.yaml", "--override", "manipulator=none", "--metrics", f"127.0.0.1:{port}", simulates=False):
+            page = fetch(f"http://127.0.0.1:{port}/metrics")
+        phases = dict(re.findall(r'^palpate_slave_phase\{phase="(\w+)"\} (\d)$', page, re.MULTILINE))
+        self.assertEqual([phase for phase, holds in phases.items() if holds == "1"], ["observing"], phases)
+
     def test_prometheus_reads_what_the_compose_file_serves(self):
         compose, config = ((FOLDER / name).read_text() for name in ("compose.yaml", "prometheus.yml"))
         ports = {name: re.search(rf"^  {name}:.*?--metrics, \"0.0.0.0:(\d+)\"", compose, re.MULTILINE | re.DOTALL).group(1)

@@ -35,6 +35,12 @@ class Slave {
   explicit Slave(const std::string& address, const std::filesystem::path& tls = {}) {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+    // A link that is cut is silent: without keepalive a stream on it would wait for ever. After 1 s
+    // without data the client sends a ping, and after 10 s without its answer every call ends.
+    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 1000);
+    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10000);
+    arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     stub_ =
         v1::Teleoperation::NewStub(grpc::CreateCustomChannel(address, Credentials(tls), arguments));
   }
@@ -77,7 +83,7 @@ class Slave {
 
   // Takes the lease under `name`. Throws LeaseHeld if another client has it.
   [[nodiscard]] std::unique_ptr<Operator> Operate(const std::string& name) const {
-    return std::make_unique<Operator>(stub_.get(), Scene(), name);
+    return std::make_unique<Operator>(stub_.get(), name);
   }
 
   // Sends what `next` returns until it returns nothing. The scene's camera needs `source: stream`.

@@ -29,12 +29,7 @@ namespace palpate {
 // emergency stop pause it and never make the tool jump. Calls are for one thread.
 class Operator {
  public:
-  Operator(v1::Teleoperation::Stub* stub, const v1::SceneDescription& scene, std::string name)
-      : name_(std::move(name)),
-        scale_(scene.operator_().position_scale()),
-        rotation_(RotationMatrix(scene.operator_().orientation())),
-        silence_(scene.operator_().dead_after() > 0 ? scene.operator_().dead_after() : 0.030),
-        revision_(scene.settings_revision()) {
+  Operator(v1::Teleoperation::Stub* stub, std::string name) : stub_(stub), name_(std::move(name)) {
     context_.AddMetadata("palpate-operator-bin", name_);
     stream_ = stub->Operate(&context_);
     reader_ = std::thread([this] { Read(); });
@@ -62,10 +57,13 @@ class Operator {
     return offset_ ? Sum(*offset_, moved_) : states_.back().tip();
   }
 
-  // Closes the clutch: from now on the tool follows. It does not move by this.
+  // Closes the clutch: from now on the tool follows. It does not move by this. The settings of the
+  // slave may have changed since the last engagement: they are read again.
   void Engage() {
+    const v1::SceneDescription scene = ReadScene();
     {
       const std::lock_guard lock(mutex_);
+      Use(scene);
       ++epoch_;
       engaged_ = true;
       offset_.reset();
@@ -88,15 +86,15 @@ class Operator {
     }
     if (!engaged_ || !offset_) Engage();
     std::unique_lock lock(mutex_);
+    const Motion motion(this);
     goal_ = Difference(tip, *offset_);
     speed_ = speed;
-    ForgetStates();
     auto held = Clock::now();
     while (moved_ != goal_) {
       if (IsAlive()) held = Clock::now();
       if (Clock::now() - held > kHeld) {
         goal_ = moved_;  // an interrupted motion does not go on by itself
-        throw Interrupted(grpc::ABORTED, "the tool does not follow");
+        throw Interrupted(grpc::ABORTED, WithReason("the tool does not follow"));
       }
       changed_.wait_for(lock, kPeriod);
       Check();
@@ -112,7 +110,7 @@ class Operator {
   std::vector<State> Hold(std::chrono::duration<double> time) {
     const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(time);
     std::unique_lock lock(mutex_);
-    ForgetStates();
+    const Motion motion(this);
     while (Clock::now() < end) {
       changed_.wait_until(lock, end);
       Check();
@@ -123,7 +121,23 @@ class Operator {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kPeriod{4};
-  static constexpr std::chrono::seconds kHeld{1}, kAnswer{10};
+  static constexpr std::chrono::seconds kHeld{1}, kAnswer{10}, kGoodbye{1};
+
+  // Under the lock. Keeps all states from the newest on; between motions they would fill the
+  // memory.
+  class Motion {
+   public:
+    explicit Motion(Operator* of) : of_(of) {
+      of_->states_.erase(of_->states_.begin(), of_->states_.end() - 1);
+      of_->is_moving_ = true;
+    }
+    ~Motion() { of_->is_moving_ = false; }
+    Motion(const Motion&) = delete;
+    Motion& operator=(const Motion&) = delete;
+
+   private:
+    Operator* of_;
+  };
 
   // Row-major, of a unit quaternion w, x, y, z.
   template <class Numbers>
@@ -148,7 +162,21 @@ class Operator {
     return device;
   }
 
-  void ForgetStates() { states_.erase(states_.begin(), states_.end() - 1); }
+  [[nodiscard]] v1::SceneDescription ReadScene() const {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + kAnswer);
+    v1::SceneDescription scene;
+    const auto status = stub_->GetScene(&context, v1::GetSceneRequest(), &scene);
+    if (!status.ok()) throw Error(status);
+    return scene;
+  }
+  void Use(const v1::SceneDescription& scene) {
+    const auto& mapping = scene.operator_();
+    scale_ = mapping.position_scale();
+    rotation_ = RotationMatrix(mapping.orientation());
+    silence_ = mapping.dead_after() > 0 ? mapping.dead_after() : 0.030;
+    revision_ = scene.settings_revision();
+  }
   [[nodiscard]] bool IsFollowing() const {
     const auto& message = states_.back().message();
     return engaged_ && message.epoch() == epoch_ && message.phase() == v1::PHASE_FOLLOWING;
@@ -164,13 +192,24 @@ class Operator {
     if (error.reason() == "LEASE_HELD" || error.reason() == "LEASE_LOST") throw LeaseHeld(status_);
     throw error;
   }
+  // `what`, and why according to the newest state.
+  [[nodiscard]] std::string WithReason(std::string what) const {
+    if (states_.empty()) return what;
+    const auto& newest = states_.back().message();
+    what += ": " + v1::Phase_Name(newest.phase()) + ", " + v1::Validity_Name(newest.validity());
+    if (revision_ != 0 && newest.settings_revision() != revision_) {
+      what += "; the settings changed: revision " + std::to_string(revision_) + ", now " +
+              std::to_string(newest.settings_revision());
+    }
+    return what;
+  }
   template <typename Condition>
   void Await(const Condition& condition, const char* otherwise) {
     const auto end = Clock::now() + kAnswer;
     std::unique_lock lock(mutex_);
     while (states_.empty() || !condition()) {
       Check();
-      if (Clock::now() > end) throw Interrupted(grpc::DEADLINE_EXCEEDED, otherwise);
+      if (Clock::now() > end) throw Interrupted(grpc::DEADLINE_EXCEEDED, WithReason(otherwise));
       changed_.wait_for(lock, kPeriod);
     }
   }
@@ -179,6 +218,7 @@ class Operator {
     v1::SlaveState message;
     while (stream_->Read(&message)) {
       const std::lock_guard lock(mutex_);
+      if (!is_moving_) states_.clear();
       states_.emplace_back(message);
       heard_ = Clock::now();
       changed_.notify_all();
@@ -230,15 +270,17 @@ class Operator {
   }
   void Close() {
     closing_ = true;
+    {
+      // A slave that is reached ends the stream by itself.
+      std::unique_lock lock(mutex_);
+      if (!changed_.wait_for(lock, kGoodbye, [this] { return ended_; })) context_.TryCancel();
+    }
     if (sender_.joinable()) sender_.join();
     if (reader_.joinable()) reader_.join();
   }
 
+  v1::Teleoperation::Stub* const stub_;
   const std::string name_;
-  const double scale_;
-  const std::array<double, 9> rotation_;  // R_SM, row-major
-  const double silence_;
-  const std::uint32_t revision_;
   grpc::ClientContext context_;
   std::unique_ptr<grpc::ClientReaderWriter<v1::OperatorCommand, v1::SlaveState>> stream_;
   std::thread reader_, sender_;
@@ -246,8 +288,14 @@ class Operator {
 
   std::mutex mutex_;  // guards everything below
   std::condition_variable changed_;
-  std::vector<State> states_;  // since the last motion began
+  std::vector<State> states_;  // the newest, and during a motion all since it began
+  bool is_moving_ = false;
   Clock::time_point heard_{};
+  // The settings of the scene as of the last engagement. Before the first one no motion needs them.
+  double scale_ = 1;
+  std::array<double, 9> rotation_{1, 0, 0, 0, 1, 0, 0, 0, 1};  // R_SM, row-major
+  double silence_ = 0.030;                                     // [s]
+  std::uint32_t revision_ = 0;
   std::optional<Vector> offset_;  // tip at the engagement
   Vector moved_{}, goal_{};       // from there: at present, at the end; frame S
   double speed_ = 0;

@@ -1,6 +1,7 @@
 """Operates a slave: lease, clutch, watchdog, and motions of the tool in frame S."""
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from types import TracebackType
@@ -27,14 +28,13 @@ class Operator:
     jump. If the program ends or hangs in between, the tool holds its position.
     """
 
-    def __init__(self, stub: Any, scene: scene_pb2.SceneDescription, name: str) -> None:
+    def __init__(self, stub: Any, name: str) -> None:
         self._stub, self._name = stub, name
-        mapping = scene.operator
-        self._scale = float(mapping.position_scale)
-        self._rotation = rotation_matrix(mapping.orientation)
-        self._revision, self._silence = scene.settings_revision, mapping.dead_after or 0.030
+        # The settings of the scene as of the last engagement. Before the first one no motion needs them.
+        self._scale, self._rotation, self._revision, self._silence = 1.0, np.eye(3), 0, 0.030
         self._changed = threading.Condition()
-        self._states: list[State] = []  # since the last motion began
+        self._states: list[State] = []  # the newest, and during a motion all since it began
+        self._is_moving = False
         self._heard = 0.0
         self._error: Exception | None = None
         self._closing = self._ended = False
@@ -67,8 +67,14 @@ class Operator:
             return self._states[-1].tip if self._offset is None else self._offset + self._moved
 
     def engage(self) -> None:
-        """Closes the clutch: from now on the tool follows. It does not move by this. Raises Interrupted if the slave does not follow."""
+        """Closes the clutch: from now on the tool follows. It does not move by this. Raises Interrupted if the slave does not follow.
+
+        The settings of the slave may have changed since the last engagement: they are read again.
+        """
+        with translated():
+            scene = self._stub.GetScene(teleoperation_pb2.GetSceneRequest(), timeout=ANSWER)
         with self._changed:
+            self._use(scene)
             self._epoch += 1
             self._engaged, self._offset, self._speed = True, None, 0.0
             self._moved, self._goal = np.zeros(3), np.zeros(3)
@@ -91,9 +97,8 @@ class Operator:
         if not np.isfinite(tip).all() or not 0 < speed < np.inf:
             raise ValueError(f"tip {tip} m, speed {speed} m/s: expected finite numbers, and a speed > 0")
         offset, held = self._engaged_at(), time.monotonic()
-        with self._changed:
+        with self._motion():
             self._goal, self._speed = np.asarray(tip, dtype=np.float64) - offset, speed
-            del self._states[:-1]
             try:
                 while not np.array_equal(self._moved, self._goal):
                     if self._follows():
@@ -114,8 +119,7 @@ class Operator:
     def hold(self, seconds: float) -> States:
         """Stays for `seconds`. Returns the states received meanwhile."""
         end = time.monotonic() + seconds
-        with self._changed:
-            del self._states[:-1]
+        with self._motion():
             while (left := end - time.monotonic()) > 0:
                 self._changed.wait(left)
                 self._check()
@@ -139,6 +143,22 @@ class Operator:
         self.close()
 
     # ---- threads
+
+    @contextlib.contextmanager
+    def _motion(self) -> Iterator[None]:
+        """Holds the lock. Keeps all states from the newest on; between motions they would fill the memory."""
+        with self._changed:
+            del self._states[:-1]
+            self._is_moving = True
+            try:
+                yield
+            finally:
+                self._is_moving = False
+
+    def _use(self, scene: scene_pb2.SceneDescription) -> None:
+        mapping = scene.operator
+        self._scale, self._rotation = float(mapping.position_scale), rotation_matrix(mapping.orientation)
+        self._revision, self._silence = scene.settings_revision, mapping.dead_after or 0.030
 
     def _engaged_at(self) -> Array:
         if self._offset is None or not self._engaged:
@@ -195,6 +215,8 @@ class Operator:
         try:
             for message in self._stream:
                 with self._changed:
+                    if not self._is_moving:
+                        self._states.clear()
                     self._states.append(State(message))
                     self._heard = time.monotonic()
                     self._changed.notify_all()
@@ -207,8 +229,12 @@ class Operator:
             self._changed.notify_all()
 
     def _interrupted(self, what: str) -> Interrupted:
-        why = f": phase {self._states[-1].phase.name}, validity {self._states[-1].validity.name}" if self._states else ""
-        return Interrupted("INTERRUPTED", what + why)
+        if self._states:
+            newest = self._states[-1]
+            what += f": phase {newest.phase.name}, validity {newest.validity.name}"
+            if newest.message.settings_revision != self._revision != 0:
+                what += f"; the settings changed: revision {self._revision}, now {newest.message.settings_revision}"
+        return Interrupted("INTERRUPTED", what)
 
     def _check(self) -> None:
         if self._ended and not self._closing:

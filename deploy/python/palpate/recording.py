@@ -4,6 +4,7 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import dataclasses
+import functools
 import os
 import pathlib
 import struct
@@ -85,16 +86,21 @@ def _records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
         at += 9 + length
 
 
+@functools.cache
+def _zstd() -> ctypes.CDLL:
+    """The library. It is searched once, because the search starts other programs."""
+    library = ctypes.CDLL(ctypes.util.find_library("zstd") or "libzstd.so.1")
+    library.ZSTD_decompress.restype = ctypes.c_size_t
+    library.ZSTD_decompress.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p, ctypes.c_size_t]
+    return library
+
+
 def _unpacked(packed: bytes, size: int, how: str) -> bytes:
     if how == "":
         return packed
     if how != "zstd":
         raise ValueError(f"a chunk is compressed by {how}: expected zstd")
-    name = ctypes.util.find_library("zstd") or "libzstd.so.1"
-    library = ctypes.CDLL(name)
-    library.ZSTD_decompress.restype = ctypes.c_size_t
-    library.ZSTD_decompress.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p, ctypes.c_size_t]
     out = ctypes.create_string_buffer(size)
-    if library.ZSTD_decompress(out, size, packed, len(packed)) != size:
+    if _zstd().ZSTD_decompress(out, size, packed, len(packed)) != size:
         raise ValueError("a chunk is damaged")
     return out.raw

@@ -19,6 +19,10 @@ from palpate.v1 import devices_pb2, scene_pb2, telemetry_pb2, teleoperation_pb2 
 from palpate.v1 import teleoperation_pb2_grpc
 
 ANSWER = 10.0  # [s] for the reply to a request
+# A link that is cut is silent: without keepalive a stream on it would wait for ever. After 1 s without data the client
+# sends a ping, and after 10 s without its answer every call ends with an error.
+KEEPALIVE = [("grpc.keepalive_time_ms", 1000), ("grpc.keepalive_timeout_ms", 10000), ("grpc.http2.max_pings_without_data", 0),
+             ("grpc.use_local_subchannel_pool", 1)]
 
 
 def connect(address: str, tls: str | os.PathLike[str] | None = None) -> Slave:
@@ -27,7 +31,7 @@ def connect(address: str, tls: str | os.PathLike[str] | None = None) -> Slave:
     In plain text, or with TLS: `tls` is the folder with ca.pem, cert.pem and key.pem that deploy/certs wrote. The
     connection is made by the first call.
     """
-    options = [("grpc.enable_http_proxy", 0), ("grpc.max_receive_message_length", 64 << 20)]
+    options = [("grpc.enable_http_proxy", 0), ("grpc.max_receive_message_length", 64 << 20), *KEEPALIVE]
     if tls is None:
         return Slave(grpc.insecure_channel(address, options=options))
     ca, key, certificate = ((pathlib.Path(tls) / name).read_bytes() for name in ("ca.pem", "key.pem", "cert.pem"))
@@ -119,10 +123,10 @@ class Slave:
 
     def operate(self, name: str, wait: float = 0) -> Operator:
         """Takes the lease under `name`, and waits up to `wait` seconds for it. Raises LeaseHeld if another client has it."""
-        scene, end = self.scene(), time.monotonic() + wait
+        end = time.monotonic() + wait
         while True:
             try:
-                return Operator(self.stub, scene, name)
+                return Operator(self.stub, name)
             except LeaseHeld:
                 if time.monotonic() > end:
                     raise

@@ -17,8 +17,8 @@ from palpate.training import networks, pattern, quadratic
 from palpate.training.errors import ErrorLaw, ForceErrors, compare_forces, force_table
 from palpate.training.networks import ARCHITECTURES, NETWORK_FILE, Network, Options
 from palpate.training.recordings import (WINDOW, Array, DataArgument, InputError, Recording, Sensor, Split, Stretch, Windows,
-                                         last_samples, parse_arguments, read_recordings, refuse_repetitions, split_contacts,
-                                         windows_of)
+                                         last_samples, parse_arguments, read_recordings, refuse_repetitions,
+                                         require_same_channels, split_contacts, windows_of)
 
 FEWEST_WINDOWS = 100  # one second of samples
 QUICK_TEST = 10_000  # windows that are tested after a stop
@@ -93,13 +93,6 @@ def require_signals(recordings: Sequence[Recording], name: str, inputs: int) -> 
 
 
 def read_data(arguments: argparse.Namespace, data: list[DataArgument], test: list[DataArgument]) -> Data:
-    for one in (data, test):
-        refuse_repetitions(one)
-    for own in test:
-        for other in data:
-            if own.tactile.resolve() == other.tactile.resolve() and own.start < other.end and other.start < own.end:
-                print(f"train: warning: {own.text} and {other.text} share samples: the test error is too small",
-                      file=sys.stderr)
     recordings = read_recordings(data, arguments.finger, arguments.rest)
     tested = read_recordings(test, arguments.finger, arguments.rest)
     split = split_contacts(recordings, bool(test), arguments.seed)
@@ -174,17 +167,16 @@ def sensor_of(arguments: argparse.Namespace) -> Sensor:
 
 def train_channels(arguments: argparse.Namespace, names: str, data: list[DataArgument], test: list[DataArgument]) -> None:
     sensor = sensor_of(arguments)
-    for one in (data, test):
-        refuse_repetitions(one)
-    read = read_recordings(data + test, arguments.finger, arguments.rest, sensor)
-    tested = [r for r in read if r.name in {argument.text for argument in test}]
-    network, errors, ridge = quadratic.train([r for r in read if r.name not in {t.name for t in tested}], tested, sensor)
+    recordings = read_recordings(data, arguments.finger, arguments.rest, sensor)
+    tested = read_recordings(test, arguments.finger, arguments.rest, sensor)
+    require_same_channels(recordings + tested)
+    network, errors, ridge = quadratic.train(recordings, tested, sensor)
     network.origin = f"palpate.train {names} --unit {arguments.unit}"
     network.training = {"data": names, "test": ", ".join(argument.name for argument in test), "ridge": ridge,
                         "test_samples": errors.count, "test_rmse_N": axes(errors.rmse)}
     arguments.out.mkdir(parents=True, exist_ok=True)
     networks.write_network(arguments.out, network)
-    peak = max(float(np.linalg.norm(r.force, axis=1).max()) for r in tested or read)
+    peak = max(float(np.linalg.norm(r.force, axis=1).max()) for r in tested or recordings)
     rms = float(np.linalg.norm(errors.rmse))
     print(f"{network.architecture} [{network.unit}]: rms error {1e3 * rms:.1f} mN of the vector, {100 * rms / peak:.2f} % of the "
           f"peak {peak:.3f} N, {errors.along_normal()}")
@@ -261,7 +253,7 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python3 -m palpate.train", description=__doc__, epilog=EPILOG,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", metavar="DATA", nargs="+", help="recordings, see below")
-    parser.add_argument("--network", nargs="+", default=["rnn_21"], metavar="NAME",
+    parser.add_argument("--network", nargs="+", metavar="NAME",
                         help=", ".join(ARCHITECTURES) + ", or all: rnn and dnn (default: rnn_21)")
     parser.add_argument("--out", type=pathlib.Path, required=True, metavar="DIR",
                         help="folder for network.json and training.csv")
@@ -282,8 +274,12 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--batch", type=at_least(1), default=128, help="windows per optimiser step")
     parser.add_argument("--seed", type=at_least(0), default=1, help="the same seed gives the same weights")
     arguments = parser.parse_args(argv)
+    if arguments.network and (arguments.unit is not None or arguments.source):
+        parser.error("--network: not with --unit or --from, which train no network of this kind")
+    if arguments.unit is not None and arguments.source:
+        parser.error("--from: not with --unit: the gain is that of a network of electrodes")
     chosen: list[str] = []
-    for name in arguments.network:
+    for name in arguments.network or ["rnn_21"]:
         if name != "all" and name not in ARCHITECTURES:
             parser.error(f"--network {name}: expected {', '.join(ARCHITECTURES)} or all")
         chosen += [each for each in (ARCHITECTURES[:4] if name == "all" else [name]) if each not in chosen]
@@ -317,6 +313,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         data, test = parse_arguments(arguments.data), parse_arguments(arguments.test)
         require_other_folder(arguments, data + test)
+        refuse_repetitions(data + test)  # a test on samples of the training would be too good
         names = ", ".join(argument.name for argument in data) if len(data) <= 4 else f"{data[0].name} and {len(data) - 1} more"
         if arguments.unit is not None:
             train_channels(arguments, names, data, test)

@@ -188,6 +188,12 @@ void CardMaker::AddForce() {
     AddDirections();
     return;
   }
+  if (compared_.empty()) {  // there is nothing to fit
+    AddUnit();
+    AddMagnitude();
+    AddDirections();
+    return;
+  }
   ForceRecord record = Record();
   AddDelay(&record);
   AddChange(&record);

@@ -91,6 +91,7 @@ std::vector<ReportedState> ReadStates(const std::filesystem::path& file) {
                         .force = VectorOf(table, {"fx", "fy", "fz"}),
                         .sigma = NumberOr(table, "sigma", 0),
                         .is_valid = TextOf(table, "validity") == "valid",
+                        .validity = TextOf(table, "validity"),
                         .measured = VectorOf(table, {"true_fx", "true_fy", "true_fz"})};
     const Vector3d contact = VectorOf(table, {"contact_x", "contact_y", "contact_z"});
     state.depth = table.Has("depth")       ? NumberOr(table, "depth")
@@ -113,7 +114,7 @@ void WriteStates(const std::vector<ReportedState>& states, const std::filesystem
     Append(&text, state.sigma);
     Append(&text, state.depth);
     Append(&text, state.measured);
-    text += state.is_valid ? "valid\n" : "extrapolated\n";
+    text += state.validity + '\n';
   }
   WriteWholeFile(file, text);
 }

@@ -24,6 +24,7 @@ struct ReportedState {
   double depth = kUnknown;                  // of the tip below the surface at rest [m]
   double sigma = 0;                         // [N]
   bool is_valid = false;
+  std::string validity;                        // its name in CSV files
   Eigen::Vector3d measured = kUnknownVector3;  // by a force sensor, or a simulator's truth [N]
 };
 

@@ -79,13 +79,14 @@ void LiveStates::Watch(double seconds, const std::stop_token& stop) {
                                       : kUnknown,
                          .sigma = state->sigma,
                          .is_valid = state->validity == Validity::kValid,
+                         .validity = std::string(ToString(state->validity)),
                          .measured = MeasuredAt(state->sensed_at, last)});
     }
   }
   const grpc::Status status = stream->Finish();
   if (!last.empty() || stop.stop_requested()) return;
-  throw std::runtime_error(address_ + ": no state from a slave: " +
-                           (why.empty() ? Presentable(status.error_message(), 300) : why));
+  throw NoState(address_ + ": no state from a slave: " +
+                (why.empty() ? Presentable(status.error_message(), 300) : why));
 }
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -12,6 +13,11 @@
 
 namespace palpate {
 
+// The slave sent no state.
+class NoState : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 class LiveStates {
  public:
   // `tls`: folder of certificates; empty: plain text. Throws std::invalid_argument: no address, or
@@ -20,8 +26,8 @@ class LiveStates {
   ~LiveStates();
 
   // Appends the states of the next `seconds`, one for each sample. Their clock starts with the
-  // first state. The force sensor is read at the time of the sample. Throws std::runtime_error: the
-  // slave does not answer.
+  // first state. The force sensor is read at the time of the sample. Throws NoState: the slave does
+  // not answer.
   void Watch(double seconds, const std::stop_token& stop);
   [[nodiscard]] const std::vector<ReportedState>& states() const { return states_; }
   // Time of the last state; 0: there is none.

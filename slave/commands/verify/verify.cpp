@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <iostream>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -45,7 +46,8 @@ SetUp SetUpOf(const Scene& scene) {
   return set_up;
 }
 
-// Asks for one load after the other, and watches the slave while each is held.
+// Asks for one load after the other, and watches the slave while each is held. Each answer is
+// written at once: it cannot be repeated.
 LoadTable AskForLoads(const VerifyOptions& options, LiveStates* live, const std::stop_token& stop) {
   std::puts(
       "Apply one known load after the other and hold it still; five or more, of several sizes and\n"
@@ -71,14 +73,18 @@ LoadTable AskForLoads(const VerifyOptions& options, LiveStates* live, const std:
       load.from = live->now();
       live->Watch(options.hold, stop);
       load.until = live->now();
-      if (!(load.until > load.from)) throw std::runtime_error("no new state while it was held");
+      if (!(load.until > load.from)) throw NoState("no new state while it was held");
       const auto states = std::ranges::count_if(live->states(), [&](const ReportedState& state) {
         return state.t >= load.from && state.force.allFinite();
       });
       std::printf("  %td states with a force\n", states);
       table.loads.push_back(std::move(load));
+      WriteLoads(table.loads, options.out / "loads.csv");
+      WriteStates(live->states(), options.out / "states.csv");
     } catch (const std::invalid_argument& error) {
       std::printf("  %s\n", error.what());
+    } catch (const NoState& error) {
+      std::printf("  no state, try again: %s\n", error.what());
     }
   }
   if (table.loads.empty()) throw std::invalid_argument("verify: no load was described");
@@ -101,7 +107,6 @@ Session WatchSlave(const VerifyOptions& options, const std::stop_token& stop) {
   } else {
     live.Watch(0.5, stop);  // before anybody is asked: does it answer?
     session.loads = AskForLoads(options, &live, stop);
-    WriteLoads(session.loads.loads, options.out / "loads.csv");
   }
   session.states = live.states();
   WriteStates(session.states, options.out / "states.csv");
@@ -195,6 +200,8 @@ int RunVerify(const VerifyOptions& options, const std::stop_token& stop) {
   } else {
     try {
       session.source = Process(options, scene, stop);
+    } catch (const std::system_error&) {
+      throw;  // the samples are not to blame: a file cannot be written
     } catch (const std::exception& refusal) {
       WriteRefusal(scene.name, refusal.what(), options.out);
       std::printf("does not pass: the slave refuses these samples\nlikely wrong: %s\nwritten: %s\n",

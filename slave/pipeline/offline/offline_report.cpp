@@ -1,7 +1,9 @@
 #include "slave/pipeline/offline/offline_report.h"
 
+#include <cerrno>
 #include <cmath>
 #include <stdexcept>
+#include <system_error>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
@@ -104,7 +106,8 @@ void StatesFile::Write(const StateRow& row) {
 }
 
 void RequireWritten(bool written, const std::filesystem::path& file) {
-  if (!written) throw std::runtime_error(file.string() + ": cannot be written");
+  if (written) return;
+  throw std::system_error(errno, std::generic_category(), file.string() + ": cannot be written");
 }
 
 }  // namespace palpate

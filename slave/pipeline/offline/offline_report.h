@@ -91,7 +91,7 @@ class StatesFile {
   std::ofstream stream_;
 };
 
-// Throws std::runtime_error naming the file.
+// Throws std::system_error naming the file.
 void RequireWritten(bool written, const std::filesystem::path& file);
 
 struct OfflineSummary {

@@ -8,6 +8,7 @@
 #include <exception>
 #include <functional>
 #include <limits>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -110,12 +111,13 @@ class Streams {
       try {
         stream();
       } catch (...) {
-        if (!end_.stop_requested()) failure_ = std::current_exception();
+        const std::lock_guard lock(mutex_);
+        if (!end_.stop_requested() && !failure_) failure_ = std::current_exception();
       }
       end_.request_stop();
     });
   }
-  // Rethrows what ended the first of them.
+  // Rethrows the first exception that ended one of them.
   void Join() {
     for (std::jthread& thread : threads_) thread.join();
     if (failure_ && !stop_.stop_requested()) std::rethrow_exception(failure_);
@@ -124,17 +126,40 @@ class Streams {
  private:
   const std::stop_token stop_;
   std::stop_source end_;
+  std::mutex mutex_;            // guards the next member: two streams may fail at once
   std::exception_ptr failure_;  // written before `end_` is requested
   std::stop_callback<std::function<void()>> on_stop_;
   std::vector<std::jthread> threads_;  // last: they use everything above
 };
 
-// Whether the slave estimates from samples after the first `frames`, and its tool is driven. Where
-// it estimates a force, its baseline or rest shape must be known as well.
-bool UsesSamples(const v1::Status& status, std::uint64_t frames, bool has_force) {
-  const bool is_known = !has_force || status.validity() == v1::VALIDITY_VALID;
-  return status.samples() > frames && is_known && status.arm().fault().empty() &&
-         status.cameras().trouble().empty();
+// What is missing until the slave estimates from samples after the first `frames`, and its tool is
+// driven; empty: nothing. Where it estimates a force, its baseline or rest shape must be known as
+// well.
+std::string Missing(const v1::Status& status, std::uint64_t frames, bool has_force) {
+  if (!status.cameras().trouble().empty()) return "cameras: " + status.cameras().trouble();
+  if (!status.arm().fault().empty()) return "manipulator: " + status.arm().fault();
+  if (status.samples() <= frames) return "it has used no sample";
+  if (has_force && status.validity() != v1::VALIDITY_VALID) {
+    return "its estimate is " + v1::Validity_Name(status.validity()) + ", expected " +
+           v1::Validity_Name(v1::VALIDITY_VALID);
+  }
+  return "";
+}
+
+// Returns when nothing is missing, or at `end`. A wait for more than kPatience is reported once.
+void AwaitEstimates(const Slave& slave, std::uint64_t frames, bool has_force,
+                    const std::stop_token& end) {
+  constexpr double kPatience = 5;  // [s]
+  const Time begin = Clock::now();
+  bool is_reported = false;
+  while (!end.stop_requested()) {
+    const std::string missing = Missing(slave.Status(), frames, has_force);
+    if (missing.empty()) return;
+    if (SecondsBetween(begin, Clock::now()) > kPatience && !std::exchange(is_reported, true)) {
+      spdlog::warn("waiting for the slave: {}", missing);
+    }
+    std::this_thread::sleep_for(kPoll);
+  }
 }
 
 // A person presses again and again.
@@ -180,9 +205,7 @@ void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnviro
     });
   }
   streams.Run([&] { Feed(scene, environment, sensor, end); });
-  while (!end.stop_requested() && !UsesSamples(sensor.Status(), frames, has_force)) {
-    std::this_thread::sleep_for(kPoll);
-  }
+  AwaitEstimates(sensor, frames, has_force, end);
   if (!end.stop_requested()) Print("streaming to " + target.address);
   streams.Join();
 }

@@ -21,8 +21,8 @@ struct StreamingTarget {
 // tool to the targets of DriveTool, until `stop` is requested. Prints `streaming to HOST:PORT` once
 // the slave has its baseline or rest shape and drives the tool. Where the scene's manipulator is a
 // stream, another driver moves the tool: it prints `tool on HOST:PORT` first, see ToolSocket. Logs
-// the delay from the instant of a sample to its sending. Throws palpate::Error: the slave cannot be
-// reached, or rejects something.
+// what the slave is missing after 5 s, and the delay from the instant of a sample to its sending.
+// Throws palpate::Error: the slave cannot be reached, or rejects something.
 void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnvironment& environment,
               const std::stop_token& stop);
 

@@ -73,6 +73,19 @@ TEST(Fleet, ShowsForceValidityPhaseAndAgeOfTheNewestState) {
   EXPECT_THAT(line.alarms, IsEmpty());
 }
 
+TEST(Fleet, ShowsEveryPhaseByItsName) {
+  std::vector<std::string> shown;
+  for (int phase = v1::PHASE_READY; phase <= v1::Phase_MAX; ++phase) {
+    Fleet fleet;
+    SlaveState state = Pressed();
+    state.phase = static_cast<Phase>(phase);
+    fleet.Take("palpate.block.state", BytesOf(state), At(0));
+    shown.push_back(Only(&fleet, At(0.1)).phase);
+  }
+  EXPECT_THAT(shown,
+              ElementsAre("ready", "following", "clutched", "hold", "estop", "observing", "setup"));
+}
+
 TEST(Fleet, ShowsNoForceThatIsUnknown) {
   Fleet fleet;
   SlaveState state = Pressed();

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "shared/wire/enum_names.h"
 #include "shared/wire/fields.h"
 
 namespace palpate {
@@ -27,6 +28,19 @@ TEST(EnumsTest, EveryEventKeepsItsName) {
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kEstop)), "EVENT_ESTOP");
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kModelChanged)), "EVENT_MODEL_CHANGED");
   EXPECT_EQ(v1::Event_Name(ToProto(Event::kCommandRefused)), "EVENT_COMMAND_REFUSED");
+}
+
+// Tables, CSV files and metrics use one name for a value.
+TEST(EnumsTest, EveryNameIsThatOfTheProtocol) {
+  for (int i = 1; i < v1::Validity_descriptor()->value_count(); ++i) {
+    const auto& value = *v1::Validity_descriptor()->value(i);
+    EXPECT_EQ(ProtoNameOf(value), ToString(FromProto(static_cast<v1::Validity>(value.number()))));
+  }
+  for (int i = 1; i < v1::FailedCheck_descriptor()->value_count(); ++i) {
+    const auto& value = *v1::FailedCheck_descriptor()->value(i);
+    EXPECT_EQ(ProtoNameOf(value),
+              ToString(FromProto(static_cast<v1::FailedCheck>(value.number()))));
+  }
 }
 
 }  // namespace

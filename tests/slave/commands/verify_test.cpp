@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 #include <random>
 #include <string>
@@ -405,6 +406,37 @@ TEST_F(VerifyFilesTest, UnusableInputIsNamed) {
   }
   options_.sensor = true;
   EXPECT_THAT(Refusal(), HasSubstr("--sensor, --loads"));
+}
+
+TEST_F(VerifyFilesTest, ARecordWithoutAForceIsReported) {
+  options_.states = Write("states.csv",
+                          "t,tip_x,tip_y,tip_z,fx,fy,fz,sigma,validity,true_fx,true_fy,true_fz\n"
+                          "0,0,0,0,,,,,tracking_lost,0,1,0\n1,0,0,0,,,,,tracking_lost,0,2,0\n");
+  options_.sensor = true;
+  EXPECT_EQ(Run(), 1);
+  EXPECT_THAT(Report().dump(), HasSubstr("no state has a force"));
+  options_.sensor = false;
+  options_.loads = Write("loads.csv", "t,fx,fy,fz\n0,0,1,0\n1,0,2,0\n");
+  EXPECT_EQ(Run(), 1);
+  EXPECT_THAT(Report().dump(), HasSubstr("no state has a force"));
+}
+
+TEST_F(VerifyFilesTest, StatesKeepTheirValidity) {
+  const std::string text = "t,fx,fy,fz,sigma,validity\n0,0,1,0,0.1,valid\n1,,,,,stale\n";
+  WriteStates(ReadStates(Write("states.csv", text)), folder_ / "again.csv");
+  const auto again = ReadStates(folder_ / "again.csv");
+  ASSERT_EQ(again.size(), 2U);
+  EXPECT_EQ(again[0].validity, "valid");
+  EXPECT_EQ(again[1].validity, "stale");
+  EXPECT_FALSE(again[1].is_valid);
+}
+
+// The samples are right: the report must not say that the slave refuses them.
+TEST_F(VerifyFilesTest, AFullDiskIsNoRefusal) {
+  std::filesystem::create_directories(options_.out);
+  std::filesystem::create_symlink("/dev/full", options_.out / "states.csv");
+  options_.loads = Write("loads.csv", "t,fx,fy,fz\n0,0,1,0\n");
+  EXPECT_THAT(Refusal(), HasSubstr("states.csv: cannot be written: No space left on device"));
 }
 
 TEST_F(VerifyFilesTest, ATipBesideTheKnownOneIsNamed) {

@@ -368,11 +368,16 @@ def read_recording(data: DataArgument, finger: str, rest_samples: int, sensor: S
 def read_recordings(arguments: Sequence[DataArgument], finger: str, rest_samples: int,
                     sensor: Sensor = Sensor()) -> list[Recording]:
     recordings = [recording for data in arguments for recording in read_recording(data, finger, rest_samples, sensor)]
+    require_same_channels(recordings)
+    return recordings
+
+
+def require_same_channels(recordings: Sequence[Recording]) -> None:
+    """Raises InputError where a recording has another number of channels than the first."""
     for r in recordings:
         if r.change.shape[1] != recordings[0].change.shape[1]:
             raise InputError(f"{r.file}: {r.change.shape[1]} channels: expected {recordings[0].change.shape[1]} as in "
                              f"{recordings[0].file}")
-    return recordings
 
 
 def _contacts(recording: Recording, threshold: float) -> list[tuple[int, int]]:

@@ -6,77 +6,152 @@ usage: bridge HOST:PORT [--topic NAME] [--frame NAME] [--rate HZ] [--messages N]
 Needs rclpy, geometry_msgs and diagnostic_msgs of ROS 2, and the Python client (`pip install .` in the repository).
 
 - TOPIC (default palpate/wrench), geometry_msgs/WrenchStamped: wrench of the object on the tool, at the tip, in the frame
-  --frame (default palpate_slave), frame S of the slave. Its time is that of the image or tactile sample. The torque is 0
-  where the slave does not know the moment. Only valid forces are published, so a subscriber must watch their age.
+  --frame (default palpate_slave), frame S of the slave. The torque is NaN where the slave does not know the moment. Only
+  valid forces are published, so a subscriber must watch their age.
 - /diagnostics, diagnostic_msgs/DiagnosticArray: validity, standard deviation and reason of every new estimate, and
-  whether the moment is known. Unknown values are absent.
+  whether the moment is known. Unknown values are absent. It is published when the validity changes too, for example to
+  stale, and at least once a second. The level is OK: valid; STALE: the sensor is silent; ERROR: no connection; else WARN.
 
-Both have the quality of service of sensor data: best effort, the newest 5. --messages: end after N wrenches; default: never.
-Prints the number of wrenches. Exit code 0: all were published; 1: the slave ended before.
+The time of a message is that of the image or tactile sample, converted from the slave's clock to that of the node. Both
+topics have the quality of service of sensor data: best effort, the newest 5. After a lost connection the bridge connects
+again. --messages: end after N wrenches; default: never. Prints the number of wrenches. Exit code 0: all were published;
+1: the node was stopped before.
 """
 import argparse
+import collections
 import math
 import sys
+import time
 
+import grpc
 import palpate
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import WrenchStamped
+from palpate.v1 import teleoperation_pb2
 from rclpy.qos import qos_profile_sensor_data
 
-
-def stamp(header, state: palpate.State) -> None:
-    sensed = state.message.sensed_at
-    header.stamp.sec, header.stamp.nanosec = sensed.seconds, sensed.nanos
+AGAIN = 1.0  # [s] between two measurements of the clock, diagnostics of a silent sensor, and attempts to connect
 
 
-def wrench(state: palpate.State, frame: str) -> WrenchStamped:
-    """The message of one valid state."""
+class SlaveClock:
+    """Times of the slave's clock on the node's. The slave's clock drifts, so its offset is measured again every second.
+
+    The reply with the shortest round trip is the most certain: its time is that of the middle of the trip.
+    """
+
+    def __init__(self, slave: palpate.Slave, node) -> None:
+        self._slave, self._node = slave, node
+        self._replies = collections.deque(maxlen=5)  # (round trip, offset) [ns]
+        self._due, self._offset, self._waits = 0.0, 0, False
+        for _ in range(5):
+            self._take(self._now(), slave.status())
+
+    def local(self, instant) -> int:
+        """The node's time [ns since 1970] at a timestamp of the slave."""
+        if time.monotonic() > self._due and not self._waits:
+            self._waits, before = True, self._now()
+            future = self._slave.stub.GetStatus.future(teleoperation_pb2.GetStatusRequest(), timeout=10)
+            future.add_done_callback(
+                lambda reply: self._take(before, reply.result() if reply.code() == grpc.StatusCode.OK else None))
+        return int(instant.ToNanoseconds()) + self._offset
+
+    def _now(self) -> int:
+        return self._node.get_clock().now().nanoseconds
+
+    def _take(self, before: int, status) -> None:
+        after = self._now()
+        if status is not None:
+            self._replies.append((after - before, (before + after) // 2 - status.now.ToNanoseconds()))
+            self._offset = min(self._replies)[1]
+        self._due, self._waits = time.monotonic() + AGAIN, False
+
+
+def set_stamp(header, nanoseconds: int) -> None:
+    header.stamp.sec, header.stamp.nanosec = divmod(nanoseconds, 10**9)
+
+
+def is_known(vector) -> bool:
+    return all(map(math.isfinite, vector))
+
+
+def wrench(state: palpate.State) -> WrenchStamped:
+    """The message of one valid state, without its header."""
     message = WrenchStamped()
-    message.header.frame_id = frame
-    stamp(message.header, state)
     force, torque = message.wrench.force, message.wrench.torque
     force.x, force.y, force.z = (float(x) for x in state.force)
-    if all(map(math.isfinite, state.moment)):
-        torque.x, torque.y, torque.z = (float(x) for x in state.moment)
+    torque.x, torque.y, torque.z = (float(x) for x in state.moment)
     return message
 
 
-def diagnostics(state: palpate.State, frame: str) -> DiagnosticArray:
-    """Validity and standard deviation of one state."""
+def diagnostics(level: bytes, words: str, frame: str, values: dict[str, str]) -> DiagnosticArray:
+    """The message without its time."""
     status = DiagnosticStatus()
-    status.name, status.hardware_id = "palpate: contact force", frame
-    status.level = DiagnosticStatus.OK if state.valid else DiagnosticStatus.WARN
-    status.message = "valid" if state.valid else state.check or state.validity.name.lower()
-    values = {"validity": state.validity.name.lower(), "moment known": str(all(map(math.isfinite, state.moment)))}
-    if math.isfinite(state.sigma):
-        values["sigma [N]"] = f"{state.sigma:.6g}"
+    status.name, status.hardware_id, status.level, status.message = "palpate: contact force", frame, level, words
     for key, value in values.items():
         pair = KeyValue()
         pair.key, pair.value = key, value
         status.values.append(pair)
     message = DiagnosticArray()
-    stamp(message.header, state)
     message.status.append(status)
     return message
 
 
-def publish(arguments: argparse.Namespace, node) -> int:
-    """Until the slave ends or enough is published; the number of wrenches."""
-    wrenches = node.create_publisher(WrenchStamped, arguments.topic, qos_profile_sensor_data)
-    states = node.create_publisher(DiagnosticArray, "/diagnostics", qos_profile_sensor_data)
-    published, last = 0, 0.0
-    with palpate.connect(arguments.target, arguments.tls) as slave:
-        for state in slave.states(arguments.rate, details=True):
-            if state.t > last:  # states are repeated between two samples
-                last = state.t
-                states.publish(diagnostics(state, arguments.frame))
-                if state.valid and all(map(math.isfinite, state.force)):
-                    wrenches.publish(wrench(state, arguments.frame))
-                    published += 1
-            if published == arguments.messages > 0 or not rclpy.ok():
+def diagnostics_of(state: palpate.State, frame: str) -> DiagnosticArray:
+    """Validity and standard deviation of one state."""
+    level = {palpate.Validity.VALID: DiagnosticStatus.OK, palpate.Validity.STALE: DiagnosticStatus.STALE}
+    values = {"validity": state.validity.name.lower(), "moment known": str(is_known(state.moment))}
+    if math.isfinite(state.sigma):
+        values["sigma [N]"] = f"{state.sigma:.6g}"
+    words = "valid" if state.valid else state.check or state.validity.name.lower()
+    return diagnostics(level.get(state.validity, DiagnosticStatus.WARN), words, frame, values)
+
+
+class Bridge:
+    """Publishes the states of a slave."""
+
+    def __init__(self, arguments: argparse.Namespace, node) -> None:
+        self._arguments, self._node = arguments, node
+        self._wrenches = node.create_publisher(WrenchStamped, arguments.topic, qos_profile_sensor_data)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", qos_profile_sensor_data)
+        self.published = 0  # wrenches
+
+    def is_done(self) -> bool:
+        return self.published == self._arguments.messages > 0 or not rclpy.ok()
+
+    def run(self) -> None:
+        """Connects again until enough is published."""
+        while not self.is_done():
+            try:
+                with palpate.connect(self._arguments.target, self._arguments.tls) as slave:
+                    self._publish(slave)
+            except palpate.Error as error:
+                message = diagnostics(DiagnosticStatus.ERROR, f"no connection: {error}", self._arguments.frame, {})
+                set_stamp(message.header, self._node.get_clock().now().nanoseconds)
+                self._diagnostics.publish(message)
+                print(f"bridge: {error}", file=sys.stderr, flush=True)
+                time.sleep(AGAIN)
+
+    def _publish(self, slave: palpate.Slave) -> None:
+        clock, last, due = SlaveClock(slave, self._node), None, 0.0
+        for state in slave.states(self._arguments.rate, details=True):
+            now = state.t, state.validity, state.check
+            is_new = last is None or now[0] != last[0]  # states are repeated between two samples
+            sensed = clock.local(state.message.sensed_at)
+            if now != last or time.monotonic() > due:
+                message = diagnostics_of(state, self._arguments.frame)
+                set_stamp(message.header, sensed)
+                self._diagnostics.publish(message)
+                due = time.monotonic() + AGAIN
+            if is_new and state.valid and is_known(state.force):
+                message = wrench(state)
+                message.header.frame_id = self._arguments.frame
+                set_stamp(message.header, sensed)
+                self._wrenches.publish(message)
+                self.published += 1
+            last = now
+            if self.is_done():
                 break
-    return published
 
 
 def main() -> int:
@@ -90,15 +165,14 @@ def main() -> int:
     arguments = parser.parse_args(rclpy.utilities.remove_ros_args(sys.argv)[1:])
     rclpy.init(args=sys.argv)
     node = rclpy.create_node("palpate_bridge")
+    bridge = Bridge(arguments, node)
     try:
-        published = publish(arguments, node)
-    except palpate.Error as error:
-        sys.exit(f"error: {error}")
+        bridge.run()
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    print(f"{published} wrenches published on {arguments.topic}")
-    return 0 if published == arguments.messages or not arguments.messages else 1
+    print(f"{bridge.published} wrenches published on {arguments.topic}")
+    return 0 if bridge.published == arguments.messages or not arguments.messages else 1
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """The calls of rclpy that the bridge makes. Published messages go to the file ROS_PUBLISHED, one JSON object a line."""
 import json
 import os
+import time
 
 from rclpy import utilities
 from rclpy.qos import qos_profile_sensor_data
@@ -18,7 +19,20 @@ class Publisher:
             file.write(json.dumps({"topic": self.topic, **message.as_dict()}) + "\n")
 
 
+class Time:
+    def __init__(self):
+        self.nanoseconds = time.time_ns()
+
+
+class Clock:
+    def now(self):
+        return Time()
+
+
 class Node:
+    def get_clock(self):
+        return Clock()
+
     def create_publisher(self, kind, topic, qos_profile):
         assert qos_profile is qos_profile_sensor_data
         return Publisher(kind, topic)
