@@ -5,7 +5,7 @@ import subprocess
 import unittest
 
 from force_error import force_error
-from programs import BARE, BLOCK, MASTER, ROOT, SIMULATOR, FolderTest, Slave, run
+from programs import BARE, BLOCK, ROOT, SIMULATOR, FolderTest, Slave, run
 from tick_log import followed, press_until
 
 SCENES = ROOT / "deploy/scenes"
