@@ -52,19 +52,15 @@ std::string EvictOperator(const SlaveLink::Options& link, const std::string& rea
 constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
 constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
-// Runs `replay` or `export` until it is done, or a signal comes.
-int ReadRecording(const CLI::App& app, const Arguments& a) {
+// Runs `replay` until a signal comes.
+int ShowRecording(const Arguments& a) {
   CatchSignals();
   std::stop_source source;
   const std::jthread watch([&](const std::stop_token& done) {
     while (!done.stop_requested() && !g_stop) std::this_thread::sleep_for(kSignalPoll);
     source.request_stop();
   });
-  if (a.replay_views)
-    return ViewReplay(a.replay, ViewPlace(a.view, a.link.tls), source.get_token());
-  if (app.got_subcommand("replay")) return RunReplay(a.replay, source.get_token());
-  RequireOtherThan("--out", a.exported.out, {"log.csv", "states.csv"}, std::array{a.exported.file});
-  return RunExport(a.exported, source.get_token());
+  return RunReplay(a.replay, ViewPlace(a.view, a.link.tls), source.get_token());
 }
 
 int Evict(const Arguments& a) {
@@ -104,7 +100,7 @@ int Main(int argc, char** argv) {
       return RunDoctor(doctor.options);
     }
     if (app.got_subcommand("devices")) return ListDevices();
-    if (app.got_subcommand("replay") || app.got_subcommand("export")) return ReadRecording(app, a);
+    if (app.got_subcommand("replay")) return ShowRecording(a);
     if (app.got_subcommand("evict")) return Evict(a);
     if (app.got_subcommand("watch")) {
       CatchSignals();

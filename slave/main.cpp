@@ -25,7 +25,6 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave health 127.0.0.1:50051
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
   palpate-slave process slave.mcap --out build/again
-  palpate-slave export slave.mcap --out build/slave
   palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube
@@ -101,7 +100,7 @@ int Main(int argc, char** argv) {
   serve_command
       ->add_option("--record-part", serve.record_part,
                    "Begin a new file after this many seconds: FILE-0001.mcap, FILE-0002.mcap; "
-                   "`process FILE.mcap` and `export FILE.mcap` join them")
+                   "`process FILE.mcap` joins them")
       ->check(CLI::Range(1.0, 1e6));
 
   ProcessOptions process;
@@ -119,14 +118,6 @@ int Main(int argc, char** argv) {
                             "camera, with sigma and disparity");
   Add(process_command, "--duration", &process.duration, "FLOAT:s",
       "Seconds of a simulated target's path; files and scripted contacts end on their own");
-
-  RecordingExport exported;
-  CLI::App* export_command =
-      app.add_subcommand("export", "Write the images and the scene of a recording as files");
-  Add(export_command, "file", &exported.file, "FILE",
-      "Recording that `serve --record` wrote (FILE.mcap)")
-      ->required();
-  Add(export_command, "--out", &exported.out, "DIR", "Folder, created if missing")->required();
 
   SolveOptions solve;
   auto* solve_command =
@@ -179,7 +170,6 @@ int Main(int argc, char** argv) {
     }
     stop.ExpectAnswer();
     if (process_command->parsed()) return RunProcess(process, stop.token());
-    if (export_command->parsed()) return RunExportRecording(exported, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
     if (health_command->parsed()) return RunHealth(health);
     if (keys_command->parsed()) {

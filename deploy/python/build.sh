@@ -12,5 +12,6 @@ mkdir -p "$1/palpate/v1" "$1/palpate/training"
 cp "$here"/palpate/*.py "$here"/palpate/py.typed "$1/palpate/"
 cp "$here"/palpate/training/*.py "$1/palpate/training/"
 protoc -I"$proto" --python_out="$1" --pyi_out="$1" "$proto"/palpate/v1/*.proto
+protoc -I"$proto/foxglove" --python_out="$1/palpate" --pyi_out="$1/palpate" schemas.proto
 protoc -I"$proto" --grpc_out="$1" --plugin=protoc-gen-grpc="$plugin" palpate/v1/teleoperation.proto
 touch "$1/palpate/v1/__init__.py"

@@ -8,4 +8,4 @@ slave=${1:-build/release/bin/palpate-slave}
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 "$slave" study deploy/scenes/silicone-block.yaml --out "$out" --budget 60
-cp "$out/study.svg" deploy/readme/study-block.svg
+PYTHONPATH=build/release/python /usr/bin/python3 -m palpate.plot "$out/study.csv" --out deploy/readme/study-block.svg

@@ -7,7 +7,6 @@
 #include "master/device/device.h"
 #include "master/recording/replay.h"
 #include "master/station/live_station.h"
-#include "master/view/shape_watch.h"
 #include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
@@ -132,11 +131,12 @@ void DeclareDevices(CLI::App* app) {
 }
 
 void DeclareRecordings(CLI::App* app, Arguments* a) {
-  CLI::App* replay = app->add_subcommand("replay", "Show a recorded session");
+  CLI::App* replay =
+      app->add_subcommand("replay", "Show a recorded session on the operator's page");
   replay->footer(
       "Examples:\n"
-      "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
-      "  palpate-master replay session.mcap --view");
+      "  palpate-master replay session.mcap\n"
+      "  palpate-master replay session.mcap --speed 0.5 --from 3 --view 127.0.0.1:8080");
   Add(replay, "file", &a->replay.file, "FILE.mcap", "Recording of connect --record")->required();
   Add(replay, "--speed", &a->replay.speed, "FACTOR", "Playback speed relative to real time")
       ->check(Between(Replay::kSlowest, Replay::kFastest, "times"))
@@ -144,19 +144,10 @@ void DeclareRecordings(CLI::App* app, Arguments* a) {
   Add(replay, "--from", &a->replay.from, "S", "Start time within the recording, in seconds")
       ->check(Between(0, 1e8))
       ->capture_default_str();
-  CLI::Option* view = Add(replay, "--view", &a->view, "[HOST:PORT]",
-                          "Show it on the operator's page, by default at 127.0.0.1 on a free port")
-                          ->expected(0, 1);
+  Add(replay, "--view", &a->view, "[HOST:PORT]",
+      "Address of the page, by default 127.0.0.1 on a free port")
+      ->expected(0, 1);
   AddTls(replay, &a->link.tls);
-  replay->callback([a, view] { a->replay_views = view->count() > 0; });
-  CLI::App* exported = app->add_subcommand(
-      "export",
-      "Write images and VTU meshes of a recording; palpate.export in Python writes the rest");
-  exported->footer("Example:\n  palpate-master export session.mcap --out session");
-  Add(exported, "file", &a->exported.file, "FILE.mcap", "Recording of connect --record")
-      ->required();
-  Add(exported, "--out", &a->exported.out, "DIR", "Output folder; it is created if missing")
-      ->required();
 }
 
 }  // namespace
@@ -168,7 +159,6 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "Examples:\n"
       "  palpate-master connect localhost:50051\n"
       "  palpate-master connect localhost:50051 --duration 20 --report report.json --log log.csv\n"
-      "  palpate-master connect localhost:50051 --shape pinch.vtu\n"
       "  palpate-master doctor localhost:50051\n"
       "  palpate-master evict localhost:50051 --reason maintenance\n"
       "  palpate-master watch nats://127.0.0.1:4222\n"
@@ -177,7 +167,6 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "  palpate-master connect localhost:50051 --record session.mcap\n"
       "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
       "  palpate-master replay session.mcap --view\n"
-      "  palpate-master export session.mcap --out session\n"
       "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
       "interpolate\n\n"
       "Emergency stop: Enter, or SIGUSR1. Reset: r and Enter, or SIGUSR2.\n"
@@ -210,18 +199,14 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   Add(connect, "--log", &a->log, "FILE", "Write every tick as CSV");
   Add(connect, "--record", &a->record, "FILE.mcap",
       "Record ticks, states and commands, and images and shapes twice a second, for "
-      "replay and export");
+      "replay");
   Add(connect, "--record-limit", &a->record_limit, "SIZE",
       "Total size at which the recording ends; one hour takes 0.6 GB or more")
       ->capture_default_str();
   Add(connect, "--record-part", &a->record_part, "S",
       "Start a new file (FILE-0001.mcap, FILE-0002.mcap) after this many seconds; replay "
-      "and export of FILE.mcap read all of them")
+      "of FILE.mcap reads all of them")
       ->check(Between(1, 1e6));
-  Add(connect, "--shape", &a->shapes, "FILE.vtu",
-      "Write the deformed object and the fingertip forces once a second, and FILE-deepest "
-      "(largest deflection) at the end; repeatable")
-      ->allow_extra_args(false);
   AddLineOptions(connect, &a->link);
   // A function, because CLI11 would write `false` into an optional that nobody set.
   connect->add_flag_function(
@@ -276,7 +261,6 @@ void CheckBeforehand(const Arguments& a) {
   RequireOtherThan("--report", a.report, inputs);
   RequireOtherThan("--log", a.log, inputs);
   RequireOtherThan("--record", a.record, inputs);
-  for (const auto& shape : a.shapes) RequireOtherThan("--shape", shape, inputs);
   RequireDistinct("--log", a.log, "--report", a.report);
   RequireDistinct("--record", a.record, "--report", a.report);
   RequireDistinct("--record", a.record, "--log", a.log);
@@ -286,10 +270,6 @@ void CheckBeforehand(const Arguments& a) {
   }
   RequireWritable(a.report);
   RequireWritable(a.log);
-  for (const auto& shape : a.shapes) {
-    CheckShapeFile(shape);
-    RequireWritable(shape);
-  }
 }
 
 }  // namespace palpate

@@ -30,15 +30,12 @@ struct Arguments {
   int clutch_button = 2;     // from 1; 0: none
   std::filesystem::path report, log, record;
   std::string record_limit = "8 GB";
-  double record_part = 0;  // [s]; 0: one file
-  std::string reason;      // of evict
-  std::string metrics;     // HOST:PORT of the metrics page; empty: none
-  std::vector<std::filesystem::path> shapes;
-  bool views = false, replay_views = false;
+  double record_part = 0;           // [s]; 0: one file
+  std::string reason;               // of evict
+  std::string metrics;              // HOST:PORT of the metrics page; empty: none
   std::string view;                 // HOST:PORT; empty: a free loopback port
   std::filesystem::path setup_tls;  // of the page's set-up; empty: link.tls
   ReplayOptions replay;
-  SessionExportOptions exported;
   WatchOptions watch;
 };
 

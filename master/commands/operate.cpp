@@ -23,7 +23,6 @@
 #include "master/station/live_station.h"
 #include "master/station/task_queue.h"
 #include "master/view/console.h"
-#include "master/view/shape_watch.h"
 #include "shared/link/loopback.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
@@ -242,7 +241,10 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   }
   std::optional<Keys> keys;
   keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
-  ShapeWatch shape(observer.get(), scene, a.shapes, console.live());
+  // The table of fingertips shows the object's deflection.
+  if (console.live() && !scene.fingertips.empty()) {
+    observer->Need(Observer::User::kTable, {.mesh_rate = 5});
+  }
   if (recorder) recorder->AddOnlooker(&options.see_tick);
   // A reset may take seconds on a slow line, while this thread must go on reading the ticks.
   constexpr int kNoAnswer = -1;
@@ -259,16 +261,16 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
           console.Print(done != 0 ? "the emergency stop was reset"
                                   : "the slave did not reset the stop: try again");
         }
-        console.Show(status, shape.newest().get());
+        console.Show(status, observer->mesh().get());
         if (station) station->Update(status);
-        shape.Update(status);
         health->seen.Update(status);
       });
   line->link.EndCalls();
   station.reset();
   std::this_thread::sleep_for(kLastWords);
   line->link.Stop();
-  const bool shapes_written = shape.Finish(&report);
+  const Observer::MeshStats meshes = observer->mesh_stats();
+  if (meshes.meshes > 0) report.shape = ShapeReport{meshes.meshes, meshes.deflection_peak};
   observer.reset();
   const bool recorded = !recorder || recorder->Finish(&console, &report);
 
@@ -281,8 +283,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
     const std::string& why = report.link.trouble;
     console.Print("failed: the slave never sent a state" + (why.empty() ? why : ": " + why));
   }
-  return report.log_failed || never_served || !shapes_written || !recorded ? EXIT_FAILURE
-                                                                           : EXIT_SUCCESS;
+  return report.log_failed || never_served || !recorded ? EXIT_FAILURE : EXIT_SUCCESS;
 }
 
 void CatchSignals() {

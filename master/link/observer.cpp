@@ -38,7 +38,6 @@ v1::WatchMeshRequest MeshRequest(const ObservedViews& views) {
   v1::WatchMeshRequest request;
   request.set_max_rate(views.mesh_rate);
   request.set_nodal_forces(views.nodal_forces);
-  request.set_relative_error(views.mesh_error);
   request.set_traction(views.traction);
   return request;
 }
@@ -63,9 +62,6 @@ ObservedViews Both(const ObservedViews& a, const ObservedViews& b) {
   both.mesh_rate = std::max(a.mesh_rate, b.mesh_rate);
   both.nodal_forces = a.nodal_forces || b.nodal_forces;
   both.traction = a.traction || b.traction;
-  both.mesh_error = std::min(a.mesh_error, b.mesh_error);
-  if (a.mesh_rate == 0) both.mesh_error = b.mesh_error;
-  if (b.mesh_rate == 0) both.mesh_error = a.mesh_error;
   return both;
 }
 
@@ -85,7 +81,7 @@ struct Observer::Parts {
 
   // Take a received message and return why it is rejected; empty: it is accepted.
   std::string Take(const v1::ImageState& frame);
-  std::string Take(v1::MeshState* message);
+  std::string Take(const v1::MeshState& message);
   std::string Take(const v1::PatchUpdate& message);
   std::string Take(const v1::SlaveState& message);
   std::string Take(const v1::TraceUpdate& message);
@@ -107,8 +103,7 @@ struct Observer::Parts {
   const Options options;
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
   // Each is used by the thread of its stream only.
-  MeshReader mesh_reader;
-  grpc::ClientContext* mesh_call = nullptr;  // of the open stream
+  std::shared_ptr<const MeshTopology> topology;  // of the open stream; null: not received yet
   PatchReader patch_reader;
   std::optional<std::uint32_t> revision;  // of the scene that was forwarded last
 
@@ -170,11 +165,10 @@ void Observer::Parts::OpenImages() {
 void Observer::Parts::OpenMeshes() {
   mesh_stream = std::make_unique<StreamKeeper<v1::MeshState>>(
       [this](grpc::ClientContext* call) {
-        mesh_reader = MeshReader();
-        mesh_call = call;
+        topology = nullptr;
         return stub->WatchMesh(call, MeshRequest(needed()));
       },
-      [this](v1::MeshState* message) { return Take(message); });
+      [this](v1::MeshState* message) { return Take(*message); });
 }
 
 std::string Observer::Parts::Take(const v1::ImageState& frame) {
@@ -190,14 +184,12 @@ std::string Observer::Parts::Take(const v1::ImageState& frame) {
   return {};
 }
 
-std::string Observer::Parts::Take(v1::MeshState* message) {
+std::string Observer::Parts::Take(const v1::MeshState& message) {
   std::string reason;
-  auto read = mesh_reader.Read(message, &reason);
-  if (!read) {
-    if (mesh_reader.is_lost()) mesh_call->TryCancel();  // the next stream begins with a topology
-    return "a mesh was rejected: " + reason;
-  }
-  Forward(*message);
+  auto read = FromProto(message, topology, &reason);
+  if (!read) return "a mesh was rejected: " + reason;
+  topology = read->topology;
+  Forward(message);
   const double deflection = read->LargestDeflection();
   const std::scoped_lock lock(mutex);
   deflection_peak = std::max(deflection_peak, deflection);

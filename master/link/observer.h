@@ -54,13 +54,12 @@ struct ObservedViews {
   double image_rate = 0;  // of images with the slave's overlays
   double mesh_rate = 0;
   bool nodal_forces = false, traction = false;
-  double mesh_error = 0;  // of a coordinate, relative to the object's diagonal [-]; 0: all digits
   bool operator==(const ObservedViews&) const = default;
 };
 
 class Observer {
  public:
-  enum class User : std::uint8_t { kPage, kShapes, kRecording };
+  enum class User : std::uint8_t { kPage, kTable, kRecording };
   static constexpr std::size_t kUsers = 3;
 
   struct Options {

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kLine = 2, kTriangle = 3;
 constexpr double kSinglePrecision = 1e-7;  // of the object's size
+constexpr double kMaxTraction = 1e15;      // [Pa], beyond what any model answers
 
 using Floats = google::protobuf::RepeatedField<float>;
 
@@ -93,43 +94,12 @@ std::optional<RemoteMesh> FromProto(const v1::MeshState& message,
   reader.Require(mesh.positions.size() == count, "positions", "one per node of `rest`");
   reader.Require(mesh.nodal_forces.empty() || mesh.nodal_forces.size() == count, "nodal_forces",
                  "none, or one per node of `rest`");
-  if (message.has_traction()) {
-    auto traction = Unpacked(message.traction().unit(), message.traction().steps(), count);
-    reader.Require(traction.has_value(), "traction", "steps above 0 Pa, one per node of `rest`");
-    if (traction) mesh.traction = *std::move(traction);
+  for (const float pascals : message.traction()) {
+    mesh.traction.push_back(static_cast<float>(reader.Number("traction", pascals, kMaxTraction)));
   }
+  reader.Require(mesh.traction.empty() || mesh.traction.size() == count, "traction",
+                 "none, or one per node of `rest`");
   if (!reader.ok()) return std::nullopt;
-  return mesh;
-}
-
-bool MeshReader::Expand(v1::MeshState* message) {
-  const v1::ShapeMoves& moves = message->moves();
-  const double unit = moves.unit();
-  const bool fits = unit > 0 && unit <= kMaxLength && (unit_ == 0 || unit == unit_);
-  const ShapeCode code{static_cast<int>(std::min(moves.exponent(), 1000U)), moves.moves()};
-  if (is_lost_ || !fits || message->positions_size() > 0 || !Decode(code, &moved_)) return false;
-  unit_ = unit;
-  for (std::size_t i = 0; i < rest_.size(); ++i) {
-    message->add_positions(static_cast<float>(rest_[i] + unit * moved_[i]));
-  }
-  message->clear_moves();
-  return true;
-}
-
-std::optional<RemoteMesh> MeshReader::Read(v1::MeshState* message, std::string* reason) {
-  if (message->rest_size() > 0) {
-    rest_.assign(message->rest().begin(), message->rest().end());
-    moved_.assign(rest_.size(), 0);
-    unit_ = 0;
-    is_lost_ = false;
-  }
-  if (message->has_moves() && !Expand(message)) {
-    is_lost_ = true;
-    *reason = "moves: expected displacements of all nodes since the message before, in one unit";
-    return std::nullopt;
-  }
-  auto mesh = FromProto(*message, topology_, reason);
-  if (mesh) topology_ = mesh->topology;
   return mesh;
 }
 

@@ -13,7 +13,6 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/state/clock.h"
 #include "shared/state/validity.h"
-#include "shared/wire/shape_code.h"
 
 namespace palpate {
 
@@ -35,7 +34,7 @@ struct RemoteMesh {
   std::shared_ptr<const MeshTopology> topology;  // never null
   std::vector<Eigen::Vector3d> positions;        // deformed, one per node
   std::vector<Eigen::Vector3d> nodal_forces;     // tool on node [N]; empty: unknown
-  NodeTraction traction;                         // of the tool; without steps: unknown
+  std::vector<float> traction;                   // of the tool, per node [Pa]; empty: unknown
 
   // Largest distance of a node from its rest position [m]; 0 if it is below single precision for an
   // object of this size.
@@ -48,24 +47,5 @@ struct RemoteMesh {
 std::optional<RemoteMesh> FromProto(const v1::MeshState& message,
                                     const std::shared_ptr<const MeshTopology>& known,
                                     std::string* reason);
-
-// Reads the meshes of one stream in order, and adds up displacements between messages.
-class MeshReader {
- public:
-  // Like FromProto. Also rejects invalid displacements and all that follow. Modifies `message`.
-  std::optional<RemoteMesh> Read(v1::MeshState* message, std::string* reason);
-  // Displacements were rejected: positions are unknown until the next topology.
-  [[nodiscard]] bool is_lost() const { return is_lost_; }
-
- private:
-  // Replaces `moves` by `positions`; false: invalid.
-  bool Expand(v1::MeshState* message);
-
-  std::shared_ptr<const MeshTopology> topology_;
-  std::vector<float> rest_;  // x, y, z per node, S [m]
-  ShapeUnits moved_;
-  double unit_ = 0;  // 0: unknown yet [m]
-  bool is_lost_ = false;
-};
 
 }  // namespace palpate

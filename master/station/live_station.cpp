@@ -22,8 +22,7 @@ namespace {
 constexpr std::chrono::milliseconds kFrame(33);
 constexpr std::chrono::seconds kLookAway(2);  // time without a page before streams end
 // A mesh error of 1e-4 of the object is a tenth of a pixel of a page.
-constexpr ObservedViews kPageViews{
-    .image_rate = 15, .mesh_rate = 15, .traction = true, .mesh_error = 1e-4};
+constexpr ObservedViews kPageViews{.image_rate = 15, .mesh_rate = 15, .traction = true};
 constexpr double kFrozen = 1;         // an older image is frozen [s]
 constexpr double kFrozenPeriods = 3;  // the same in sensor periods, for slow sensors [-]
 constexpr double kTraceShown = 1;     // of a tick a while ago [s]

@@ -346,9 +346,7 @@ std::string ShapeBytes(const RemoteMesh& mesh) {
   std::string bytes;
   Append(static_cast<std::uint32_t>(mesh.validity), &bytes);
   AppendPlaces(mesh.positions, &bytes);
-  if (mesh.traction.steps.empty()) return bytes;
-  Append(static_cast<float>(mesh.traction.unit), &bytes);
-  for (const std::uint8_t steps : mesh.traction.steps) Append(steps, &bytes);
+  for (const float pascals : mesh.traction) Append(pascals, &bytes);
   return bytes;
 }
 

@@ -88,8 +88,8 @@ std::string LedElsewhereJson();
 // Content of Topology messages after the header: node and element counts, rest positions, elements,
 // fixed nodes.
 std::string TopologyBytes(const MeshTopology& topology);
-// Content of Shape messages after the header: validity as a number (0: valid), positions, and if
-// known the unit of traction [Pa] with a byte of steps per node.
+// Content of Shape messages after the header: validity as a number (0: valid), positions, and the
+// traction at each node [Pa] if known.
 std::string ShapeBytes(const RemoteMesh& mesh);
 
 }  // namespace palpate

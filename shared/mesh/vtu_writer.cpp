@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kVertex = 1, kLine = 3, kTriangle = 5, kTet = 10;  // vtkCellType.h
+constexpr int kLine = 3, kTriangle = 5, kTet = 10;  // vtkCellType.h
 
 std::string Attribute(const std::string& key, const std::string& value) {
   return " " + key + "=\"" + XmlEscaped(value) + "\"";
@@ -32,30 +32,21 @@ Cells CellsOf(const VtuGrid& grid) {
   for (const auto& tet : grid.tets) cells.Add(kTet, tet);
   for (const auto& triangle : grid.triangles) cells.Add(kTriangle, triangle);
   for (const auto& line : grid.lines) cells.Add(kLine, line);
-  for (const int& vertex : grid.vertices) cells.Add(kVertex, std::span(&vertex, 1));
   return cells;
 }
 
 class VtuBuilder {
  public:
-  explicit VtuBuilder(VtuForm form) : form_(form) {}
-
   void Add(const std::string& text) { xml_ += text; }
 
   template <class T>
   void AddArray(const std::string& type, const std::string& attributes, std::span<const T> values) {
     xml_ += "<DataArray" + Attribute("type", type) + attributes;
-    if (form_ == VtuForm::kAppended) {
-      xml_ += Attribute("format", "appended") + Attribute("offset", std::to_string(raw_.size())) +
-              "/>\n";
-      const std::uint64_t size = values.size_bytes();
-      AppendRaw(&size, sizeof(size));
-      AppendRaw(values.data(), size);
-      return;
-    }
-    xml_ += Attribute("format", "ascii") + ">\n";
-    for (const T& value : values) AppendNumber(value, '\n', &xml_);
-    xml_ += "</DataArray>\n";
+    xml_ +=
+        Attribute("format", "appended") + Attribute("offset", std::to_string(raw_.size())) + "/>\n";
+    const std::uint64_t size = values.size_bytes();
+    AppendRaw(&size, sizeof(size));
+    AppendRaw(values.data(), size);
   }
 
   [[nodiscard]] std::string Whole() const {
@@ -63,10 +54,7 @@ class VtuBuilder {
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"";
     whole += std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
     whole += "\" header_type=\"UInt64\">\n" + xml_;
-    if (form_ == VtuForm::kAppended) {
-      whole += "<AppendedData encoding=\"raw\">\n_" + raw_ + "\n</AppendedData>\n";
-    }
-    return whole + "</VTKFile>\n";
+    return whole + "<AppendedData encoding=\"raw\">\n_" + raw_ + "\n</AppendedData>\n</VTKFile>\n";
   }
 
  private:
@@ -74,7 +62,6 @@ class VtuBuilder {
     raw_.append(static_cast<const char*>(bytes), size);
   }
 
-  VtuForm form_;
   std::string xml_, raw_;
 };
 
@@ -98,11 +85,9 @@ void AddCells(const Cells& cells, VtuBuilder* text) {
 void AddPointData(const VtuGrid& grid, VtuBuilder* text) {
   text->Add("<PointData>\n");
   for (const PointArray& array : grid.arrays) {
-    std::string attributes = Attribute("Name", array.name) +
-                             Attribute("NumberOfComponents", std::to_string(array.components));
-    for (std::size_t i = 0; i < array.component_names.size(); ++i) {
-      attributes += Attribute("ComponentName" + std::to_string(i), array.component_names[i]);
-    }
+    const std::string attributes =
+        Attribute("Name", array.name) +
+        Attribute("NumberOfComponents", std::to_string(array.components));
     text->AddArray<double>("Float64", attributes, array.values);
   }
   text->Add("</PointData>\n");
@@ -115,7 +100,7 @@ std::string CaseArrayName(const std::string& quantity, const std::string& case_n
   return cases > 1 ? quantity + " " + case_name : quantity;
 }
 
-std::string ToVtu(const VtuGrid& grid, VtuForm form) {
+std::string ToVtu(const VtuGrid& grid) {
   for (const PointArray& array : grid.arrays) {
     if (array.components < 1 ||
         array.values.size() != grid.points.size() * static_cast<std::size_t>(array.components)) {
@@ -126,7 +111,7 @@ std::string ToVtu(const VtuGrid& grid, VtuForm form) {
     }
   }
   const Cells cells = CellsOf(grid);
-  VtuBuilder text(form);
+  VtuBuilder text;
   text.Add("<UnstructuredGrid>\n<Piece" +
            Attribute("NumberOfPoints", std::to_string(grid.points.size())) +
            Attribute("NumberOfCells", std::to_string(cells.types.size())) + ">\n");
@@ -137,8 +122,8 @@ std::string ToVtu(const VtuGrid& grid, VtuForm form) {
   return text.Whole();
 }
 
-bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid, VtuForm form) {
-  return TryWrite(file, ToVtu(grid, form));
+bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid) {
+  return TryWrite(file, ToVtu(grid));
 }
 
 }  // namespace palpate

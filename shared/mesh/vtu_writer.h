@@ -16,8 +16,7 @@ namespace palpate {
 struct PointArray {
   std::string name;
   int components = 3;
-  std::vector<double> values;                // points x components, row after row
-  std::vector<std::string> component_names;  // empty or one each
+  std::vector<double> values;  // points x components, row after row
 };
 // Any mixture of cells; point numbers from 0.
 struct VtuGrid {
@@ -25,20 +24,16 @@ struct VtuGrid {
   std::vector<std::array<int, 4>> tets;
   std::vector<std::array<int, 3>> triangles;
   std::vector<std::array<int, 2>> lines;
-  std::vector<int> vertices;
   std::vector<PointArray> arrays;
 };
 // What an array of one of several cases is called; with one case only, `quantity` itself.
 std::string CaseArrayName(const std::string& quantity, const std::string& case_name,
                           std::size_t cases);
 
-enum class VtuForm : std::uint8_t {
-  kAscii,     // numbers that round-trip
-  kAppended,  // raw doubles behind the XML: a third of the size, and quick
-};
-// Throw std::invalid_argument: an array that does not have its components at every point.
-std::string ToVtu(const VtuGrid& grid, VtuForm form);
+// The grid as a file, its arrays as raw doubles behind the XML. Both throw std::invalid_argument:
+// an array that does not have its components at every point.
+std::string ToVtu(const VtuGrid& grid);
 // False: the file cannot be written.
-bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid, VtuForm form);
+bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid);
 
 }  // namespace palpate

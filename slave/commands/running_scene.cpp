@@ -22,6 +22,29 @@
 namespace palpate {
 namespace {
 
+// Empty if the file cannot be read.
+std::string BytesOf(const std::filesystem::path& file) {
+  std::ostringstream bytes;
+  bytes << std::ifstream(file, std::ios::binary).rdbuf();
+  return std::move(bytes).str();
+}
+
+// Kind of this machine's processor, on which times depend.
+std::string Processor() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) return line;
+  }
+  return {};
+}
+
+// File of the mesh or outline; empty: none.
+std::filesystem::path ShapeFileOf(const Geometry& geometry) {
+  if (const auto* mesh = std::get_if<MeshFileGeometry>(&geometry)) return mesh->file;
+  if (const auto* contour = std::get_if<ContourFileGeometry>(&geometry)) return contour->file;
+  return {};
+}
+
 // The file of the decision, by everything that it follows from; empty: nothing is kept.
 std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>& overrides,
                              SceneUse use) {
@@ -67,26 +90,6 @@ void Decide(const std::filesystem::path& file, const std::stop_token& stop, Scen
 }
 
 }  // namespace
-
-std::string BytesOf(const std::filesystem::path& file) {
-  std::ostringstream bytes;
-  bytes << std::ifstream(file, std::ios::binary).rdbuf();
-  return std::move(bytes).str();
-}
-
-std::string Processor() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    if (line.starts_with("model name")) return line;
-  }
-  return {};
-}
-
-std::filesystem::path ShapeFileOf(const Geometry& geometry) {
-  if (const auto* mesh = std::get_if<MeshFileGeometry>(&geometry)) return mesh->file;
-  if (const auto* contour = std::get_if<ContourFileGeometry>(&geometry)) return contour->file;
-  return {};
-}
 
 std::filesystem::path CacheFolder() {
   const auto folder = [](const char* variable) {

@@ -26,13 +26,6 @@ void KeepDecision(const study::StudyResult& study, const Scene& scene,
 // set.
 std::string MissingGuards(const ManipulatorOptions& arm);
 
-// What a decision and the shards of a study belong to: the bytes of the scene (none if the file
-// cannot be read), the file of its mesh or outline (empty: none), and the kind of processor, of
-// which the times are.
-std::string BytesOf(const std::filesystem::path& file);
-std::filesystem::path ShapeFileOf(const Geometry& geometry);
-std::string Processor();
-
 // Folder of stored decisions: $XDG_CACHE_HOME/palpate, else ~/.cache/palpate; empty: none.
 std::filesystem::path CacheFolder();
 

@@ -186,7 +186,7 @@ OwnModel StudyOwn(Scene scene, const ModelFactory& workshop, Progress* progress)
   StudySettings settings;
   settings.timing_s = 0.01;
   settings.limits = {.residuals = false, .own = true, .large = !is_decided};
-  if (is_decided) settings.shard = Shard{};  // measured and not compared: the error is known
+  settings.compares = !is_decided;  // the decision states the error already
   StudyResult study = RunStudy(scene, settings, workshop, {}, {{}, progress});
   const auto own = std::ranges::find_if(study.rows, [&](const StudyRow& row) {
     return row.own && IsSameModel(row.model, scene.model);

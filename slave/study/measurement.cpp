@@ -357,19 +357,6 @@ ModelFactory RealWorkshop() {
           }};
 }
 
-StudyRow Known(const Candidate& candidate, StudyRow measured) {
-  if (measured.name() != candidate.name()) {
-    throw std::invalid_argument("model " + std::to_string(candidate.number) + " is " +
-                                candidate.name() + ", but was measured as " + measured.name());
-  }
-  const std::size_t dof = measured.dof;
-  const double expected_s = measured.expected_s;
-  Describe(candidate, &measured);
-  measured.dof = dof;
-  measured.expected_s = expected_s;
-  return measured;
-}
-
 StudyRow Skipped(const Candidate& candidate, std::string reason) {
   StudyRow row;
   Describe(candidate, &row);

@@ -27,9 +27,6 @@ ModelFactory RealWorkshop();
 StudyRow Measure(const Candidate& candidate, const PressSpec& question,
                  const ModelFactory& workshop, Progress* progress, double timing_s = 0.15);
 
-// A row that was measured before, of this candidate. Throws std::invalid_argument: of another one.
-StudyRow Known(const Candidate& candidate, StudyRow measured);
-
 // The row of a candidate that did not run.
 StudyRow Skipped(const Candidate& candidate, std::string reason);
 

@@ -234,7 +234,6 @@ std::string ToTable(const StudyResult& study) {
 void WriteStudy(const StudyResult& study, const std::filesystem::path& folder) {
   ReplaceFile(folder / "study.csv", ToCsv(study));
   ReplaceFile(folder / "study.json", ToJson(study));
-  ReplaceFile(folder / "study.svg", DrawFigure(study));
 }
 
 }  // namespace palpate::study

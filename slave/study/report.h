@@ -27,13 +27,8 @@ std::string ToJson(const StudyResult& study);
 // For people: the rows that answered, fastest first, then what failed or was skipped and why.
 std::string ToTable(const StudyResult& study);
 
-// Writes study.csv, study.json and study.svg, each whole or not at all. Throws std::runtime_error
+// Writes study.csv and study.json, each whole or not at all. Throws std::runtime_error
 // naming the file.
 void WriteStudy(const StudyResult& study, const std::filesystem::path& folder);
-
-// The results as an image: error over update time and over precompute time, all logarithmic. An SVG
-// document: one colour per family, error bars, the Pareto front as a line, a box for the scene's
-// requirements, a ring around the recommended row. Rows without a known error are not drawn.
-std::string DrawFigure(const StudyResult& study);
 
 }  // namespace palpate::study

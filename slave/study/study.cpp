@@ -158,8 +158,7 @@ class Study {
 
   StudyResult Run() {
     waiting_ = CandidatesFor(scene_, result_.question, settings_.limits);
-    TakeKnown();
-    if (!settings_.shard) finder_.emplace(scene_, result_.question);
+    if (settings_.compares) finder_.emplace(scene_, result_.question);
     // The time for the candidates, not for the reference.
     deadline_ = settings_.counted ? kNever : workshop_.now() + settings_.budget_s;
     while (!waiting_.empty()) {
@@ -227,18 +226,6 @@ class Study {
     watcher_.progress->Report("models", std::clamp(std::max(models, time), 0.0, 1.0));
   }
 
-  // Leaves those of the shard that are not known yet.
-  void TakeKnown() {
-    std::erase_if(waiting_, [&](const Candidate& c) {
-      const auto& shard = settings_.shard;
-      if (shard && c.number % shard->count != shard->index - 1) return true;
-      const auto found = std::ranges::find(settings_.known, c.number, &StudyRow::number);
-      if (found == settings_.known.end()) return false;
-      result_.rows.push_back(Known(c, *found));
-      return true;
-    });
-  }
-
   void EvaluateErrors() {
     if (!finder_) return;
     result_.references = finder_->Find(result_.rows);
@@ -255,7 +242,7 @@ class Study {
   double counted_ = 0;   // expected seconds of what was tried
   Scene scene_;
   StudyResult result_;
-  std::optional<ReferenceFinder> finder_;  // none of a shard
+  std::optional<ReferenceFinder> finder_;  // empty: errors are not evaluated
   std::vector<Candidate> waiting_;
   std::map<std::string, double> slower_by_;  // measured over expected, of each family's last row
 };

@@ -27,11 +27,6 @@ void MarkFront(std::vector<StudyRow>* rows);
 // the nearest that can; where none is in its range everywhere, at how many contacts this one is.
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows);
 
-// Shares the candidates of a study among `count` runs: every count-th one, from the index-th on.
-struct Shard {
-  std::size_t index = 1, count = 1;  // 1 <= index <= count
-};
-
 struct StudySettings {
   double budget_s = 120;  // of all candidates together [s]
   // The budget is of expected seconds, which do not depend on the machine and its load: the same
@@ -41,8 +36,7 @@ struct StudySettings {
   std::size_t most_memory = std::size_t{3} << 30;  // memory limit of one precompute [bytes]
   CandidateLimits limits = {};
   std::vector<Eigen::Vector3d> places = {};  // instead of the scene's own contact, see AskedOf
-  std::optional<Shard> shard = {};           // only its candidates, measured and not compared
-  std::vector<StudyRow> known = {};          // measured before, see ReadShard: not measured again
+  bool compares = true;                      // false: times alone, without errors
 };
 
 struct StudyResult {

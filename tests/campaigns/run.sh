@@ -16,7 +16,7 @@ campaign() {
     robustness) "$bin/robustness" --quick --known tests/campaigns/robustness/known.txt --out "$out/robustness" ;;
     coverage) for sense in camera pairs fingertips; do "$bin/coverage" --sense "$sense" --seed 7301 --scenes 400; done ;;
     model_selection) "$bin/model_selection" --scenes 20 --seed 101 ;;
-    stability) "$bin/stability_map" --out "$out/stability.svg" ;;
+    stability) "$bin/stability_map" --out "$out/stability.csv" ;;
     *) echo "tests/campaigns/run.sh: unknown campaign $1" >&2; return 2 ;;
   esac
 }

@@ -343,6 +343,29 @@ class Python(Examples):
                     self.assertRaisesRegex(palpate.Interrupted, "the settings changed: revision 3, now 4"):
                 tool.engage()
 
+    def test_plots_of_tables(self):
+        """Each kind of table that the programs write is drawn; other tables and damaged ones are named."""
+        if run("/usr/bin/python3", "-c", "import matplotlib").returncode:
+            self.skipTest("no python3-matplotlib")
+        plot = lambda file, *options: run("/usr/bin/python3", "-m", "palpate.plot", file, *options, env=ENVIRONMENT)
+        tables = {
+            "study.csv": "family,update_median_s,error,error_bar,on_front,recommended\nbem2d,1e-6,0.02,0.001,1,1\nfem,1e-3,,,0,0\n",
+            "states.csv": "t,finger,fx,fy,fz,sigma,validity\n0,0,0,0,1,0.1,valid\n1,0,0,0,2,0.1,stale\n2,0,,,,,tracking_lost\n",
+            "log.csv": "t,sent_x,sent_y,sent_z\n0,0,0,1\n1,0,0,2\n",
+            "forces.csv": "t,measured_fz,estimated_fz\n0,1,1.1\n1,2,2.1\n"}
+        for name, text in tables.items():
+            (self.out / name).write_text(text)
+            done = plot(self.out / name)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("<svg", (self.out / name).with_suffix(".svg").read_text())
+        for text, message in (("a,b\n1,2\n", "expected study.csv"), ("t,fx,fy,fz\n0,0\n", "bad.csv:2: 2 cells: expected 4"),
+                              ("t,fx,fy,fz\n0,one,0,0\n", "column fx"), ("", "expected a CSV file with a header")):
+            (self.out / "bad.csv").write_text(text)
+            done = plot(self.out / "bad.csv")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(message, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+
     def test_pip_installs_the_client_without_network(self):
         """The lines of deploy/python/README.md, in an environment that has nothing of the build."""
         environment = self.out / "venv"

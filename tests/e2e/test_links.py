@@ -44,15 +44,14 @@ class PlantedLinks(unittest.TestCase):
         return done
 
     def test_the_master(self):
-        results = ["log.csv", "slave.mcap", "shape.vtu", "shape-deepest.vtu"]
+        results = ["log.csv", "slave.mcap"]
         self.plant("report.json", *results)
         report = self.out / "report.json"
         report.symlink_to(self.out / "chosen.json")
         (self.out / "chosen.json").write_text("old")
         with Slave() as slave:
             self.finish(MASTER, "connect", slave.address, "--duration", "3", "--report", report, "--log",
-                        self.out / "log.csv", "--record", self.out / "slave.mcap", "--shape",
-                        self.out / "shape.vtu")
+                        self.out / "log.csv", "--record", self.out / "slave.mcap")
         self.check("chosen.json", *results)
         self.assertTrue(report.is_symlink(), "a link that the user chose stays")
         self.assertIn("duration_s", report.read_text())
@@ -78,7 +77,7 @@ class PlantedLinks(unittest.TestCase):
         self.assertFalse((self.folder / "nowhere").exists())
 
     def test_the_offline_commands_of_a_slave(self):
-        results = "study.csv", "study.json", "study.svg", "answers.csv", "field.vtu", "start00001.csv"
+        results = "study.csv", "study.json", "answers.csv", "field.vtu", "start00001.csv"
         self.plant(*results)
         contacts = self.folder / "contacts.csv"
         contacts.write_text("case,x,y,dx,dy\n1,0.044,0.088,0,-0.002\n")

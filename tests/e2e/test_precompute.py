@@ -86,27 +86,6 @@ class Precompute(FolderTest):
         self.assertEqual({name: served.get(name) for name in whole}, whole)
         self.assertEqual([file for file in files if file.stat().st_mtime_ns != times[file]], [files[3]])
 
-    def test_slurm_array(self):
-        """Without Slurm: each task of the array, then two of them again."""
-        self.scene.write_text(box("fem-green", (3, 3, 3), ", cache: green"))
-        script = ROOT / "deploy/studies/precompute.sbatch"
-        first, last = re.search(r"^#SBATCH --array=(\d+)-(\d+)$", script.read_text(), re.MULTILINE).groups()
-        for task in [*range(int(first), int(last) + 1), 3, 7]:
-            done = run("bash", script, self.scene, env={**BARE, "PATH": f"{BIN}:{BARE['PATH']}", "SLURM_ARRAY_TASK_ID": str(task)})
-            self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn(" 0 of ", done.stdout)
-        self.assertEqual(self.compute(self.out / "green")[0], 0)
-
-    @unittest.skipUnless(shutil.which("snakemake", path=BARE["PATH"]), "no snakemake (deploy/install.sh studies)")
-    @deep
-    def test_snakemake(self):
-        self.scene.write_text(box("fem-green", (3, 3, 3), ", cache: green"))
-        done = run("snakemake", "-s", ROOT / "deploy/studies/Snakefile", "precomputed", "--cores", "2", "--config", f"scene={self.scene}",
-                   f"out={self.out / 'done'}", "shards=3", cwd=self.out,
-                   env={**BARE, "PATH": f"{BIN}:{BARE['PATH']}", "HOME": str(self.out)})
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertEqual(self.compute(self.out / "green")[0], 0)
-
     def refuse(self, code, message, *command):
         done = run(*command)
         self.assertEqual((done.returncode, done.stdout), (code, ""), done.stderr)

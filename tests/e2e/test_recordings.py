@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 import unittest
+import xml.etree.ElementTree
 
 from programs import BARE, BLOCK, MASTER, PACKAGE, ROOT, SLAVE, FolderTest, Slave, deep, overrides, read_json, read_rows, run
 
@@ -114,7 +115,6 @@ class Recordings(FolderTest):
         seen = self.check_master(master_file, True)
         seconds = seen["last"]["/master/tick"] - seen["first"]["/master/tick"]
         self.assertLess(sum(file.stat().st_size for file in files_of(master_file)) / seconds * 3600, 1e9, "an hour in a GB")
-        self.play(master_file)
         self.export(master_file, seen)
 
     @deep
@@ -130,22 +130,12 @@ class Recordings(FolderTest):
         self.check_slave(slave_file)
         self.check_master(master_file, False)
 
-    def play(self, master_file):
-        printed = self.good(MASTER, "replay", master_file, "--speed", "4", "--from", "0.5")
-        lines = [line for line in printed.splitlines() if " N [" in line]
-        self.assertGreater(len(lines), 1)
-        self.assertTrue(all(line.startswith("REPLAY") for line in lines), printed)
-
     @staticmethod
     def is_same(kept, logged):
         """Equal, but for what a number of seven digits leaves out."""
         return kept == logged or abs(float(kept) - float(logged)) <= 1e-6 * abs(float(logged)) + 1e-12
 
     def export(self, master_file, seen):
-        self.good(MASTER, "export", master_file, "--out", self.out / "exported")
-        images = list((self.out / "exported/images").iterdir())
-        self.assertEqual(len(images), seen["topics"]["/slave/image"])
-        self.assertGreater(len(list((self.out / "exported/meshes").iterdir())), 1)
         sys.path.insert(0, str(PACKAGE))
         try:
             from palpate.export import export
@@ -153,6 +143,13 @@ class Recordings(FolderTest):
             return  # python3-numpy or python3-protobuf is absent
         ticks, _ = export(master_file, self.out / "exported")
         self.assertEqual(ticks, seen["topics"]["/master/tick"])
+        images = list((self.out / "exported/images").iterdir())
+        self.assertEqual(len(images), seen["topics"]["/slave/image"])
+        self.assertTrue(all(image.read_bytes().startswith(b"\xff\xd8") for image in images), "JPEG")
+        meshes = list((self.out / "exported/meshes").iterdir())
+        self.assertEqual(len(meshes), seen["topics"]["/slave/mesh"])
+        for mesh in meshes:
+            xml.etree.ElementTree.parse(mesh)
         logged, rows = read_rows(self.out / "log.csv"), read_rows(self.out / "exported/ticks.csv")
         self.assertEqual(len(rows), len(logged))
         for row, tick in zip(rows, logged):
@@ -196,8 +193,7 @@ class Recordings(FolderTest):
     def test_what_is_no_recording_is_refused(self):
         file = self.out / "none.mcap"
         file.write_bytes(b"not a recording")
-        for command in ((MASTER, "replay", file), (MASTER, "export", file, "--out", self.out / "x"),
-                        (SLAVE, "process", file, "--out", self.out / "x")):
+        for command in ((MASTER, "replay", file), (SLAVE, "process", file, "--out", self.out / "x")):
             done = run(*command)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn("expected a recording", done.stderr)

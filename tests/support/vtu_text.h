@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <cstring>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -17,18 +16,14 @@ std::vector<T> VtuArray(const std::string& file, const std::string& attribute) {
   const std::size_t tag = file.find('>', named);
   const std::string head = file.substr(named, tag - named);
   const std::string offset = " offset=\"";
-  std::vector<T> values;
-  if (const std::size_t at = head.find(offset); at != std::string::npos) {
-    const char* begin =
-        file.data() + file.find("\n_") + 2 + std::stoul(head.substr(at + offset.size()));
-    std::uint64_t size = 0;
-    std::memcpy(&size, begin, sizeof size);
-    values.resize(size / sizeof(T));
-    std::memcpy(values.data(), begin + sizeof size, size);
-    return values;
-  }
-  std::istringstream text(file.substr(tag + 1, file.find("</DataArray>", tag) - tag - 1));
-  for (std::string number; text >> number;) values.push_back(static_cast<T>(std::stod(number)));
+  const std::size_t at = head.find(offset);
+  if (at == std::string::npos) return {};
+  const char* begin =
+      file.data() + file.find("\n_") + 2 + std::stoul(head.substr(at + offset.size()));
+  std::uint64_t size = 0;
+  std::memcpy(&size, begin, sizeof size);
+  std::vector<T> values(size / sizeof(T));
+  std::memcpy(values.data(), begin + sizeof size, size);
   return values;
 }
 

@@ -16,7 +16,7 @@ from palpate.state import Array, State, States, vector
 from palpate.v1 import recording_pb2, state_pb2
 
 MAGIC = b"\x89MCAP0\r\n"
-CHANNEL, MESSAGE, CHUNK = 4, 5, 6  # opcodes of the records that matter here
+CHANNEL, MESSAGE, CHUNK, ATTACHMENT = 4, 5, 6, 9  # opcodes of the records that matter here
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,14 +51,40 @@ def read_recording(file: str | os.PathLike[str]) -> Recording:
 
 def messages(file: str | os.PathLike[str]) -> Iterator[tuple[str, float, bytes]]:
     """Yields (topic, time [s since 1970], data) of all messages of an MCAP file, or of its parts `FILE-0001.mcap`, ..."""
+    for data in _parts(file):
+        topics: dict[int, str] = {}
+        yield from _messages(data, topics)
+
+
+def attachments(file: str | os.PathLike[str]) -> dict[str, bytes]:
+    """The attached files of a recording by name: the scene of a slave's recording, and the files it names."""
+    found: dict[str, bytes] = {}
+    for data in _parts(file):
+        for opcode, record in _records(data):
+            if opcode != ATTACHMENT:
+                continue
+            name, at = _text(record, 16)  # after the two times
+            _, at = _text(record, at)  # media type
+            length, = struct.unpack_from("<Q", record, at)
+            found[name] = bytes(record[at + 8:at + 8 + length])
+    return found
+
+
+def _parts(file: str | os.PathLike[str]) -> Iterator[memoryview]:
+    """The records of a file, or of its parts. Raises ValueError: no MCAP file."""
     path = pathlib.Path(file)
     parts = sorted(path.parent.glob(f"{path.stem}-[0-9][0-9][0-9][0-9]{path.suffix}"))
     for part in [path] if path.exists() or not parts else parts:
         data = part.read_bytes()
         if not data.startswith(MAGIC):
             raise ValueError(f"{part}: expected an MCAP file")
-        topics: dict[int, str] = {}
-        yield from _messages(memoryview(data)[len(MAGIC):], topics)
+        yield memoryview(data)[len(MAGIC):]
+
+
+def _text(record: memoryview, at: int) -> tuple[str, int]:
+    """A text with its length before it, and where the next field begins."""
+    length, = struct.unpack_from("<I", record, at)
+    return str(record[at + 4:at + 4 + length], "utf-8"), at + 4 + length
 
 
 def _messages(data: memoryview, topics: dict[int, str]) -> Iterator[tuple[str, float, bytes]]:

@@ -167,8 +167,7 @@ export class View {
     this.shape = null;
     if (shape) {
       const end = PLACES_AT + 12 * this.body.nodes, hasTraction = shape.buffer.byteLength > end;
-      const unit = hasTraction && shape.view.getFloat32(end, true);
-      this.body.deform(new Float32Array(shape.buffer.slice(PLACES_AT, end)), hasTraction ? Float32Array.from(new Uint8Array(shape.buffer, end + 4), (steps) => steps * unit) : null);
+      this.body.deform(new Float32Array(shape.buffer.slice(PLACES_AT, end)), hasTraction ? new Float32Array(shape.buffer.slice(end)) : null);
       this.shapeT = shape.t;
       this.isAnswered = shape.view.getUint32(16, true) !== FAILED;
     }

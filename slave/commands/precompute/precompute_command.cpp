@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <variant>
 
+#include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
-#include "slave/commands/study/shards.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/fem/green/green_columns.h"
 #include "slave/mechanics/fem/zone/fem_zone_model.h"
@@ -14,6 +14,17 @@
 
 namespace palpate {
 namespace {
+
+// `3/8`: its third part of eight. Throws std::invalid_argument.
+CacheShare ParseShare(const std::string& text) {
+  std::size_t index = 0, count = 0;
+  const int read = std::sscanf(text.c_str(), "%zu/%zu", &index, &count);
+  if (read != 2 || index < 1 || index > count || text != Formatted("%zu/%zu", index, count)) {
+    throw std::invalid_argument("--shard " + text +
+                                ": expected i/n with 1 <= i <= n, for example 3/8");
+  }
+  return {index - 1, count};
+}
 
 CacheFilling Fill(const Scene& scene, const SolidMesh& mesh, const CacheShare& share,
                   Progress* progress) {
@@ -34,7 +45,7 @@ CacheFilling Fill(const Scene& scene, const SolidMesh& mesh, const CacheShare& s
 }  // namespace
 
 int RunPrecompute(const PrecomputeOptions& options, const std::stop_token& stop) {
-  const study::Shard shard = ParseShard(options.shard);
+  const CacheShare share = ParseShare(options.shard);
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
   const ModelOptions& model = scene.model;
   if (model.kind != "fem-green" && model.kind != "fem-zone") {
@@ -49,10 +60,10 @@ int RunPrecompute(const PrecomputeOptions& options, const std::stop_token& stop)
   CacheFilling filling;
   {
     ProgressBar bar("precompute", stop);
-    filling = Fill(scene, *mesh, {shard.index - 1, shard.count}, &bar);
+    filling = Fill(scene, *mesh, share, &bar);
   }
-  std::printf("%s, shard %zu/%zu: %zu of %zu groups of columns computed\ncache: %s\n",
-              model.kind.c_str(), shard.index, shard.count, filling.computed, filling.groups,
+  std::printf("%s, shard %s: %zu of %zu groups of columns computed\ncache: %s\n",
+              model.kind.c_str(), options.shard.c_str(), filling.computed, filling.groups,
               model.cache.c_str());
   return 0;
 }

@@ -10,7 +10,6 @@
 #include "shared/text/text.h"
 #include "slave/commands/running_scene.h"
 #include "slave/pipeline/offline/offline_run.h"
-#include "slave/recording/export_recording.h"
 #include "slave/recording/recorded_run.h"
 #include "slave/scene/scene_loader.h"
 
@@ -139,15 +138,6 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   if (terminal) fmt::print(stderr, "\r                    \r");
   Print(summary, options.out);
   if (options.frames) PrintFrames(scene, options.out);
-  return 0;
-}
-
-int RunExportRecording(const RecordingExport& options, const std::stop_token& stop) {
-  const RecordingCounts counts =
-      Reading([&] { return ExportRecording(options.file, options.out, stop); });
-  fmt::print("{} images\n", counts.pictures);
-  if (!counts.damage.empty()) fmt::print("incomplete: {}\n", counts.damage);
-  fmt::print("written: {}\n", options.out.string());
   return 0;
 }
 

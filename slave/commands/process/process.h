@@ -1,5 +1,4 @@
-// `palpate-slave process`: runs the pipeline on recorded sources as fast as possible; and
-// `palpate-slave export`.
+// `palpate-slave process`: runs the pipeline on recorded sources as fast as possible.
 #pragma once
 
 #include <filesystem>
@@ -24,14 +23,5 @@ struct ProcessOptions {
 // std::exception. If `scene` is a recording (FILE.mcap), its states are recomputed and compared
 // with the recorded ones.
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop);
-
-// `palpate-slave export FILE.mcap`.
-struct RecordingExport {
-  std::filesystem::path file, out;
-};
-
-// Runs ExportRecording. 0: done. Throws std::invalid_argument (an unusable recording) and
-// std::exception.
-int RunExportRecording(const RecordingExport& options, const std::stop_token& stop);
 
 }  // namespace palpate

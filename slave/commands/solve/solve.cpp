@@ -143,19 +143,16 @@ struct Solver {
   std::unique_ptr<FieldFile> field;  // nullptr: not asked for
 };
 
-// `field`: the field's file, empty: none. An outline's has stresses too, and points inside.
+// `field`: the field's file, empty: none.
 Solver Build(const Scene& scene, const ObjectMesh& mesh, const std::filesystem::path& field,
              ProgressBar* progress) {
   Solver solver;
-  const auto* outline = std::get_if<BoundaryMesh>(&mesh);
-  if (outline != nullptr) {
-    auto planar = MakePlanarModel(scene, *outline, progress);
-    if (!field.empty()) solver.field = std::make_unique<PlanarFieldFile>(field, *planar);
-    solver.model = std::move(planar);
+  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
+    solver.model = MakePlanarModel(scene, *outline, progress);
   } else {
     solver.model = MakeModel(scene, mesh, progress);
-    if (!field.empty()) solver.field = std::make_unique<NodalFieldFile>(field, *solver.model);
   }
+  if (!field.empty()) solver.field = std::make_unique<FieldFile>(field, *solver.model);
   return solver;
 }
 

@@ -13,7 +13,6 @@
 #include "shared/text/text.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/verify/card_report.h"
-#include "slave/commands/verify/force_figure.h"
 #include "slave/commands/verify/live_states.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/recording/recorded_run.h"
@@ -167,7 +166,7 @@ int VerifyForces(const VerifyOptions& options) {
         "--forces: only without a scene, --loads, --states, --connect "
         "and --sensor");
   }
-  RequireOtherThan("--out", options.out, {"report.json", "forces.svg"}, std::array{options.forces});
+  RequireOtherThan("--out", options.out, {"report.json"}, std::array{options.forces});
   std::filesystem::create_directories(options.out);
   const auto pairs = ReadForcePairs(options.forces, options.columns);
   if (pairs.empty()) {
@@ -175,8 +174,6 @@ int VerifyForces(const VerifyOptions& options) {
   }
   const std::vector cards{
       MakeCard("", pairs, {.sigma_of_vector = true, .is_record = true, .has_scene = false})};
-  WriteWholeFile(options.out / "forces.svg",
-                 DrawForces(options.forces.filename().string(), cards[0], pairs));
   return Report({"", options.forces.filename().string()}, cards, options.out);
 }
 

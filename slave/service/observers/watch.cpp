@@ -91,6 +91,7 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
                                              const v1::WatchMeshRequest* request,
                                              grpc::ServerWriter<v1::MeshState>* writer) {
   std::optional<MeshStreamEncoder> encoder;
+  context->set_compression_level(GRPC_COMPRESS_LEVEL_LOW);  // large and similar numbers
   const auto prepare = [&] {
     encoder.emplace(*request);
     return GapOf(*request);

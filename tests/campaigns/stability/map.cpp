@@ -1,7 +1,7 @@
 // stability_map: where a hand on the far side of a line stays calm, tried with the haptic loop
 // itself, beside what theory predicts. Scale, stiffness, rate, delay and device, end to end.
 //
-//   stability_map --out deploy/readme/stability.svg
+//   stability_map --out stability.csv; draw.py stability.csv deploy/readme/stability.svg
 //
 // A hand presses 3 mm into a wall; it is calm where it rests once it is in, damped where the
 // passivity control has to take energy out for that, restless where it moves on all the same.
@@ -17,13 +17,10 @@
 
 #include "master/device/sim_hand.h"
 #include "shared/program/command_line.h"
-#include "slave/report/svg.h"
 #include "tests/master/haptics/rig.h"
 
 namespace palpate {
 namespace {
-
-using Eigen::Vector2d;
 
 constexpr double kDepth = 0.003;     // at the hand [m]
 constexpr double kSurface = -0.004;  // where the wall begins, at the hand [m]
@@ -121,105 +118,51 @@ std::vector<Panel> Panels() {
   return panels;
 }
 
-constexpr double kSide = 250, kGap = 78, kTop = 96, kLeft = 70;
-constexpr std::string_view kStyle = R"(
-svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 12px; }
-.paper { fill: #ffffff; } .ink { fill: #1d2430; } .soft { fill: #5b6576; }
-.heading { font-size: 17px; font-weight: 600; } .small { font-size: 11px; }
-.calm { fill: #b8dfc4; } .damped { fill: #f3d38a; } .restless { fill: #e58a8a; }
-.counted { stroke: #1d2430; stroke-width: 1; }
-.theory { fill: none; stroke: #1d2430; stroke-width: 2; stroke-dasharray: 6 4; }
-)";
-constexpr std::array<std::string_view, 3> kColours{"calm", "damped", "restless"};
-
-class Map {
- public:
-  Map() : panels_(Panels()), svg_(Width(), Height(), "Where a hand stays calm", kStyle) {}
-
-  std::string Draw() {
-    svg_.Rectangle({0, 0}, {Width(), Height()}, "paper");
-    svg_.Text({kLeft, 30},
-              "Where a hand stays calm: stiffness at the hand, delay, rate, scale, "
-              "device",
-              "ink heading");
-    double x = kLeft;
-    for (std::size_t i = 0; i < kColours.size(); ++i, x += 190) {
-      constexpr std::array<const char*, 3> kWords{"calm", "calm, energy taken out", "restless"};
-      svg_.Rectangle({x, 46}, {16, 12}, kColours[i]);
-      svg_.Text({x + 22, 57}, kWords[i], "ink");
-    }
-    svg_.Text({x, 57},
-              "dashed: theory, passive below (b: the hand's damping); thin: 2b/T of the 1 N s/m "
-              "counted on",
-              "ink");
-    for (std::size_t i = 0; i < panels_.size(); ++i) {
-      const auto column = static_cast<double>(i % 4), row = static_cast<double>(i / 4);
-      DrawPanel(panels_[i], {kLeft + column * (kSide + kGap), kTop + row * (kSide + kGap)});
-    }
-    return svg_.Document();
-  }
-  // Cells that theory has passive, and of these the restless ones.
-  [[nodiscard]] int passive() const { return passive_; }
-  [[nodiscard]] int wrong() const { return wrong_; }
-
- private:
-  static double Width() { return kLeft + 4 * (kSide + kGap); }
-  static double Height() { return kTop + 2 * (kSide + kGap); }
-  static double Y(double K) {
-    const double share = std::log(K / kSoftest) / std::log(kStiffest / kSoftest);
-    return kSide * (1 - std::clamp(share, 0.0, 1.0));
-  }
-
-  void DrawPanel(const Panel& panel, const Vector2d& corner) {
-    svg_.Text(corner + Vector2d(0, -8), panel.title, "ink small");
-    std::vector<Vector2d> bound;
-    std::array<int, 3> counts{};
-    for (int i = 0; i < kAcross; ++i) {
-      const Wire line = panel.line(Between(panel.low, panel.high, i, kAcross));
-      const double most = panel.bound(line, panel.arm.damping);
-      bound.emplace_back(corner + Vector2d(kSide * (i + 0.5) / kAcross, Y(most)));
-      for (int k = 0; k < kUp; ++k) {
-        const double K = Between(kSoftest, kStiffest, k, kUp);
-        const Calm calm = TryPress(K, line, panel.mode, panel.arm);
-        ++counts[static_cast<std::size_t>(calm)];
-        if (K < most) ++passive_, wrong_ += calm == Calm::kRestless ? 1 : 0;
-        const Vector2d cell(kSide / kAcross, kSide / kUp);
-        svg_.Rectangle(corner + Vector2d(cell.x() * i, kSide - cell.y() * (k + 1)), cell,
-                       kColours[static_cast<std::size_t>(calm)]);
-      }
-    }
-    svg_.Polyline(bound, "theory");
-    const double counted = Y(PassivityControl::kMaxStiffness);
-    svg_.Line(corner + Vector2d(0, counted), corner + Vector2d(kSide, counted), "counted");
-    for (double K = kSoftest; K <= kStiffest; K *= 10) {
-      svg_.Text(corner + Vector2d(-6, Y(K) + 4), fmt::format("{:g}", K), "soft small",
-                Svg::Anchor::kEnd);
-    }
-    svg_.Text(corner + Vector2d(0, kSide + 16), fmt::format("{:g}", panel.low), "soft small");
-    svg_.Text(corner + Vector2d(kSide / 2, kSide + 30), panel.across, "ink small",
-              Svg::Anchor::kMiddle);
-    svg_.Text(corner + Vector2d(kSide, kSide + 16), fmt::format("{:g}", panel.high), "soft small",
-              Svg::Anchor::kEnd);
-    svg_.Text(corner + Vector2d(kSide - 4, 14), panel.theory, "ink small", Svg::Anchor::kEnd);
-    std::printf("%-48s %-20s calm %3d, damped %3d, restless %3d\n", panel.title.c_str(),
-                panel.across.c_str(), counts[0], counts[1], counts[2]);
-  }
-
-  std::vector<Panel> panels_;
-  Svg svg_;
-  int passive_ = 0, wrong_ = 0;
+// Counts of a panel's presses by outcome, and of those that theory has passive.
+struct Counts {
+  std::array<int, 3> outcomes{};
+  int passive = 0, wrong = 0;  // wrong: passive in theory and unstable
 };
+
+constexpr std::array<const char*, 3> kOutcomes{"calm", "damped", "restless"};
+
+Counts TryPanel(const Panel& panel, std::ofstream* table) {
+  Counts counts;
+  for (int i = 0; i < kAcross; ++i) {
+    const double x = Between(panel.low, panel.high, i, kAcross);
+    const Wire line = panel.line(x);
+    const double bound = panel.bound(line, panel.arm.damping);
+    for (int k = 0; k < kUp; ++k) {
+      const double K = Between(kSoftest, kStiffest, k, kUp);
+      const auto outcome = static_cast<std::size_t>(TryPress(K, line, panel.mode, panel.arm));
+      ++counts.outcomes[outcome];
+      if (K < bound) ++counts.passive, counts.wrong += outcome == 2 ? 1 : 0;
+      *table << fmt::format("\"{}\",\"{}\",\"{}\",{:.6g},{:.6g},{},{:.6g},{:g}\n", panel.title,
+                            panel.across, panel.theory, x, K, kOutcomes[outcome], bound,
+                            PassivityControl::kMaxStiffness);
+    }
+  }
+  return counts;
+}
 
 int Main(int argc, char** argv) {
   std::string out;
-  CLI::App app{"Tries where a hand stays calm and draws it beside theory."};
-  app.add_option("--out", out, "SVG file")->required();
+  CLI::App app{"Tries where an operator is stable and writes it beside theory."};
+  app.add_option("--out", out, "CSV file, which draw.py draws")->required();
   CLI11_PARSE(app, argc, argv);
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  Map map;
-  if (!(std::ofstream(out) << map.Draw() << std::flush)) return 2;
-  std::printf("%d presses that theory has passive, %d of them restless\n", map.passive(),
-              map.wrong());
+  std::ofstream table(out);
+  table << "panel,across,theory,x,K,outcome,bound_K,counted_K\n";
+  int passive = 0, wrong = 0;
+  for (const Panel& panel : Panels()) {
+    const Counts counts = TryPanel(panel, &table);
+    passive += counts.passive;
+    wrong += counts.wrong;
+    std::printf("%-48s %-20s calm %3d, damped %3d, restless %3d\n", panel.title.c_str(),
+                panel.across.c_str(), counts.outcomes[0], counts.outcomes[1], counts.outcomes[2]);
+  }
+  if (!table.flush()) return 2;
+  std::printf("%d presses that theory has passive, %d of them restless\n", passive, wrong);
   return 0;
 }
 

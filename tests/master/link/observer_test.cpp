@@ -55,7 +55,7 @@ TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   slave_.TakeSample();
   EXPECT_EQ(slave_.shapes_computed(), 0);
   Observer observer(To(server_->address()), {});
-  observer.Need(User::kShapes, kMeshes);
+  observer.Need(User::kTable, kMeshes);
   ASSERT_TRUE(SensingUntil([&] { return observer.mesh_stats().meshes > 2; }));
   const auto mesh = observer.mesh();
   ASSERT_TRUE(mesh);
@@ -64,7 +64,7 @@ TEST_F(ObserverTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   EXPECT_TRUE(mesh->nodal_forces.empty());
   EXPECT_EQ(observer.mesh_stats().deflection_peak, 0.5);
   EXPECT_EQ(observer.mesh_stats().trouble, "");
-  observer.Need(User::kShapes, {});
+  observer.Need(User::kTable, {});
   int computed = slave_.shapes_computed(), samples_without = 0;
   EXPECT_TRUE(Eventually([&] {  // the end of the stream takes its time to the slave
     slave_.TakeSample();
@@ -81,11 +81,11 @@ TEST_F(ObserverTest, StopsAtOnceWhereNobodyIsAndTwiceIsFine) {
   const std::string address = server_->address();
   server_.reset();
   Observer observer(To(address), {});
-  observer.Need(User::kShapes, kMeshes);
+  observer.Need(User::kTable, kMeshes);
   ASSERT_TRUE(Eventually([&] { return !observer.mesh_stats().trouble.empty(); }));
   EXPECT_EQ(observer.mesh(), nullptr);
-  observer.Need(User::kShapes, {});
-  observer.Need(User::kShapes, {});
+  observer.Need(User::kTable, {});
+  observer.Need(User::kTable, {});
 }
 
 // Sends `messages` and then silence.
@@ -127,7 +127,7 @@ TEST_F(ObserverTest, LargeMeshesCome) {
   message.mutable_positions()->CopyFrom(message.rest());
   FakeMeshServer teller({message});
   Observer observer(To(teller.address), {});
-  observer.Need(User::kShapes, kMeshes);
+  observer.Need(User::kTable, kMeshes);
   ASSERT_TRUE(Eventually([&] { return observer.mesh_stats().meshes > 0; }));
   EXPECT_EQ(observer.mesh()->positions.size(), static_cast<std::size_t>(kNodes));
   EXPECT_EQ(teller.asked_rate, 120);
@@ -139,7 +139,7 @@ TEST_F(ObserverTest, MeshesThatCannotBeAreCountedReportedAndNeverHandedOn) {
   for (int i = 0; i < 3; ++i) headless.add_positions(0);
   FakeMeshServer teller({headless, headless});
   Observer observer(To(teller.address), {});
-  observer.Need(User::kShapes, kMeshes);
+  observer.Need(User::kTable, kMeshes);
   ASSERT_TRUE(Eventually([&] { return observer.mesh_stats().refused == 2; }));
   EXPECT_EQ(observer.mesh(), nullptr);
   EXPECT_THAT(observer.mesh_stats().trouble, HasSubstr("a mesh was rejected: rest is absent"));
@@ -181,7 +181,7 @@ TEST_F(ObserverTest, UsersShareOneStreamOfEachKind) {
                                received.insert(message.GetDescriptor()->name());
                              }});
   observer.Need(User::kRecording, {.image_rate = 2, .mesh_rate = 2});
-  observer.Need(User::kPage, {.image_rate = 120, .mesh_rate = 120, .mesh_error = 1e-4});
+  observer.Need(User::kPage, {.image_rate = 120, .mesh_rate = 120});
   ASSERT_TRUE(SensingUntil([&] {
     const std::scoped_lock lock(mutex);
     return received.size() == 5 && observer.image() && observer.mesh();

@@ -73,64 +73,11 @@ TEST(RemoteMeshTest, RoundingIsNoDeflection) {
 TEST(RemoteMeshTest, TractionIsThereWhereItIsSent) {
   v1::MeshState message = Tetrahedron();
   std::string reason;
-  EXPECT_TRUE(FromProto(message, nullptr, &reason)->traction.steps.empty());
-  message.mutable_traction()->set_unit(50);
-  message.mutable_traction()->set_steps(Packed({50, {0, 0, 3, 255}}));
+  EXPECT_TRUE(FromProto(message, nullptr, &reason)->traction.empty());
+  for (const float pascals : {0.F, 0.F, 150.F, 12750.F}) message.add_traction(pascals);
   const auto mesh = FromProto(message, nullptr, &reason);
   ASSERT_TRUE(mesh) << reason;
-  EXPECT_EQ(mesh->traction.unit, 50);
-  EXPECT_THAT(mesh->traction.steps, testing::ElementsAre(0, 0, 3, 255));
-}
-
-// As a slave sends it to those who give an error of 1/64 m.
-v1::MeshState Moved(ShapeEncoder* encoder, const v1::MeshState& whole, const v1::MeshState& first) {
-  const std::vector<float> rest(first.rest().begin(), first.rest().end());
-  const std::vector<float> positions(whole.positions().begin(), whole.positions().end());
-  const auto code = encoder->Encode(rest, positions, 1U << 20);
-  v1::MeshState message = whole;
-  message.clear_positions();
-  message.mutable_moves()->set_unit(encoder->unit());
-  message.mutable_moves()->set_exponent(static_cast<std::uint32_t>(code->exponent));
-  message.mutable_moves()->set_moves(code->moves);
-  return message;
-}
-
-TEST(MeshReaderTest, MovesAddUpToPlaces) {
-  ShapeEncoder encoder;
-  encoder.Restart(4, 1 / 32.0);
-  MeshReader reader;
-  std::string reason;
-  v1::MeshState first = Moved(&encoder, Tetrahedron(), Tetrahedron());
-  v1::MeshState second = Moved(&encoder, Later(), Tetrahedron());
-  ASSERT_TRUE(reader.Read(&first, &reason)) << reason;
-  const auto mesh = reader.Read(&second, &reason);
-  ASSERT_TRUE(mesh) << reason;
-  EXPECT_EQ(mesh->positions[3], Eigen::Vector3d(0, 0, 0.5));
-  EXPECT_EQ(mesh->positions[1], Eigen::Vector3d(1, 0, 0));
-  v1::MeshState whole = Later();
-  EXPECT_TRUE(reader.Read(&whole, &reason)) << "places in numbers come in between";
-}
-
-// After a message that is no code nobody knows where the nodes are: what follows is refused, too,
-// until there is a new beginning.
-TEST(MeshReaderTest, NothingIsShownOnTopOfMovesThatWereRefused) {
-  ShapeEncoder encoder;
-  encoder.Restart(4, 1 / 32.0);
-  MeshReader reader;
-  std::string reason;
-  v1::MeshState first = Moved(&encoder, Tetrahedron(), Tetrahedron());
-  v1::MeshState bad = Moved(&encoder, Later(), Tetrahedron());
-  v1::MeshState good = Moved(&encoder, Later(), Tetrahedron());
-  bad.mutable_moves()->mutable_moves()->pop_back();
-  ASSERT_TRUE(reader.Read(&first, &reason)) << reason;
-  EXPECT_FALSE(reader.Read(&bad, &reason));
-  EXPECT_THAT(reason, HasSubstr("moves"));
-  EXPECT_TRUE(reader.is_lost());
-  EXPECT_FALSE(reader.Read(&good, &reason));
-  encoder.Restart(4, 1 / 32.0);
-  first = Moved(&encoder, Tetrahedron(), Tetrahedron());
-  EXPECT_TRUE(reader.Read(&first, &reason)) << reason;
-  EXPECT_FALSE(reader.is_lost());
+  EXPECT_THAT(mesh->traction, testing::ElementsAre(0, 0, 150, 12750));
 }
 
 struct Damage {
@@ -158,15 +105,10 @@ INSTANTIATE_TEST_SUITE_P(
                     Damage{"fixed_nodes", [](auto* m) { m->add_fixed_nodes(4); }},
                     Damage{"positions", [](auto* m) { m->set_positions(2, kNan); }},
                     Damage{"positions", [](auto* m) { m->mutable_positions()->Truncate(9); }},
-                    Damage{"traction", [](auto* m) { m->mutable_traction()->set_unit(1); }},
-                    Damage{"traction",
-                           [](auto* m) {
-                             m->mutable_traction()->set_unit(1);
-                             m->mutable_traction()->set_steps(Packed({1, {1, 2, 3}}));
-                           }},
+                    Damage{"traction", [](auto* m) { m->add_traction(1); }},
                     Damage{"traction", [](auto* m) {
-                             m->mutable_traction()->set_unit(kNan);
-                             m->mutable_traction()->set_steps(Packed({1, {1, 2, 3, 4}}));
+                             for (const float pascals : {1.F, 2.F, 3.F, kNan})
+                               m->add_traction(pascals);
                            }}));
 
 }  // namespace

@@ -3,12 +3,20 @@
 
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include <Eigen/Geometry>
 
-#include "master/view/shape_watch.h"
+#include "master/link/remote_mesh.h"
+#include "master/session/session.h"
 
 namespace palpate {
+
+// The deformed object and the forces of the fingertips at one moment.
+struct ShapeMoment {
+  std::shared_ptr<const RemoteMesh> mesh;
+  std::vector<NamedFinger> fingers;
+};
 
 inline constexpr double kCubeSide = 0.06;  // [m], lower corner at the origin of S
 

@@ -7,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/bem/interior_field.h"
 #include "slave/mesh/index.h"
 #include "tests/slave/mechanics/bodies.h"
 
@@ -227,38 +226,6 @@ TEST(ElementOrder, BodiesWithHolesConvergeUpToNuOneHalf) {
         return ErrorsOf(HeldOnTheLeft(Perforated(count), material, order), exact).displacement;
       });
       EXPECT_GT(measured, static_cast<int>(order) + 1 - 0.3) << Title(order, material);
-    }
-  }
-}
-
-// Reference: exact uniform tension, inside and on the boundary.
-TEST(ElementOrder, StressInsideIsExactWhereTheBoundaryIs) {
-  for (const auto& material : kMaterials) {
-    ReferenceProblem problem = bodies::Free(Rectangle(18), material.nu, material.plane);
-    for (const ElementOrder order : {ElementOrder::kLinear, ElementOrder::kQuadratic}) {
-      problem.order = order;
-      const Exact exact = Uniform(material, (Matrix2d() << 1, 0, 0, 0).finished());
-      Bem2dModel model(problem, {.young_modulus = 1000, .thickness = 0.1, .range = 1e3});
-      std::vector<Contact> loads;
-      for (int i = 0; i < problem.mesh.size(); ++i) {
-        const auto& e = problem.mesh.elements[Index(i)];
-        loads.push_back(
-            bodies::Load(i, 1000 * 0.1 * e.length() * exact.stress({0, 0}) * e.normal()));
-      }
-      Solution solution;
-      ASSERT_EQ(bodies::Respond(model, loads, &solution)[0].validity, Validity::kValid);
-      const InteriorField field(model, model.Boundary(solution));
-      for (const Vector2d& p : {Vector2d(1, 0.5), Vector2d(0.2, 0.9), Vector2d(1.97, 0.02)}) {
-        EXPECT_LT((field.At(p).stress - 1000 * exact.stress(p)).norm(), 1e-6) << NameOf(material);
-        const Vector2d stretched =
-            field.At(p).displacement - field.At(Vector2d(1, 0.5)).displacement;
-        const double E = material.plane_modulus();
-        EXPECT_NEAR(stretched.x(), (p.x() - 1) / E, 1e-9);
-        EXPECT_NEAR(stretched.y(), -material.plane_nu() * (p.y() - 0.5) / E, 1e-9);
-      }
-      for (int i = 0; i < 18; ++i) {
-        EXPECT_LT((field.OnBoundary(i).stress - 1000 * exact.stress({0, 0})).norm(), 1e-6);
-      }
     }
   }
 }

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "shared/wire/shape_code.h"
 #include "slave/service/observers/mesh_stream_encoder.h"
 #include "slave/service/publisher.h"
 #include "slave/service/teleoperation_service.h"
@@ -178,29 +177,8 @@ TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
   EXPECT_EQ(drain(videos.get(), &frame), grpc::StatusCode::UNAVAILABLE);
 }
 
-// Reference: the fake's triangle, its diagonal sqrt(2) m long.
-TEST_F(WatchTest, PlacesComeAsMovesToThoseWhoGiveAnError) {
-  CallContext context;
-  v1::WatchMeshRequest request;
-  request.set_relative_error(1e-3);
-  const auto stream = stub->WatchMesh(&context, request);
-  v1::MeshState mesh;
-  ShapeUnits moved(9, 0);
-  for (int i = 0; i < 2; ++i) {
-    ASSERT_TRUE(stream->Read(&mesh));
-    EXPECT_EQ(mesh.rest_size(), i == 0 ? 9 : 0);
-    EXPECT_EQ(mesh.positions_size(), 0);
-    EXPECT_NEAR(mesh.moves().unit(), 2e-3 * std::sqrt(2), 1e-9);
-    ASSERT_TRUE(Decode({static_cast<int>(mesh.moves().exponent()), mesh.moves().moves()}, &moved));
-    EXPECT_NEAR(mesh.moves().error(), 1e-3 * std::sqrt(2), 1e-9);
-    EXPECT_NEAR(moved[1] * mesh.moves().unit(), 0.5, mesh.moves().error());
-    slave_.TakeSample();
-  }
-  context.TryCancel();
-}
-
 // Reference: the force itself, spread over the nodes of two triangles by hand: size by area, summed
-// over the areas, is the force again. Tolerance: half a step of each node.
+// over the areas, is the force again. Tolerance: floats.
 TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   BoundaryShape shape;
   shape.nodes_per_element = 3;
@@ -209,25 +187,22 @@ TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   shape.positions = shape.rest;
   shape.nodal_forces = {0, 0, -0.5F, 0, 0, -0.3F, 0, 0, -0.2F, 0, 0, 0};  // one newton
   v1::WatchMeshRequest request;
-  request.set_relative_error(1e-4);
   v1::MeshState message;
   MeshStreamEncoder(request).Encode(shape, &message);
-  EXPECT_FALSE(message.has_traction());
+  EXPECT_EQ(message.traction_size(), 0);
   request.set_traction(true);
   MeshStreamEncoder encoder(request);
   EXPECT_TRUE(encoder.needs_nodal_forces());
   encoder.Encode(shape, &message);
   EXPECT_EQ(message.nodal_forces_size(), 0) << "not asked for";
-  const double unit = message.traction().unit();
-  const auto traction = Unpacked(unit, message.traction().steps(), 4);
-  ASSERT_TRUE(traction);
+  ASSERT_EQ(message.traction_size(), 4);
   const std::array<double, 4> areas{2e-4 / 3, 1e-4 / 3, 2e-4 / 3, 1e-4 / 3};
   double force = 0;
-  for (std::size_t i = 0; i < areas.size(); ++i) force += areas[i] * traction->steps[i] * unit;
-  EXPECT_NEAR(force, 1, 2e-4 * unit / 2);
+  for (int i = 0; i < 4; ++i) force += areas[static_cast<std::size_t>(i)] * message.traction(i);
+  EXPECT_NEAR(force, 1, 1e-6);
   shape.nodal_forces.clear();  // a force is unknown
   encoder.Encode(shape, &message);
-  EXPECT_FALSE(message.has_traction());
+  EXPECT_EQ(message.traction_size(), 0);
 }
 
 }  // namespace

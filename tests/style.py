@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Measures the prose of Markdown files and checks it against limits.
+"""Measures the prose of Markdown files against limits, and lists private words in the code. Run by hand; no test runs it.
 
-prose.py              checks every tracked *.md file of the repository
-prose.py FILE...      checks these files
+style.py              checks every tracked *.md file of the repository, and all code
+style.py FILE...      checks these *.md files
 
 Prose is paragraphs and list items. Code blocks, headings, tables, pictures and comments are not counted.
 Prints one line per file, then FILE:LINE: MESSAGE for each violation. Exit 1 if there is any.
@@ -16,6 +16,10 @@ from typing import NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 ROOT_MARK = "CMakePresets.json"  # beside the README that has its own limits
+CODE_FILES = (".h", ".cpp", ".proto", ".py", ".sh", ".js", ".mjs")
+# Private words alone or as part of an identifier: felt, felt_, kFelt, IsFelt.
+WORDS = ("felt", "eyes", "said", "told", "dent", "stands")
+PRIVATE = re.compile(rf"(?<![A-Za-z])(?:{'|'.join(WORDS)})(?![a-z])|(?<![A-Z])(?:{'|'.join(word.capitalize() for word in WORDS)})(?![a-z])")
 HOME_MADE = ("told", "anew", "two eyes", "put right", "silently wrong", "let go")
 
 
@@ -327,6 +331,16 @@ def check(paths):
     return 1 if bad else 0
 
 
+def private_words():
+    """FILE:LINE: WORD of each private word in the code."""
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+    for name in listed:
+        if name.endswith(CODE_FILES) and name != "tests/style.py":
+            for number, line in enumerate((ROOT / name).read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+                for found in PRIVATE.finditer(line):
+                    yield f"{name}:{number}: {found.group()}"
+
+
 def tracked():
     listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=False)
     if listed.returncode == 0 and listed.stdout:
@@ -338,7 +352,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="*", type=pathlib.Path, metavar="FILE")
     options = parser.parse_args()
-    return check(options.files or tracked())
+    result = check(options.files or tracked())
+    if not options.files:
+        for line in private_words():
+            print(line)
+    return result
 
 
 if __name__ == "__main__":
