@@ -12,7 +12,7 @@ namespace {
 // From the line at most, lest one sample draws it [noise at rest].
 constexpr double kSpike = 20;
 // Variances of noise by which squared slopes must exceed it: of all electrodes together, and of the
-// pressure alone [-].
+// pressure or a few channels alone [-].
 constexpr double kTogether = 2, kAlone = 9;
 // That a slope seen last goes on, about [samples].
 constexpr double kLasts = 1000;
@@ -134,10 +134,13 @@ void Baseline::Fit() noexcept {
     slopes2[i] = slopes[i] * slopes[i];
     residuals2[i] = noise2[i];
   }
+  spread_ = std::sqrt(*std::ranges::max_element(residuals2));
   const double electrode_noise2 =
-      std::max(VarianceOf(residuals2), kRounding * sensor_.noise * sensor_.noise);
+      std::max(MedianOf(residuals2), kRounding * sensor_.noise * sensor_.noise);
   const double slope2 = VarianceOf(slopes2);
-  const double together = Shrinkage(slope2, kTogether * weight * electrode_noise2);
+  // A few channels have a slope by their noise more often than many electrodes.
+  const double least = sensor_.has_pressure ? kTogether : kAlone;
+  const double together = Shrinkage(slope2, least * weight * electrode_noise2);
   drift_variance_ = together * weight * electrode_noise2;
   pressure_noise2_ = noise2.back();
   const double pressure =

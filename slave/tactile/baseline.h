@@ -47,6 +47,10 @@ class Baseline {
   [[nodiscard]] double variance() const noexcept;
   // Variance of the pressure's present baseline [counts^2].
   [[nodiscard]] double pressure_variance() const noexcept;
+  // Time since the last sample taken [s].
+  [[nodiscard]] double age() const noexcept { return since_ / rate_; }
+  // The largest rms distance of a channel from its line [its unit].
+  [[nodiscard]] double spread() const noexcept { return spread_; }
   // One sigma of the drift's continuation, of all signals with a common sign [counts].
   [[nodiscard]] TactileSignals drift_sigma() const noexcept;
 
@@ -72,6 +76,7 @@ class Baseline {
   double n_ = 0, t_ = 0, tt_ = 0;  // weighted sums of 1, t and t^2 [samples^k]
   double drift_variance_ = 0;      // of an electrode's slope [counts^2/sample^2]
   double middle_ = 0;              // mean of t [samples]
+  double spread_ = 0;              // [unit of the channels]
   double pressure_noise2_ = 0;     // [counts^2]
   double pressure_slope2_ = 0;     // variance of its slope, over pressure_noise2_ [1/sample^2]
   FingerReading origin_;

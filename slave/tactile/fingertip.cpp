@@ -13,6 +13,10 @@ namespace {
 constexpr double kBeginShare = 0.5, kEndShare = 0.25;
 constexpr double kRises = 3;       // 0.02 N [counts]
 constexpr double kRestSigmas = 2;  // that the pressure's rest value may be off, besides
+// Of a channel while the baseline is measured: more is no noise [noise at rest].
+constexpr double kStill = 20;
+// Largest force of a baseline: times that of the training's baselines, and sigmas besides [-].
+constexpr double kSameRest = 2, kBaselineSigmas = 3;
 // Samples that may be missing, unflagged. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
 constexpr int kBelieved = 2;
 // Times of a release and of missing samples [s]. [tuned: APressDeeperThanAFingertipKeepsItsShape,
@@ -48,18 +52,22 @@ Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
                 {.channels = static_cast<std::size_t>(tactile.channels.count),
                  .noise = this->network().noise,
                  .has_pressure = tactile.channels.are_electrodes()}),
-      stuck_(PatienceOf(this->network(), tactile.rate), tactile.channels.count),
+      stuck_(PatienceOf(this->network(), tactile.rate), tactile.channels.count,
+             tactile.channels.are_electrodes()),
       channels_(static_cast<std::size_t>(tactile.channels.count)),
       miss_patience_(Samples(kMissing, tactile.rate)),
       release_patience_(Samples(kRelease, tactile.rate)),
       kept_(KeptSamples(tactile, network)) {
   if (this->network().pattern.known()) model_.emplace(this->network().pattern, tactile.rate);
+  if (this->network().channel_pattern) channel_signals_.emplace(this->network().channel_pattern);
 }
 
 void Fingertip::Reset() noexcept {
   baseline_.Reset();
   stuck_.Reset();
   if (model_) model_->Reset();
+  if (channel_signals_) channel_signals_->Reset();
+  baseline_fault_ = {};
   ForgetWindow();
   missed_ = quiet_ = 0;
   pressure_ = 0;
@@ -68,7 +76,7 @@ void Fingertip::Reset() noexcept {
 
 const FingerTouch& Fingertip::Estimate(const FingerReading& reading, bool after_gap,
                                        bool is_clear) noexcept {
-  if (reading.present) stuck_.Take(reading);
+  if (reading.present) stuck_.Take(reading, !baseline_.known());
   baseline_.Advance();
   const bool repeats = reading.present && stuck_.are_repeated() && !stuck_.are_frozen();
   if (!reading.present || repeats) {
@@ -85,6 +93,10 @@ const FingerTouch& Fingertip::Estimate(const FingerReading& reading, bool after_
   }
   const bool was_known = baseline_.known();
   if (!UpdateBaseline(reading, is_clear)) return touch_;
+  if (channel_signals_) {
+    if (!looks_back || missed > 0) channel_signals_->Skip();
+    channel_signals_->Update(baseline_.Change(reading));
+  }
   FingerReading corrected = reading;
   const TactileSignals change = Correct(baseline_.Change(reading), &corrected);
   if (was_known && looks_back) force_.Bridge(change, missed);
@@ -105,9 +117,41 @@ bool Fingertip::UpdateBaseline(const FingerReading& reading, bool is_clear) noex
     return false;
   }
   touch_.is_baseline = false;
-  if (!was_known) LearnKeptNoise();
+  if (!was_known) {
+    LearnKeptNoise();
+    ExamineBaseline();
+  }
   if (was_known && is_clear) baseline_.Follow(reading);
   return true;
+}
+
+// A contact moves the channels while the baseline is measured, or they are elsewhere than in the
+// training.
+void Fingertip::ExamineBaseline() noexcept {
+  const NetworkInfo& network = this->network();
+  if (network.channels.are_electrodes()) return;
+  if (baseline_.spread() > kStill * network.noise) {
+    baseline_fault_ =
+        "a channel moved while the baseline was measured: something touched the sensor, or shook "
+        "it";
+  }
+  if (!network.channel_pattern || network.channel_pattern->baseline.size() == 0) return;
+  FingerReading usual;
+  usual.channels.resize(channels_);
+  for (std::size_t i = 0; i < channels_; ++i) {
+    usual.channels[i] =
+        static_cast<float>(network.channel_pattern->baseline[static_cast<Eigen::Index>(i)]);
+  }
+  TactileSignals change = baseline_.Change(usual);
+  for (std::size_t i = 0; i < channels_; ++i) change[i] = -change[i];
+  const auto force_F = force_.ForceOf(change);
+  const double most =
+      kSameRest * network.channel_pattern->baseline_force + kBaselineSigmas * network.rest_sigma;
+  if (force_F && !(force_F->norm() <= most)) {
+    baseline_fault_ =
+        "the baseline is another than in the training: something touched the sensor while it was "
+        "measured";
+  }
 }
 
 void Fingertip::EstimateForce(const TactileSignals& change, bool is_full) noexcept {
@@ -115,6 +159,7 @@ void Fingertip::EstimateForce(const TactileSignals& change, bool is_full) noexce
   touch_.force_F = force_F;
   touch_.sigma = sigma;
   pressure_ += WindowForce::kBriskly * (change.back() - pressure_);
+  if (touch_.force_F) Widen(network().drift * baseline_.age());
   if (!model_) return;
   touch_.drift = model_->drift();
   // What the pressure does not show may as well be nothing.
@@ -222,7 +267,8 @@ void Fingertip::DecideTouch(const TouchPlace& place) noexcept {
 }
 
 void Fingertip::NoteFlaws(const TouchPlace& place) noexcept {
-  const bool is_unmended = stuck_.count() > 0 && !model_;
+  const bool is_unmended =
+      (stuck_.count() > 0 && !model_) || (channel_signals_ && !channel_signals_->fault().empty());
   if (place.status == TouchPlace::Status::kFlawed || is_unmended) {
     flawed_left_ = network().window;
   } else if (flawed_left_ > 0) {

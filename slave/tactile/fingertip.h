@@ -12,6 +12,7 @@
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 #include "slave/tactile/baseline.h"
+#include "slave/tactile/channel_signals.h"
 #include "slave/tactile/localise/localiser.h"
 #include "slave/tactile/signal_model.h"
 #include "slave/tactile/stuck_electrodes.h"
@@ -69,6 +70,12 @@ class Fingertip {
   [[nodiscard]] const StuckElectrodes& stuck() const { return stuck_; }
   // Null: the network does not know the pattern of its signals.
   [[nodiscard]] const SignalModel* signals() const { return model_ ? &*model_ : nullptr; }
+  // The same of a sensor without electrodes.
+  [[nodiscard]] const ChannelSignals* channels() const {
+    return channel_signals_ ? &*channel_signals_ : nullptr;
+  }
+  // Why the baseline of a sensor without electrodes is doubted, one clause; empty: it is not.
+  [[nodiscard]] std::string_view baseline_fault() const { return baseline_fault_; }
   // Above its baseline, averaged over some samples [counts].
   [[nodiscard]] double pressure() const { return pressure_; }
   // The network's window contains a sample with electrodes that do not work.
@@ -87,6 +94,7 @@ class Fingertip {
   void ForgetWindow() noexcept;
   void Keep(const FingerReading& reading) noexcept;
   bool PushKept() noexcept;
+  void ExamineBaseline() noexcept;
   void LearnKeptNoise() noexcept;
   void DecideTouch(const TouchPlace& place) noexcept;
   void NoteFlaws(const TouchPlace& place) noexcept;
@@ -98,6 +106,8 @@ class Fingertip {
   Baseline baseline_;
   StuckElectrodes stuck_;
   std::optional<SignalModel> model_;  // for networks that know the pattern of their signals
+  std::optional<ChannelSignals> channel_signals_;  // likewise, without electrodes
+  std::string_view baseline_fault_;
   std::size_t channels_;
   int miss_patience_;                // samples
   int release_patience_;             // samples

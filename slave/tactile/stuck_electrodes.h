@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -13,32 +14,49 @@ namespace palpate {
 // Counts of single electrodes tell more than the RepeatDetector of images could.
 class StuckElectrodes {
  public:
-  // `patience`: samples; 0: channels may stay the same.
-  StuckElectrodes(int patience, int channels)
-      : patience_(patience), channels_(static_cast<std::size_t>(channels)) {}
+  // `patience`: samples; 0: channels may stay the same. `are_electrodes`: otherwise how often a
+  // channel repeats itself is learnt at rest.
+  StuckElectrodes(int patience, int channels, bool are_electrodes = true)
+      : patience_(patience),
+        channels_(static_cast<std::size_t>(channels)),
+        are_electrodes_(are_electrodes) {}
 
-  void Take(const FingerReading& reading) noexcept {
+  // `is_rest`: of the baseline.
+  void Take(const FingerReading& reading, bool is_rest = false) noexcept {
     int moved = 0;  // electrodes
     for (std::size_t i = 0; i < channels_; ++i) {
       const bool is_same = same_[i] > 0 && reading.channels[i] == last_[i];
       moved += is_same ? 0 : 1;
-      same_[i] = is_same ? std::min(same_[i] + 1, patience_) : 1;
+      same_[i] = is_same ? std::min(same_[i] + 1, std::max(patience_, 2)) : 1;
+      rest_repeats_[i] += is_rest && is_same ? 1 : 0;
     }
-    repeated_ = moved == 0 ? std::min(repeated_ + 1, kRepeats) : 0;
+    if (is_rest) LearnRest();
+    repeated_ = moved == 0 ? std::min(repeated_ + 1, kMostRepeats) : 0;
     changes_ += moved > 0 ? 1 : 0;
     moved_ += moved;
     last_ = reading.channels;
   }
-  void Reset() noexcept { *this = StuckElectrodes(patience_, static_cast<int>(channels_)); }
+  // A sensor that had noise before goes on having it.
+  void Reset() noexcept {
+    const double known = std::min(known_share_, share_);
+    *this = StuckElectrodes(patience_, static_cast<int>(channels_), are_electrodes_);
+    known_share_ = known;
+  }
   // The sample repeats the last one, from a fingertip whose noise hardly ever leaves all electrodes
   // constant: in five fingers at 100 Hz 11 to 13 electrodes change from sample to sample.
   [[nodiscard]] bool are_repeated() const noexcept {
+    if (!are_electrodes_) return repeated_ > 0 && share() < kHardlyEver;
     const auto channels = static_cast<std::int64_t>(channels_);
     return repeated_ > 0 && changes_ >= kKnown &&
            moved_ * kElectrodeCount > kMoved * channels * changes_;
   }
-  // The same for five samples.
-  [[nodiscard]] bool are_frozen() const noexcept { return repeated_ >= kRepeats && are_repeated(); }
+  // The same for five samples. Without electrodes for so many that noise does not do it. A noise at
+  // rest below the resolution says nothing: elsewhere between two steps it may leave all constant.
+  [[nodiscard]] bool are_frozen() const noexcept {
+    if (are_electrodes_) return repeated_ >= kRepeats && are_repeated();
+    return share() < kCoarse && repeated_ >= kRepeats &&
+           repeated_ * std::log(share()) < std::log(kNever);
+  }
   // Electrodes that have read the same for 300 ms: the values expected from the others are better,
   // whether these electrodes work or not.
   [[nodiscard]] Electrodes which() const noexcept { return SameFor(patience_ * 3 / 10); }
@@ -54,6 +72,13 @@ class StuckElectrodes {
   }
 
  private:
+  // Of the samples at rest, in which the channel that moves most often repeats itself.
+  [[nodiscard]] double share() const noexcept { return std::min(known_share_, share_); }
+  void LearnRest() noexcept {
+    ++rest_;
+    const int least = *std::min_element(rest_repeats_.begin(), rest_repeats_.begin() + channels_);
+    share_ = (least + 1.0) / (rest_ + 1.0);  // at most, of so few samples
+  }
   [[nodiscard]] Electrodes SameFor(int samples) const noexcept {
     Electrodes same_for{};
     std::transform(same_.begin(), same_.begin() + kElectrodeCount, same_for.begin(),
@@ -62,15 +87,23 @@ class StuckElectrodes {
   }
 
   static constexpr int kRepeats = 4;  // of a sample
-  static constexpr int kKnown = 20;   // number of changes before the noise is estimated
-  static constexpr int kMoved = 6;    // of 19 channels per change, in the mean
-  static constexpr int kStill = 20;   // parts of the patience
+  static constexpr int kMostRepeats = 1000;
+  static constexpr double kHardlyEver = 0.05;  // share of repetitions that are taken for missing
+  static constexpr double kCoarse = 0.2;       // from here on the noise is below the resolution
+  static constexpr double kNever = 1e-9;       // probability of a frozen sample by noise
+  static constexpr int kKnown = 20;            // number of changes before the noise is estimated
+  static constexpr int kMoved = 6;             // of 19 channels per change, in the mean
+  static constexpr int kStill = 20;            // parts of the patience
 
   int patience_;
   std::size_t channels_;
-  int repeated_ = 0;                      // samples in a row that were as the one before
-  std::int64_t changes_ = 0, moved_ = 0;  // samples, electrodes, so far
-  std::array<int, kMaxChannels> same_{};  // samples, the newest included
+  bool are_electrodes_;
+  int rest_ = 0;                                  // samples of the baseline
+  std::array<int, kMaxChannels> rest_repeats_{};  // in these
+  double share_ = 1, known_share_ = 1;            // of this baseline, of those before
+  int repeated_ = 0;                              // samples in a row that were as the one before
+  std::int64_t changes_ = 0, moved_ = 0;          // samples, electrodes, so far
+  std::array<int, kMaxChannels> same_{};          // samples, the newest included
   ChannelValues last_;
 };
 

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// Error of networks that do not state it: paper B, table I, rnn_21 [N].
+// Error of networks of electrodes that do not state it: paper B, table I, rnn_21 [N].
 const Eigen::Vector3d kPaperSigma{0.01807, 0.03107, 0.05171};
 constexpr double kLag = 3;           // samples that a recurrent network's answer is late, about
 constexpr double kPromptLag = 0.25;  // that another one's is
@@ -39,6 +39,16 @@ void WindowForce::Bridge(const TactileSignals& change, int missed) noexcept {
     }
     Push(between);
   }
+}
+
+std::optional<Eigen::Vector3d> WindowForce::ForceOf(const TactileSignals& change) noexcept {
+  if (!estimate_) return std::nullopt;
+  estimate_->Reset();
+  bool is_full = false;
+  for (int k = 0; k < network_.window; ++k) is_full = Push(change);
+  estimate_->Reset();
+  if (!is_full) return std::nullopt;
+  return Eigen::Vector3d(outputs_[0], outputs_[1], outputs_[2]);
 }
 
 WindowForce::Estimate WindowForce::Take(const TactileSignals& change, bool is_full,

@@ -34,6 +34,8 @@ class WindowForce {
     std::optional<Eigen::Vector3d> force_F;  // of the fingertip on the object [N]; nullopt: unknown
     double sigma = 0;                        // rms that its vector may be off by [N]
   };
+  // Force for a constant change of the channels; nullopt: unknown. Starts a new window.
+  [[nodiscard]] std::optional<Eigen::Vector3d> ForceOf(const TactileSignals& change) noexcept;
   // Once per sample, after Push, which returned `is_full`. `before_F`: force of the last sample;
   // `signals`: model of the same samples, null: unknown.
   [[nodiscard]] Estimate Take(const TactileSignals& change, bool is_full,

@@ -192,6 +192,12 @@ class TrainTest(unittest.TestCase):
             self.assertEqual((network["architecture"], network["unit"]), (f"qnn_{count}", "kPa"))
             self.assertLess(network["sigma"][2], 0.04, printed)
             self.assertAlmostEqual(network["noise"], 0.01, delta=0.003)
+            channels = network["channels"]
+            self.assertEqual(np.shape(channels["expectation"]), (count, count))
+            self.assertEqual({len(channels[key]) for key in ("tolerance", "below", "above", "second_difference")}, {count})
+            self.assertNotIn("baseline", channels, "one recording does not tell how baselines differ")
+            self.assertTrue(0 < network["drift"] < 0.1)
+            self.assertLess(network["longest_constant"], 0.2)
 
     def test_wrong_channels_are_refused_with_line_and_column(self):
         good = self.write_channels("good.csv", 4, 1)

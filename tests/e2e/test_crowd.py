@@ -22,7 +22,7 @@ from untrusted_clients import OURS, PREFACE, SETTINGS, WINDOW_UPDATE, call, conn
 OBSERVERS = 16
 MOST = 2  # times as old as alone
 WIDEST = 2**31 - 1  # window of HTTP/2 [bytes]
-MESH = struct.pack("<Bd", 0x09, 30) + b"\xf1\x01" + struct.pack("<d", 1e-4)  # max_rate, relative_error: as the page asks
+MESH = struct.pack("<Bd", 0x09, 30) + b"\xf8\x01\x01"  # max_rate, traction: as the page asks
 VIDEO = struct.pack("<Bd", 0x09, 60) + b"\x10\x01"  # max_rate, overlays
 
 

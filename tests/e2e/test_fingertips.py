@@ -133,6 +133,28 @@ class Nodule(unittest.TestCase):
         self.assertGreater(true, 1.15)
         self.assertLess(abs(estimated / true - 1), 0.05)
 
+    # Where no contact is solved yet. A busy machine may stop the hand, too, but not at each of three new places.
+    def test_a_touch_beside_what_is_solved_stops_no_hand(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            scene, motion, log = folder / "nodule.yaml", folder / "motion.csv", folder / "log.csv"
+            scene.write_text(NODULE.format(network=ROOT / "deploy/fingertips/simulated-tnn21", x=25))
+            free = []
+            with Slave(scene) as slave:
+                for beside in (8, -8, 12):  # [mm]
+                    with open(motion, "w") as out:
+                        out.write("time_s,x,y,z\n")
+                        for i in range(450):  # beside in half a second, then 10 mm down and up again
+                            aside = beside * 1e-3 * min(i / 50, 1)
+                            part = min(max((i * 0.01 - 1) / 1.5, 0), 1) - min(max((i * 0.01 - 3) / 1.5, 0), 1)
+                            out.write(f"{i * 0.01},{aside},0,{-0.01 * part * part * (3 - 2 * part)}\n")
+                    done = run(MASTER, "connect", slave.address, "--device", f"playback:{motion}", "--duration", "5", "--log", log)
+                    self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+                    rows = read_rows(log)
+                    touches = any(row["state"] == "FOLLOWING" and float(row["estimated_z"] or 0) > 0.05 for row in rows)
+                    free.append(touches and all(row["state"] != "HOLD" for row in rows))
+            self.assertIn(True, free)
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)

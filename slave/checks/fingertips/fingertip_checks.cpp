@@ -20,6 +20,9 @@ class ElectrodesCheck final : public Check<FingertipSample> {
          "all channels are constant: the sensor is dead or its driver repeats samples");
     fail(stuck.count() > 0 && !tip.signals(), FailedCheck::kElectrode,
          "an electrode or channel is constant: it is dead");
+    if (const ChannelSignals* channels = tip.channels(); channels != nullptr) {
+      fail(!channels->fault().empty(), FailedCheck::kElectrode, channels->fault());
+    }
     fail(tip.holds_flaw(), FailedCheck::kElectrode, "a faulty sample in the window");
     if (!tip.signals() || tip.misses()) return;
     // d^2 / n of n signals has the mean 1 and the variance 2 / n.
@@ -39,6 +42,10 @@ class ResponseCheck final : public Check<FingertipSample> {
     if (network.learnt_force > 0 && force > network.learnt_force) {
       findings->Fail(FailedCheck::kModelRange,
                      "the force is beyond the training range of the network");
+    }
+    if (sample.tip.channels() != nullptr && sample.tip.channels()->is_beyond()) {
+      findings->Fail(FailedCheck::kModelRange,
+                     "a channel is beyond its range in the training of the network");
     }
     const auto fail = [&](bool is_so, std::string_view why) {
       if (is_so) findings->Fail(FailedCheck::kTransfer, why);
@@ -77,6 +84,15 @@ class RestContactCheck final : public Check<FingertipSample> {
       findings->Fail(FailedCheck::kRestDrift,
                      "the pressure is below its baseline: something touched the fingertip while "
                      "the baseline was measured");
+    }
+    if (!sample.tip.baseline_fault().empty()) {
+      findings->Fail(FailedCheck::kRestDrift, sample.tip.baseline_fault());
+    }
+    if (sample.tip.channels() != nullptr && sample.tip.channels()->is_opposite()) {
+      findings->Fail(FailedCheck::kRestDrift,
+                     "a channel is on the other side of its baseline than contacts move it: "
+                     "something touched the sensor while the baseline was measured, or it has "
+                     "drifted");
     }
     const bool is_baseline = sample.tip.touch().is_baseline;
     if (is_baseline && !was_baseline_) was_inside_ = false;

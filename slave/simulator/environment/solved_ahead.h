@@ -66,6 +66,12 @@ class SolvedAhead {
     const std::lock_guard lock(mutex_);
     return read();
   }
+  // The same of all contacts, newest first.
+  template <typename Read>
+  auto NowOfAll(const Read& read) {
+    const std::lock_guard lock(mutex_);
+    return read(std::as_const(wishes_));
+  }
   // `edit` changes what the choice depends on.
   template <typename Edit>
   void Change(const Edit& edit) {

@@ -168,13 +168,26 @@ double LoadPathCache::Expect(const Key& key) {
 
 SolvedPress LoadPathCache::Await(const Key& key, double s) {
   const std::shared_ptr<Ladder> ladder = Wanted(key);
-  // One rung more than `s` lies below: the cubics use it, and answers must not depend on how far
-  // the thread has come.
-  const auto is_enough = [&] {
-    const Rungs& rungs = *ladder->solved.rungs;
-    return ladder->complete || (rungs.size() > 2 && rungs[rungs.size() - 2]->s >= s);
-  };
-  return ladders_.Await(is_enough, [&] { return ladder->solved; });
+  return ladders_.Await([&] { return ladder->Reaches(s); }, [&] { return ladder->At(s, true); });
+}
+
+SolvedPress LoadPathCache::Find(const Key& key, double s) {
+  const std::shared_ptr<Ladder> wanted = Wanted(key);
+  const double depth = wanted->ways.empty() ? 0 : s - wanted->ways.front();
+  return ladders_.NowOfAll([&](const auto& ladders) {
+    if (wanted->Reaches(s)) return wanted->At(s, true);
+    const auto distance = [&](const Ladder& ladder) {
+      return std::hypot(ladder.key.first - key.first, ladder.key.second - key.second);
+    };
+    const Ladder *nearest = nullptr, *deepest = wanted.get();
+    for (const std::shared_ptr<Ladder>& ladder : ladders) {
+      if (ladder->depth() > deepest->depth()) deepest = ladder.get();
+      if (!(ladder->depth() >= depth)) continue;
+      if (!nearest || distance(*ladder) < distance(*nearest)) nearest = ladder.get();
+    }
+    const Ladder& used = nearest ? *nearest : *deepest;
+    return used.ways.empty() ? used.At(s, false) : used.At(used.ways.front() + depth, false);
+  });
 }
 
 LoadPathCache::Ladder::Ladder(const LoadPathCache& cache, const Key& place)
@@ -184,6 +197,20 @@ LoadPathCache::Ladder::Ladder(const LoadPathCache& cache, const Key& place)
       solved{.body = object.BodyFor(lateral_O)},
       ways(cache.WaysOf(lateral_O, *solved.body)) {
   complete = ways.empty();
+}
+
+bool LoadPathCache::Ladder::Reaches(double s) const {
+  const Rungs& rungs = *solved.rungs;
+  return complete || (rungs.size() > 2 && rungs[rungs.size() - 2]->s >= s);
+}
+
+double LoadPathCache::Ladder::depth() const {
+  const Rungs& rungs = *solved.rungs;
+  return rungs.size() < 2 ? -1 : rungs.back()->s - rungs.front()->s;
+}
+
+SolvedPress LoadPathCache::Ladder::At(double s, bool is_solved) const {
+  return {solved.body, solved.rungs, s, is_solved};
 }
 
 bool LoadPathCache::Ladder::Press(double from, double to, int halvings) {

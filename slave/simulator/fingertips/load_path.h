@@ -41,6 +41,8 @@ void DisplacementsAt(const Rungs& rungs, double s, std::vector<Eigen::Vector3d>*
 struct SolvedPress {
   std::shared_ptr<const RestBody> body;
   std::shared_ptr<const Rungs> rungs = std::make_shared<Rungs>();
+  double s = 0;        // way in `rungs` [m]
+  bool solved = true;  // false: that of another position or depth, because this one is not solved
 };
 
 // Solves contacts in advance: a separate thread computes the steps for the present position, one by
@@ -64,6 +66,9 @@ class LoadPathCache {
   // (a third of a second or so per millimetre of depth). May be shorter where no equilibrium was
   // found.
   SolvedPress Await(const Key& key, double s);
+  // The same without waiting. What is not solved yet is that of the nearest position that is, at
+  // the same way beyond the first contact; if none is solved so far, that of the deepest one.
+  SolvedPress Find(const Key& key, double s);
 
  private:
   struct Ladder : ContactAhead {
@@ -71,6 +76,12 @@ class LoadPathCache {
     [[nodiscard]] std::shared_ptr<const LoadStep> Solve() noexcept;
     void Add(const std::shared_ptr<const LoadStep>& step);
     bool Press(double from, double to, int halvings);
+    // One rung more than `s` lies below: the cubics use it, and answers must not depend on how far
+    // the thread has come.
+    [[nodiscard]] bool Reaches(double s) const;
+    // Way beyond the first contact that is solved [m]; -1: none.
+    [[nodiscard]] double depth() const;
+    [[nodiscard]] SolvedPress At(double s, bool is_solved) const;
 
     const TrueObject& object;
     Key key;

@@ -78,7 +78,7 @@ struct TactileSite::State {
     return object.X_SO() * object.hand().fingers.front().X_OF_home *
            Vector3d(0, 0, -object.hand().shape.radius);
   }
-  void Move(const Vector3d& h_O);
+  void Move(const Vector3d& h_O, Patience patience);
   void Stick(HandState* hand);
   [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
                                   const site::TouchBetween& between) const;
@@ -120,7 +120,7 @@ Vector3d TactileSite::State::Sideways(std::size_t f, const HandState& hand,
 // The contact is dragged along where friction does not hold the first finger.
 void TactileSite::State::Stick(HandState* hand) {
   const Vector3d lateral_O = hand->h_O - hand->s * object.hand().approach_O;
-  const auto between = site::TouchAt(*hand->press.rungs, 0, hand->s);
+  const auto between = site::TouchAt(*hand->press.rungs, 0, hand->press.s);
   const double stiffness = tangential_part * between.slope;
   Vector3d slip_O = lateral_O - anchor_O;
   const double most = stiffness > 0 ? kFriction * between.touch.force_O.norm() / stiffness : 0;
@@ -129,7 +129,7 @@ void TactileSite::State::Stick(HandState* hand) {
   hand->slip_O = slip_O;
 }
 
-void TactileSite::State::Move(const Vector3d& h_O) {
+void TactileSite::State::Move(const Vector3d& h_O, Patience patience) {
   HandState next;
   next.h_O = h_O;
   next.s = h_O.dot(object.hand().approach_O);
@@ -137,7 +137,8 @@ void TactileSite::State::Move(const Vector3d& h_O) {
   const bool was_pressing = now().pressing;
   if (!was_pressing) pressed = ladders.KeyOf(h_O);
   if (next.s > ladders.Expect(pressed)) {
-    next.press = ladders.Await(pressed, next.s);
+    next.press = patience == Patience::kWaits ? ladders.Await(pressed, next.s)
+                                              : ladders.Find(pressed, next.s);
     next.pressing = true;
     if (!was_pressing) anchor_O = h_O - next.s * object.hand().approach_O;
     Stick(&next);
@@ -150,7 +151,7 @@ FingerTruth TactileSite::State::TruthOf(std::size_t f, const HandState& hand) co
   FingerTruth truth;
   truth.X_SF = PoseOf(f, hand);
   truth.p_S_contact = truth.X_SF * Vector3d(0, 0, -object.hand().shape.radius);
-  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.s);
+  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.press.s);
   if (!between.touch.touching) return truth;
   truth.in_contact = true;
   truth.p_S_contact = truth.X_SF * between.touch.p_F;
@@ -173,7 +174,7 @@ double TactileSite::State::SenseNear(const Vector3d& p_O, const HandState& hand)
 
 FingerReading TactileSite::State::ReadingOf(std::size_t f, const HandState& hand) {
   const FingerTruth truth = TruthOf(f, hand);
-  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.s);
+  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.press.s);
   FingertipLoad load;
   load.p_F = skin_scale * between.touch.p_F;
   load.f_F = truth.X_SF.linear().transpose() * truth.force;
@@ -188,12 +189,12 @@ TactileSite::TactileSite(const Scene& scene, const SiteResolution& resolution)
 
 TactileSite::~TactileSite() = default;
 
-void TactileSite::MoveTool(const Vector3d& p_S_tip, Patience /*patience*/) {
+void TactileSite::MoveTool(const Vector3d& p_S_tip, Patience patience) {
   if (!p_S_tip.allFinite()) return;
   const Vector3d h_O = state_->object.X_SO().linear().transpose() * (p_S_tip - state_->home());
   if (h_O.cwiseAbs().maxCoeff() > kFarthest) return;
   const std::lock_guard moving(state_->moving);
-  state_->Move(h_O);
+  state_->Move(h_O, patience);
 }
 
 void TactileSite::SolveAhead() {
@@ -217,6 +218,7 @@ Truth TactileSite::truth() const {
   truth.in_contact = first.in_contact;
   truth.force = first.force;
   truth.depth = first.depth;
+  truth.solved = hand.press.solved;
   return truth;
 }
 
@@ -255,7 +257,7 @@ SurfaceMesh TactileSite::TrueSurface() const {
   const HandState hand = state_->now();
   const site::RestBody& body = *hand.press.body;
   std::vector<Vector3d> displacement_O(body.mesh.nodes.size(), Vector3d::Zero());
-  site::DisplacementsAt(*hand.press.rungs, hand.s, &displacement_O);
+  site::DisplacementsAt(*hand.press.rungs, hand.press.s, &displacement_O);
   double largest = 0;
   for (const Vector3d& u : displacement_O) largest = std::max(largest, u.norm());
   SurfaceMesh deformed = body.surface;

@@ -36,8 +36,10 @@ class TactileSite final : public SimulatedEnvironment {
   ~TactileSite() override;
 
   // The manipulator moves the tip here, which is the apex of the first finger's pad, frame S [m].
-  // Thread-safe. Short, unless the contact is deeper than what is solved so far: then it waits
-  // (about a second per millimetre at worst), independent of the patience.
+  // Thread-safe. Patience::kWaits: short, unless the contact is deeper than what is solved so far:
+  // then it waits (about a second per millimetre at worst). Patience::kNone, for an operator who
+  // must not be delayed: a contact that is not solved yet is that of the nearest solved position,
+  // and until it is solved truth().solved is false.
   void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
   // Solves the scene's own contact to its full depth; takes as long as this solution.
   void SolveAhead() override;

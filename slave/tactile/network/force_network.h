@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "slave/scene/options/tactile_channels.h"
+#include "slave/tactile/signals/channel_pattern.h"
 #include "slave/tactile/signals/signal_pattern.h"
 #include "slave/tactile/signals/tactile_signals.h"
 
@@ -38,7 +39,11 @@ struct NetworkInfo {
   ForceErrorLaw error;             // additional sigma in contact
   double learnt_force = 0;         // largest |force| it was trained on [N]; 0: not known
   SignalPattern pattern;           // of the signals it was trained on
-  std::string origin;              // origin of the network, one clause
+  // The same of a sensor without electrodes; null: not known.
+  std::shared_ptr<const ChannelPattern> channel_pattern;
+  // Error of the force without contact by the drift since the baseline [N/s]; 0: not known.
+  double drift = 0;
+  std::string origin;  // origin of the network, one clause
 };
 
 // One fingertip's force, sample by sample. Allocation-free.

@@ -189,6 +189,46 @@ SignalPattern ReadPattern(const json& root) {
   return pattern;
 }
 
+// Of `count` channels; `least`: the smallest number that is accepted.
+Eigen::VectorXd ReadChannels(const json& root, const char* key, int count, double least) {
+  const std::string name = std::string("channels.") + key;
+  const Eigen::VectorXf read = ReadNumbers(Member(root, key, "channels"), name);
+  if (read.size() != count || read.minCoeff() < static_cast<float>(least)) {
+    throw std::runtime_error(
+        fmt::format("{}: expected {} numbers{}", name, count, least == 0 ? " >= 0" : ""));
+  }
+  return read.cast<double>();
+}
+
+std::shared_ptr<const ChannelPattern> ReadChannelPattern(const json& root, int count) {
+  ChannelPattern pattern;
+  const WeightMatrix read =
+      ReadRows(Member(root, "expectation", "channels"), "channels.expectation");
+  if (read.rows() != count || read.cols() != count) {
+    throw std::runtime_error(fmt::format("channels.expectation is {} x {}, expected {} x {}",
+                                         read.rows(), read.cols(), count, count));
+  }
+  pattern.expectation = read.cast<double>();
+  pattern.tolerance = ReadChannels(root, "tolerance", count, 0);
+  pattern.relative_tolerance = ReadChannels(root, "relative_tolerance", count, 0);
+  pattern.below = ReadChannels(root, "below", count, 0);
+  pattern.above = ReadChannels(root, "above", count, 0);
+  pattern.second_difference = ReadChannels(root, "second_difference", count, 0);
+  if (root.contains("baseline")) {
+    pattern.baseline = ReadChannels(root, "baseline", count, -kLargestNumber);
+    pattern.baseline_force = ReadSize(root, "baseline_force", "channels.");
+  }
+  return std::make_shared<const ChannelPattern>(std::move(pattern));
+}
+
+// Throws std::runtime_error: what only the training of a sensor without electrodes can know.
+void RequireTrained(const json& root, const char* key) {
+  if (root.contains(key)) return;
+  throw std::runtime_error(std::string(key) +
+                           " is missing: a network with `unit` needs it; train it again with "
+                           "`python3 -m palpate.train --unit`, which writes it");
+}
+
 NetworkInfo ReadInfo(const json& root) {
   NetworkInfo info;
   info.architecture = ReadText(root, "architecture");
@@ -199,6 +239,11 @@ NetworkInfo ReadInfo(const json& root) {
   if (root.contains("unit")) {
     info.channels = {info.inputs, ReadText(root, "unit")};
     info.longest_constant = ReadSize(root, "longest_constant");
+    for (const char* key : {"sigma", "noise"}) RequireTrained(root, key);
+    info.drift = ReadSize(root, "drift");
+    if (root.contains("channels")) {
+      info.channel_pattern = ReadChannelPattern(root["channels"], info.inputs);
+    }
   }
   if (root.contains("noise")) info.noise = ReadNumber(root["noise"], "noise");
   if (root.contains("contact_point")) {
@@ -214,6 +259,9 @@ NetworkInfo ReadInfo(const json& root) {
       throw std::runtime_error("sigma: expected three numbers >= 0 [N]");
     }
     for (int i = 0; i < 3; ++i) info.sigma[i] = root["sigma"][static_cast<std::size_t>(i)];
+    if (root.contains("unit") && !(info.sigma.norm() > 0)) {
+      throw std::runtime_error("sigma: expected a number > 0 with `unit` [N]");
+    }
   }
   info.learnt_force = ReadSize(root, "learnt_force");
   info.rest_sigma = ReadSize(root, "rest_sigma");

@@ -61,6 +61,28 @@ TEST_F(BaselineTest, ADriftIsNotTakenToGoOnForAsLongAsSomethingIsHeld) {
   }
 }
 
+// Reference: the spread of the extrapolated baseline over simulations of the same large drift.
+// Tolerance: it is extrapolated from the last sample, not from the middle of the rest samples,
+// whose distance is 4 % more; and 4 % of the noise's variance are lost to the fit.
+TEST_F(BaselineTest, TheVarianceOfADriftThatGoesOnIsThatOfSimulations) {
+  constexpr int kRuns = 300, kAhead = 1000;
+  double sum = 0, squares = 0, stated = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    rest_.Reset();
+    now_ = 0;
+    Rest(1);
+    for (int i = 0; i < kAhead; ++i) rest_.Advance();
+    FingerReading reading;
+    reading.channels.fill(3000);
+    const double change = rest_.Change(reading)[0];
+    sum += change;
+    squares += change * change;
+    stated += rest_.variance() / kRuns;
+  }
+  const double variance = squares / kRuns - sum * sum / kRuns / kRuns;
+  EXPECT_NEAR(stated / variance, 1, 0.25);
+}
+
 // Reference: the end of a line through n values of variance v, 4 v / n; without a slope v / n.
 TEST_F(BaselineTest, ThePressureIsKnownAsWellAsItsLine) {
   for (const double slope : {0.0, 0.3}) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slave/tactile/channel_signals.h"
 #include "slave/tactile/fingertip.h"
 #include "slave/tactile/localise/localiser.h"
 #include "slave/tactile/network/network_weights.h"
@@ -96,7 +97,84 @@ TEST_P(ChannelSensorTest, ASampleOfAnotherCountHasNoForce) {
   EXPECT_EQ(fingertip_.touch().check, FailedCheck::kElectrode);
 }
 
+// A driver that repeats itself, with a network that states no longest constant.
+TEST_P(ChannelSensorTest, AFrozenDriverIsFlaggedWithoutAKey) {
+  FingerReading reading;
+  for (int i = 0; i < 60; ++i) {
+    reading = Reading(std::vector(count_, 0.0));
+    fingertip_.Estimate(reading, false);
+  }
+  EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
+  for (int i = 0; i < 20; ++i) fingertip_.Estimate(reading, false);
+  EXPECT_TRUE(fingertip_.stuck().are_frozen());
+  fingertip_.Estimate(Reading(std::vector(count_, 0.0)), false);
+  EXPECT_FALSE(fingertip_.stuck().are_frozen());
+}
+
 INSTANTIATE_TEST_SUITE_P(Counts, ChannelSensorTest, ::testing::Values(1, 2, 16, 19, 60, 256));
+
+// Noise below the resolution leaves a channel constant for as long as it likes.
+TEST(StuckElectrodesTest, ChannelsOfACoarseResolutionAreNotFrozen) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise(0.3, 0.3);
+  StuckElectrodes stuck(0, 4, false);
+  FingerReading reading;
+  reading.channels.resize(4);
+  for (int k = 0; k < 5000; ++k) {
+    for (float& x : reading.channels) x = static_cast<float>(std::round(noise(random)));
+    stuck.Take(reading, k < 50);
+    EXPECT_FALSE(stuck.are_frozen() || stuck.are_repeated()) << k;
+  }
+  for (int k = 0; k < 1000; ++k) stuck.Take(reading);
+  EXPECT_FALSE(stuck.are_frozen());
+}
+
+std::shared_ptr<const ChannelPattern> PairPattern() {
+  ChannelPattern pattern;
+  pattern.expectation = Eigen::Matrix2d{{0, 1}, {1, 0}};
+  pattern.tolerance = Eigen::Vector2d::Constant(0.1);
+  pattern.relative_tolerance = Eigen::Vector2d::Constant(0.2);
+  pattern.below = Eigen::Vector2d::Constant(0.2);
+  pattern.above = Eigen::Vector2d::Constant(10);
+  pattern.second_difference = Eigen::Vector2d::Constant(0.3);
+  return std::make_shared<const ChannelPattern>(pattern);
+}
+
+TactileSignals Pair(double first, double second) {
+  TactileSignals change;
+  change.resize(4);
+  change[0] = first, change[1] = second;
+  return change;
+}
+
+TEST(ChannelSignalsTest, AChannelThatJumpsIsFaultyUntilItIsBack) {
+  ChannelSignals signals(PairPattern());
+  for (int k = 0; k < 10; ++k) signals.Update(Pair(5, 5));
+  EXPECT_EQ(signals.fault(), "");
+  for (int k = 0; k < 10; ++k) signals.Update(Pair(5.5, 5));  // within the relative tolerance
+  EXPECT_NE(signals.fault(), "");
+  signals.Update(Pair(5, 5));
+  EXPECT_EQ(signals.fault(), "");
+}
+
+TEST(ChannelSignalsTest, AContactThatBeginsFastIsNoJump) {
+  ChannelSignals signals(PairPattern());
+  for (int k = 0; k < 10; ++k) signals.Update(Pair(0, 0));
+  for (int k = 1; k < 10; ++k) {
+    signals.Update(Pair(0.5 * k, 0.5 * k));
+    if (k > 1) EXPECT_EQ(signals.fault(), "") << k;
+  }
+}
+
+TEST(ChannelSignalsTest, TheOppositeSideOfContactsIsNoContact) {
+  ChannelSignals signals(PairPattern());
+  signals.Update(Pair(-0.5, -0.5));
+  EXPECT_TRUE(signals.is_opposite() && !signals.is_beyond());
+  signals.Update(Pair(11, 11));
+  EXPECT_TRUE(signals.is_beyond() && !signals.is_opposite());
+  signals.Update(Pair(9, 5));
+  EXPECT_EQ(signals.fault(), "the channels do not match each other");
+}
 
 // Two channels at x = 1 and 3 cm, the second of which changes three times as much, downwards.
 TEST(ChannelLocaliserTest, TheContactIsTheMeanOfTheChannelsByTheirChange) {

@@ -13,6 +13,7 @@ import torch
 from scipy.signal import lfilter
 
 from palpate.training.errors import ErrorLaw
+from palpate.training.channels import ChannelPattern
 from palpate.training.pattern import Kind, Pattern
 from palpate.training.recordings import RATE, WINDOW, Array, InputError, Recording, Windows, last_samples
 
@@ -71,6 +72,8 @@ class Network:
     unit: str = ""  # of the channels of a sensor without electrodes
     noise: float = 1.0
     longest_constant: float = 0.0
+    drift: float = 0.0
+    channels: ChannelPattern | None = None
 
 
 @dataclasses.dataclass
@@ -376,7 +379,14 @@ def single_precision(values: Array) -> Any:
 def of_channels(network: Network) -> dict[str, Any]:
     if not network.unit:
         return {}
-    return {"unit": network.unit, "noise": network.noise, "longest_constant": network.longest_constant}
+    content: dict[str, Any] = {"unit": network.unit, "noise": network.noise, "longest_constant": network.longest_constant,
+                               "drift": network.drift}
+    if network.channels is not None:
+        content["channels"] = {key: single_precision(values) for key, values in network.channels.arrays().items()}
+        if len(network.channels.baseline):
+            content["channels"] |= {"baseline": single_precision(network.channels.baseline),
+                                    "baseline_force": network.channels.baseline_force}
+    return content
 
 
 def document(network: Network) -> dict[str, Any]:

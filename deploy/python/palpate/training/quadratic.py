@@ -8,6 +8,7 @@ from typing import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from palpate.training.channels import baselines_of, learn_channels
 from palpate.training.errors import CONTACT_SHARE, ErrorLaw, ForceErrors, compare_forces, fit_law
 from palpate.training.networks import QUIET_SIGNAL, Network
 from palpate.training.recordings import (LONGEST_CONSTANT, Array, InputError, Recording, Sensor, Stretch, find_contacts)
@@ -19,7 +20,8 @@ PARTS = 5  # of the contacts, each of which is estimated from the others
 FEWEST_CONTACTS = 3
 COVERED = ((1, 0.6827), (2, 0.9545))  # sigmas and the share of errors within them
 LEAST_NOISE = 2e-3  # of the rms of the channels
-SHORTEST_CONSTANT = 1.0  # a channel that changes more often counts as dead after this time [s]
+CONSTANT = 3  # times the longest that a channel stayed the same, and it is dead
+FEWEST_CONSTANT = 5  # samples
 
 
 def features(x: Array) -> Array:
@@ -32,6 +34,7 @@ def features(x: Array) -> Array:
 class Samples:
     change: Array  # n x N
     force: Array  # n x 3 [N]
+    age: Array  # n: since the baseline [s]
     part: npt.NDArray[np.int64]  # 0 to PARTS - 1
 
 
@@ -48,6 +51,7 @@ def samples_of(recordings: Sequence[Recording]) -> Samples:
 
     rows = [(recordings[c.recording], c.begin, c.end, part(k, c)) for k, c in enumerate(contacts)]
     return Samples(np.concatenate([r.change[a:b] for r, a, b, _ in rows]), np.concatenate([r.force[a:b] for r, a, b, _ in rows]),
+                   np.concatenate([r.t[a:b] - r.baseline_time for r, a, b, _ in rows]),
                    np.concatenate([np.full(b - a, p) for _, a, b, p in rows]))
 
 
@@ -87,6 +91,14 @@ def errors_of(estimated: Array, measured: Array) -> ForceErrors:
     return dataclasses.replace(errors, at_rest=rest, law=law)
 
 
+def drift_of(estimated: Array, measured: Array, age: Array) -> float:
+    """Error without contact over the time since the baseline [N/s]: as if it went on at this rate, which no recording shows."""
+    size = np.linalg.norm(measured, axis=1)
+    rest = (size <= CONTACT_SHARE * size.max()) & (age > 0)
+    square = ((estimated - measured)[rest]**2).sum()
+    return math.sqrt(square / (age[rest]**2).sum()) if rest.any() else 0.0
+
+
 def noise_of(recordings: Sequence[Recording], scale: Array) -> float:
     """The median rms of a channel from sample to sample without contact."""
     largest = max(float(np.linalg.norm(r.force, axis=1).max()) for r in recordings)
@@ -114,13 +126,19 @@ def train(recordings: Sequence[Recording], test: Sequence[Recording], sensor: Se
     kernel = squares.solve(ridge)
     if test:
         estimated = np.concatenate([features(r.change[r.begin:r.end] / scale) @ kernel for r in test])
-        errors = errors_of(estimated, np.concatenate([r.force[r.begin:r.end] for r in test]))
+        measured = np.concatenate([r.force[r.begin:r.end] for r in test])
+        age = np.concatenate([r.t[r.begin:r.end] - r.baseline_time for r in test])
     else:
-        errors = errors_of(unseen(ridge), samples.force)
-    channels, constant = len(scale), 2 * max(r.constant for r in recordings)
+        estimated, measured, age = unseen(ridge), samples.force, samples.age
+    errors = errors_of(estimated, measured)
+    size = np.linalg.norm(samples.force, axis=1)
+    noise = noise_of(recordings, scale)
+    pattern = learn_channels(recordings, samples.change, size <= CONTACT_SHARE * size.max(), samples.part, noise)
+    pattern.set_baselines(baselines_of(recordings), lambda x: np.linalg.norm(features(x / scale) @ kernel, axis=1))
+    channels, constant = len(scale), max(r.constant for r in recordings)
     network = Network(f"qnn_{channels}", channels, 1, 3, np.zeros(channels), scale, np.zeros(3), np.ones(3), [],
                       [(kernel, np.zeros(3))], rate=sensor.rate, sigma=errors.rmse, rest_sigma=errors.at_rest, law=errors.law,
                       learnt_force=float(np.linalg.norm(samples.force, axis=1).max()), unit=sensor.unit,
-                      noise=noise_of(recordings, scale),
-                      longest_constant=max(SHORTEST_CONSTANT, constant) if constant < LONGEST_CONSTANT else 0.0)
+                      noise=noise, drift=drift_of(estimated, measured, age), channels=pattern,
+                      longest_constant=max(CONSTANT * constant, FEWEST_CONSTANT / sensor.rate) if constant < LONGEST_CONSTANT else 0.0)
     return network, errors, ridge

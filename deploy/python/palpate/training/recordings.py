@@ -83,6 +83,8 @@ class Recording:
     begin: int = 0
     end: int = 0
     constant: float = 0.0  # longest time for which a channel stayed the same [s]
+    baseline: Array = dataclasses.field(default_factory=lambda: np.zeros(0))  # that was subtracted
+    baseline_time: float = 0.0  # its middle, of the clock of t [s]
     missing: str = ""  # pac0 or pdc where the file lacks it; that signal reads 0
 
 
@@ -346,7 +348,8 @@ def read_recording(data: DataArgument, finger: str, rest_samples: int, sensor: S
     if len(t) < rest_samples:
         raise InputError(f"{data.tactile}: {len(t)} samples: too few for a baseline from the first {rest_samples}")
     signals = np.stack([np.interp(t, unique, counts[:, k]) for k in range(counts.shape[1])], axis=1)
-    change = signals - signals[:rest_samples].mean(axis=0)
+    baseline = signals[:rest_samples].mean(axis=0)
+    change = signals - baseline
     force = curve.at(t)
     known = np.isfinite(force).all(axis=1)
     if not known.any():
@@ -359,7 +362,7 @@ def read_recording(data: DataArgument, finger: str, rest_samples: int, sensor: S
         begin, end = np.searchsorted(t[rows], (data.start, data.end))
         if begin < end:
             recordings.append(Recording(data.text, data.tactile, t[rows], change[rows], force[rows], int(begin), int(end),
-                                        _longest_constant(unique, counts), missing))
+                                        _longest_constant(unique, counts), baseline, float(t[:rest_samples].mean()), missing))
     if not recordings:
         raise InputError(f"{data.text}: no samples between these times: the recording has {t[0]:g} to {t[-1]:g} s")
     return recordings

@@ -52,6 +52,27 @@ TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
   EXPECT_NEAR(site.truth().fingers[0].force.x(), across, 1e-9);
 }
 
+// Reference: the same contact once it is solved; the cube's top is even, so the solved contact
+// beside it is alike.
+TEST(TactileSite, WithoutPatienceAnUnsolvedContactIsTheNearestSolvedOne) {
+  const Vector3d beside{0, 9e-3, 0};
+  TactileSite site(CubeScene(), kCoarse);
+  PressBy(&site, 2e-3);
+  PressBy(&site, -1e-3);
+  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside, Patience::kNone);
+  const Truth nearest = site.truth();
+  EXPECT_FALSE(nearest.solved) << "it waited";
+  EXPECT_TRUE(nearest.in_contact);
+  PressBy(&site, 1.5e-3, beside);
+  const Truth solved = site.truth();
+  EXPECT_TRUE(solved.solved);
+  EXPECT_NEAR(nearest.force.z(), solved.force.z(), 0.25 * solved.force.z());
+  EXPECT_EQ(nearest.depth, solved.depth);
+  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside, Patience::kNone);
+  EXPECT_TRUE(site.truth().solved);
+  EXPECT_EQ(site.truth().force, solved.force);
+}
+
 TEST(TactileSite, PosesOfObjectAndHandTurnTheWholeWorld) {
   Scene scene = CubeScene();
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();

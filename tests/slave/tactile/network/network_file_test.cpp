@@ -125,6 +125,35 @@ INSTANTIATE_TEST_SUITE_P(
              "activation = selu: expected tanh, relu"}),
     [](const auto& flaw) { return std::string(flaw.param.name); });
 
+// What only the training of a sensor without electrodes knows.
+TEST(NetworkFileTest, ChannelsWithoutTheirErrorsOrNoiseAreRefused) {
+  json good = JsonOf(MakeRandomNetwork("dnn_19", 5, 0.3f, 1));
+  good["unit"] = "kPa";
+  good["noise"] = 0.05;
+  good["sigma"] = {0.01, 0.01, 0.02};
+  const Scratch scratch;
+  const auto complaint = [&](const json& root) {
+    scratch.Write("network.json", root.dump());
+    return Thrown<std::runtime_error>([&] { LoadForceNetwork(scratch.path()); });
+  };
+  for (const char* key : {"sigma", "noise"}) {
+    json root = good;
+    root.erase(key);
+    EXPECT_THAT(complaint(root), testing::HasSubstr(std::string(key) +
+                                                    " is missing: a network with `unit` needs it; "
+                                                    "train it again with"));
+  }
+  json unknown = good;
+  unknown["sigma"] = {0, 0, 0};
+  EXPECT_THAT(complaint(unknown), testing::HasSubstr("sigma: expected a number > 0"));
+  json channels = good;
+  channels["channels"] = {{"expectation", json::array({{0, 1}, {1, 0}})}};
+  EXPECT_THAT(complaint(channels),
+              testing::HasSubstr("channels.expectation is 2 x 2, expected 19 x 19"));
+  scratch.Write("network.json", good.dump());
+  EXPECT_EQ(LoadForceNetwork(scratch.path())->info().noise, 0.05);
+}
+
 TEST(NetworkFileTest, TextThatIsCutOffIsNoJson) {
   const std::string text = JsonOf(MakeRandomNetwork("rnn_21", 5, 0.3f, 1)).dump();
   const Scratch scratch;

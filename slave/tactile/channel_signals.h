@@ -1,0 +1,53 @@
+// Whether the channels of a sensor without electrodes do what they did in the training.
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/tactile/signals/channel_pattern.h"
+#include "slave/tactile/signals/tactile_signals.h"
+
+namespace palpate {
+
+// A channel is faulty that differs from its expectation by the others, or jumps. A jump is a change
+// from sample to sample unlike the one before, which does not go on: a contact that begins goes on.
+// The channel stays faulty until it jumps back, or is at rest.
+class ChannelSignals {
+ public:
+  explicit ChannelSignals(std::shared_ptr<const ChannelPattern> pattern);
+
+  // Processes the next sample. Allocation-free.
+  void Update(const TactileSignals& change) noexcept;
+  // Samples are missing before the next one.
+  void Skip() noexcept { seen_ = 0; }
+  void Reset() noexcept;
+
+  // What is wrong with a channel in the last sample, one clause; empty: nothing.
+  [[nodiscard]] std::string_view fault() const noexcept { return fault_; }
+  // A channel is outside its range in the training, on the side of the contacts.
+  [[nodiscard]] bool is_beyond() const noexcept { return is_beyond_; }
+  // The same on the other side, where contacts hardly move it.
+  [[nodiscard]] bool is_opposite() const noexcept { return is_opposite_; }
+
+ private:
+  struct Channel {
+    double pace = 0;        // usual change from sample to sample
+    double jump = 0;        // that is not explained; 0: none
+    bool is_fresh = false;  // the jump was that of the last sample
+  };
+  void CompareWithOthers() noexcept;
+  void CompareWithRange() noexcept;
+  void FindJumps() noexcept;
+
+  std::shared_ptr<const ChannelPattern> pattern_;
+  Eigen::VectorXd x_, last_, residual_;
+  std::vector<Channel> channels_;
+  int seen_ = 0;  // successive samples, up to 2
+  std::string_view fault_;
+  bool is_beyond_ = false, is_opposite_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,22 @@
+// What the channels of a sensor without electrodes did while its network was trained.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+// In the unit of the channels, N of them; x: change since the baseline, margins included. Learnt
+// with a network, from the same contacts.
+struct ChannelPattern {
+  // N x N with a diagonal of 0: the best linear expectation of each channel by the others.
+  Eigen::MatrixXd expectation;
+  // A channel differs from it by at most sqrt(tolerance^2 + relative^2 s^2), s: rms of the others.
+  Eigen::VectorXd tolerance, relative_tolerance;
+  Eigen::VectorXd below, above;  // farthest from the baseline, both >= 0
+  // Largest difference of two successive changes from sample to sample.
+  Eigen::VectorXd second_difference;
+  Eigen::VectorXd baseline;   // mean of those of the training; empty: there were too few
+  double baseline_force = 0;  // largest force that the network gives for another one of them [N]
+};
+
+}  // namespace palpate
