@@ -79,19 +79,13 @@ RemoteScene Connect(SlaveLink* link) {
   return link->Connect();
 }
 
-// Largest age of a rendered sample [s]: larger for a slow sensor, up to a limit.
-double OldestShown(double sensor_rate) {
-  constexpr double kOnTop = 0.1, kLeast = 0.06, kMost = 1, kPeriods = 3;  // [s], [s], [s], [-]
-  return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kLeast, kMost);
-}
-
 HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene) {
   HapticLoop::Options options;
   options.render = *ParseRenderMode(a.render);
   options.transform = scene.transform;
   options.force_limit = std::min(a.force_limit, scene.force_limit);
   options.slew_limit = a.slew_limit;
-  options.max_age = OldestShown(scene.sensor_rate);
+  options.max_age = MaxAge(scene.sensor_rate);
   options.dead_after = scene.dead_after;
   options.settings_revision = scene.settings_revision;
   options.motion = MotionOf(a);

@@ -95,7 +95,7 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
       output_(options.slew_limit * kTicksPerSecond),
       transform_(options.transform),
       settings_{options.settings_revision, options.transform, options.force_limit,
-                options.dead_after} {
+                options.dead_after, options.max_age} {
   PositiveOrThrow(options.force_limit, "force_limit");
   PositiveOrThrow(options.slew_limit, "slew_limit");
   PositiveOrThrow(options.max_age, "max_age");
@@ -248,7 +248,7 @@ void HapticLoop::TakeSettings() noexcept {
 bool HapticLoop::Trusts(Time now) noexcept {
   const SlaveState& state = newest_->state;
   const double age = SecondsBetween(SensedAt(*newest_), now);
-  const double oldest = options_.max_age + newest_->round_trip;
+  const double oldest = settings_.max_age + newest_->round_trip;
   Reasons doubts;
   if (!(age <= oldest && age >= -kFuture)) doubts.Add(Reason::kAged);
   if (settings_wait_ || state.settings_revision != settings_.revision)

@@ -27,6 +27,7 @@ struct RemoteSettings {
   TeleopTransform transform;            // offset zero
   double force_limit = 0;               // on the device [N], > 0
   double dead_after = kUsualDeadAfter;  // link timeout without a state [s]
+  double max_age = 0.2;                 // of a rendered sample, without its network delay [s]
 };
 
 // A complete received local contact model.

@@ -268,7 +268,12 @@ SlaveTexts Observer::Parts::Ask(const std::stop_token& stop) {
     revision = scene.settings_revision();
     Forward(scene);
   }
-  return {0, JsonOf(scene), JsonOf(status), {}};
+  SlaveTexts taken{0, JsonOf(scene), JsonOf(status), {}};
+  try {
+    taken.remote = ToRemoteScene(scene);
+  } catch (const std::runtime_error&) {  // the link reports it
+  }
+  return taken;
 }
 
 Observer::Observer(const SlaveLink::Options& link, Options options)

@@ -11,6 +11,7 @@
 
 #include "master/haptics/received.h"
 #include "master/link/remote_mesh.h"
+#include "master/link/remote_scene.h"
 #include "master/link/slave_link.h"
 #include "shared/link/latest_value.h"
 #include "shared/state/sample_trace.h"
@@ -44,7 +45,8 @@ struct ObservedState {
 struct SlaveTexts {
   std::uint64_t version = 0;  // rises with each answer
   std::string scene, status;
-  std::string trouble;  // why nothing is received
+  std::string trouble;                     // why nothing is received
+  std::optional<RemoteScene> remote = {};  // of `scene`; empty: not received, or out of range
 };
 
 // Views that cost the slave work, as needed by one user. Rates [Hz], 1 to 120; 0: not needed.

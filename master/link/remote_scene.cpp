@@ -1,5 +1,6 @@
 #include "master/link/remote_scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -70,6 +71,11 @@ std::string OtherRelease(const std::string& slave, const std::string& master) {
   return "The slave is of release " + theirs + ", this master of " + ours + ".";
 }
 
+double MaxAge(double sensor_rate) {
+  constexpr double kOnTop = 0.1, kLeast = 0.06, kMost = 1, kPeriods = 3;  // [s], [s], [s], [-]
+  return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kLeast, kMost);
+}
+
 RemoteScene ToRemoteScene(const v1::SceneDescription& scene) {
   const auto& mapping = scene.operator_();
   const auto& capabilities = scene.capabilities();
@@ -79,6 +85,7 @@ RemoteScene ToRemoteScene(const v1::SceneDescription& scene) {
   remote.model = Presentable(scene.model().kind(), kLongestWords);
   remote.source = Presentable(scene.source(), kLongestWords);
   remote.version = Presentable(capabilities.version(), kLongestWords);
+  remote.sensor_rate = NonNegative("sensor_rate", capabilities.sensor_rate());
   remote.accepts_setup = !scene.setup_camera().empty();
   if (remote.accepts_setup && remote.name.empty()) return remote;  // there is no scene yet
   remote.transform.position_scale = Positive("operator.position_scale", mapping.position_scale());
@@ -90,7 +97,6 @@ RemoteScene ToRemoteScene(const v1::SceneDescription& scene) {
   remote.press_speed = NonNegative("operator.press_speed", mapping.press_speed());
   remote.dead_after = DeadAfter(mapping.dead_after());
   remote.simulated = capabilities.simulated();
-  remote.sensor_rate = NonNegative("sensor_rate", capabilities.sensor_rate());
   for (const auto& message : scene.fingertips()) remote.fingertips.push_back(Fingertip(message));
   return remote;
 }

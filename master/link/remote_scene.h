@@ -39,6 +39,10 @@ struct RemoteScene {
 // Throws std::runtime_error with the name of a field that is out of range.
 RemoteScene ToRemoteScene(const v1::SceneDescription& scene);
 
+// Largest age of a rendered sample, without its network delay [s]: larger for a slow sensor, up to
+// a limit. `sensor_rate`: [Hz], 0: unknown.
+double MaxAge(double sensor_rate);
+
 // A text if the versions of slave and master are of different releases; empty if they are the same
 // or one is unknown.
 std::string OtherRelease(const std::string& slave, const std::string& master);

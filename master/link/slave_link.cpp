@@ -130,7 +130,7 @@ struct SlaveLink::Parts {
   void Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
            LatestValue<OperatorCommand>* commands);
   // Reads what the master goes by. One at a time. Another scene than the one that was connected to
-  // is refused: device, limits of age and what is shown are made for that one.
+  // is refused: the device is made for that one.
   grpc::Status ReadSettings();
   // A state tells of `revision`: reads again, beside the stream, if another was read.
   void CheckRevision(std::uint32_t revision);
@@ -211,7 +211,8 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
                                              " instead of " + first->name +
                                              ": restart palpate-master"};
     }
-    settings->Put({scene.settings_revision, scene.transform, scene.force_limit, scene.dead_after});
+    settings->Put({scene.settings_revision, scene.transform, scene.force_limit, scene.dead_after,
+                   MaxAge(scene.sensor_rate)});
     read_revision = scene.settings_revision;
     return status;
   } catch (const std::exception& error) {  // numbers that cannot be

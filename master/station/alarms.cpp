@@ -35,13 +35,13 @@ class Alarms {
     AddStop();
     AddDevice();
     AddLine();
-    if (moment_.status.link.observes) AddValidity();
-    if (moment_.status.link.connected) {  // without a link these only repeat the cause
-      AddValidity();
+    const LinkStats& link = moment_.status.link;
+    if (link.connected || link.observes) AddValidity();
+    if (link.connected) {
       AddReasons();
       AddLimit();
-      AddNews();
     }
+    if (link.connected || link.answers) AddNews();  // else these only repeat the cause
     AddRest();
     return std::move(list_);
   }
@@ -107,15 +107,22 @@ class Alarms {
                      100 * moment_.ticks.late_share),
            "The link is slow or the machine is busy: see the charts.");
     }
-    if (moment_.frozen_for > 0 && moment_.observed.state.validity != Validity::kStale) {
-      Note(Formatted("The image has been frozen for %.0f s.", moment_.frozen_for),
-           "The force is independent of it: check its age. If this persists, reload the page.");
-    }
+    AddFrozenImage();
     for (const std::string& text : moment_.slave_alarms) Note("The slave reports: " + text + ".");
     if (!moment_.health_trouble.empty()) {
       Note("The slave does not report its status: " + moment_.health_trouble + ".",
            "The link is slow or the slave is busy. The force is independent of it.");
     }
+  }
+  void AddFrozenImage() {
+    const SlaveState& state = moment_.observed.state;
+    const bool sets_up = state.phase == Phase::kSetup;
+    const bool is_known = state.validity == Validity::kStale && !sets_up;
+    if (!(moment_.frozen_for > 0) || is_known) return;
+    Note(Formatted("The image has been frozen for %.0f s.", moment_.frozen_for),
+         sets_up ? "Check the camera, its driver and its cable."
+                 : "The force is independent of it: check its age. If this persists, reload the "
+                   "page.");
   }
   void AddRest() {
     if (!moment_.other_release.empty()) {
@@ -160,6 +167,7 @@ std::string NextFor(Validity validity) {
 void Alarms::AddValidity() {
   const SlaveState& state = moment_.observed.state;
   if (state.sequence == 0 || state.validity == Validity::kValid) return;
+  if (state.phase == Phase::kSetup) return;  // there is no scene yet
   const bool is_shown_by_link = state.validity == Validity::kStale && tick_.state_age > kLate;
   if (is_shown_by_link) return;
   const std::string check = Spaced(ToString(state.check));

@@ -72,8 +72,10 @@ Match(Cases...) -> Match<Cases...>;
 
 struct LiveStation::Parts {
   Parts(Options chosen, Controls given)
-      : options(std::move(chosen)), controls(std::move(given)), observer(*options.observer) {
-    StationHello hello = options.hello;
+      : options(std::move(chosen)),
+        controls(std::move(given)),
+        observer(*options.observer),
+        hello(options.hello) {
     hello.libraries = FindPageFile("/lib/three.module.js") && FindPageFile("/lib/uPlot.esm.js");
     board.Put(Topic::kHello, HelloJson(hello));
   }
@@ -86,6 +88,8 @@ struct LiveStation::Parts {
   double PutImage(const TickDigest::Moment& ticks);
   void PutShape(const TickDigest::Moment& ticks);
   void PutHealth();
+  // Shows another scene that the slave uses after a set-up.
+  void TakeScene(const RemoteScene& scene);
   // When the slave sensed, on the session's clock [s].
   [[nodiscard]] double SinceBegin(const TickDigest::Moment& ticks, Time sensed_at) const;
 
@@ -112,11 +116,13 @@ struct LiveStation::Parts {
   NoticeBoard board;
   TickDigest ticks;
   EventLog event_log;
-  mutable std::mutex mutex;  // guards these two
+  std::atomic<std::uint64_t> stops{0};  // emergency stops from pages
+  mutable std::mutex mutex;             // guards these two
   SessionStatus status;
   SlaveLink::Mapping waiting;
   PointerControlLock lead;  // the server's thread
   // What the editor alone uses.
+  StationHello hello;
   PageViews page_views;
   ShownHealth health;
   std::optional<HandTrace> trace;
@@ -169,7 +175,7 @@ void LiveStation::Parts::PutMoment() {
   PutHealth();
   moment.slave_alarms = health.alarms;
   moment.health_trouble = health.trouble;
-  moment.other_release = OtherRelease(options.hello.scene.version, options.hello.version);
+  moment.other_release = OtherRelease(hello.scene.version, hello.version);
   if (const auto entries = event_log.TakeNew()) {
     log = *entries;
     board.Put(Topic::kLog, LogJson(log));
@@ -197,8 +203,8 @@ double LiveStation::Parts::PutImage(const TickDigest::Moment& moment) {
   const double sensed_at = SinceBegin(moment, newest->sensed_at);
   if (newest->number != page_views.image) display.PutImage(newest->jpeg, sensed_at);
   page_views.image = newest->number;
-  const double age = moment.t - sensed_at, rate = options.hello.scene.sensor_rate;
-  return age > std::max(kFrozen, kFrozenPeriods / rate) ? age : 0;
+  const double age = moment.t - sensed_at, rate = hello.scene.sensor_rate;  // 0: unknown
+  return age > std::max(kFrozen, rate > 0 ? kFrozenPeriods / rate : 0) ? age : 0;
 }
 
 void LiveStation::Parts::PutShape(const TickDigest::Moment& moment) {
@@ -212,12 +218,25 @@ void LiveStation::Parts::PutHealth() {
   const SlaveTexts texts = observer.texts();
   if (texts.version == health.version) return;
   health = {texts.version, AlarmsIn(texts), texts.trouble};
+  if (texts.remote) TakeScene(*texts.remote);
   board.Put(Topic::kHealth, HealthJson(texts));
+}
+
+// Changed settings of the same scene are no other scene: the page's sliders are relative to those
+// of the start.
+void LiveStation::Parts::TakeScene(const RemoteScene& scene) {
+  const RemoteScene& shown = hello.scene;
+  const bool is_other = scene.name != shown.name || scene.geometry != shown.geometry ||
+                        scene.sensor_rate != shown.sensor_rate;
+  if (!scene.accepts_setup || !is_other) return;
+  hello.scene = scene;
+  board.Put(Topic::kHello, HelloJson(hello));
 }
 
 std::string LiveStation::Parts::Do(std::uint64_t page, const PageCommand& asked) {
   std::string answer;
   std::visit(Match{[&](const StopCommand&) {
+                     ++stops;
                      controls.stop();
                      Log(true, "emergency stop from the page");
                    },
@@ -261,8 +280,10 @@ std::string LiveStation::Parts::Record(const RecordCommand& command) {
   return {};
 }
 
+// A reset that waits for other tasks does not reset a stop that came after it.
 void LiveStation::Parts::Reset() {
-  SubmitTask([this] {
+  SubmitTask([this, before = stops.load()] {
+    if (stops != before) return Log(true, "not reset: an emergency stop came after the reset");
     const bool done = controls.reset();
     Log(!done, done ? "the emergency stop was reset" : "the slave did not reset: try again");
   });

@@ -348,6 +348,15 @@ TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew)
   EXPECT_EQ(command->settings_revision, 7U);
 }
 
+// After another scene came into use, its sensor may be faster than what the loop was made for.
+TEST_F(HapticLoopTest, TheLargestAgeIsThatOfTheSettingsThatWereRead) {
+  rig_.Run(puppet_, 0.1);
+  EXPECT_FALSE(rig_.loop.record().chain.reasons.Has(Reason::kAged));
+  rig_.settings.Put({.transform = {}, .force_limit = 3.3, .max_age = 1e-6});
+  rig_.Run(puppet_, 0.1);
+  EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kAged));
+}
+
 // A line was cut and came back to a slave that had gone on: settings are read again, and the
 // slave's offset is still that of the epoch, which the hand had begun elsewhere than at the tool.
 TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {

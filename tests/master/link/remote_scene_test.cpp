@@ -47,6 +47,16 @@ TEST(RemoteSceneTest, WhatTheSlaveSaysIsTaken) {
   EXPECT_TRUE(remote.transform.offset.isZero(0));
 }
 
+// Without a scene the slave has a camera already.
+TEST(RemoteSceneTest, ASetUpHasTheRateOfItsCamera) {
+  v1::SceneDescription scene;
+  scene.set_setup_camera("rate: 30 Hz");
+  scene.mutable_capabilities()->set_sensor_rate(30);
+  const RemoteScene remote = ToRemoteScene(scene);
+  EXPECT_TRUE(remote.accepts_setup);
+  EXPECT_EQ(remote.sensor_rate, 30);
+}
+
 struct Malformation {
   const char* field;
   std::function<void(v1::SceneDescription::Operator*)> apply;

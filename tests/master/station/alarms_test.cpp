@@ -70,6 +70,30 @@ TEST(AlarmsTest, AFrozenPictureIsReportedUnlessNothingIsSensed) {
   EXPECT_THAT(AlarmsOf(moment), Not(Contains(HasText("The image"))));
 }
 
+// Nobody operates, and the link for it is refused: the slave's alarms count all the more.
+TEST(AlarmsTest, WhoWatchesSeesTheSlavesAlarmsWithoutAManipulator) {
+  StationMoment moment = Good();
+  moment.status.link = {.answers = true, .observes = true};
+  moment.ticks.newest.state = OperatorState::kDisconnected;
+  moment.ticks.newest.state_age = -1;
+  moment.slave_alarms = {"no sample from the sensor for 6 s"};
+  moment.observed.state.validity = Validity::kStale;
+  EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The force is stale."),
+                                            HasText("no sample from the sensor for 6 s")));
+}
+
+TEST(AlarmsTest, ASetUpHasNoForceToDoubtButACameraThatMayBeSilent) {
+  StationMoment moment = Good();
+  moment.status.link = {.answers = true, .observes = true};
+  moment.ticks.newest.state = OperatorState::kDisconnected;
+  moment.observed.state.phase = Phase::kSetup;
+  moment.observed.state.validity = Validity::kFailed;
+  EXPECT_THAT(AlarmsOf(moment), ElementsAre());
+  moment.frozen_for = 3;
+  EXPECT_THAT(AlarmsOf(moment), ElementsAre(AllOf(HasText("The image has been frozen for 3 s."),
+                                                  Field(&Alarm::next, HasSubstr("camera")))));
+}
+
 TEST(AlarmsTest, EveryChangeOfTheForceHasANextStep) {
   StationMoment moment = Good();
   for (std::size_t i = 0; i < kReasonCount; ++i) {
