@@ -1,11 +1,12 @@
 // What goes wrong ends in a sentence that says what to do, and lets the hand go: shown on the page, by real programs.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { chmodSync, readFileSync, writeFileSync } from 'node:fs';
+import { chmodSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
-import { after, before, describe, test } from 'node:test';
+import { after, afterEach, before, beforeEach, describe, test } from 'node:test';
 
-import { BIN, SCRATCH, Stage, pause, serve, size, until } from './stage.mjs';
+import { Person, imagesOf } from './setup_person.mjs';
+import { BIN, ROOT, SCRATCH, Stage, pause, serve, size, until } from './stage.mjs';
 
 const OTHER_RELEASE = '9.8.7', FEW = ['--override', 'model.elements=60'];
 
@@ -95,4 +96,58 @@ describe('what goes wrong', () => {
 
   // The browser itself tells of each try to reach a master that is not there.
   test('the browser has nothing else to complain of', () => assert.deepEqual(stage.errors.filter((text) => !/WebSocket connection to .* failed/.test(text)), []));
+});
+
+// A slave that waits for a scene, on images of a block and a tool at rest, 15 a second, until `silence`.
+describe('a camera that goes silent while nobody operates', () => {
+  const COUNT = 20, folder = path.join(SCRATCH, 'silent-camera'), source = path.join(SCRATCH, 'setup-silicone-block');
+  const image = (i) => path.join(folder, `${String(i).padStart(6, '0')}.png`), first = path.join(source, 'frames/000001.png');
+  const fill = (put) => {
+    rmSync(folder, { recursive: true, force: true });
+    mkdirSync(folder);
+    for (let i = 1; i <= COUNT; ++i) put(image(i));
+  };
+  // Each image becomes a pipe into which nobody writes: the camera is open and sends nothing.
+  const silence = () => fill((file) => execFileSync('mkfifo', [file]));
+  let stage;
+  beforeEach(async () => {
+    imagesOf(path.join(ROOT, 'deploy/scenes/silicone-block.yaml'), source);
+    fill((file) => symlinkSync(first, file));
+    ({ stage } = await Person.sitDown({ images: path.join(folder, '%06d.png'), rate: 15, saved: path.join(SCRATCH, `saved-silent-${process.pid}`) }));
+  });
+  afterEach(async () => {
+    await stage.close();
+    stage.slave.kill('SIGKILL');  // its thread waits for the camera
+    await stage.slave.ended;
+  });
+  const alarms = () => stage.status.alarms.map(({ text }) => text);
+
+  test('the set-up shows that the image is frozen, and doubts no force', async () => {
+    await until(() => stage.health?.scene && stage.status, 'a slave that is watched');
+    silence();
+    await until(() => alarms().some((words) => /^The image has been frozen for/.test(words)), 'a frozen image');
+    await stage.shows('setup-alarms', /The image has been frozen for.*Check the camera/s);
+    assert.ok(!stage.statuses.some((status) => status.alarms.some(({ text }) => text.startsWith('The force is'))));
+  });
+
+  test('a scene in use is told to the page, and the alarms of its slave are shown', async () => {
+    await until(() => stage.health?.scene && stage.status, 'a slave that is watched');
+    const [left, top, right, bottom] = [305, 80, 335, 124], [u, v] = [319.5, 124.757], camera = stage.health.scene.setup_camera.split('\n').filter(Boolean);
+    const tip = await stage.page.evaluate(async ([base64, x, y, width, height]) => {
+      const bitmap = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]), x, y, width, height);
+      const canvas = Object.assign(document.createElement('canvas'), { width, height });
+      canvas.getContext('2d').drawImage(bitmap, 0, 0);
+      return canvas.toDataURL('image/png').split(',')[1];
+    }, [readFileSync(first).toString('base64'), left, top, right - left, bottom - top]);
+    const scene = ['name: watched', 'object:', '  geometry:', '    rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}', '  material: {young_modulus: 127 kPa, poisson_ratio: 0.49}', '  fixed: {side: bottom}',
+      'tool: {shape: flat, width: 5.87 mm}', 'manipulator: none', 'sense:', '  camera:', ...camera.map((line) => `    ${line}`), '    pixel: 0.35 mm', '    pose: {translation: [44 mm, 54 mm, 0]}',
+      `  tip: {track: template, template: tip.png, anchor: [${u - left}, ${v - top}]}`, '  contour: {track: snake}', 'model: {kind: bem2d, plane: stress, elements: 60}', ''].join('\n');
+    const answer = await stage.page.evaluate(async (body) => (await fetch('/setup/use', { method: 'POST', body })).text(), JSON.stringify({ scene, files: { 'tip.png': tip } }));
+    assert.doesNotMatch(answer, /error/, answer);
+    await until(() => stage.hello.scene === 'watched', 'a hello of the scene in use');
+    assert.equal(stage.hello.sensor_rate, 15);
+    silence();
+    await until(() => alarms().some((words) => /^The slave reports: no sample from the sensor for/.test(words)), 'the alarm of the slave');
+    assert.ok(stage.status.link.observes);
+  });
 });

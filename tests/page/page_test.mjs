@@ -76,16 +76,20 @@ describe('a scripted hand presses the block', () => {
     await until(() => stage.statuses.slice(from).some((status) => Math.abs(size(status.chain.sent) - shown) <= 0.00501), `a status with ${shown} N`);
   });
 
-  // Twice within half a second, which a busy machine may miss.
-  const escapeTwice = async (page) => {
-    do await page.keyboard.press('Escape');
-    while (await page.evaluate(() => window.actedAfter > 500));
+  const inField = async (page) => {
+    await page.locator('#force-limit').focus();
+    await page.keyboard.press('Escape');
+    await page.locator('#view').focus();
   };
-  for (const [how, act] of [['mouse', (page) => page.locator('#stop').click()], ['Space', (page) => page.keyboard.press('Space')], ['Esc Esc', escapeTwice]]) {
+  const onView = async (page) => {
+    await page.locator('#view').focus();
+    await page.keyboard.press('Space');
+  };
+  for (const [how, act] of [['mouse', (page) => page.locator('#stop').click()], ['Space', onView], ['Esc in a field', inField]]) {
     test(`the emergency stop by ${how}`, async () => {
       await pressed();
       await stage.page.evaluate(() => {
-        const note = () => { [window.actedAfter, window.stoppedAt] = [Date.now() - window.stoppedAt, Date.now()]; };
+        const note = () => { window.stoppedAt = Date.now(); };
         if (window.stoppedAt === undefined) for (const kind of ['click', 'keydown']) window.addEventListener(kind, note, { capture: true });
         window.stoppedAt = 0;
       });
@@ -149,6 +153,30 @@ describe('a scripted hand presses the block', () => {
     await stage.when((status) => status.state === 'FOLLOWING', 'FOLLOWING');
   });
 
+  test('Space on a button presses it, and letters can be switched off', async () => {
+    const { page } = stage, stops = () => stage.logEntries.filter(({ text }) => text === 'emergency stop from the page').length;
+    const stopped = stops(), marks = stage.status.marks;
+    await page.locator('#mark').focus();
+    await page.keyboard.press('Space');
+    await stage.when((status) => status.marks === marks + 1, 'a mark');
+    await page.keyboard.press('h');
+    await page.locator('#letters').focus();
+    await page.keyboard.press('Space');
+    assert.ok(!(await page.locator('#letters').isChecked()));
+    await page.reload();
+    await stage.shows('scene', 'silicone-block');
+    await page.keyboard.press('m');
+    await page.locator('#mark').click();
+    await stage.when((status) => status.marks === marks + 2, 'the mark of the button alone');
+    await page.locator('#tab-help').click();
+    assert.ok(!(await page.locator('#letters').isChecked()), 'it is remembered');
+    await page.locator('#letters').check();
+    await page.locator('#view').focus();
+    await page.keyboard.press('m');
+    await stage.when((status) => status.marks === marks + 3, 'a mark by key');
+    assert.equal(stops(), stopped);
+  });
+
   test('the dot tells whether it is recorded', async () => {
     await until(async () => /^● REC \d+:\d\d [\d.]+ MB$/.test(await stage.text('record')), 'the dot');
     await stage.page.keyboard.press('b');
@@ -198,7 +226,7 @@ describe('a scripted hand presses the block', () => {
     }, 'a free tool at rest');
     await stage.page.locator('#reinitialize-tracking').click();
     await logged(stage, 'tracking is reinitialized');
-    await stage.page.keyboard.press('Space');
+    await stage.page.keyboard.press('Escape');
     await stage.when((status) => status.state === 'ESTOP', 'the stop');
     await pause(600);  // the same words again within half a second are no news
     const before = stage.logEntries.at(-1).number;
@@ -214,7 +242,7 @@ describe('a scripted hand presses the block', () => {
   });
 
   test('alarms that were seen stay and no longer count', async () => {
-    await stage.page.keyboard.press('Space');
+    await stage.page.keyboard.press('Escape');
     await until(async () => /^[■▲] Stop: Emergency stop/m.test(await stage.text('alarm-list')), 'an alarm');
     await stage.shows('alarm-count', /^[1-9]/);
     await until(async () => {
@@ -223,7 +251,7 @@ describe('a scripted hand presses the block', () => {
     }, 'that it was seen');
     await stage.page.keyboard.press('r');
     await until(async () => !/Emergency stop/.test(await stage.text('alarm-list')), 'its end');
-    await stage.page.keyboard.press('Space');
+    await stage.page.keyboard.press('Escape');
     await until(async () => /Stop: Emergency stop/.test(await stage.text('alarm-list')), 'a new one, which counts');
     await stage.page.keyboard.press('r');
     await stage.when((status) => status.state !== 'ESTOP', 'the end of the stop');

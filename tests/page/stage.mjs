@@ -89,13 +89,14 @@ after(async () => {
 });
 
 export class Stage {
-  // `slave`: that the stage has for itself; `within`: a command that runs the master's.
-  static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', args = [], slave, log = true, within = [], view }) {
+  // `slave`: that the stage has for itself; `within`: a command that runs the master's; `line`: between browser and master.
+  static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', args = [], slave, log = true, within = [], view, line }) {
     const stage = new Stage();
     stage.scene = scene;
     stage.log = path.join(SCRATCH, `${scene}-${device}.csv`);
     stage.slave = slave ?? await slaveOf(scene);
     await stage.startMaster({ device, args: log ? ['--log', stage.log, ...args] : args, within, view });
+    if (line) stage.master.address = await line.open(stage.master.address);
     await stage.openBrowser(size, scheme);
     return stage;
   }
@@ -117,6 +118,7 @@ export class Stage {
     browser ??= await chromium.launch({ executablePath: '/usr/bin/chromium', headless: true, args: FLAGS });
     this.context = await browser.newContext({ viewport: { width, height }, colorScheme, ignoreHTTPSErrors: true });
     this.page = await this.context.newPage();
+    this.page.setDefaultNavigationTimeout(PATIENCE_MS);
     this.errors = [];
     this.statuses = [];
     this.logEntries = [];
@@ -136,6 +138,7 @@ export class Stage {
     if (message.kind === 'status') this.statuses.push({ ...message, at: Date.now() });
     if (message.kind === 'led_elsewhere') this.refusedEngagements += 1;
     if (message.kind === 'log') this.logEntries = message.entries;
+    if (message.kind === 'hello' || message.kind === 'health') this[message.kind] = message;
   }
   get status() {
     return this.statuses.at(-1);

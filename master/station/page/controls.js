@@ -1,19 +1,37 @@
 // Buttons, keys, forms and tabs. No dialog ever covers the stop button.
 import { saveImage } from './save.js';
-import { minutes } from './words.js';
+import { minutes, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
-const ESCAPE_TWICE_MS = 600;
 const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-green', 'fem-zone'];
 
 // Whether a key belongs to the focused field. A slider uses no letters.
 const isOfField = ({ target, key }) => /^(INPUT|SELECT)$/.test(target.tagName) && (target.type !== 'range' || /^(Arrow|Page|Home|End)/.test(key));
+// Whether a key presses what has the focus.
+const pressesFocused = ({ target, key }) => /^( |Enter)$/.test(key) && target.closest('button, a, select, input:not([type=range])') !== null;
+
+// Settings of this browser. One that keeps nothing has none.
+function kept(name) {
+  try {
+    return localStorage.getItem(name);
+  } catch {
+    return null;
+  }
+}
+function keep(name, value) {
+  try {
+    localStorage.setItem(name, value);
+  } catch {}
+}
 
 export class Controls {
   constructor({ link, view, pointer, charts, sound, replay, alarms, onTheme }) {
-    Object.assign(this, { link, view, pointer, charts, sound, replay, alarms, onTheme, escapedAt: -1e9, status: null });
+    Object.assign(this, { link, view, pointer, charts, sound, replay, alarms, onTheme, status: null });
     byId('stop').addEventListener('click', () => this.stop());
     byId('reset').addEventListener('click', () => this.reset());
+    byId('letters').addEventListener('change', () => keep('letters', byId('letters').checked ? 'on' : 'off'));
+    byId('letters').checked = kept('letters') !== 'off';
+    byId('setup-open').addEventListener('click', () => pointer.release());  // its keys do not act in the set-up
     byId('pause').addEventListener('click', () => this.pause());
     byId('strips-next').addEventListener('click', () => this.charts.toggleStrips());
     byId('colours').addEventListener('click', () => this.view.toggleColours());
@@ -31,11 +49,20 @@ export class Controls {
     this.startTheme();
   }
   stop() {
+    if (this.replay.active) return;  // there is nothing to stop
     this.pointer.release();
-    this.link.send({ do: 'stop' });
+    this.link.stop();
+    this.showStop();
   }
+  // Resets a stop that is shown as confirmed. It is never queued, so that it cannot reset a later stop.
   reset() {
-    this.link.send({ do: 'reset' });
+    if (!this.link.isStopPending) this.link.send({ do: 'reset' });
+  }
+  // The button tells whether a stop has arrived, and how a person stops. It is off until the first message of the master.
+  showStop() {
+    const { isStopPending, silent } = this.link, button = byId('stop');
+    if (!silent) button.disabled = false;
+    write(button.lastElementChild, isStopPending ? 'not confirmed' : silent ? 'not connected' : 'Esc');
   }
   clutch() {
     this.pointer.release();
@@ -60,15 +87,16 @@ export class Controls {
     const modes = [...byId('render').options].map((option) => option.value);
     this.link.send({ do: 'render', mode: modes[(modes.indexOf(byId('render').value) + 1) % modes.length] });
   }
-  // The stop works wherever the focus is.
+  // Escape stops wherever the focus is. Space stops where it does nothing else.
   key(event) {
+    if (event.key === 'Escape') return event.repeat || this.stop();
+    const isLetter = event.key.length === 1 && event.key !== ' ';
+    if (pressesFocused(event) || (isLetter && !byId('letters').checked)) return;
     if (this.replay.key(event)) return this.swallow(event);
     if (this.replay.active && event.key === ' ') return;
-    if (event.key === ' ' && isOfField(event) && event.target.closest('#setup-form')) return;  // nobody is engaged there
     if (event.key === ' ' && !event.repeat) this.stop();
     if (event.key === ' ') return this.swallow(event);
-    if (event.key === 'Escape') return this.escape();
-    if (event.ctrlKey || event.metaKey || event.altKey || isOfField(event)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || isOfField(event) || !byId('setup').hidden) return;  // the set-up hides what the other keys act on
     if (!event.target.closest('[role=tablist]') && this.pointer.key(event, true)) return this.swallow(event);
     const act = this.actions()[event.key.toLowerCase()];
     if (!act || event.repeat) return;
@@ -78,11 +106,6 @@ export class Controls {
   swallow(event) {
     event.preventDefault();
     event.stopPropagation();
-  }
-  escape() {
-    const now = performance.now();
-    if (now - this.escapedAt < ESCAPE_TWICE_MS) this.stop();
-    this.escapedAt = now;
   }
   actions() {
     const live = this.replay.active ? {} : { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), c: () => this.clutch(), m: () => this.mark(),
@@ -135,19 +158,13 @@ export class Controls {
     list.replaceChildren(...kinds.map((kind) => new Option(kind, kind, false, kind === model)));
   }
   startTheme() {
-    let kept = null;
-    try {
-      kept = localStorage.getItem('theme');
-    } catch { /* a browser that keeps nothing */ }
     const dark = matchMedia('(prefers-color-scheme: dark)');
-    this.setTheme(kept || (dark.matches ? 'dark' : 'light'));
+    this.setTheme(kept('theme') || (dark.matches ? 'dark' : 'light'));
     dark.addEventListener('change', (event) => this.setTheme(event.matches ? 'dark' : 'light'));
   }
   toggleTheme() {
     const next = document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark';
-    try {
-      localStorage.setItem('theme', next);
-    } catch { /* a browser that keeps nothing */ }
+    keep('theme', next);
     this.setTheme(next);
   }
   setTheme(theme) {

@@ -1,22 +1,25 @@
 // The connection to the master: one WebSocket, reopened when it closes. It carries the newest message of each kind.
+// Commands are dropped while it is closed or busy. An emergency stop is not: it is repeated until the master shows it.
 
 const TOLD_EVERY = 2;  // messages taken
-const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300, LOOK_LATE_MS = 200;
+const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300, LOOK_LATE_MS = 200, STOP_MS = 100;
 export const TOPOLOGY = 1, PICTURE = 5, SHAPE = 6;
 
 // `hear(kind, message)` gets JSON objects by their `kind`, and for binary ones 'topology', 'picture', 'shape' with
 // {number, t, data: DataView, bytes: Uint8Array}; `lost(reason)` when the connection closes or is silent, `found()` when it is back.
 export class Link {
   constructor(hear, lost, found) {
-    Object.assign(this, { hear, lost, found, delay: null, heardAt: 0, watchedAt: 0, clock: null, silent: true });
+    Object.assign(this, { hear, lost, found, delay: null, heardAt: 0, watchedAt: 0, clock: null, silent: true, stopAskedAt: null, answeredUntil: -1 });
     this.open();
     setInterval(() => this.watch(), 100);
     setInterval(() => this.send({ do: 'ping', at: performance.now() }), PING_MS);
+    setInterval(() => this.repeatStop(), STOP_MS);
   }
   open() {
     const token = location.hash.slice(1);  // the part of an address that browsers do not send
     this.socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/ws${token && `?token=${token}`}`);
     this.socket.binaryType = 'arraybuffer';
+    this.socket.onopen = () => this.repeatStop();
     let taken = 0;
     this.socket.onmessage = ({ data, target }) => {
       this.take(data);
@@ -52,8 +55,10 @@ export class Link {
   takeText(message) {
     if (message.kind === 'pong') {
       this.delay = performance.now() - message.at;
+      this.answeredUntil = message.at;
       return;
     }
+    if (message.kind === 'status' && message.state === 'ESTOP' && this.answeredUntil >= this.stopAskedAt) this.stopAskedAt = null;
     if (message.kind === 'status') this.clock = { t: message.t, at: this.heardAt, rate: message.replay ? message.replay.playing * message.replay.speed : 1 };
     this.hear(message.kind, message);
   }
@@ -63,5 +68,22 @@ export class Link {
   }
   send(command) {
     if (this.socket.readyState === WebSocket.OPEN && this.socket.bufferedAmount < 4096) this.socket.send(JSON.stringify(command));
+  }
+  // An emergency stop is pending until the master has answered a later ping, hence has taken the stop, and its status is ESTOP.
+  // A status of an earlier stop, which is being reset, confirms nothing.
+  stop() {
+    this.stopAskedAt = performance.now();
+    this.repeatStop();
+  }
+  get isStopPending() {
+    return this.stopAskedAt !== null;
+  }
+  repeatStop() {
+    if (!this.isStopPending || this.socket.readyState !== WebSocket.OPEN) return;
+    for (const command of [{ do: 'stop' }, { do: 'ping', at: performance.now() }]) this.socket.send(JSON.stringify(command));
+  }
+  // A replay has nothing to stop.
+  forgetStop() {
+    this.stopAskedAt = null;
   }
 }

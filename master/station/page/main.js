@@ -9,7 +9,7 @@ import { Pace } from './pace.js';
 import { PicturePanel } from './picture.js';
 import { Pointer } from './pointer.js';
 import { ReplayBar } from './replay.js';
-import { Scales } from './scales.js';
+import { Scales, mappingOf } from './scales.js';
 import { Setup } from './setup.js';
 import { Sound } from './sound.js';
 import { View } from './view.js';
@@ -24,6 +24,7 @@ const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
 const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
 const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link), scales = new Scales(link, view.host), setup = new Setup(picture);
 let controls = null, changed = true;
+byId('not-started').remove();
 controls = new Controls({ link, view, pointer, charts, sound, replay, alarms, onTheme });
 
 function onTheme() {
@@ -32,17 +33,13 @@ function onTheme() {
   charts.changed = true;
 }
 
-// The active mapping: of the master's status, else of the slave's scene, else of the start.
 function mapping() {
-  const hand = latest.status, now = latest.health?.scene?.operator, first = latest.hello;
-  const rotation = now?.rotation?.length === 9 ? now.rotation : first?.rotation || [1, 0, 0, 0, 1, 0, 0, 0, 1];
-  const inForce = (key) => hand?.[key] || now?.[key] || first?.[key] || 1;
-  return { position_scale: inForce('position_scale'), force_scale: inForce('force_scale'), limit: inForce('force_limit'), rotation };
+  return mappingOf(latest.status, latest.health?.scene, latest.hello);
 }
 
 const takers = {
   hello(message) {
-    charts.begin();  // a restarted master, or a lost connection
+    charts.begin();  // a restarted master, a lost connection, or another scene
     if (!latest.hello) {
       view.load(message.libraries);
       charts.load(message.libraries);
@@ -52,6 +49,7 @@ const takers = {
     view.forgetShape();
     pointer.enable(message.pointer);
     replay.enable(message.badge === 'REPLAY');
+    if (replay.active) link.forgetStop();
     latest.why = '';
     showHint();
   },
@@ -144,7 +142,8 @@ function showState() {
   write(title, name);
   write(more, words);
   more.title = words;
-  byId('reset').hidden = Boolean(lost) || status?.state !== 'ESTOP';
+  byId('reset').hidden = Boolean(lost) || status?.state !== 'ESTOP' || link.isStopPending;
+  controls.showStop();
   document.body.classList.toggle('lost', Boolean(lost));
 }
 
@@ -188,6 +187,7 @@ function frame(now) {
 
 function showSetup() {
   showState();
+  setup.showAlarms(alarmsOf(latest));
   if (!setup.isFrozen) setup.draw();
 }
 

@@ -4,6 +4,7 @@ import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js'
 import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.js';
 import { Answers, GUESS_OFF, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, number, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
 import { findTip, greyOf, imageTrouble } from './setup_tip.js';
+import { noteItem } from './alarms.js';
 import { save, zipOf } from './save.js';
 import { VALIDITY, codeOf, figure, interval, write } from './words.js';
 
@@ -417,6 +418,12 @@ export class Setup {
     if (text === this.shownProblems) return;
     this.shownProblems = text;
     byId('setup-problems').replaceChildren(...list.map((words) => Object.assign(document.createElement('li'), { textContent: words })));
+  }
+  showAlarms(alarms) {
+    const text = JSON.stringify(alarms);
+    if (text === this.shownAlarms) return;
+    this.shownAlarms = text;
+    byId('setup-alarms').replaceChildren(...alarms.map(({ level, text: words, next }) => noteItem(level, words, next)));
   }
   reportText() {
     const { report, contact } = this.report;
