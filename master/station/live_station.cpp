@@ -262,9 +262,10 @@ std::string LiveStation::Parts::Record(const RecordCommand& command) {
 }
 
 void LiveStation::Parts::Reset() {
-  SubmitTask([this] {
-    const bool done = controls.reset();
-    Log(!done, done ? "the emergency stop was reset" : "the slave did not reset: try again");
+  SubmitTask([this, stops = controls.known_stops()] {
+    const std::string why = controls.reset(stops);
+    Log(!why.empty(),
+        why.empty() ? "the emergency stop was reset" : "the slave did not reset the stop: " + why);
   });
 }
 
