@@ -78,13 +78,15 @@ RemoteScene Connect(SlaveLink* link) {
   return link->Connect();
 }
 
-HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene) {
+HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene,
+                                std::chrono::milliseconds longest_round_trip) {
   HapticLoop::Options options;
   options.render = *ParseRenderMode(a.render);
   options.transform = scene.transform;
   options.force_limit = std::min(a.force_limit, scene.force_limit);
   options.slew_limit = a.slew_limit;
   options.max_age = MaxAge(scene.sensor_rate);
+  options.longest_trip = std::chrono::duration<double>(longest_round_trip).count();
   options.dead_after = scene.dead_after;
   options.settings_revision = scene.settings_revision;
   options.motion = MotionOf(a);
@@ -141,8 +143,9 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   SlaveLink::Options setup = a.link;
   if (!a.setup_tls.empty()) setup.tls = a.setup_tls;
   LiveStation::Controls controls{
-      [] { g_emergency = true; },
-      [link] { return link->Reset(); },
+      RequestEmergencyStop,
+      [link] { return link->known_stops(); },
+      [link](std::uint64_t stops) { return link->Reset(stops); },
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
       [link](const std::string& kind) { return link->SetModel(kind); },
       [link] { return link->ReinitializeTracking(); },
@@ -200,14 +203,18 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   if (recorder) recorder->Begin(a.link.target, NoteOf(a, scene, *device));
   line->link.Start(&line->states, &line->commands, &line->settings);
   SessionOptions options;
-  options.loop = LoopOptions(a, scene);
+  options.loop = LoopOptions(a, scene, line->link.longest_round_trip());
   options.settings = &line->settings;
   OperatorRequests requests(options.loop.render);
   options.requests = &requests;
   auto observer = OpenObserver(a, options.loop.render, line, recorder);
   options.patches = &line->patches;
   options.patch_stats = [&observer] { return observer->patch_stats(); };
-  options.emergency = {[] { return g_emergency.exchange(false); },
+  options.emergency = {[line] {
+                         const bool is_requested = g_emergency.exchange(false);
+                         if (is_requested) line->link.CancelReset();
+                         return is_requested;
+                       },
                        [line] { return line->link.EmergencyStop("by the operator's station"); },
                        [line] { line->link.GiveUpStop(); }};
   options.duration = a.duration;
@@ -240,26 +247,33 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
     };
   }
   std::optional<Keys> keys;
-  keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
+  keys.emplace(RequestEmergencyStop, [] { g_reset = true; });
+  if (isatty(STDIN_FILENO) == 0) {
+    console.Print(
+        "the input is no terminal: Enter and r do nothing; SIGUSR1 stops the tool, SIGUSR2 resets "
+        "the stop");
+  }
   // The table of fingertips shows the object's deflection.
   if (console.live() && !scene.fingertips.empty()) {
     observer->Need(Observer::User::kTable, {.mesh_rate = 5});
   }
   if (recorder) recorder->AddOnlooker(&options.see_tick);
   // A reset may take seconds on a slow line, while this thread must go on reading the ticks.
-  constexpr int kNoAnswer = -1;
-  std::atomic<int> was_reset{kNoAnswer};
+  LatestValue<std::string> reset_answer;
   TaskQueue calls;
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
       [&] { return g_stop.load() || line->link.denied(); },
       [&](const SessionStatus& status) {
+        // Read before the request is taken: a stop that is requested later has another number.
+        const std::uint64_t stops = line->link.known_stops();
         if (g_reset.exchange(false)) {
-          calls.Submit([&](const std::stop_token&) { was_reset = line->link.Reset(); });
+          calls.Submit(
+              [&, stops](const std::stop_token&) { reset_answer.Put(line->link.Reset(stops)); });
         }
-        if (const int done = was_reset.exchange(kNoAnswer); done != kNoAnswer) {
-          console.Print(done != 0 ? "the emergency stop was reset"
-                                  : "the slave did not reset the stop: try again");
+        if (const std::string* why = reset_answer.Take()) {
+          console.Print(why->empty() ? "the emergency stop was reset"
+                                     : "the slave did not reset the stop: " + *why);
         }
         console.Show(status, observer->mesh().get());
         if (station) station->Update(status);
@@ -287,7 +301,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
 }
 
 void CatchSignals() {
-  std::signal(SIGUSR1, [](int) { g_emergency = true; });
+  std::signal(SIGUSR1, [](int) { RequestEmergencyStop(); });
   std::signal(SIGUSR2, [](int) { g_reset = true; });
   std::signal(SIGINT, OnSignal);
   std::signal(SIGTERM, OnSignal);

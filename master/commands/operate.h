@@ -17,6 +17,11 @@ namespace palpate {
 // Requests that signals make of the running program.
 inline std::atomic<bool> g_stop{false}, g_emergency{false}, g_reset{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
+// Requests the emergency stop. A reset that was requested before is no longer wanted.
+inline void RequestEmergencyStop() noexcept {
+  g_reset = false;
+  g_emergency = true;
+}
 
 // SIGINT, SIGTERM and SIGHUP end the session with the force at zero. SIGHUP stays ignored if the
 // parent ignores it (nohup). SIGUSR1 requests the emergency stop, SIGUSR2 its reset. SIGPIPE is

@@ -95,7 +95,8 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
       output_(options.slew_limit * kTicksPerSecond),
       transform_(options.transform),
       settings_{options.settings_revision, options.transform, options.force_limit,
-                options.dead_after, options.max_age} {
+                options.dead_after, options.max_age},
+      used_revision_(options.settings_revision) {
   PositiveOrThrow(options.force_limit, "force_limit");
   PositiveOrThrow(options.slew_limit, "slew_limit");
   PositiveOrThrow(options.max_age, "max_age");
@@ -186,6 +187,11 @@ void HapticLoop::TakeState(Time now) noexcept {
     return;
   }
   newest_ = *received;
+  if (received->ended) base_trip_ = {};
+  if (received->round_trip > 0) {
+    base_trip_.Learn(received->round_trip, std::max(0.0, SecondsBetween(learned_at_, now)));
+    learned_at_ = now;
+  }
   tare_.Take(&newest_->state, machine_.commands_engaged(),
              options_.force_limit / transform_.force_scale, clock_.ToSeconds(now));
   const SlaveState& state = newest_->state;
@@ -239,6 +245,7 @@ void HapticLoop::TakeSettings() noexcept {
   if (!settings_wait_ || machine_.commands_engaged()) return;
   settings_wait_ = false;
   transform_ = settings_.transform;
+  used_revision_ = settings_.revision;
   offset_epoch_ = 0;  // the slave may have continued this epoch with its own offset
   renderer_.set_stiffest(AtTool(motion_.contact_stiffness(), transform_));
   renderer_.ForgetPatch();
@@ -248,7 +255,9 @@ void HapticLoop::TakeSettings() noexcept {
 bool HapticLoop::Trusts(Time now) noexcept {
   const SlaveState& state = newest_->state;
   const double age = SecondsBetween(SensedAt(*newest_), now);
-  const double oldest = settings_.max_age + newest_->round_trip;
+  // The base, because a slave that delays its echoes must not make old states acceptable.
+  const double delay = std::min({base_trip_.OrZero(), newest_->round_trip, options_.longest_trip});
+  const double oldest = settings_.max_age + delay;
   Reasons doubts;
   if (!(age <= oldest && age >= -kFuture)) doubts.Add(Reason::kAged);
   if (settings_wait_ || state.settings_revision != settings_.revision)
@@ -286,6 +295,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   OperatorMachine::Input in;
   in.now = clock_.ToSeconds(now);
   in.engaged = engaged;
+  in.settings_wait = settings_wait_;
   if (newest_) {
     in.state_age = std::max(0.0, SecondsBetween(newest_->received_at, now));
     in.round_trip = newest_->round_trip;
@@ -393,7 +403,7 @@ OperatorCommand HapticLoop::NextCommand(Time now) noexcept {
   command.epoch = machine_.epoch();
   command.energy_in = passivity_.energy_in();
   command.energy_out = passivity_.energy_out();
-  command.settings_revision = settings_wait_ ? 0 : settings_.revision;
+  command.settings_revision = used_revision_;
   command.torque = options_.renders_torque;
   return command;
 }

@@ -2,6 +2,7 @@
 // exchanges data with other threads through wait-free latest-value slots and a ring.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <stop_token>
 
@@ -17,6 +18,7 @@
 #include "master/haptics/tare.h"
 #include "master/haptics/tick_record.h"
 #include "master/motion/operator_motion.h"
+#include "shared/link/clock_offset.h"
 #include "shared/link/latest_value.h"
 
 namespace palpate {
@@ -30,6 +32,8 @@ class HapticLoop {
     double force_limit = 3.3;  // on the device [N], > 0; limits of scene and device also apply
     double slew_limit = 0.2;   // of the force, in both directions [N/ms], > 0
     double max_age = 0.2;      // of a rendered sample, without its network delay [s]
+    // Limit of the network delay that is added to it [s].
+    double longest_trip = std::numeric_limits<double>::infinity();
     double dead_after = kUsualDeadAfter;                // link timeout without a state [s]
     std::uint32_t settings_revision = 0;                // of the settings that `transform` is from
     double stiffest = PassivityControl::kMaxStiffness;  // rendered at the device [N/m], > 0
@@ -103,9 +107,12 @@ class HapticLoop {
   Tare tare_;
   TeleopTransform transform_;  // with the offset of the current epoch
   std::optional<ReceivedState> newest_;
+  BaseRoundTrip base_trip_;
+  Time learned_at_{};                     // the time of the last `base_trip_.Learn`
   const ReceivedPatch* patch_ = nullptr;  // the newest, in its slot; null: already used
   Time judged_at_{};                      // sample time of the last comparison, slave's clock
   RemoteSettings settings_;               // read last
+  std::uint32_t used_revision_;           // of the settings that `transform_` is from
   bool settings_wait_ = false;            // wait until the operator is disengaged
   std::uint32_t offset_epoch_ = 0;        // epoch of the transform's offset
   DeviceReading last_reading_;            // the last good one

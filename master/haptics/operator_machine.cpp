@@ -39,7 +39,9 @@ OperatorState OperatorMachine::Next(const Input& in) noexcept {
       if (in.state_age > kDisconnectAfter) return kDisconnected;
       return fresh && in.trusted && in.engaged && armed_ ? Engage() : state_;
     case kAligning:
-      if (!in.engaged || in.now - since_ > kAlignWithin + in.round_trip) return kReady;
+      if (!in.engaged || in.settings_wait || in.now - since_ > kAlignWithin + in.round_trip) {
+        return kReady;
+      }
       return sound ? kFollowing : kAligning;
     case kFollowing:
       if (!in.engaged) return kClutched;

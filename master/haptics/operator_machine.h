@@ -40,13 +40,14 @@ class OperatorMachine {
   static constexpr double kDisconnectAfter = 1.0;  // time without a state [s]
 
   struct Input {
-    double now = 0;            // [s]
-    bool engaged = false;      // the device's dead-man's switch
-    double state_age = 1e9;    // since a state was received [s]
-    double round_trip = 0;     // [s]
-    bool force_known = false;  // in the newest state
-    bool stop = false;         // the operator's emergency stop is not confirmed by the slave yet
-    bool trusted = true;       // the newest state may be rendered
+    double now = 0;              // [s]
+    bool engaged = false;        // the device's dead-man's switch
+    double state_age = 1e9;      // since a state was received [s]
+    double round_trip = 0;       // [s]
+    bool force_known = false;    // in the newest state
+    bool stop = false;           // the operator's emergency stop is not confirmed by the slave yet
+    bool trusted = true;         // the newest state may be rendered
+    bool settings_wait = false;  // new settings wait for the operator to be disengaged
     std::uint32_t slave_epoch = 0;
     Phase slave_phase = Phase::kReady;
   };

@@ -120,11 +120,11 @@ bool OperateExchange::was_served() const {
 bool OperateExchange::PutIfNewer(const SlaveState& state, Time now) {
   if (state.sequence <= last_sequence_) return false;
   if (std::exchange(last_sequence_, state.sequence) == 0) with_.on_first_state();
-  with_.on_state(state.settings_revision);
   ++with_.states_received;
 
   last_ = {state, now, with_.trips.Arrived(state, now), with_.trips.newest()};
   last_.state.events.Add(std::exchange(overtaken_, {}));
+  with_.on_state(last_.state);
   if (with_.on_received) with_.on_received(last_);
   with_.states.Put(last_);
   return true;

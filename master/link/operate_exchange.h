@@ -63,7 +63,7 @@ class OperateExchange {
     std::atomic<std::uint64_t>& states_received;
     std::atomic<std::uint64_t>& states_by_datagram;  // states received first by datagram
     std::function<void()> on_first_state;
-    std::function<void(std::uint32_t settings_revision)> on_state;
+    std::function<void(const SlaveState&)> on_state;
     std::function<void(const std::string& reason)> on_refused_state;
     std::function<void(const ReceivedState&)> on_received;  // may be empty
   };

@@ -1,5 +1,6 @@
 #include "master/link/slave_link.h"
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <optional>
@@ -27,9 +28,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kGlance{5};  // poll period of a pending stop
 constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
+constexpr double kObservedRate = 10;             // states of a slave that nobody can operate [Hz]
 constexpr milliseconds kShortestDeadline(1000);  // of a call
 constexpr milliseconds kLongestDeadline(60000);
 constexpr milliseconds kNoRefusal(500);        // what takes so long is no port without a listener
@@ -132,8 +133,10 @@ struct SlaveLink::Parts {
   // Reads what the master goes by. One at a time. Another scene than the one that was connected to
   // is refused: the device is made for that one.
   grpc::Status ReadSettings();
-  // A state tells of `revision`: reads again, beside the stream, if another was read.
-  void CheckRevision(std::uint32_t revision);
+  // Reads settings or `known_stops` again, beside the stream, if `state` reports others.
+  void Follow(const SlaveState& state);
+  // Reads the number of the newest emergency stop. False: the slave does not answer.
+  bool ReadStops();
   grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
   // There is no stream, or no more, for the reason that `status` tells; returns it.
   grpc::Status Failed(const grpc::Status& status);
@@ -141,8 +144,9 @@ struct SlaveLink::Parts {
   void Refused(const std::string& reason);
   // They were asked for, and none came for so long that none will; with `mutex` held.
   [[nodiscard]] bool LacksDatagrams() const;
-  // A stop is on its way, by a call or with the commands.
-  [[nodiscard]] bool IsStopPending();
+  // Watches the states of a slave that nobody can operate, until its settings change, the stream
+  // ends, or `stop`.
+  void Observe(const std::stop_token& stop);
   // Sleeps for `duration`; false: stopping.
   bool Sleep(milliseconds duration);
   // Waits for a connection, at most `duration`; false: stopping. gRPC moves a connection on only
@@ -162,13 +166,14 @@ struct SlaveLink::Parts {
   LatestValue<RemoteSettings>* settings = nullptr;
   std::atomic<std::uint32_t> read_revision{0};
   std::atomic<bool> rereads{false}, denied{false};
-  std::atomic<bool> commands_stop{false};  // the newest one that was sent
+  std::atomic<std::uint64_t> known_stops{0};
+  std::atomic<bool> stop_came{false};  // since `known_stops` was read
   RunningCalls calls;
 
   mutable PriorityInheritanceMutex mutex;  // guards what follows
   PriorityInheritanceCondition changed;
   OperateSession* session = nullptr;
-  grpc::ClientContext* stop_call = nullptr;  // under way
+  grpc::ClientContext *stop_call = nullptr, *reset_call = nullptr;  // under way
   bool stopping = false, was_connected = false;
   LinkStats link_stats;  // but for what is counted elsewhere
   std::string refusal;   // of the last state that was refused
@@ -182,7 +187,7 @@ struct SlaveLink::Parts {
 grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, milliseconds deadline) {
   const Time start = Clock::now();
   v1::SceneDescription description;
-  v1::Status ignored;
+  v1::Status answer;
   grpc::ClientContext for_scene, for_status;
   SetDeadline(&for_scene, deadline);
   for_scene.set_wait_for_ready(waits);
@@ -192,9 +197,10 @@ grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, mill
   if (!status.ok()) return status;
   const Time connected = Clock::now();
   SetDeadline(&for_status, deadline);
-  status = stub->GetStatus(&for_status, {}, &ignored);  // for its duration, as the line is open
+  status = stub->GetStatus(&for_status, {}, &answer);  // for its duration, as the line is open
   if (!status.ok()) return status;
   answered_in = SinceThen(connected);
+  known_stops = answer.stops();
   *scene = ToRemoteScene(description);
   call_deadline = std::max(kShortestDeadline, kTimesTheFirst * SinceThen(start));
   return status;
@@ -220,9 +226,26 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
   }
 }
 
-void SlaveLink::Parts::CheckRevision(std::uint32_t revision) {
-  if (revision == read_revision || rereads.exchange(true)) return;
+bool SlaveLink::Parts::ReadStops() {
+  grpc::ClientContext context;
+  SetDeadline(&context, call_deadline);
+  const RunningCalls::Scope runs(&calls, &context);
+  v1::Status status;
+  if (!stub->GetStatus(&context, {}, &status).ok()) return false;
+  known_stops = status.stops();
+  return true;
+}
+
+void SlaveLink::Parts::Follow(const SlaveState& state) {
+  if (state.events.Has(Event::kEstop)) stop_came = true;
+  if (!stop_came && state.settings_revision == read_revision) return;
+  if (rereads.exchange(true)) return;
   rereading = std::jthread([this] {
+    if (stop_came.exchange(false)) {
+      if (!ReadStops() && Sleep(kFirstRetry)) stop_came = true;
+      rereads = false;
+      return;
+    }
     const grpc::Status status = ReadSettings();
     {
       const std::scoped_lock lock(mutex);
@@ -243,19 +266,17 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
     OperateSession next(
         {*stub,
          {*states, *commands, trips, states_received, states_by_datagram, [this] { Served(); },
-          [this](std::uint32_t revision) { CheckRevision(revision); },
+          [this](const SlaveState& state) { Follow(state); },
           [this](const std::string& reason) { Refused(reason); }, options.on_received},
          commands_sent,
          datagram_at,
-         [this](const OperatorCommand& command) {
-           commands_stop = command.stop;
-           if (options.on_sent) options.on_sent(command);
-         }},
+         options.on_sent},
         options.operator_name, call_deadline, longest_round_trip,
         options.datagrams.value_or(!IsLoopback(ParseEndpoint(target).host)));
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
     if (rereading.joinable()) rereading.join();
     if (next.was_served()) backoff.Reset();
+    if (ReasonOf(status) == v1::ERROR_REASON_NO_MANIPULATOR) Observe(stop);
     const bool held = ReasonOf(status) == v1::ERROR_REASON_LEASE_HELD;
     if (!Sleep(held ? kLeaseRetry : backoff.Next())) return;
   }
@@ -281,6 +302,7 @@ grpc::Status SlaveLink::Parts::Failed(const grpc::Status& status) {
   if (!stopping) link_stats.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
   link_stats.answers = IsAnswer(status);
   link_stats.observes = ReasonOf(status) == v1::ERROR_REASON_NO_MANIPULATOR;
+  if (link_stats.observes) link_stats.trouble.clear();
   denied = !was_connected && status.error_code() == grpc::StatusCode::PERMISSION_DENIED;
   return status;
 }
@@ -309,9 +331,19 @@ void SlaveLink::Parts::Refused(const std::string& reason) {
   refused_at = Clock::now();
 }
 
-bool SlaveLink::Parts::IsStopPending() {
-  const std::scoped_lock lock(mutex);
-  return stop_call != nullptr || (session != nullptr && commands_stop);
+void SlaveLink::Parts::Observe(const std::stop_token& stop) {
+  v1::WatchStateRequest request;
+  request.set_max_rate(kObservedRate);
+  grpc::ClientContext context;
+  const RunningCalls::Scope runs(&calls, &context);
+  const auto stream = stub->WatchState(&context, request);
+  v1::SlaveState state;
+  while (!stop.stop_requested() && stream->Read(&state)) {
+    if (std::ranges::count(state.events(), static_cast<int>(v1::EVENT_ESTOP)) > 0) ReadStops();
+    if (state.settings_revision() != read_revision) break;
+  }
+  context.TryCancel();
+  static_cast<void>(stream->Finish());
 }
 
 bool SlaveLink::Parts::Sleep(milliseconds duration) {
@@ -436,6 +468,7 @@ bool SlaveLink::EmergencyStop(const std::string& reason) {
   };
   tell(&context);
   const bool acted = parts_->stub->Stop(&context, request, &reply).ok();
+  if (acted) parts_->known_stops = reply.stops();
   tell(nullptr);
   return acted;
 }
@@ -445,16 +478,31 @@ void SlaveLink::GiveUpStop() {
   if (parts_->stop_call != nullptr) parts_->stop_call->TryCancel();
 }
 
-bool SlaveLink::Reset() {
-  const Time begin = Clock::now();
-  while (parts_->IsStopPending() && SinceThen(begin) < parts_->call_deadline.load()) {
-    if (!parts_->Sleep(kGlance)) return false;
-  }
+std::uint64_t SlaveLink::known_stops() const {
+  return parts_->known_stops;
+}
+
+std::string SlaveLink::Reset(std::uint64_t stops) {
   grpc::ClientContext context;
   SetDeadline(&context, parts_->call_deadline);
   const RunningCalls::Scope runs(&parts_->calls, &context);
+  v1::ResetRequest request;
+  request.set_stops(stops);
   v1::Status reply;
-  return parts_->stub->Reset(&context, {}, &reply).ok();
+  const auto announce = [this](grpc::ClientContext* call) {
+    const std::scoped_lock lock(parts_->mutex);
+    parts_->reset_call = call;
+  };
+  announce(&context);
+  const grpc::Status status = parts_->stub->Reset(&context, request, &reply);
+  announce(nullptr);
+  if (status.error_code() == grpc::StatusCode::CANCELLED) return "a stop was requested meanwhile";
+  return Refusal(status);
+}
+
+void SlaveLink::CancelReset() {
+  const std::scoped_lock lock(parts_->mutex);
+  if (parts_->reset_call != nullptr) parts_->reset_call->TryCancel();
 }
 
 std::string SlaveLink::ReinitializeTracking() {

@@ -78,9 +78,14 @@ class SlaveLink {
   // s, or longer on a slow link.
   bool EmergencyStop(const std::string& reason);
   void GiveUpStop();  // cancels a running EmergencyStop
-  // Resets the emergency stop. Waits for pending stops first, because they would undo it. Returns
-  // whether it was reset. Thread-safe.
-  bool Reset();
+  // Number of the newest emergency stop that the slave reported. Thread-safe.
+  [[nodiscard]] std::uint64_t known_stops() const;
+  // Resets the emergency stop number `stops`: that of `known_stops` when the operator decided, so
+  // that no later stop is cleared. Returns the reason if it is not reset, else an empty string.
+  // Thread-safe.
+  std::string Reset(std::uint64_t stops);
+  // Cancels a running Reset, because a stop was requested. Thread-safe.
+  void CancelReset();
   // Requests new tip, template and baseline. An emergency stop stays active. Returns the reason if
   // the slave rejects it, else an empty string. Thread-safe. The deadline is that of Reset.
   std::string ReinitializeTracking();

@@ -115,7 +115,6 @@ struct LiveStation::Parts {
   NoticeBoard board;
   TickDigest ticks;
   EventLog event_log;
-  std::atomic<std::uint64_t> stops{0};  // emergency stops from pages
   mutable std::mutex mutex;             // guards these two
   SessionStatus status;
   SlaveLink::Mapping waiting;
@@ -235,7 +234,6 @@ void LiveStation::Parts::TakeScene(const RemoteScene& scene) {
 std::string LiveStation::Parts::Do(std::uint64_t page, const PageCommand& asked) {
   std::string answer;
   std::visit(Match{[&](const StopCommand&) {
-                     ++stops;
                      controls.stop();
                      Log(true, "emergency stop from the page");
                    },
@@ -279,12 +277,12 @@ std::string LiveStation::Parts::Record(const RecordCommand& command) {
   return {};
 }
 
-// A reset that waits for other tasks does not reset a stop that came after it.
+// The slave refuses it if a stop came that is not known here now.
 void LiveStation::Parts::Reset() {
-  SubmitTask([this, before = stops.load()] {
-    if (stops != before) return Log(true, "not reset: an emergency stop came after the reset");
-    const bool done = controls.reset();
-    Log(!done, done ? "the emergency stop was reset" : "the slave did not reset: try again");
+  SubmitTask([this, stops = controls.known_stops()] {
+    const std::string why = controls.reset(stops);
+    Log(!why.empty(),
+        why.empty() ? "the emergency stop was reset" : "the slave did not reset the stop: " + why);
   });
 }
 

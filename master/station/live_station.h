@@ -29,8 +29,10 @@ class LiveStation {
   };
   // Actions that pages and keys may trigger. Called on threads of the station.
   struct Controls {
-    std::function<void()> stop;   // emergency stop; returns at once
-    std::function<bool()> reset;  // true: done
+    std::function<void()> stop;  // emergency stop; returns at once
+    // Number of the newest emergency stop that the slave reported; the number that a reset clears.
+    std::function<std::uint64_t()> known_stops;
+    std::function<std::string(std::uint64_t stops)> reset;  // empty: done, else the reason
     std::function<std::string(const SlaveLink::Mapping&)>
         set_mapping;                                                // empty: done, else the reason
     std::function<std::string(const std::string& kind)> set_model;  // empty: done

@@ -9,6 +9,11 @@ void ClockOffset::Add(Time t1, Time t2, Time t3, Time t4) noexcept {
   const double theta = 0.5 * (SecondsBetween(t1, t2) + SecondsBetween(t4, t3));
   const double delta = SecondsBetween(t1, t4) - SecondsBetween(t2, t3);
   if (!(delta >= 0)) return;
+  // Two samples of the same clocks differ by at most their deltas. A clock that stood still while
+  // its machine slept, or that was set, begins a new window.
+  const bool is_far = known() && std::abs(theta - offset_) > delta + kLeap;
+  far_ = is_far ? far_ + 1 : 0;
+  if (far_ >= kLeapSamples) count_ = far_ = 0;
   samples_[count_ % kWindow] = {theta, delta, t4};
   ++count_;
 

@@ -50,11 +50,15 @@ class ClockOffset {
   static constexpr std::size_t kWindow = 32;
   static constexpr double kDrift = 50e-6;  // largest relative drift of two clocks [s/s]
   static constexpr double kSlew = 5e-3;    // largest rate of change of the offset [s/s]
+  // A clock has moved when so many samples in a row differ from the offset by this much more than
+  // their delta: far above the drift within the window, and the age of a state allows less [s].
+  static constexpr double kLeap = 0.1;
+  static constexpr int kLeapSamples = 5;
 
   // Adds a round trip. A negative delta is impossible, so such a sample is ignored.
   void Add(Time t1, Time t2, Time t3, Time t4) noexcept;
   // Peer's clock minus own clock [s]. Changes freely until the window is full, then at most by
-  // kSlew. 0 before the first sample.
+  // kSlew, unless a clock has moved. 0 before the first sample.
   [[nodiscard]] double seconds() const noexcept { return offset_; }
   // Largest error of `seconds` at the last sample [s].
   [[nodiscard]] double error() const noexcept { return error_; }
@@ -67,7 +71,8 @@ class ClockOffset {
   };
 
   std::array<Sample, kWindow> samples_{};
-  std::size_t count_ = 0;  // since the start
+  std::size_t count_ = 0;  // since the start, or since a clock moved
+  int far_ = 0;            // newest samples in a row that are far from the offset
   double offset_ = 0, error_ = 0;
   Time updated_at_{};
 };

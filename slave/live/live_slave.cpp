@@ -107,6 +107,7 @@ SlaveDescription LiveSlave::Describe() const {
 
 SlaveStatus LiveSlave::Status() const {
   SlaveStatus status;
+  status.stops = port_.stops();  // before the phase: it may be too old for a reset, never too new
   status.phase = port_.view().phase;
   const CommandCounts counts = port_.counts();
   status.commands = counts.taken;
@@ -123,9 +124,9 @@ SlaveStatus LiveSlave::Status() const {
   return status;
 }
 
-void LiveSlave::Reset() {
+void LiveSlave::Reset(std::uint64_t stops) {
   if (port_.view().phase != Phase::kEstop) return ReinitializeTracking();
-  stop_control_.Reset();
+  stop_control_.Reset(stops);
 }
 
 void LiveSlave::ReinitializeTracking() {

@@ -58,7 +58,7 @@ class LiveSlave final : public Slave {
   void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override {
     settings_.SetParameters(change, progress);
   }
-  void Reset() override;
+  void Reset(std::uint64_t stops) override;
   void ReinitializeTracking() override;
   void EmergencyStop(const std::string& reason) override;
   // From now on an emergency stop is saved in `folder`, and a saved one is active. Throws

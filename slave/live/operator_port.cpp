@@ -27,6 +27,15 @@ bool IsSane(const OperatorCommand& command) {
 }
 
 constexpr auto kWatchPeriod = std::chrono::milliseconds(2);
+
+// A slave that starts later begins with a larger number, so that a reset of before its start clears
+// no stop of it.
+std::uint64_t FirstStopNumber() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::milliseconds>(since_1970).count());
+}
+
 constexpr double kMaxForceLimit = 100;     // [N]
 constexpr double kMaxYoungModulus = 1e13;  // [Pa]
 
@@ -46,7 +55,8 @@ OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& tran
       transform_(transform),
       idle_(limits.source == ManipulatorOptions::Source::kNone ? Phase::kObserving : Phase::kReady),
       last_tip_(manipulator.Tip()),
-      guard_(manipulator, limits_) {
+      guard_(manipulator, limits_),
+      stops_(FirstStopNumber()) {
   view_.phase = idle_;
 }
 

@@ -57,9 +57,9 @@ class OperatorPort {
   // energy.
   void Watch(Time now, const ContactState& contact) noexcept;
   void EmergencyStop() noexcept;
-  // Number of emergency stops so far.
+  // Number of the newest emergency stop: rises with each.
   [[nodiscard]] std::uint64_t stops() const;
-  // Ends the emergency stop, unless one arrived after the first `stops`. False: it remains.
+  // Ends the emergency stop number `stops`. False: another one arrived, which remains.
   bool Reset(std::uint64_t stops) noexcept;
   // Waits while there is no operator, no tool retreats, and the last motion is accounted for.
   void AwaitOperator(const std::stop_token& stop);
@@ -113,7 +113,7 @@ class OperatorPort {
   std::uint64_t state_sequence_ = 0;  // of the newest state that the operator reports
   Time newer_at_{};                   // time of its first report
   CommandCounts counts_;
-  std::uint64_t stops_ = 0;
+  std::uint64_t stops_;
   Events events_;
 };
 

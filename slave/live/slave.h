@@ -32,7 +32,8 @@ struct SlaveStatus {
   Phase phase = Phase::kReady;
   Validity validity = Validity::kFailed;
   std::uint64_t frames = 0, commands = 0, commands_refused = 0;
-  double frame_rate = 0;  // [Hz], over the last second
+  std::uint64_t stops = 0;  // number of the newest emergency stop
+  double frame_rate = 0;    // [Hz], over the last second
   Time started_at{};
   std::vector<StageTimes> stages;
   std::vector<std::string> alarms;
@@ -100,8 +101,9 @@ class Slave {
   [[nodiscard]] virtual SlaveStatus Status() const = 0;
   virtual void SetModel(const ModelChange& change, Progress* progress = nullptr) = 0;
   virtual void SetParameters(const ParameterChange& change, Progress* progress = nullptr) = 0;
-  // Clears an emergency stop; without one, reinitializes the tracking.
-  virtual void Reset() = 0;
+  // Clears the emergency stop number `stops`; without an active stop, reinitializes the tracking.
+  // Throws std::logic_error too if another stop is active, which stays.
+  virtual void Reset(std::uint64_t stops) = 0;
   // With the next sample, tip, template and baseline are measured again. A stop stays.
   virtual void ReinitializeTracking() = 0;
   virtual void EmergencyStop(const std::string& reason) = 0;

@@ -1,6 +1,7 @@
 // Emergency stops and their resets: tool and record always agree.
 #pragma once
 
+#include <cstdint>
 #include <mutex>
 #include <string>
 
@@ -19,9 +20,10 @@ class StopControl {
   // Stops the tool at once and records `reason`, unless a stop is active. Returns empty, or why the
   // record is not saved yet.
   std::string Stop(const std::string& reason);
-  // Removes the record and releases the tool. Throws std::logic_error: another stop arrived during
-  // the reset; std::filesystem::filesystem_error: the record cannot be removed. The stop remains.
-  void Reset();
+  // Removes the record of the emergency stop number `stops` and releases the tool. Throws
+  // std::logic_error: another stop is the newest one; std::filesystem::filesystem_error: the record
+  // cannot be removed. The stop and its record remain.
+  void Reset(std::uint64_t stops);
 
  private:
   OperatorPort& port_;

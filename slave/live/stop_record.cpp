@@ -126,7 +126,12 @@ void StopRecord::KeepTrying(const std::stop_token& stop) {
 
 void StopRecord::End() {
   const std::scoped_lock file_lock(file_mutex_);
-  if (!file_.empty()) std::filesystem::remove(file_);
+  std::error_code error;
+  if (!file_.empty()) std::filesystem::remove(file_, error);
+  // A disk that could not take the record has none to remove, and cannot remove it either.
+  if (error && std::filesystem::exists(std::filesystem::symlink_status(file_))) {
+    throw std::filesystem::filesystem_error("the emergency stop stays", file_, error);
+  }
   is_kept_ = true;
   const std::scoped_lock lock(mutex_);
   is_active_ = false;

@@ -72,7 +72,7 @@ class SwitchedSlave final : public Slave {
   void SetParameters(const ParameterChange& change, Progress* progress) override {
     present().slave->SetParameters(change, progress);
   }
-  void Reset() override { present().slave->Reset(); }
+  void Reset(std::uint64_t stops) override { present().slave->Reset(stops); }
   void ReinitializeTracking() override { present().slave->ReinitializeTracking(); }
   void EmergencyStop(const std::string& reason) override { present().slave->EmergencyStop(reason); }
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override {

@@ -107,6 +107,7 @@ void ToProto(const SlaveStatus& status, v1::Status* message) {
   message->set_samples(status.frames);
   message->set_commands(status.commands);
   message->set_commands_refused(status.commands_refused);
+  message->set_stops(status.stops);
   message->set_sample_rate(status.frame_rate);
   ToProto(status.started_at, message->mutable_started_at());
   ToProto(Clock::now(), message->mutable_now());

@@ -79,17 +79,17 @@ grpc::ServerUnaryReactor* TeleoperationService::AnswerOperator(grpc::CallbackSer
 }
 
 grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContext* context,
-                                                      const v1::ResetRequest* /*request*/,
+                                                      const v1::ResetRequest* request,
                                                       v1::Status* reply) {
   // Whoever has no certificate has no role either, and may all that any role may.
   const bool is_operator = IdentityOf(*context->auth_context()).role == "operator";
   return AnswerOperator(
       context,
-      [this, is_operator, peer = context->peer()] {
+      [this, is_operator, request, peer = context->peer()] {
         if (is_operator && slave_.Status().phase == Phase::kEstop) {
           lease_.RequireHeldBy(peer, "an emergency stop can be cleared");
         }
-        slave_.Reset();
+        slave_.Reset(request->stops());
       },
       reply);
 }

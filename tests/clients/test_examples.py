@@ -460,7 +460,7 @@ class Python(Examples):
                     tool.move_to(home + [0, -0.005, 0], 0.002)
                 paused = tool.position
                 self.assertLess(np.linalg.norm(paused - home), 0.004)  # it did not go on behind the stop
-                slave.reset()
+                slave.reset(slave.status())
                 time.sleep(0.3)
                 np.testing.assert_array_equal(tool.position, paused)  # nor after it
                 tool.engage()  # moves nothing

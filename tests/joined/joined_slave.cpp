@@ -129,6 +129,7 @@ SlaveDescription JoinedSlave::Describe() const {
 
 SlaveStatus JoinedSlave::Status() const {
   SlaveStatus status = FakeSlave::Status();
+  status.stops = port_.stops();
   status.phase = port_.view().phase;
   return status;
 }
@@ -140,14 +141,14 @@ void JoinedSlave::SetParameters(const ParameterChange& change, Progress* /*progr
   scales_[scales_.rbegin()->first + 1] = {transform.position_scale, transform.force_scale};
 }
 
-void JoinedSlave::Reset() {
+void JoinedSlave::Reset(std::uint64_t stops) {
   std::uint64_t before = 0;
   {
     const std::scoped_lock lock(mutex_);
     before = stops_;
   }
   try {
-    stop_control_.Reset();
+    stop_control_.Reset(stops);
   } catch (const std::logic_error&) {
     if (other_client_.joinable()) other_client_.join();
     throw;

@@ -61,6 +61,7 @@ class JoinedSlave final : public FakeSlave {
   [[nodiscard]] bool has_open_stop() const;
   [[nodiscard]] bool is_stop_recorded() const { return record_.is_active(); }
   [[nodiscard]] OperatorView view() const { return port_.view(); }
+  [[nodiscard]] std::uint64_t stops() const { return port_.stops(); }
   [[nodiscard]] CommandCounts counts() const { return port_.counts(); }
   // Settings of a revision.
   [[nodiscard]] Scales ScalesOf(std::uint32_t revision) const;
@@ -81,7 +82,7 @@ class JoinedSlave final : public FakeSlave {
   [[nodiscard]] SlaveDescription Describe() const override;
   [[nodiscard]] SlaveStatus Status() const override;
   void SetParameters(const ParameterChange& change, Progress* progress) override;
-  void Reset() override;
+  void Reset(std::uint64_t stops) override;
   void EmergencyStop(const std::string& reason) override;
 
  private:

@@ -125,21 +125,23 @@ TEST_F(JoinedThreadsTest, StopsResetsSettingsAndFaultsLeaveEveryInvariantIntact)
             {.position_scale = dice.Between(0.5, 2), .force_scale = {}, .force_limit = {}});
         break;
       default:
-        link_.Reset();
+        link_.Reset(link_.known_stops());
     }
     hand_.is_engaged = false;
     For(0.02);
     hand_.is_engaged = true;
     For(0.03);
     // A stop by another thread may be under way.
-    EXPECT_TRUE(
-        Until([&] { return (slave_.view().phase == Phase::kEstop) == slave_.is_stop_recorded(); }));
-    EXPECT_TRUE(slave_.view().phase == Phase::kEstop || !slave_.has_open_stop());
+    EXPECT_TRUE(Until([&] {
+      const bool is_stopped = slave_.view().phase == Phase::kEstop;
+      return is_stopped == slave_.is_stop_recorded() && (is_stopped || !slave_.has_open_stop());
+    }));
   }
   loop_.stops().Request();
   EXPECT_TRUE(Until([&] { return !loop_.stops().is_wanted(); }));
   EXPECT_EQ(slave_.view().phase, Phase::kEstop);
-  EXPECT_TRUE(link_.Reset());
+  EXPECT_TRUE(Until([&] { return link_.known_stops() == slave_.stops(); }));
+  EXPECT_EQ(link_.Reset(link_.known_stops()), "");
   hand_.is_engaged = false;
   For(0.05);
   hand_.is_engaged = true;

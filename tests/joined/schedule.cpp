@@ -50,15 +50,16 @@ Schedule::Schedule(std::uint32_t seed)
   ticket_ = std::get<OperatorLease::Ticket>(answer);
   publisher_.ServeFirst(reader_);
   settings_.Put({1, {}, 3.3, kUsualDeadAfter});
-  exchange_.emplace(OperateExchange::Surroundings{states_,
-                                                  commands_,
-                                                  trips_,
-                                                  states_received_,
-                                                  states_by_datagram_,
-                                                  [] {},
-                                                  [](std::uint32_t) {},
-                                                  [](const std::string&) {},
-                                                  {}});
+  exchange_.emplace(
+      OperateExchange::Surroundings{states_,
+                                    commands_,
+                                    trips_,
+                                    states_received_,
+                                    states_by_datagram_,
+                                    [] {},
+                                    [this](const SlaveState& state) { OnState(state); },
+                                    [](const std::string&) {},
+                                    {}});
   const double delay = dice_.Chance(0.3) ? 0 : dice_.Between(0, 0.040);
   to_slave_.quality = {delay, dice_.Between(0, 0.020), dice_.Between(0, 0.5), dice_.Between(0, 0.3),
                        dice_.Chance(0.6)};
@@ -82,6 +83,10 @@ std::string Schedule::Run() {
   Expect(!loop_.stops().is_wanted(), "a requested stop is confirmed");
   Expect(stops_arrived_ == loop_.stops().asked(), "a requested stop reaches the slave");
   Expect(loop_.record().chain.sent.isZero(0), "a disengaged operator gets no force");
+  if (slave_.view().phase == Phase::kEstop && violation_.empty()) {
+    slave_.Reset(known_stops_);
+    Expect(slave_.view().phase != Phase::kEstop, "a reset of the stop that is shown clears it");
+  }
   return violation_;
 }
 
@@ -93,30 +98,33 @@ void Schedule::Expect(bool holds, const std::string& invariant) {
 }
 
 void Schedule::CallSlave(std::function<void()> call) {
-  calls_.emplace(now_ + Seconds(to_slave_.quality.delay + dice_.Between(0, 0.02)), std::move(call));
+  const Time sent = now_ + Seconds(to_slave_.quality.delay + dice_.Between(0, 0.02));
+  const Time together = to_slave_.cut_until() + Seconds(dice_.Between(0, 0.002));
+  calls_.emplace(std::max(sent, together), std::move(call));
 }
 
 void Schedule::Happen() {
   switch (dice_.Whole(0, 9)) {
     case 0:
-      loop_.stops().Request();
+      PressStop();
       break;
     case 1:  // by the call of Stop, which acts beside the stream
-      loop_.stops().Request();
+      PressStop();
       CallSlave([this, asked = loop_.stops().asked()] {
         slave_.EmergencyStop("call");
-        stops_arrived_ = std::max(stops_arrived_, asked);
+        NoteStop(asked);
         calls_.emplace(now_ + Seconds(to_master_.quality.delay),
                        [this, asked] { loop_.stops().Act(asked); });
       });
       break;
     case 2:
     case 3:
-      CallSlave([this] {
+      CallSlave([this, press = ++presses_, stops = known_stops_] {
         if (slave_.view().phase != Phase::kEstop) return;
-        if (dice_.Chance(0.5)) slave_.StopDuringNextReset();
+        if (stops == slave_.stops() && dice_.Chance(0.5)) slave_.StopDuringNextReset();
         try {
-          slave_.Reset();
+          slave_.Reset(stops);
+          if (open_press_ < press) open_press_ = 0;
         } catch (const std::logic_error&) {  // another stop arrived
         }
       });
@@ -162,9 +170,27 @@ void Schedule::Step() {
   RunMaster();
 }
 
+void Schedule::OnState(const SlaveState& state) {
+  if (!state.events.Has(Event::kEstop)) return;
+  CallSlave([this] {
+    calls_.emplace(std::max(now_ + Seconds(to_master_.quality.delay), to_master_.cut_until()),
+                   [this, stops = slave_.stops()] { known_stops_ = stops; });
+  });
+}
+
+void Schedule::PressStop() {
+  loop_.stops().Request();
+  presses_of_stops_[loop_.stops().asked()] = ++presses_;
+}
+
+void Schedule::NoteStop(std::uint32_t asked) {
+  stops_arrived_ = std::max(stops_arrived_, asked);
+  open_press_ = std::max(open_press_, presses_of_stops_.at(asked));
+}
+
 void Schedule::TakeCommand(const CommandPacket& packet) {
   const std::uint64_t taken = slave_.counts().taken, newest = slave_.view().command_sequence;
-  if (packet.message.stop()) stops_arrived_ = std::max(stops_arrived_, packet.stops_asked);
+  if (packet.message.stop()) NoteStop(packet.stops_asked);
   lease_.Command(ticket_, packet.message);
   const bool acted = slave_.counts().taken != taken;
   Expect(!acted || packet.message.sequence() > newest, "a command acts once");
@@ -242,6 +268,7 @@ void Schedule::RunMaster() {
 void Schedule::CheckSlave() {
   const bool is_stopped = slave_.view().phase == Phase::kEstop;
   Expect(is_stopped || !slave_.has_open_stop(), "an emergency stop lasts until its reset");
+  Expect(is_stopped || open_press_ == 0, "a stop that is pressed after a reset outlives it");
   Expect(is_stopped == slave_.is_stop_recorded(), "tool and record of the stop agree");
 }
 

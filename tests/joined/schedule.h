@@ -54,6 +54,8 @@ class Line {
     if (!dice->Chance(quality.loss)) datagrams_.emplace(arrival(), packet);
     if (dice->Chance(quality.repetition)) datagrams_.emplace(arrival(), packet);
   }
+  // When all that waits in the line arrives.
+  [[nodiscard]] Time cut_until() const { return cut_until_; }
   template <class Take>
   void Deliver(Time now, const Take& take) {
     if (now < cut_until_) return;
@@ -85,8 +87,14 @@ class Schedule {
   void RunSlave();
   void RunMaster();
   void TakeCommand(const CommandPacket& packet);
+  // Like SlaveLink: requests the number of the newest stop when a state reports one.
+  void OnState(const SlaveState& state);
+  // The operator presses the stop.
+  void PressStop();
+  // The request for a stop that was pressed as number `asked` is at the slave.
+  void NoteStop(std::uint32_t asked);
   [[nodiscard]] DeviceReading Read() const;
-  // Later, at the slave.
+  // Later, at the slave. Calls that a cut line held up arrive together, in any order.
   void CallSlave(std::function<void()> call);
   void Expect(bool holds, const std::string& invariant);
   void CheckSlave();
@@ -117,6 +125,7 @@ class Schedule {
   SpscRing<TickRecord> records_{64};
   RoundTrips trips_;
   std::atomic<std::uint64_t> states_received_{0}, states_by_datagram_{0};
+  std::uint64_t known_stops_ = 0;  // that the slave reported
   HapticLoop loop_;
   std::optional<OperateExchange> exchange_;
   bool is_engaged_ = false;
@@ -133,6 +142,10 @@ class Schedule {
   };
   std::map<std::uint64_t, Sent> sent_states_;  // by sequence
   std::uint32_t stops_arrived_ = 0;
+  // Order in which stops and resets were pressed. A reset ends only stops that were pressed before.
+  std::uint32_t presses_ = 0,
+                open_press_ = 0;  // the latter: newest stop that is not ended; 0: none
+  std::map<std::uint32_t, std::uint32_t> presses_of_stops_;  // by their number
   std::uint64_t used_sequence_ = 0;  // by the loop, as accepted commands report it
   Time used_newer_at_{};             // slave's clock
   std::uint64_t loop_sequence_ = 0;  // of the state that the loop used last

@@ -60,9 +60,13 @@ class Slave {
     request.set_reason(reason);
     return Request<v1::Status>(&v1::Teleoperation::Stub::Stop, request);
   }
-  // Clears an emergency stop. Without one, tool, object and baseline are detected again.
-  v1::Status Reset() const {
-    return Request<v1::Status>(&v1::Teleoperation::Stub::Reset, v1::ResetRequest());
+  // Clears the emergency stop that `known` shows, as in `Reset(Status())`. A stop that was
+  // requested after `known` stays, and the call throws. While nothing is stopped, tool, object and
+  // baseline are detected again.
+  v1::Status Reset(const v1::Status& known = {}) const {
+    v1::ResetRequest request;
+    request.set_stops(known.stops());
+    return Request<v1::Status>(&v1::Teleoperation::Stub::Reset, request);
   }
 
   // Calls `on_state` with the newest state, at most `rate` times per second [Hz] (0: every new

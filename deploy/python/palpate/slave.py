@@ -70,10 +70,15 @@ class Slave:
         with translated():
             return self.stub.GetStatus(pb.GetStatusRequest(), timeout=ANSWER)  # type: ignore[no-any-return]
 
-    def reset(self) -> telemetry_pb2.Status:
-        """Clears an emergency stop. Without one, tool, object and baseline are detected again."""
+    def reset(self, known: telemetry_pb2.Status | None = None) -> telemetry_pb2.Status:
+        """Clears the emergency stop that the status `known` shows: `slave.reset(slave.status())`.
+
+        A stop that was requested after `known` stays, and the call raises `Error`, as it does for a stop without `known`.
+        While nothing is stopped, tool, object and baseline are detected again.
+        """
+        request = pb.ResetRequest(stops=known.stops if known else 0)
         with translated():
-            return self.stub.Reset(pb.ResetRequest(), timeout=ANSWER)  # type: ignore[no-any-return]
+            return self.stub.Reset(request, timeout=ANSWER)  # type: ignore[no-any-return]
 
     def stop(self, reason: str = "") -> telemetry_pb2.Status:
         """Emergency stop, latched until `reset`."""

@@ -357,6 +357,68 @@ TEST_F(HapticLoopTest, TheLargestAgeIsThatOfTheSettingsThatWereRead) {
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kAged));
 }
 
+// The operator has just closed the switch, and the slave has not answered yet: commands carry the
+// revision that they are made by, so that the slave does not follow, and the engagement ends.
+TEST(HapticLoopAlignTest, NewSettingsEndAnEngagementThatBegins) {
+  Rig rig({.delay = 0.1});
+  Puppet puppet;
+  rig.settings.Put({6, {}, 3.3});
+  rig.slave.lie = [](SlaveState* state) { state->settings_revision = 6; };
+  rig.Run(puppet, 0.5);
+  rig.Engage(puppet, 0.05);
+  ASSERT_EQ(rig.state(), OperatorState::kAligning);
+  TeleopTransform large;
+  large.position_scale = 10;
+  rig.settings.Put({7, large, 3.3});
+  rig.Tick(puppet);
+  EXPECT_EQ(rig.state(), OperatorState::kReady);
+  const OperatorCommand* command = rig.commands.Take();
+  ASSERT_NE(command, nullptr);
+  EXPECT_EQ(command->settings_revision, 6U);
+  EXPECT_FALSE(command->engaged);
+  rig.Tick(puppet);
+  EXPECT_EQ(rig.commands.Take()->settings_revision, 7U);
+  rig.Run(puppet, 1);
+  EXPECT_EQ(rig.state(), OperatorState::kReady) << "until the switch was open";
+}
+
+// The echoes of a slave come later and later, as if the network had become slow. States that are
+// older than the sensor and the network explain are not rendered.
+TEST(HapticLoopAgeTest, DelayedEchoesDoNotMakeOldStatesAcceptable) {
+  for (const double longest : {std::numeric_limits<double>::infinity(), 1.0}) {
+    HapticLoop::Options options;
+    options.longest_trip = longest;
+    VirtualSlave::Options slave;
+    slave.delay = 0.01;
+    Rig rig(options, slave);
+    Puppet puppet;
+    rig.Run(puppet, 0.2);
+    rig.Engage(puppet, 0.2);
+    ASSERT_EQ(rig.state(), OperatorState::kFollowing);
+    const auto tell = [&](double round_trip, double seconds) {
+      for (const Time end = rig.now + Seconds(seconds); rig.now < end;) {
+        rig.now += kHapticPeriod;
+        rig.slave.Step(rig.now, &rig.commands, &rig.states);
+        if (const ReceivedState* received = rig.states.Take()) {
+          ReceivedState altered = *received;
+          altered.round_trip = round_trip;
+          rig.states.Put(altered);
+        }
+        rig.loop.Tick(puppet.reading, rig.now);
+      }
+    };
+    tell(5, 0.1);
+    EXPECT_EQ(rig.state(), OperatorState::kFollowing) << "its states are young";
+    rig.slave.lie = [](SlaveState* state) { state->sensed_at -= Seconds(1.5); };
+    tell(5, 0.1);
+    EXPECT_NE(rig.state(), OperatorState::kFollowing);
+    EXPECT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kAged));
+    if (longest > 1) continue;
+    tell(5, 30);  // so long that no shorter trip is remembered
+    EXPECT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kAged));
+  }
+}
+
 // A line was cut and came back to a slave that had gone on: settings are read again, and the
 // slave's offset is still that of the epoch, which the hand had begun elsewhere than at the tool.
 TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {

@@ -23,6 +23,7 @@
 #include "shared/link/datagram_line.h"
 #include "shared/link/loopback.h"
 #include "shared/link/tcp_line.h"
+#include "shared/wire/errors.h"
 #include "shared/wire/fields.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
@@ -219,6 +220,7 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
       grpc::ServerContext* context,
       grpc::ServerReaderWriter<v1::SlaveState, v1::OperatorCommand>* stream) override {
     ++opened;
+    if (!has_arm) return Error(v1::ERROR_REASON_NO_MANIPULATOR, "nobody can operate");
     if (!lets) return {grpc::StatusCode::PERMISSION_DENIED, "role 'sensor' may not call this"};
     v1::SlaveState state;
     while (lets && !context->IsCancelled()) {
@@ -229,8 +231,21 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
     }
     return grpc::Status::OK;
   }
+  grpc::Status WatchState(grpc::ServerContext* context, const v1::WatchStateRequest*,
+                          grpc::ServerWriter<v1::SlaveState>* stream) override {
+    v1::SlaveState state;
+    while (!ends && !context->IsCancelled()) {
+      Fill(state.sequence() + 1, &state);
+      state.set_settings_revision(revision);
+      stream->Write(state);
+      ++watched;
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return grpc::Status::OK;
+  }
   grpc::Status GetScene(grpc::ServerContext*, const v1::GetSceneRequest*,
                         v1::SceneDescription* scene) override {
+    scene->set_settings_revision(revision);
     auto* mapping = scene->mutable_operator_();
     mapping->set_position_scale(1);
     mapping->set_force_scale(1);
@@ -243,8 +258,9 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
   }
 
   std::string address;
-  std::atomic<bool> lets{true};
-  std::atomic<int> opened{0};  // streams
+  std::atomic<bool> lets{true}, has_arm{true}, ends{false};
+  std::atomic<std::uint32_t> revision{0};
+  std::atomic<int> opened{0}, watched{0};  // streams of Operate, and states of WatchState
 
  private:
   const Alter alter_;
@@ -350,6 +366,50 @@ TEST_F(SlaveLinkTest, WhoMayNotOperateGetsTheReason) {
   ASSERT_TRUE(
       loop_.Until([&] { return link.stats().trouble.find("may not call") != std::string::npos; }));
   EXPECT_FALSE(link.denied());
+}
+
+// The lease is requested once, and again when the scene is another one or the link was cut.
+TEST_F(SlaveLinkTest, WhereNobodyCanOperateTheLeaseIsRequestedOnce) {
+  ScriptedPeer slave([](v1::SlaveState*) {});
+  slave.has_arm = false;
+  slave.revision = 1;
+  StartedLink link(To(slave.address), loop_);
+  // Of each request 1.5 s of states: the lease was requested each 0.5 s.
+  const auto goes_on = [&] {
+    const int before = slave.watched;
+    return loop_.Until([&] { return slave.watched > before + 700; });
+  };
+  ASSERT_TRUE(goes_on());
+  EXPECT_EQ(slave.opened, 1);
+  EXPECT_TRUE(link.stats().observes);
+  EXPECT_EQ(link.stats().trouble, "");
+  slave.revision = 2;
+  ASSERT_TRUE(loop_.Until([&] { return slave.opened == 2; }));
+  ASSERT_TRUE(goes_on());
+  EXPECT_EQ(slave.opened, 2);
+  slave.ends = true;
+  ASSERT_TRUE(loop_.Until([&] { return slave.opened == 3; }));
+  slave.ends = false;
+  slave.has_arm = true;
+  slave.revision = 3;
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
+  EXPECT_FALSE(link.stats().observes);
+  slave.lets = false;
+}
+
+// The operator decides to reset, and another client stops before the request arrives.
+TEST_F(SlaveLinkTest, AResetClearsNoStopThatTheOperatorDidNotKnow) {
+  StartedLink link(To(server_->address()), loop_);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
+  slave_.EmergencyStop("first");
+  ASSERT_TRUE(loop_.Until([&] { return link.known_stops() == slave_.Status().stops; }));
+  const std::uint64_t known = link.known_stops();
+  slave_.EmergencyStop("second");
+  EXPECT_THAT(link.Reset(known), HasSubstr("newer stop"));
+  EXPECT_EQ(slave_.Status().phase, Phase::kEstop);
+  ASSERT_TRUE(loop_.Until([&] { return link.known_stops() == slave_.Status().stops; }));
+  EXPECT_EQ(link.Reset(link.known_stops()), "");
+  EXPECT_EQ(slave_.Status().phase, Phase::kReady);
 }
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedReportedAndNeverHandedOn) {

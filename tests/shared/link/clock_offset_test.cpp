@@ -66,6 +66,31 @@ TEST(ClockOffsetTest, OnceSettledItSlewsAndNeverSteps) {
   EXPECT_NEAR(estimate.seconds(), 1e-3, 1e-6) << "it never arrived";
 }
 
+// A machine slept for ten minutes, during which its clock stood still.
+TEST(ClockOffsetTest, AClockThatStoodStillIsFoundAgainAtOnce) {
+  for (const double slept : {-600.0, 600.0}) {
+    TwoClocks clocks(0);
+    ClockOffset estimate;
+    for (std::size_t i = 0; i < 2 * ClockOffset::kWindow; ++i) {
+      clocks.RoundTrip(&estimate, 1e-3, 1e-3);
+    }
+    clocks.Shift(slept);
+    for (int i = 0; i < ClockOffset::kLeapSamples; ++i) clocks.RoundTrip(&estimate, 1e-3, 1e-3);
+    EXPECT_NEAR(estimate.seconds(), slept, 1e-6);
+  }
+}
+
+// Reference: RFC 5905: a trip of 1 s whose ways differ may be wrong by half of it.
+TEST(ClockOffsetTest, SlowTripsDoNotMoveTheOffset) {
+  TwoClocks clocks(0);
+  ClockOffset estimate;
+  for (std::size_t i = 0; i < ClockOffset::kWindow; ++i) clocks.RoundTrip(&estimate, 1e-3, 1e-3);
+  for (std::size_t i = 0; i < ClockOffset::kWindow - 1; ++i) {
+    clocks.RoundTrip(&estimate, 1, 1e-3);
+    ASSERT_NEAR(estimate.seconds(), 0, 1e-3);
+  }
+}
+
 // An old sample loses 50 us per second: a slightly slower but new one must win in the end.
 TEST(ClockOffsetTest, AnOldSampleLosesToANewOne) {
   TwoClocks clocks(0);

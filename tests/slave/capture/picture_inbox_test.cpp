@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "slave/capture/codecs/codecs.h"
+#include "slave/capture/pace_limit.h"
 
 namespace palpate {
 namespace {
@@ -182,6 +183,25 @@ TEST_F(PictureInboxTest, OrderAndPaceAreKept) {
     flood = Feed(inbox, sample);
   }
   EXPECT_THAT(flood, HasSubstr("more than 120 samples within a second"));
+}
+
+// Reference: arithmetic. 100 a second, and after a silence of 5 s what fits into it, once.
+TEST(PaceLimitTest, WhatASilenceHeldUpIsAllowedAndAFloodIsNot) {
+  const auto allowed = [](PaceLimit& pace, Time now, double apart) {
+    int count = 0;
+    for (; count < 10000 && pace.Allows(now); ++count) now += Seconds(apart);
+    return count;
+  };
+  const Time start{std::chrono::hours(1)};
+  for (const double apart : {0.0, 0.005}) {  // at once, and twice as many as are allowed
+    PaceLimit pace(100);
+    EXPECT_NEAR(allowed(pace, start, apart), apart > 0 ? 200 : 100, 2);
+  }
+  PaceLimit pace(100);
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(pace.Allows(start + Seconds(0.01 * i)));
+  EXPECT_NEAR(allowed(pace, start + Seconds(15), 0), 500, 2);
+  EXPECT_EQ(allowed(pace, start + Seconds(15), 0), 0);
+  EXPECT_NEAR(allowed(pace, start + Seconds(1e6), 0), 100 * PaceLimit::kLongestStall, 1);
 }
 
 TEST_F(PictureInboxTest, OneSenderAtATimeAndTheNextBeginsAnew) {

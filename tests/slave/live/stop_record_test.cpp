@@ -55,6 +55,17 @@ TEST_F(StopRecordFileTest, IsKeptAsSoonAsItCanBe) {
   EXPECT_FALSE(StopRecord().KeepIn(folder_)) << "and is over when it is over";
 }
 
+// A disk that could not take the record cannot remove one either, and has none: the stop can end.
+TEST_F(StopRecordFileTest, AStopThatCouldNotBeSavedEndsWithoutAFile) {
+  StopRecord record;
+  EXPECT_FALSE(record.KeepIn(folder_));
+  std::filesystem::remove_all(folder_);
+  std::ofstream(folder_) << "no folder";
+  EXPECT_THAT(record.Begin("by the operator"), HasSubstr("is not saved"));
+  record.End();
+  EXPECT_FALSE(record.is_active());
+}
+
 // A file that somebody else made stops, too, whatever it holds.
 TEST_F(StopRecordFileTest, AFileWithoutAReasonStops) {
   std::ofstream(folder_ / "emergency-stop") << std::string(100000, 'x');

@@ -45,7 +45,7 @@ class RecordedRunTest : public ::testing::Test {
     slave->SetParameters({.young_modulus = 2e5});
     Wait(*slave, 5);
     slave->SetModel({"bem2d"});
-    slave->Reset();
+    slave->Reset(0);
     Wait(*slave, 5);
   }
   static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }

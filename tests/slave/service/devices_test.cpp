@@ -1,5 +1,7 @@
 // Drivers of cameras and arms: their messages, and the errors they receive.
+#include <chrono>
 #include <limits>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -121,6 +123,16 @@ TEST_F(ArmTest, TargetsComeAtOnceAndFollowWhatTheSlaveCommands) {
   EXPECT_EQ(target->echo().seconds(), 1'000'000);
   EXPECT_TRUE(driver.Leave().ok());
   EXPECT_TRUE(slave_.arm().is_faulty());
+}
+
+// The line holds everything up for 2.5 s while the driver sends 3600 reports a second.
+TEST_F(ArmTest, ReportsThatTheLineHeldUpAreNoFlood) {
+  Driver driver(Connect());
+  ASSERT_TRUE(driver.Send(driver.Report(0)));
+  ASSERT_TRUE(driver.Read());
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  for (int i = 0; i < 9000; ++i) ASSERT_TRUE(driver.Send(driver.Report(0))) << i;
+  EXPECT_TRUE(driver.Leave().ok());
 }
 
 TEST_F(ArmTest, OneDriverAtATime) {

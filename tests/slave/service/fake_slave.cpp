@@ -144,6 +144,7 @@ SlaveStatus FakeSlave::Status() const {
   const std::scoped_lock lock(mutex_);
   SlaveStatus status;
   status.phase = state_.phase;
+  status.stops = stops_;
   status.validity = state_.validity;
   status.commands = came_;
   status.commands_refused = refused_;
@@ -172,8 +173,9 @@ void FakeSlave::SetParameters(const ParameterChange& change, Progress* /*progres
   ++state_.settings_revision;
 }
 
-void FakeSlave::Reset() {
+void FakeSlave::Reset(std::uint64_t stops) {
   const std::scoped_lock lock(mutex_);
+  if (state_.phase == Phase::kEstop && stops != stops_) throw std::logic_error("newer stop");
   state_.phase = Phase::kReady;
 }
 
@@ -181,6 +183,7 @@ void FakeSlave::EmergencyStop(const std::string& reason) {
   const std::scoped_lock lock(mutex_);
   state_.phase = Phase::kEstop;
   stop_reason_ = reason;
+  ++stops_;
   estimate_.Add(Event::kEstop);
 }
 

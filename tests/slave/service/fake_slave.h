@@ -72,7 +72,7 @@ class FakeSlave : public Slave {
   // `bem2d` or empty is accepted; while following: std::logic_error.
   void SetModel(const ModelChange& change, Progress* progress = nullptr) override;
   void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
-  void Reset() override;
+  void Reset(std::uint64_t stops) override;
   void ReinitializeTracking() override { ++reinitialized_; }
   void EmergencyStop(const std::string& reason) override;
   std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
@@ -110,7 +110,7 @@ class FakeSlave : public Slave {
   std::vector<OperatorCommand> commands_;
   ParameterChange parameters_;
   std::string stop_reason_;
-  std::uint64_t came_ = 0, refused_ = 0;
+  std::uint64_t came_ = 0, refused_ = 0, stops_ = 1;
   int begins_ = 0, ends_ = 0, shapes_ = 0, pictures_ = 0;
   std::optional<Tactile> tactile_;
   std::unique_ptr<TactileInbox> inbox_;

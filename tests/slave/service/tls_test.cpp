@@ -273,9 +273,12 @@ TEST_F(TlsTest, WhatDoesNotHoldNowIsNamed) {
 
 TEST_F(TlsTest, AnEmergencyStopIsClearedByWhoOperatesOrByAnAdmin) {
   const auto reset = [](v1::Teleoperation::Stub& stub) {
-    grpc::ClientContext context;
+    grpc::ClientContext for_status, context;
     v1::Status reply;
-    return stub.Reset(&context, {}, &reply).error_code();
+    EXPECT_TRUE(stub.GetStatus(&for_status, {}, &reply).ok());
+    v1::ResetRequest request;
+    request.set_stops(reply.stops());
+    return stub.Reset(&context, request, &reply).error_code();
   };
   const auto ada = As("operator"), admin = As("admin");
   ASSERT_EQ(Stop(*ada), grpc::StatusCode::OK);

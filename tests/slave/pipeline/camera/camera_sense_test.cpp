@@ -102,7 +102,7 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   const auto refuses = [&] {
     EXPECT_THROW(slave_->SetModel(again), std::logic_error);
     EXPECT_THROW(slave_->SetParameters(absurd), std::logic_error);
-    EXPECT_THROW(slave_->Reset(), std::logic_error);
+    EXPECT_THROW(slave_->Reset(slave_->Status().stops), std::logic_error);
     EXPECT_THROW(slave_->ReinitializeTracking(), std::logic_error);
   };
   refuses();
@@ -236,7 +236,7 @@ TEST_F(CameraSenseTest, CamerasThatStartAgainClearNoEmergencyStop) {
   slave_->EmergencyStop("a test");
   slave_->ReinitializeTracking();
   EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kEstop);
-  slave_->Reset();
+  slave_->Reset(slave_->Status().stops);
   EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kReady);
 }
 

@@ -115,10 +115,10 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
 TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAnew) {
   environment_->Show({4.0, {0, 0}, false});
   UntilForce(1.0);
-  EXPECT_THROW(slave_->Reset(), std::logic_error);
+  EXPECT_THROW(slave_->Reset(slave_->Status().stops), std::logic_error);
   EXPECT_GT(Until(IsValid).force->norm(), 1.0);
   UntilLeft();
-  slave_->Reset();
+  slave_->Reset(slave_->Status().stops);
   environment_->Show({4.0, {0, 0}, false});
   EXPECT_GT(UntilForce(1.0).force->norm(), 1.0);
 }

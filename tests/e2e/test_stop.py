@@ -1,0 +1,156 @@
+"""An emergency stop that is pressed after a reset stays, whatever the network does to both.
+
+PALPATE_STOPS: number of trials with raw calls (default 40). For 15 of them there are two with the master, at least 5.
+"""
+import os
+import pty
+import random
+import subprocess
+import tempfile
+import pathlib
+import time
+import unittest
+
+from programs import BARE, BIN, BLOCK, MASTER, PATIENCE, SLAVE, FolderTest, Slave, operate, wait_until
+from stalling_line import StallingLine
+
+TRIALS = int(os.environ.get("PALPATE_STOPS", 40))
+MASTER_TRIALS = max(5, TRIALS * 2 // 15)
+MODES = ("stalled", "open", "cut", "own connections", "slow disk")
+ANSWER = 20  # [s]
+
+
+class Stops(FolderTest):
+    def enter(self, context):
+        entered = context.__enter__()
+        self.addCleanup(context.__exit__, None, None, None)
+        return entered
+
+    def serve(self, *prefix):
+        """A slave that keeps its stops; `prefix`: the command that starts it."""
+        self.state = pathlib.Path(tempfile.mkdtemp(dir=self.out))
+        slave = self.enter(Slave(command=[*prefix, SLAVE, "serve", BLOCK, "--listen", "127.0.0.1:0", "--override",
+                                          "model.elements=60", "--state-dir", self.state]))
+        self.direct = self.client(slave.address)
+        return slave
+
+    def status(self):
+        return self.direct.GetStatus(self.messages.GetStatusRequest(), timeout=ANSWER)
+
+    def is_stopped(self):
+        return self.status().phase == self.states.PHASE_ESTOP
+
+    def stop(self):
+        return self.direct.Stop(self.messages.StopRequest(reason="a test"), timeout=ANSWER)
+
+    def reset(self, stops):
+        return self.direct.Reset(self.messages.ResetRequest(stops=stops), timeout=ANSWER)
+
+    def test_a_reset_clears_the_stop_that_it_names_and_no_other(self):
+        import grpc
+        self.serve()
+        first, second = self.stop(), self.stop()
+        self.assertGreater(second.stops, first.stops)
+        for stops in (0, first.stops, second.stops + 1):
+            with self.assertRaises(grpc.RpcError) as refused:
+                self.reset(stops)
+            self.assertEqual(refused.exception.code(), grpc.StatusCode.FAILED_PRECONDITION)
+            self.assertIn("emergency stop", refused.exception.details())
+            self.assertTrue(self.is_stopped())
+            self.assertTrue(list(self.state.iterdir()), "its record stays")
+        self.assertEqual(self.reset(second.stops).phase, self.states.PHASE_READY)
+        self.assertFalse(list(self.state.iterdir()))
+        self.reset(0)  # nothing is stopped: the sensing starts again
+
+    def trial(self, mode, line, stub, dice):
+        """Reset, then Stop; whether the tool is free afterwards, or its stop not kept."""
+        known = self.status().stops
+        stub.GetStatus(self.messages.GetStatusRequest(), timeout=ANSWER)  # the connection is open
+        if mode != "open":
+            line.stall()
+        reset = stub.Reset.future(self.messages.ResetRequest(stops=known), timeout=ANSWER)
+        time.sleep(dice.uniform(0, 0.004) if mode == "open" else dice.uniform(0.05, 0.2))
+        stopper = self.direct if mode == "own connections" else stub
+        stop = stopper.Stop.future(self.messages.StopRequest(reason="later"), timeout=ANSWER)
+        time.sleep(0.02)
+        line.release()
+        if mode == "cut":
+            time.sleep(dice.uniform(0, 0.005))
+            line.cut()
+        if stop.exception() is not None:
+            self.stop()  # an operator presses again until it is confirmed
+        reset.exception()
+        is_free = not self.is_stopped() or not list(self.state.iterdir())
+        if is_free:
+            self.stop()
+        return is_free
+
+    def run_trials(self, mode, slave):
+        import grpc
+        dice = random.Random(mode)
+        options = [("grpc.enable_http_proxy", 0), ("grpc.initial_reconnect_backoff_ms", 50)]
+        self.stop()
+        with StallingLine(slave.address) as line, grpc.insecure_channel(line.address, options=options) as channel:
+            stub = type(self.direct)(channel)
+            trials = TRIALS // len(MODES)
+            free = sum(self.trial(mode, line, stub, dice) for _ in range(trials))
+        print(f"{mode}: free after a later stop in {free} of {trials} trials", flush=True)
+        self.assertEqual(free, 0)
+        self.reset(self.status().stops)
+        self.assertFalse(self.is_stopped())
+
+    def test_raw_calls(self):
+        slave = self.serve()
+        for mode in MODES[:-1]:
+            with self.subTest(mode):
+                self.run_trials(mode, slave)
+
+    def test_raw_calls_while_the_disk_is_slow(self):
+        self.run_trials("slow disk", self.serve("/usr/bin/env", f"LD_PRELOAD={BIN / 'slow_disk.so'}"))
+
+    def test_keys_of_a_master_on_a_terminal(self):
+        dice = random.Random(8)
+        slave = self.serve()
+        line = self.enter(StallingLine(slave.address))
+        keys, terminal = pty.openpty()
+        self.addCleanup(os.close, keys)
+        with open(self.out / "output", "w") as printed:
+            master = subprocess.Popen([MASTER, "connect", line.address, "--duration", "3600"], stdin=terminal, stdout=printed,
+                                      stderr=subprocess.STDOUT, env=BARE)
+        os.close(terminal)
+        self.addCleanup(master.wait, PATIENCE)
+        self.addCleanup(master.terminate)
+        free = 0
+        for _ in range(MASTER_TRIALS):
+            self.assertTrue(wait_until(lambda: self.status().operator_name and not self.is_stopped()))
+            os.write(keys, b"\n")
+            self.assertTrue(wait_until(self.is_stopped))
+            time.sleep(0.5)
+            line.stall()
+            os.write(keys, b"r\n")
+            time.sleep(dice.uniform(0.1, 0.5))
+            os.write(keys, b"\n")
+            time.sleep(0.1)
+            line.release()
+            time.sleep(1)
+            is_stopped = wait_until(self.is_stopped, patience=10)  # it may have been released for a moment
+            time.sleep(0.5)
+            if not is_stopped or not self.is_stopped():
+                free += 1
+                continue
+            os.write(keys, b"r\n")
+            self.assertTrue(wait_until(lambda: not self.is_stopped()), "the operator goes on")
+        print(f"keys of the master: free after a later stop in {free} of {MASTER_TRIALS} trials", flush=True)
+        self.assertEqual(free, 0)
+        self.assertNotIn("no terminal", (self.out / "output").read_text())
+
+    def test_a_master_without_a_terminal_names_the_signals(self):
+        slave = self.serve()
+        with open(self.out / "output", "w") as printed:
+            operate(slave.address, "--duration", 1, stdout=printed).wait(PATIENCE)
+        self.assertIn("the input is no terminal: Enter and r do nothing; SIGUSR1 stops the tool, SIGUSR2 resets the stop",
+                      (self.out / "output").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
