@@ -254,26 +254,6 @@ TEST(NeoHookeanModel, EveryAnswersErrorIsEstimated) {
   }
 }
 
-// The same from one random press to the next, where some are found from rest only.
-TEST(NeoHookeanModel, TheErrorAfterAJumpIsThatOfItsAnswer) {
-  const SolidMesh mesh = Block(8);
-  FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), converged(mesh, OnFloor(mesh), Organ(1e-9));
-  std::mt19937 random(11);
-  std::uniform_real_distribution<double> aside(-0.03, 0.03), deep(-0.02, 0.03);
-  for (int k = 0; k < 600; ++k) {
-    const double x = aside(random), y = aside(random), depth = deep(random);
-    const std::vector<Contact> contacts{Disc(0.5, 0.5, {x, y, -depth})};
-    const auto answer = contacts::Respond(model, contacts).front();
-    converged.Reset();
-    const auto expected = contacts::Respond(converged, contacts).front();
-    if (answer.validity != Validity::kValid || expected.validity != Validity::kValid) continue;
-    const double error = (answer.force_O - expected.force_O).norm();
-    if (error < 0.01 * expected.force_O.norm()) {
-      EXPECT_LT(answer.force_error, 0.05 * expected.force_O.norm()) << "jump " << k;
-    }
-  }
-}
-
 // Law: a tool that returns to exactly zero leaves no force; what remains is small by the force
 // before it.
 TEST(NeoHookeanModel, ReturningToExactlyZeroTakesFewSteps) {
