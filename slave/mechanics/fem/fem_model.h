@@ -30,7 +30,7 @@ class FemModel final : public VolumeModel {
     // none in the others.
     double range = 0;
     // At rest: time after which an update gives what it has, `extrapolated` unless it reached the
-    // residual [s]; one step is always begun. 0: none.
+    // residual [s]; one step is always made. 0: none.
     double deadline = 0;
   };
 
@@ -56,6 +56,9 @@ class FemModel final : public VolumeModel {
   void Rest() override;
   bool Hold(std::span<const Contact> contacts) override;
   bool SolveUnder(std::span<const Contact> contacts) override;
+  void TakeBack() override {
+    if (stepper_) stepper_->TakeBack();
+  }
   [[nodiscard]] Eigen::Vector3d DisplacementAt(int node) const override {
     return VectorAt(stepper_ ? stepper_->displacement() : equilibrium_->displacement(), node);
   }

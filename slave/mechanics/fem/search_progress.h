@@ -16,15 +16,17 @@ class SearchProgress {
   // `progress` may be null, else it must outlive this. `linear`: one linear system is the search.
   SearchProgress(Progress* progress, bool linear) : progress_(progress), linear_(linear) {}
 
-  // A search begins. `deadline` [s]: it is late from then on; 0: never.
-  void Begin(double deadline = 0) noexcept {
-    deadline_ = deadline;
-    if (deadline > 0) begun_ = Clock::now();
+  // A search begins. It is never late before LimitTo.
+  void Begin() noexcept {
+    deadline_ = 0;
+    begun_ = Clock::now();
     stopped_ = false;
     first_ = 0;
     done_ = 0;
-    if (progress_ != nullptr) reported_ = Clock::now();
+    reported_ = begun_;
   }
+  // The search is late from `deadline` [s] after its begin on; 0: never.
+  void LimitTo(double deadline) noexcept { deadline_ = deadline; }
   // Its residual is `residual`, wanted is `target`; the share done is that of the digits.
   void Reach(double residual, double target) noexcept {
     if (progress_ == nullptr || !(residual > 0) || !(target > 0)) return;

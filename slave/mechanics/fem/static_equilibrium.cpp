@@ -79,7 +79,8 @@ bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constr
   last_u_ = u_;
   newton_steps_ = iterations_ = 0;
   ended_early_ = false;
-  progress_.Begin(kForSteps * params_.deadline);
+  progress_.Begin();
+  before_ = Norm(reaction_);
   Predict(constraints);
   if (SolveInParts(f_ext, constraints)) {
     LearnMotion();
@@ -92,7 +93,10 @@ bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constr
     SetZero(good_u_);
     body_.ForgetRotations();
     Retreat(good_u_);
-    if (SolveInParts(f_ext, constraints)) return true;
+    if (SolveInParts(f_ext, constraints)) {
+      EstimateError(constraints);
+      return true;
+    }
   }
   Retreat(last_u_);
   return false;
@@ -166,13 +170,14 @@ void StaticEquilibrium::LearnMotion() noexcept {
 }
 
 // One more solution with the last tangent: the residual weighted by the duals of all contacts at
-// once.
+// once. A few iterations, which the deadline's remainder is for: an answer has its own estimate.
 void StaticEquilibrium::EstimateError(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
   SetZero(x_);
   SetZero(trial_);
   const double size = FreeResidual(constraints);
-  if (newton_steps_ == 0 || !(size > 0)) return;
+  if (!(size > 0)) return;
+  progress_.LimitTo(0);
   solver_.Solve(tangent_, constraints, r_, x_, kErrorShare * size);
   const auto complete = [&](int row) { At(trial_, row) = tangent_.Row(row, x_); };
   if (!constraints.ForBearing(complete)) tangent_.Multiply(x_, trial_);
@@ -226,11 +231,12 @@ double StaticEquilibrium::FreeResidual(const Constraints& constraints) noexcept 
 // From u_, whose contacts move by `part` of what they still have to.
 bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noexcept {
   if (!is_current_) Update(With::kTangent);
-  released_ = 0;
+  progress_.LimitTo(0);
+  released_ = kInner * before_;
   bool lifted = constraints.Lift(u_, 1, lift_) > 0;
   if (part < 1) Scale(part, lift_);
   double size = FreeResidual(constraints), previous = size;
-  released_ = lifted ? 0 : kInner * size;
+  if (!lifted) released_ = std::max(released_, kInner * size);
   const double aim = solver_.direct() ? kAimDirect : kAimIterative;
   const int most = hyperelastic_ ? kMostHyperelasticSteps : kMostSteps;
   for (int step = 0; step < most && std::isfinite(size); ++step) {
@@ -249,6 +255,7 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
     ++newton_steps_;
     const double enough = std::max(floor, hyperelastic_ ? kLinearShare * aim * asked : 0);
     if (!Advance(constraints, lifted, enough)) return size <= asked && !lifted;
+    progress_.LimitTo(kForSteps * params_.deadline);
     lifted = false;
     size = FreeResidual(constraints);
   }

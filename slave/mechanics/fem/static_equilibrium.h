@@ -20,7 +20,8 @@ class StaticEquilibrium {
   struct Params {
     double residual = 1e-6;  // of the loads' norm, supports' and contacts' reactions counted
     bool linear = false;
-    // After it, the best answer so far is given; at least one step is made [s]. 0: none.
+    // After it, the best answer so far is given; at least one step is made, with a whole linear
+    // solution [s]. 0: none.
     double deadline = 0;
     Progress* progress = nullptr;  // of searches that take long; may be null, else outlives this
   };
@@ -96,7 +97,8 @@ class StaticEquilibrium {
   ElementSummary summary_;
   double shift_ = 0;      // makes a tangent definite
   double reference_ = 0;  // the loads' and reactions' norm
-  double released_ = 0;   // what counts in its place where loads are gone
+  double before_ = 0;     // norm of the reactions before the query
+  double released_ = 0;   // what counts in place of reference_ where loads are gone
   double relative_residual_ = 0;
   int newton_steps_ = 0, iterations_ = 0;
 };

@@ -60,10 +60,14 @@ bool TimeStepper::Evaluate() noexcept {
 bool TimeStepper::Step(const NodeVector& f_ext, const Constraints& constraints) noexcept {
   kept_ = now_;
   if (Advance(f_ext, constraints)) return true;
+  TakeBack();
+  return false;
+}
+
+void TimeStepper::TakeBack() noexcept {
   now_ = kept_;
   body_.ForgetRotations();
   Evaluate();
-  return false;
 }
 
 bool TimeStepper::Advance(const NodeVector& f_ext, const Constraints& constraints) noexcept {

@@ -35,6 +35,8 @@ class TimeStepper {
   // One step, at whose end the forces and constraints hold. False: no convergence or not finite;
   // the motion is as before.
   bool Step(const NodeVector& f_ext, const Constraints& constraints) noexcept;
+  // The motion is as before the last step.
+  void TakeBack() noexcept;
 
   [[nodiscard]] const NodeVector& displacement() const { return now_.u; }
   // What supports and contacts add, on nodes that move; f_int - f_ext on the others.

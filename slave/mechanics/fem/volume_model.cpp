@@ -68,7 +68,14 @@ void VolumeModel::ComputeResponses(std::span<const Contact> contacts,
 
 bool VolumeModel::TryRespond(std::span<const Contact> contacts,
                              std::span<ContactResponse> responses) {
-  if (!PrepareSet(contacts) || !SolveUnder(contacts) || !TakeState()) return false;
+  if (!PrepareSet(contacts) || !SolveUnder(contacts)) return false;
+  if (TakeState() && FillResponses(contacts, responses)) return true;
+  TakeBack();
+  return false;
+}
+
+bool VolumeModel::FillResponses(std::span<const Contact> contacts,
+                                std::span<ContactResponse> responses) {
   RemarkInversion();
   const std::string_view doubt = DoubtOf(contacts);
   for (std::size_t k = 0; k < contacts.size(); ++k) {

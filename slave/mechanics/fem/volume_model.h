@@ -55,6 +55,8 @@ class VolumeModel : public DeformationModel {
   virtual bool Hold(std::span<const Contact> contacts) = 0;
   // Equilibrium under the contacts, or the end of one more step of time.
   virtual bool SolveUnder(std::span<const Contact> contacts) = 0;
+  // Makes the last step of time undone, after SolveUnder had made it.
+  virtual void TakeBack() = 0;
   [[nodiscard]] virtual Eigen::Vector3d DisplacementAt(int node) const = 0;
   // The force of contacts and supports on a held node; that of a contact that moves a point.
   [[nodiscard]] virtual Eigen::Vector3d ReactionAt(int node) const = 0;
@@ -84,6 +86,7 @@ class VolumeModel : public DeformationModel {
                         std::span<ContactResponse> responses) noexcept final;
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) final;
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  bool FillResponses(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   bool PrepareSet(std::span<const Contact> contacts);
   bool TakeState();
   [[nodiscard]] std::string_view DoubtOf(std::span<const Contact> contacts);

@@ -41,6 +41,9 @@ class LoadIdentifier : public PreparedModel {
   virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
   virtual void NodalForces(std::vector<Eigen::Vector3d>* f_O) = 0;
   virtual void Reset() = 0;
+  // Takes from `before`, which this one replaces, what it computed and is the same here. May throw
+  // std::bad_alloc.
+  virtual void TakeOver(LoadIdentifier* /*before*/) {}
 };
 
 // plate and plate-large for flat membranes, membrane for domed ones; fem,
@@ -61,8 +64,9 @@ void SpreadLoad(const SurfaceMesh& surface, const Eigen::Vector3d& p_O, const Ei
 // Its position is searched over all nodes of the surface, then within the triangles there, where
 // three nodal forces of one sign, a linear problem, form one load between the nodes. The search
 // uses the body's Green's functions at rest; for a nonlinear model the force is refined with the
-// model itself. The first observation needs three solutions per point. `width`: diameter of the
-// load [m]. Throws std::invalid_argument naming the key: not a volume, a dynamic model; see
+// model itself. Each point needs three solutions: until those in view have them, which may take
+// many observations of a large body, the load is unknown (kFailed). `width`: diameter of the load
+// [m]. Throws std::invalid_argument naming the key: not a volume, a dynamic model; see
 // MeshObject, MakeModel.
 std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, double width,
                                                          Progress* progress);

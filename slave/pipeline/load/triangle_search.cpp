@@ -19,6 +19,7 @@ namespace palpate {
 namespace {
 
 using Eigen::Matrix3d;
+using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
@@ -53,33 +54,74 @@ void PointGreens::FindPatches(double patch) {
 }
 
 void PointGreens::Update(DeformationModel& model, const SurfaceContact& contact,
-                         const std::vector<Vector3d>& p_O_rest) {
-  if (rest_.size() != p_O_rest.size()) {
-    rest_.assign(p_O_rest.size(), Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
-    known_.assign(p_O_rest.size(), false);
+                         const std::vector<SurfacePoint>& points_O) {
+  if (rest_.size() != points_O.size()) {
+    rest_.assign(points_O.size(), Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+    known_.assign(points_O.size(), false);
     for (auto& by : by_) {
-      by.setZero(3 * static_cast<Eigen::Index>(p_O_rest.size()),
+      by.setZero(3 * static_cast<Eigen::Index>(points_O.size()),
                  static_cast<Eigen::Index>(nodes_.size()));
     }
   }
   const double unknowns = 3 * static_cast<double>(std::max<std::size_t>(1, model.info().dof));
   double work = 0;
-  for (std::size_t i = 0; i < rest_.size(); ++i) {
-    if (!p_O_rest[i].allFinite() || IsSamePlace(rest_[i], p_O_rest[i])) continue;
-    known_[i] = false;
-    if (work > 0 && work + unknowns > VolumeLimits::kWork) continue;
-    work += unknowns;
-    rest_[i] = p_O_rest[i];
-    const auto place = contact.Find(rest_[i], std::numeric_limits<double>::infinity());
-    if (!place) continue;
-    Contact press{.kind = Contact::Kind::kForce, .p_O = place->p_O, .element = place->triangle};
-    bool answered = true;
-    for (int axis = 0; axis < 3 && answered; ++axis) {
-      press.prescribed_O = load_ * Vector3d::Unit(axis);
-      answered = Load(model, press, 3 * static_cast<Eigen::Index>(i) + axis);
+  int in_view = 0, missing = 0;
+  for (const bool is_seen : {true, false}) {
+    for (std::size_t i = 0; i < rest_.size(); ++i) {
+      const Vector3d& p_O_rest = points_O[i].p_S_rest;
+      if (points_O[i].seen != is_seen || !p_O_rest.allFinite()) continue;
+      in_view += is_seen ? 1 : 0;
+      if (IsSamePlace(rest_[i], p_O_rest)) continue;
+      known_[i] = false;
+      if (work > 0 && work + unknowns > VolumeLimits::kWork) {
+        missing += is_seen ? 1 : 0;
+        continue;
+      }
+      work += unknowns;
+      rest_[i] = p_O_rest;
+      Solve(model, contact, i);
     }
-    known_[i] = answered;
   }
+  done_ = in_view > 0 ? 1 - static_cast<double>(missing) / in_view : 1;
+}
+
+void PointGreens::Solve(DeformationModel& model, const SurfaceContact& contact, std::size_t point) {
+  const auto place = contact.Find(rest_[point], std::numeric_limits<double>::infinity());
+  known_[point] = false;
+  if (!place) return;
+  Contact press{.kind = Contact::Kind::kForce, .p_O = place->p_O, .element = place->triangle};
+  bool answered = true;
+  for (int axis = 0; axis < 3 && answered; ++axis) {
+    press.prescribed_O = load_ * Vector3d::Unit(axis);
+    answered = Load(model, press, 3 * static_cast<Eigen::Index>(point) + axis);
+  }
+  known_[point] = answered;
+}
+
+void PointGreens::TakeOver(PointGreens* before, double scale, DeformationModel& model,
+                           const SurfaceContact& contact) {
+  const auto known = std::ranges::find(before->known_, true);
+  if (known == before->known_.end()) return;
+  const auto point = static_cast<std::size_t>(known - before->known_.begin());
+  const auto row = 3 * static_cast<Eigen::Index>(point);
+  by_.swap(before->by_);
+  rest_.swap(before->rest_);
+  known_.swap(before->known_);
+  std::array<MatrixXd, 3> taken;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    by_[axis] *= scale;
+    taken[axis] = by_[axis].middleRows(row, 3);
+  }
+  Solve(model, contact, point);
+  double square = 0, difference = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    square += taken[axis].squaredNorm();
+    difference += (by_[axis].middleRows(row, 3) - taken[axis]).squaredNorm();
+  }
+  const double accepted = VolumeLimits::kSameModel * VolumeLimits::kSameModel * square;
+  if (known_[point] && difference <= accepted) return;
+  rest_.clear();  // all are solved anew
+  known_.clear();
 }
 
 bool PointGreens::Load(DeformationModel& model, const Contact& contact, Eigen::Index row) {
@@ -115,7 +157,7 @@ void TriangleSearch::Read(DeformationModel& model, const SurfaceContact& contact
                           const std::vector<SurfacePoint>& points_O) {
   rest_.clear();
   for (const SurfacePoint& point : points_O) rest_.push_back(point.p_S_rest);
-  greens_.Update(model, contact, rest_);
+  greens_.Update(model, contact, points_O);
   seen_.assign(points_O.size(), {});
   usable_ = 0;
   for (std::size_t i = 0; i < points_O.size(); ++i) {
@@ -146,7 +188,8 @@ TriangleLoad TriangleSearch::FindAndSift() noexcept {
   return best;
 }
 
-// The nodes whose load along their own normal explains most, then the triangles around them.
+// The triangles around the last load and around the nodes whose load along their own normal
+// explains most, then those around the best one until none is better.
 TriangleLoad TriangleSearch::Find() noexcept {
   Weigh();
   for (Eigen::Index k = 0; k < score_.size(); ++k) {
@@ -156,19 +199,32 @@ TriangleLoad TriangleSearch::Find() noexcept {
     score_[k] = square > 0 ? mixed * mixed / square : 0;
   }
   TriangleLoad best;
+  if (last_ >= 0) SolveAroundTriangle(last_, &best);
   for (int n = 0; n < VolumeLimits::kBestNodes && n < score_.size(); ++n) {
     Eigen::Index k = 0;
     if (!(score_.maxCoeff(&k) >= 0)) break;
     score_[k] = -1;
-    for (const int t : around_[Index(greens_.nodes()[static_cast<std::size_t>(k)])]) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        const int node = surface_.triangles[Index(t)][c];
-        ShapeOf(greens_.IndexOf(node), normals_[Index(t)], &corner_[c]);
-      }
-      SolveTriangle(t, &best);
-    }
+    SolveAroundNode(greens_.nodes()[static_cast<std::size_t>(k)], &best);
   }
+  for (int from = -1; best.triangle != from;) {
+    from = best.triangle;
+    SolveAroundTriangle(from, &best);
+  }
+  last_ = best.triangle;
   return best;
+}
+
+void TriangleSearch::SolveAroundTriangle(int triangle, TriangleLoad* best) noexcept {
+  for (const int node : surface_.triangles[Index(triangle)]) SolveAroundNode(node, best);
+}
+
+void TriangleSearch::SolveAroundNode(int node, TriangleLoad* best) noexcept {
+  for (const int t : around_[Index(node)]) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      ShapeOf(greens_.IndexOf(surface_.triangles[Index(t)][c]), normals_[Index(t)], &corner_[c]);
+    }
+    SolveTriangle(t, best);
+  }
 }
 
 void TriangleSearch::ShapeOf(Eigen::Index column, const Vector3d& n,

@@ -24,11 +24,17 @@ class PointGreens {
   PointGreens(const SurfaceMesh& surface, double load, double patch);
 
   // Three Responds per point whose position at rest differs from the last call, for as many points
-  // as VolumeLimits::kWork permits; the calls after it continue. A point without a solution yet:
-  // false from Knows(). Allocates if the number of points is new.
+  // as VolumeLimits::kWork permits, those in view first; the calls after it continue. A point
+  // without a solution: false from Knows(). Allocates if the number of points is new.
   void Update(DeformationModel& model, const SurfaceContact& contact,
-              const std::vector<Eigen::Vector3d>& p_O_rest);
+              const std::vector<SurfacePoint>& points_O);
+  // Share of the points in view that have been tried to solve [-].
+  [[nodiscard]] double done() const { return done_; }
   [[nodiscard]] bool Knows(std::size_t point) const { return known_[point]; }
+  // Takes the functions of `before`, which has the same surface and patches, times `scale` if
+  // `model` moves as they say under loads on one point. Three Responds.
+  void TakeOver(PointGreens* before, double scale, DeformationModel& model,
+                const SurfaceContact& contact);
   [[nodiscard]] const std::vector<int>& nodes() const { return nodes_; }  // that can be loaded
   // Column per node of nodes(), three rows per point: displacement [m] of the point along x, y and
   // z by a force of 1 N on the node along its axis `axis`.
@@ -40,6 +46,7 @@ class PointGreens {
 
  private:
   void FindPatches(double patch);
+  void Solve(DeformationModel& model, const SurfaceContact& contact, std::size_t point);
   bool Load(DeformationModel& model, const Contact& contact, Eigen::Index row);
 
   const SurfaceMesh& surface_;
@@ -49,6 +56,7 @@ class PointGreens {
   std::vector<Eigen::Vector3d> rest_, field_;
   Solution solution_;
   std::vector<bool> known_;
+  double done_ = 0;
   std::array<Eigen::MatrixXd, 3> by_;
 };
 
@@ -74,6 +82,14 @@ class TriangleSearch {
   TriangleLoad FindAndSift() noexcept;
   // Uses the remaining points.
   TriangleLoad Find() noexcept;
+  // The next search does not begin at the last load.
+  void Forget() noexcept { last_ = -1; }
+  // See PointGreens.
+  void TakeOver(TriangleSearch* before, double scale, DeformationModel& model,
+                const SurfaceContact& contact) {
+    greens_.TakeOver(&before->greens_, scale, model, contact);
+  }
+  [[nodiscard]] double done() const noexcept { return greens_.done(); }
 
   [[nodiscard]] int usable() const noexcept { return usable_; }
   [[nodiscard]] int kept() const noexcept { return kept_; }
@@ -102,6 +118,8 @@ class TriangleSearch {
   void Weigh() noexcept;
   void ShapeOf(Eigen::Index column, const Eigen::Vector3d& n,
                Eigen::VectorXd* shape) const noexcept;
+  void SolveAroundTriangle(int triangle, TriangleLoad* best) noexcept;
+  void SolveAroundNode(int node, TriangleLoad* best) noexcept;
   void SolveTriangle(int triangle, TriangleLoad* best) noexcept;
   bool LeaveOut(const TriangleLoad& best) noexcept;
 
@@ -117,6 +135,7 @@ class TriangleSearch {
   std::array<Eigen::VectorXd, 3> corner_;     // shapes of a triangle's nodes, by sigma
   double square_ = 0;
   int usable_ = 0, kept_ = 0;
+  int last_ = -1;  // triangle of the last load; -1: none
 };
 
 }  // namespace palpate

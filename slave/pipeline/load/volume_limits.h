@@ -25,8 +25,14 @@ struct VolumeLimits {
   // Rounds of leaving points out, and Newton steps of the load through a model that is not linear
   // [-]. [tuned: volume_load_identifier_test]
   static constexpr int kRounds = 5;
-  // Relative change of the load at which the Newton steps end [-].
-  static constexpr double kRefined = 1e-4;
+  // Change of the load at which the Newton steps end, by the load and by its sigma [-].
+  static constexpr double kRefined = 1e-4, kOfSigma = 0.05;
+  // Slope of a Newton step's change over the load that a secant must have to be followed, at least,
+  // and change of the load by one, at most, by the load [-]. [derived: -1 where the model is
+  // linear]
+  static constexpr double kLeastSlope = 0.1, kMostChange = 0.5;
+  // Difference of two models' displacements under a load that are the same, by their size [-].
+  static constexpr double kSameModel = 1e-3;
 };
 
 }  // namespace palpate

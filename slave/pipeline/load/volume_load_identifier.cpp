@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <limits>
@@ -41,6 +42,19 @@ std::unique_ptr<DeformationModel> MakeModelAtRest(const Scene& scene, const Obje
   return MakeModel(green, mesh, progress);
 }
 
+// Why the load is unknown, by the tenths of the points in view that are solved.
+constexpr std::array<std::string_view, 10> kComputing{
+    "the model of the points in view is being computed, 0 %",
+    "the model of the points in view is being computed, 10 %",
+    "the model of the points in view is being computed, 20 %",
+    "the model of the points in view is being computed, 30 %",
+    "the model of the points in view is being computed, 40 %",
+    "the model of the points in view is being computed, 50 %",
+    "the model of the points in view is being computed, 60 %",
+    "the model of the points in view is being computed, 70 %",
+    "the model of the points in view is being computed, 80 %",
+    "the model of the points in view is being computed, 90 %"};
+
 class VolumeLoadIdentifier final : public LoadIdentifier {
  public:
   VolumeLoadIdentifier(const Scene& scene, double width, const ObjectMesh& mesh,
@@ -50,13 +64,12 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
         at_rest_(MakeModelAtRest(scene, mesh, progress_.Listen(progress))),
         contact_(surface_),
         stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
+        young_modulus_(scene.object.material.young_modulus),
         larger_side_(LargerSide(surface_.nodes)),
         width_(std::max(width, VolumeLimits::kLeastWidth * larger_side_)),
         linear_(IsLinear(scene)),
         most_bound_(KindOf(scene).estimates_error ? scene.model.tolerance : 0),
-        search_(surface_,
-                VolumeLimits::kLinearLoad * scene.object.material.young_modulus * larger_side_ *
-                    larger_side_,
+        search_(surface_, VolumeLimits::kLinearLoad * young_modulus_ * larger_side_ * larger_side_,
                 width_) {
     progress_.Finish();
   }
@@ -71,8 +84,10 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   }
   void Reset() override {
     model_->Reset();
+    search_.Forget();
     load_ = {};
   }
+  void TakeOver(LoadIdentifier* before) override;
   [[nodiscard]] const ModelInfo& info() const override { return model_->info(); }
 
  private:
@@ -90,6 +105,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   std::unique_ptr<DeformationModel> at_rest_;  // null: `model_` answers the search as well
   SurfaceContact contact_;
   ContactStiffness stiffness_;
+  double young_modulus_;        // [Pa]
   double larger_side_, width_;  // [m]
   bool linear_;
   double most_bound_;  // of a model that bounds its error, of that bound, relative [-]; 0: others
@@ -97,6 +113,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   Solution solution_;
   std::vector<Vector3d> field_;  // of the nodes [m]
   bool unsolved_ = false;        // the model found no equilibrium under the load
+  bool converged_ = true;        // the load through a model that is not linear
   std::string_view doubt_;       // of the model, of its last answer
   double bound_ = 0;             // of the error of that answer by the model itself, relative [-]
   SurfaceLoad load_;
@@ -117,6 +134,12 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
   SurfaceLoad load;
   search_.Read(at_rest_ ? *at_rest_ : *model_, contact_, points_O);
   unsolved_ = false;
+  converged_ = true;
+  if (const double done = search_.done(); done < 1) {
+    load.Set({Validity::kFailed, FailedCheck::kNone,
+              kComputing[static_cast<std::size_t>(done * kComputing.size())]});
+    return load;
+  }
   if (search_.usable() < VolumeLimits::kLeastPoints) {
     load.Set({Validity::kTrackingLost, FailedCheck::kNone,
               "fewer than four points of the object are in view"});
@@ -192,20 +215,24 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
     sample.beyond_range = "the deflection is beyond the model's range";
   } else if (most_bound_ > 0 && bound_ > most_bound_) {
     sample.beyond_range = "the model's estimate of its own error exceeds the tolerance";
-  } else if (doubt_ == kStiffInBending ||
-             (most_bound_ > 0 && !doubt_.empty() && doubt_ != kCoarsePatch)) {
+  } else if (!doubt_.empty()) {
     sample.beyond_range = doubt_;
   } else if (unsolved_) {
     sample.beyond_range =
         "the model finds no equilibrium under this load: the small-strain solution is used";
+  } else if (!converged_) {
+    sample.beyond_range = "the load through the nonlinear model did not converge";
   }
   load->Take(checks_.Examine(sample));
 }
 
-// Newton's method with the tangent at rest: what the model makes of the load beyond its linear part
-// is taken off the measured displacements, and the load fitted anew.
+// What the model makes of the load beyond its linear part is taken off the measured displacements,
+// and the load fitted anew. The change of the load falls to zero by secants: of no load it is the
+// first fit.
 void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcept {
-  for (int iteration = 0; iteration < VolumeLimits::kRounds && load->force != 0; ++iteration) {
+  double last = 0, last_change = load->force;
+  converged_ = load->force == 0;
+  for (int round = 0; round < VolumeLimits::kRounds && load->force != 0 && !converged_; ++round) {
     if (!Load(*load)) {
       unsolved_ = true;
       break;
@@ -220,12 +247,32 @@ void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcep
       }
       search_.TakeOff(i, u - search_.Displacement(*best, i));
     }
-    const double last = load->force;
+    const double tried = load->force;
     *best = search_.Find();
     if (best->triangle < 0) return;
     Place(*best, load);
-    if (std::abs(load->force - last) < VolumeLimits::kRefined * std::abs(last)) break;
+    const double change = load->force - tried;
+    converged_ = std::abs(change) <= std::max(VolumeLimits::kRefined * std::abs(tried),
+                                              VolumeLimits::kOfSigma * load->sigma_force);
+    const double slope = (change - last_change) / (tried - last);
+    last = tried;
+    last_change = change;
+    if (converged_ || load->force == 0 || !(slope < -VolumeLimits::kLeastSlope)) continue;
+    const double most = VolumeLimits::kMostChange * std::abs(tried);
+    best->forces *= (tried + std::clamp(-change / slope, -most, most)) / load->force;
+    Place(*best, load);
   }
+}
+
+// Displacements under a force are in inverse proportion to the modulus.
+void VolumeLoadIdentifier::TakeOver(LoadIdentifier* before) {
+  auto* other = dynamic_cast<VolumeLoadIdentifier*>(before);
+  if (other == nullptr || other->width_ != width_ || other->surface_.nodes != surface_.nodes ||
+      other->surface_.triangles != surface_.triangles) {
+    return;
+  }
+  search_.TakeOver(&other->search_, other->young_modulus_ / young_modulus_,
+                   at_rest_ ? *at_rest_ : *model_, contact_);
 }
 
 bool VolumeLoadIdentifier::Respond(const SurfaceLoad& load) noexcept {

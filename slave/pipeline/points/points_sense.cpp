@@ -197,6 +197,10 @@ SenseInfo PointsSense::info() const {
                                      : fmt::format("{} images", tracker_->rest_pictures())));
   if (!estimator_) info.remarks.push_back(info.reason);
   if (estimator_) info.object = ClassOf(scene_.object.geometry);
+  if (info.object == ObjectClass::kVolume) {
+    info.remarks.emplace_back(
+        "the model is then computed for each point in view: the force is unknown until then");
+  }
   return info;
 }
 

@@ -42,6 +42,7 @@ SurfaceEstimator::SurfaceEstimator(const Scene& scene)
 }
 
 void SurfaceEstimator::Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& scene) {
+  if (body_) body->TakeOver(body_.get());
   body_ = std::move(body);
   builder_.Adopt(scene);
   const double range = body_->info().range;

@@ -54,6 +54,9 @@ class SolidModel final : public VolumeModel {
   void Rest() override;
   bool Hold(std::span<const Contact> contacts) override;
   bool SolveUnder(std::span<const Contact> contacts) override;
+  void TakeBack() override {
+    if (motion_) motion_->TakeBack();
+  }
   [[nodiscard]] Eigen::Vector3d DisplacementAt(int node) const override {
     return state_.x.segment<3>(layout_.first(node));
   }

@@ -23,7 +23,7 @@ SolidMotion::SolidMotion(const FemOptions& options, const BlockLayout& layout,
       mass_(layout.pattern()),
       damping_(mass_),
       inertia_(mass_) {
-  velocity_ = start_ = product_ = VectorXd::Zero(layout.size());
+  velocity_ = start_ = start_velocity_ = product_ = VectorXd::Zero(layout.size());
   body.AddMass(density, &mass_);
   state_.balance.inertia = &inertia_;
   state_.balance.origin = &start_;
@@ -53,6 +53,8 @@ void SolidMotion::Prepare() {
     is_prepared_ = true;
   }
   start_ = state_.x;
+  start_velocity_ = velocity_;
+  start_row_force_ = state_.balance.row_force;
   Multiply(mass_, velocity_, &product_);
   state_.balance.force = state_.loads + c_m * h * product_;
 }
@@ -64,10 +66,19 @@ bool SolidMotion::Step() {
   state_.balance.given = state_.target;
   for (std::size_t k = 0; k < state_.balance.rows.size(); ++k)
     state_.balance.rows[k].value = state_.row_target[k];
-  if (!equilibrium_.Solve(&state_.balance, &state_.x)) return false;
+  if (!equilibrium_.Solve(&state_.balance, &state_.x)) {
+    TakeBack();
+    return false;
+  }
   velocity_ = (state_.x - start_) / options_.step;
   grew_ = checks_energy && EnergyGrew();
   return true;
+}
+
+void SolidMotion::TakeBack() {
+  state_.x = start_;
+  velocity_ = start_velocity_;
+  state_.balance.row_force = start_row_force_;
 }
 
 double SolidMotion::Energy() {

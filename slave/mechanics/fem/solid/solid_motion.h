@@ -20,8 +20,10 @@ class SolidMotion {
 
   // At rest.
   void Reset();
-  // The state after one more step under its loads. False: no solution.
+  // The state after one more step under its loads. False: no solution, the state is as before.
   bool Step();
+  // The state is as before the last step.
+  void TakeBack();
 
   // Whether the last step made energy of nothing: more than loads and moved nodes gave.
   [[nodiscard]] bool grew() const { return grew_; }
@@ -37,7 +39,8 @@ class SolidMotion {
   Equilibrium& equilibrium_;
   SolidState& state_;
   SparseMatrix mass_, damping_, inertia_;  // M, D, Q
-  Eigen::VectorXd velocity_, start_, product_;
+  Eigen::VectorXd velocity_, product_;
+  Eigen::VectorXd start_, start_velocity_, start_row_force_;  // of the step
   bool is_prepared_ = false, grew_ = false;
   double start_energy_ = 0;
 };

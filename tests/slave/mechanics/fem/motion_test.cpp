@@ -284,5 +284,34 @@ TEST(FemMotion, MotionSettlesInTheStaticEquilibrium) {
             1e-6);
 }
 
+// Law: after a step that fails the body moves on as if that step had not been asked for, also where
+// the failure is found in the state at its end.
+TEST(FemMotion, AFailedStepLeavesTheMotionAsItWas) {
+  constexpr double kEdge = 0.06;
+  const SolidMesh mesh = MeshBox({kEdge, kEdge, kEdge}, {4, 4, 4});
+  const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.z() == 0; });
+  const Vector3d top(kEdge / 2, kEdge / 2, kEdge);
+  for (const auto& params : {solids::Linear(solids::Foam()), solids::Foam()}) {
+    FemModel interrupted(mesh, held, Dynamic(params, 0.01)),
+        steady(mesh, held, Dynamic(params, 0.01));
+    // Just less than is refused at once; a soft node moves farther than is accepted.
+    const double most = 0.9e6 * params.material.young_modulus * kEdge * kEdge;
+    for (int k = 1; k <= 6; ++k) {
+      if (k == 4) {
+        const Contact absurd = contacts::Push(top, {0, 0, most});
+        EXPECT_EQ(Respond(interrupted, {absurd}).front().validity, Validity::kFailed);
+        EXPECT_NE(interrupted.failure(), "the time step did not converge");
+      }
+      const Contact press = contacts::Push(top, {0, 0, -0.02 * k});
+      const ContactResponse is = Respond(interrupted, {press}).front(),
+                            should = Respond(steady, {press}).front();
+      ASSERT_EQ(is.validity, should.validity) << k << ": " << interrupted.failure();
+      EXPECT_LT((is.displacement_O - should.displacement_O).norm(),
+                1e-6 * should.displacement_O.norm())
+          << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace palpate

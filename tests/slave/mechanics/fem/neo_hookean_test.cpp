@@ -216,5 +216,58 @@ TEST(NeoHookeanModel, ADeadlineEndsTheStepsAndFlagsTheAnswer) {
   EXPECT_LT((answer.force_O - expected.force_O).norm(), 1e-5 * expected.force_O.norm());
 }
 
+// Law: a deadline shorter than one linear solution costs accuracy, not the force: each answer has
+// at least one step of Newton's method. Reference: the converged model; one step from the predicted
+// motion neglects what is of second order in a millimetre's motion.
+TEST(NeoHookeanModel, TheShortestDeadlineFollowsAContactThatMoves) {
+  const SolidMesh mesh = Block(14);
+  auto params = Organ(1e-8);
+  params.deadline = 1e-6;
+  FemModel hurried(mesh, OnFloor(mesh), params), converged(mesh, OnFloor(mesh), Organ(1e-9));
+  for (const double depth : {0.001, 0.002, 0.003, 0.004, 0.004, 0.003, 0.002}) {
+    const std::vector<Contact> contacts{Disc(0.5, 0.5, {0, 0, -depth})};
+    const auto answer = contacts::Respond(hurried, contacts).front();
+    const auto expected = contacts::Respond(converged, contacts).front();
+    EXPECT_LE(hurried.newton_steps(), 1);
+    EXPECT_LT((answer.force_O - expected.force_O).norm(), 0.2 * expected.force_O.norm())
+        << 1e3 * depth << " mm";
+  }
+}
+
+// Law: the error of a force is estimated for the answer that has it, also where no step was taken
+// because the tool holds still, and where the deadline has passed.
+TEST(NeoHookeanModel, EveryAnswersErrorIsEstimated) {
+  const SolidMesh mesh = Block(14);
+  const auto force_of = [](FemModel& model, double depth) {
+    return contacts::Respond(model, {Disc(0.5, 0.5, {0, 0, -depth})}).front();
+  };
+  auto hurried = Organ(5e-2);
+  hurried.deadline = 1e-6;
+  for (const FemModel::Params& params : {Organ(5e-2), hurried}) {
+    FemModel model(mesh, OnFloor(mesh), params), converged(mesh, OnFloor(mesh), Organ(1e-9));
+    for (const double depth : {0.001, 0.002, 0.003, 0.003, 0.003}) {
+      const auto answer = force_of(model, depth), expected = force_of(converged, depth);
+      const double error = (answer.force_O - expected.force_O).norm();
+      EXPECT_GT(answer.force_error, 0.3 * error) << 1e3 * depth << " mm";
+      EXPECT_LT(answer.force_error, 3 * error) << 1e3 * depth << " mm";
+    }
+  }
+}
+
+// Law: a tool that returns to exactly zero leaves no force; what remains is small by the force
+// before it.
+TEST(NeoHookeanModel, ReturningToExactlyZeroTakesFewSteps) {
+  const SolidMesh mesh = Block(14);
+  FemModel model(mesh, OnFloor(mesh), Organ(1e-6));
+  double pressed = 0;
+  for (const double depth : {0.001, 0.002, 0.003, 0.004}) {
+    pressed = contacts::Respond(model, {Disc(0.5, 0.5, {0, 0, -depth})}).front().force_O.norm();
+  }
+  const auto answer = contacts::Respond(model, {Disc(0.5, 0.5, {0, 0, 0})}).front();
+  EXPECT_EQ(answer.validity, Validity::kValid) << answer.doubt;
+  EXPECT_LT(answer.force_O.norm(), 1e-6 * pressed);
+  EXPECT_LE(model.newton_steps(), 10);
+}
+
 }  // namespace
 }  // namespace palpate::fem

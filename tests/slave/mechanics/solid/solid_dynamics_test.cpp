@@ -1,5 +1,6 @@
 // Solids in time: frequencies and damping of implicit Euler.
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -77,6 +78,40 @@ TEST(ImplicitEuler, DampsAsRayleighSays) {
       v = (m * v + h * (force - k * u)) / (m + h * d + h * h * k);
       u += h * v;
       EXPECT_NEAR(responses[0].displacement_O.z() / u, 1, 1e-7) << i;
+    }
+  }
+}
+
+// Law: after a step that fails the body moves on as if that step had not been asked for.
+TEST(ImplicitEuler, AFailedStepLeavesTheMotionAsItWas) {
+  constexpr double kEdge = 0.04;
+  const SolidMesh mesh = MeshBox({kEdge, kEdge, kEdge}, {4, 4, 4});
+  const Vector3d top(kEdge / 2, kEdge / 2, kEdge);
+  for (const Law law : {Law::kOgden, Law::kNeoHookean, Law::kLinear}) {
+    auto params = Rod();
+    params.options.element = Element::kTet4;
+    params.options.law = law;
+    if (law == Law::kOgden) params.options.terms = kRubber;
+    params.options.step = law == Law::kOgden ? 1e-3 : 0.01;
+    params.poisson_ratio = 0.3;
+    // Ogden's energy is infinite where elements are inside out. Others move farther than is
+    // accepted.
+    const double most = 0.9e6 * params.young_modulus * kEdge * kEdge;
+    const Contact bad =
+        law == Law::kOgden ? Move(top, {0, 0, -kEdge / 2}, kEdge / 2) : Push(top, {0, 0, most});
+    SolidModel interrupted(mesh, Bottom(mesh), params), steady(mesh, Bottom(mesh), params);
+    for (int k = 1; k <= 6; ++k) {
+      if (k == 4) {
+        EXPECT_EQ(Answer(interrupted, bad).validity, Validity::kFailed);
+      }
+      const Contact press = law == Law::kOgden ? Move(top, {0, 0, -2e-4 * k}, kEdge / 2)
+                                               : Push(top, {0, 0, -0.005 * k});
+      const ContactResponse is = Answer(interrupted, press), should = Answer(steady, press);
+      ASSERT_EQ(is.validity, should.validity) << k << ": " << interrupted.failure();
+      EXPECT_LT((is.force_O - should.force_O).norm(), 1e-6 * should.force_O.norm()) << k;
+      EXPECT_LT((is.displacement_O - should.displacement_O).norm(),
+                1e-6 * should.displacement_O.norm())
+          << k;
     }
   }
 }
