@@ -61,8 +61,8 @@ int Main(int argc, char** argv) {
       "serve", "Observe the object and stream the estimated force over gRPC until stopped", &serve);
   serve_command->get_option("scene")->required(false);
   Add(serve_command, "--setup", &serve.setup, "DIR",
-      "Start without a scene: a client sets one up on the images of --camera, and it is saved in "
-      "this folder");
+      "Folder of scenes that a client sets up on the images of --camera: begins with the last one, "
+      "or without a scene");
   Add(serve_command, "--camera", &serve.camera, "N|FILE|URL",
       "Camera of --setup: a number, image files or a video (repeated), an address or a GStreamer "
       "pipeline")

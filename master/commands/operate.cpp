@@ -93,13 +93,14 @@ HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene,
   return options;
 }
 
-// The pointer is twice as fast as the simulated operator, so that it follows a drag.
+// The pointer is twice as fast as the simulated operator, so that it follows a drag. A slave that
+// is being set up has no speed yet.
 std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments& a) {
   constexpr double kFaster = 2, kUsual = 0.02;  // [-], [m/s]
   const double scale = scene.transform.position_scale;
   const double speed = scene.press_speed > 0 ? scene.press_speed / scale : kUsual;
   if (IsPointer(a)) return std::make_unique<Pointer>(kFaster * speed);
-  return OpenDevice(a.device, scene.press_depth / scale, scene.press_speed / scale);
+  return OpenDevice(a.device, scene.press_depth / scale, speed);
 }
 
 // Expiry of the certificate in `folder` since 1970 [s]; nullopt: there is none.

@@ -14,7 +14,8 @@ namespace {
 
 // A scene whose model is chosen takes long to check.
 constexpr std::chrono::seconds kCallWithin(90);
-constexpr std::uint32_t kBestQuality = 100;  // of a JPEG: the tip's template is cut from it
+constexpr std::chrono::seconds kImageWithin(5);  // two images of a camera
+constexpr std::uint32_t kBestQuality = 100;      // of a JPEG: the tip's template is cut from it
 
 using Stub = v1::Teleoperation::Stub;
 
@@ -43,8 +44,9 @@ SetupCalls::Answer AnswerOf(const grpc::Status& status, const google::protobuf::
 
 class TimedCall {
  public:
-  explicit TimedCall(const std::stop_token& stop) : cancel_(stop, Cancel{&context_}) {
-    context_.set_deadline(std::chrono::system_clock::now() + kCallWithin);
+  explicit TimedCall(const std::stop_token& stop, std::chrono::seconds within = kCallWithin)
+      : cancel_(stop, Cancel{&context_}) {
+    context_.set_deadline(std::chrono::system_clock::now() + within);
   }
   [[nodiscard]] grpc::ClientContext* context() { return &context_; }
 
@@ -74,13 +76,20 @@ SetupCalls::Answer MakeCall(Stub* stub,
   return AnswerOf(status, reply);
 }
 
+// The first image of the stream may be the last one that the camera gave before it stopped.
 SetupCalls::Answer RequestImage(Stub* stub, const std::stop_token& stop) {
   v1::WatchImagesRequest request;
   request.set_quality(kBestQuality);
-  TimedCall timed(stop);
+  TimedCall timed(stop, kImageWithin);
   const auto reader = stub->WatchImages(timed.context(), request);
   v1::ImageState image;
-  if (!reader->Read(&image)) return AnswerOf(reader->Finish(), image);
+  const bool has_first = reader->Read(&image);
+  if (!has_first || !reader->Read(&image)) {
+    const grpc::Status status = reader->Finish();
+    const bool is_late = has_first && status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
+    return is_late ? SetupCalls::Answer{502, SetupErrorJson("the slave's camera gives no image")}
+                   : AnswerOf(status, image);
+  }
   timed.context()->TryCancel();
   reader->Finish();
   return AnswerOf(grpc::Status::OK, image);

@@ -28,7 +28,8 @@ constexpr std::array<grpc::StatusCode, v1::ErrorReason_MAX + 1> kCodes{
     grpc::StatusCode::CANCELLED,
     grpc::StatusCode::INTERNAL,
     grpc::StatusCode::FAILED_PRECONDITION,
-    grpc::StatusCode::FAILED_PRECONDITION};
+    grpc::StatusCode::FAILED_PRECONDITION,
+    grpc::StatusCode::UNAVAILABLE};
 
 }  // namespace
 

@@ -100,6 +100,36 @@ std::unique_ptr<FrameSource> OpenRecorded(std::function<cv::Mat()> read, Picture
   return LeftImages(std::make_unique<DecodeAhead>(std::move(filtered), std::move(options)));
 }
 
+// The image files of one camera, in order, all of one size.
+class ImageFiles {
+ public:
+  explicit ImageFiles(std::vector<fs::path> files) : files_(std::move(files)) {}
+
+  [[nodiscard]] const std::vector<fs::path>& files() const { return files_; }
+  [[nodiscard]] std::size_t count() const { return files_.size(); }
+  [[nodiscard]] bool ended() const { return index_ == files_.size(); }
+  [[nodiscard]] std::string next_file() const { return files_[index_].string(); }
+  [[nodiscard]] std::size_t next_number() const { return index_ + 1; }
+
+  // `accept`: see ReadPicture, before the comparison with the first.
+  cv::Mat ReadNext(const AcceptSize& accept = {}) {
+    const fs::path& file = files_[index_++];
+    return ReadPicture(file, index_, [&](const cv::Size& size) {
+      if (accept) accept(size);
+      if (size_.empty()) size_ = size;
+      if (size == size_) return;
+      throw std::runtime_error(
+          fmt::format("{}: image {}: {} x {} px: expected the first one's size, {} x {} px",
+                      file.string(), index_, size.width, size.height, size_.width, size_.height));
+    });
+  }
+
+ private:
+  std::vector<fs::path> files_;
+  std::size_t index_ = 0;  // images read
+  cv::Size size_;          // of the first
+};
+
 std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced,
                                        const PictureFilter& filter) {
   auto files = ListPictures(camera.pattern, {});
@@ -109,11 +139,11 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced,
                       .rate = camera.rate,
                       .instants = instants,
                       .paced = paced};
-  auto read = [camera, files = std::move(files), count = std::size_t{0}]() mutable {
-    if (count == files.size()) return cv::Mat();
-    ++count;
-    return ReadPicture(files[count - 1], count, [&](const cv::Size& size) {
-      if (count == 1) RequireSize(camera, size);
+  auto read = [camera, files = ImageFiles(std::move(files))]() mutable {
+    if (files.ended()) return cv::Mat();
+    const bool is_first = files.next_number() == 1;
+    return files.ReadNext([&](const cv::Size& size) {
+      if (is_first) RequireSize(camera, size);
     });
   };
   return OpenRecorded(std::move(read), filter, std::move(options));
@@ -146,34 +176,6 @@ void RequireRate(double rate) {
   if (rate > 0 && rate < 1e6) return;
   throw std::runtime_error(fmt::format("sense.camera.rate = {:g} Hz: expected > 0", rate));
 }
-
-// The image files of one camera, in order, all of one size.
-class ImageFiles {
- public:
-  explicit ImageFiles(const std::string& pattern) : files_(ListPictures(pattern, {})) {}
-
-  [[nodiscard]] const std::vector<fs::path>& files() const { return files_; }
-  [[nodiscard]] std::size_t count() const { return files_.size(); }
-  [[nodiscard]] bool ended() const { return index_ == files_.size(); }
-  [[nodiscard]] std::string next_file() const { return files_[index_].string(); }
-  [[nodiscard]] std::size_t next_number() const { return index_ + 1; }
-
-  cv::Mat ReadNext() {
-    const fs::path& file = files_[index_++];
-    return ReadPicture(file, index_, [&](const cv::Size& size) {
-      if (size_.empty()) size_ = size;
-      if (size == size_) return;
-      throw std::runtime_error(
-          fmt::format("{}: image {}: {} x {} px: expected the first one's size, {} x {} px",
-                      file.string(), index_, size.width, size.height, size_.width, size_.height));
-    });
-  }
-
- private:
-  std::vector<fs::path> files_;
-  std::size_t index_ = 0;  // images read
-  cv::Size size_;          // of the first
-};
 
 StereoPair ReadPair(ImageFiles& left, ImageFiles& right) {
   if (left.ended()) return {};
@@ -240,7 +242,7 @@ std::unique_ptr<StereoSource> OpenCameras(const std::vector<Eye>& cameras, PairL
 
 std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced) {
   RequireRate(cameras.rate);
-  ImageFiles left(cameras.left), right(cameras.right);
+  ImageFiles left(ListPictures(cameras.left, {})), right(ListPictures(cameras.right, {}));
   if (left.count() != right.count()) {
     throw std::runtime_error(
         fmt::format("sense.camera.stereo: left = {} has {} images, right = {} has {}: expected "
@@ -263,7 +265,7 @@ std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced
 
 std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth, bool paced) {
   RequireRate(depth.rate);
-  ImageFiles files(depth.pattern);
+  ImageFiles files(ListPictures(depth.pattern, {}));
   const auto instants = InstantsOf(files.files());
   ReadOptions options{.description = fmt::format("files {} ({} depth images{})", depth.pattern,
                                                  files.count(), MissingInWords(instants)),

@@ -9,6 +9,8 @@
 
 namespace palpate {
 
+class Progress;
+
 class PictureInbox;
 
 // How samples come: in real time, while an operator moves the tool; or as fast as they are
@@ -21,6 +23,7 @@ struct Pace {
   SampleTap* tap = nullptr;          // tap that gets each sample, and outlives the source
   SamplePlayer* player = nullptr;    // player of recorded samples, which outlives the source
   FrameOpener open = {};             // opens the images of one camera; empty: as the scene has them
+  Progress* progress = nullptr;      // of the model of one camera while it is built; null: none
   // Tool position of the simulator when the sensing begins, S [m]; nullopt: the simulator's
   // default.
   std::optional<Eigen::Vector3d> p_S_tip = std::nullopt;

@@ -1,5 +1,7 @@
 #include "slave/capture/shared_camera.h"
 
+#include <algorithm>
+#include <chrono>
 #include <exception>
 #include <filesystem>
 #include <mutex>
@@ -73,6 +75,22 @@ class SharedCamera::Live {
     if (failure_) std::rethrow_exception(failure_);
     return std::nullopt;
   }
+  // The first image that was taken after this call; nullopt: `stop`. Throws std::runtime_error:
+  // none comes within `patience` [s].
+  std::optional<Frame> Fresh(double patience, const std::stop_token& stop) {
+    const Time asked = Clock::now();
+    std::unique_lock lock(mutex_);
+    const auto is_here = [&] { return newest_.sequence > 0 && newest_.sensed_at > asked; };
+    changed_.wait_until(lock, stop, std::chrono::steady_clock::now() + Seconds(patience),
+                        [&] { return has_ended_ || is_here(); });
+    if (stop.stop_requested()) return std::nullopt;
+    if (is_here()) return newest_;
+    if (failure_) std::rethrow_exception(failure_);
+    const auto health = source_->health();
+    throw std::runtime_error(
+        fmt::format("{}: no new image within {:.3g} s{}", source_->description(), patience,
+                    health && !health->trouble.empty() ? ": " + health->trouble : std::string()));
+  }
   [[nodiscard]] const FrameSource& source() const { return *source_; }
 
  private:
@@ -109,11 +127,12 @@ class SharedCamera::Live {
 // One reader of a live camera.
 class SharedCamera::LiveFrames final : public FrameSource {
  public:
-  LiveFrames(std::shared_ptr<Live> live, PictureFilter filter)
-      : live_(std::move(live)), filter_(std::move(filter)) {}
+  LiveFrames(std::shared_ptr<Live> live, PictureFilter filter, std::optional<Frame> first)
+      : live_(std::move(live)), filter_(std::move(filter)), first_(std::move(first)) {}
 
   std::optional<Frame> Next(const std::stop_token& stop) override {
-    std::optional<Frame> frame = live_->After(last_, stop);
+    std::optional<Frame> frame = std::exchange(first_, std::nullopt);
+    if (!frame) frame = live_->After(last_, stop);
     if (!frame) return frame;
     last_ = frame->sequence;
     if (filter_) frame->image = filter_(frame->image);
@@ -127,6 +146,7 @@ class SharedCamera::LiveFrames final : public FrameSource {
  private:
   const std::shared_ptr<Live> live_;
   const PictureFilter filter_;
+  std::optional<Frame> first_;
   std::uint64_t last_ = 0;
 };
 
@@ -139,9 +159,16 @@ SharedCamera::SharedCamera(const Camera& camera) : camera_(camera) {
 
 SharedCamera::~SharedCamera() = default;
 
-std::unique_ptr<FrameSource> SharedCamera::Open(const PictureFilter& filter) const {
-  if (live_) return std::make_unique<LiveFrames>(live_, filter);
+std::unique_ptr<FrameSource> SharedCamera::Open(const PictureFilter& filter,
+                                                std::optional<Frame> first) const {
+  if (live_) return std::make_unique<LiveFrames>(live_, filter, std::move(first));
   return std::make_unique<RepeatedFrames>(camera_, filter);
+}
+
+std::optional<Frame> SharedCamera::Fresh(const std::stop_token& stop) const {
+  constexpr double kPatience = 2;  // [s]
+  if (!live_) return Open()->Next(stop);
+  return live_->Fresh(std::max(kPatience, 2 / camera_.rate), stop);
 }
 
 std::string SharedCamera::SceneLines() const {

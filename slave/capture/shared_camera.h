@@ -3,6 +3,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <stop_token>
 #include <string>
 
 #include "slave/capture/frame_source.h"
@@ -18,9 +20,13 @@ class SharedCamera {
   SharedCamera(const SharedCamera&) = delete;
   SharedCamera& operator=(const SharedCamera&) = delete;
 
-  // A source of its own for one reader, which this object outlives. Live: from the newest image on.
-  // Recorded: from the first image on, again and again.
-  [[nodiscard]] std::unique_ptr<FrameSource> Open(const PictureFilter& filter = {}) const;
+  // A source of its own for one reader, which this object outlives. Live: from `first` on, if it is
+  // given, else from the newest image on. Recorded: from the first image on, again and again.
+  [[nodiscard]] std::unique_ptr<FrameSource> Open(const PictureFilter& filter = {},
+                                                  std::optional<Frame> first = {}) const;
+  // Live: the next image, which was taken after this call. Recorded: the first one. nullopt:
+  // `stop`. Throws std::runtime_error: none comes within 2 s and two periods.
+  [[nodiscard]] std::optional<Frame> Fresh(const std::stop_token& stop) const;
 
   // With the size of the images.
   [[nodiscard]] const Camera& camera() const { return camera_; }

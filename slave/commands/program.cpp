@@ -92,14 +92,14 @@ void StopOnSignal::Wait(const std::stop_token& end) {
 
 void StopOnSignal::Emergency() {
   const std::scoped_lock lock(mutex_);
-  is_emergency_ = true;
+  is_emergency_ = on_emergency_ == nullptr;
   if (on_emergency_) on_emergency_();
 }
 
 void StopOnSignal::OnEmergency(std::function<void()> stop) {
   const std::scoped_lock lock(mutex_);
   on_emergency_ = std::move(stop);
-  if (on_emergency_ && is_emergency_) on_emergency_();
+  if (on_emergency_ && std::exchange(is_emergency_, false)) on_emergency_();
 }
 
 void RaiseDescriptorLimit() {

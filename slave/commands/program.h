@@ -27,8 +27,8 @@ class StopOnSignal {
   // Let a recording be written to its end, which may take longer than a stop otherwise may. A
   // second signal ends that as well.
   void LetRecordingEnd() { records_ = true; }
-  // Action of SIGUSR1, also of one that arrived earlier; nullptr: none. Called by a thread of this
-  // class.
+  // Action of SIGUSR1, also of one that arrived while there was none; nullptr: none. Called by a
+  // thread of this class.
   void OnEmergency(std::function<void()> stop);
 
  private:
@@ -41,7 +41,7 @@ class StopOnSignal {
   std::stop_source source_;
   std::mutex mutex_;  // guards the members below
   std::function<void()> on_emergency_;
-  bool is_emergency_ = false;
+  bool is_emergency_ = false;  // one arrived without an action
   std::jthread waiter_;
 };
 

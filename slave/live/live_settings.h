@@ -34,6 +34,8 @@ class LiveSettings {
 
   // Rises with every change.
   [[nodiscard]] std::uint32_t revision() const { return revision_; }
+  // Becomes greater than `former`, too.
+  void ContinueRevisions(std::uint32_t former) { revision_ += former; }
   [[nodiscard]] Scene scene() const;
   // The largest force that the device can render, at the tool [N].
   [[nodiscard]] double FullScale() const;

@@ -30,7 +30,8 @@ ManipulatorOptions LimitsOf(const Scene& scene, const SensingPipeline& sense) {
 
 LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulator,
                      std::unique_ptr<SensingPipeline> sense, const ModelChooser& choose)
-    : manipulator_(std::move(manipulator)),
+    : has_scene_(!scene.name.empty()),
+      manipulator_(std::move(manipulator)),
       sense_(std::move(sense)),
       port_(*manipulator_, scene.operator_options.transform, LimitsOf(scene, *sense_),
             scene.link.dead_after),
@@ -79,6 +80,7 @@ ContactState LiveSlave::ContactStateNow() const {
 
 SlaveState LiveSlave::Compose(Time now) {
   SlaveState state = newest_.Compose(port_, now);
+  state.phase = Shown(state.phase);
   state.settings_revision = settings_.revision();
   state.true_force = manipulator_->measured_force();
   if (manipulator_->is_faulty()) {
@@ -102,13 +104,14 @@ SlaveDescription LiveSlave::Describe() const {
   description.scene.operator_options.transform = port_.transform();
   description.simulated = description.scene.simulator_connects;
   description.turns = manipulator_->Rotation().has_value();
+  description.setup_camera = setup_camera_;
   return description;
 }
 
 SlaveStatus LiveSlave::Status() const {
   SlaveStatus status;
   status.stops = port_.stops();  // before the phase: it may be too old for a reset, never too new
-  status.phase = port_.view().phase;
+  status.phase = Shown(port_.view().phase);
   const CommandCounts counts = port_.counts();
   status.commands = counts.taken;
   status.commands_refused = counts.refused;
@@ -122,6 +125,11 @@ SlaveStatus LiveSlave::Status() const {
   if (status.cameras && !status.cameras->trouble.empty())
     status.alarms.push_back(status.cameras->trouble);
   return status;
+}
+
+void LiveSlave::OfferSetup(SceneSetup* setup, std::string camera) {
+  setup_ = setup;
+  setup_camera_ = std::move(camera);
 }
 
 void LiveSlave::Reset(std::uint64_t stops) {

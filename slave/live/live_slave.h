@@ -77,12 +77,25 @@ class LiveSlave final : public Slave {
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
   [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
   [[nodiscard]] StreamedManipulator* driven_arm() override { return manipulator_->driven(); }
-  [[nodiscard]] SceneSetup* setup() override { return nullptr; }
+  [[nodiscard]] SceneSetup* setup() override { return setup_; }
+  // From now on a client may set up another scene by `setup`, which outlives the slave. `camera`:
+  // SlaveDescription::setup_camera. Before the slave is served.
+  void OfferSetup(SceneSetup* setup, std::string camera);
+  // The slave takes the place of another one, which had settings of `former`: its own revision
+  // becomes a greater one. Before the slave is served.
+  void ContinueRevisions(std::uint32_t former) { settings_.ContinueRevisions(former); }
 
  private:
   [[nodiscard]] ContactState ContactStateNow() const;
+  // Without a scene nothing is observed: it is to be set up.
+  [[nodiscard]] Phase Shown(Phase phase) const {
+    return !has_scene_ && phase == Phase::kObserving ? Phase::kSetup : phase;
+  }
 
   const Time started_at_ = Clock::now();
+  const bool has_scene_;
+  SceneSetup* setup_ = nullptr;
+  std::string setup_camera_;
   const std::unique_ptr<Manipulator> manipulator_;
   const std::unique_ptr<SensingPipeline> sense_;
   OperatorPort port_;
@@ -103,11 +116,12 @@ class LiveSlave final : public Slave {
 // Creates the slave of the scene with manipulator and sensing. The samples of simulated sensors
 // come from palpate-simulator, see StreamSimulated. Throws as they do.
 // `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
-// the sensing, outlives the slave; null: none. `choose`: see LiveSlave. `open`: see Pace.
-std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& state_folder = {},
-                                     SenseRecorder* recorder = nullptr,
-                                     const ModelChooser& choose = {}, const FrameOpener& open = {});
+// the sensing, outlives the slave; null: none. `choose`: see LiveSlave. `open`, `progress`: see
+// Pace.
+std::unique_ptr<LiveSlave> MakeLiveSlave(
+    Scene scene, const std::filesystem::path& state_folder = {}, SenseRecorder* recorder = nullptr,
+    const ModelChooser& choose = {}, const FrameOpener& open = {}, Progress* progress = nullptr);
 // The slave of a set-up, which only shows images. `camera`: what `open` opens.
-std::unique_ptr<Slave> MakePreviewSlave(const Camera& camera, const FrameOpener& open);
+std::unique_ptr<LiveSlave> MakePreviewSlave(const Camera& camera, const FrameOpener& open);
 
 }  // namespace palpate

@@ -15,12 +15,12 @@ bool MayRest(const Scene& scene, const SensingPipeline& sense) {
 
 }  // namespace
 
-std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& state_folder,
-                                     SenseRecorder* recorder, const ModelChooser& choose,
-                                     const FrameOpener& open) {
+std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene, const std::filesystem::path& state_folder,
+                                         SenseRecorder* recorder, const ModelChooser& choose,
+                                         const FrameOpener& open, Progress* progress) {
   StreamSimulated(&scene);
   std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene);
-  const Pace pace{.tap = recorder, .open = open};
+  const Pace pace{.tap = recorder, .open = open, .progress = progress};
   if (recorder != nullptr) recorder->Begin();
   std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, pace);
   const bool may_rest = recorder == nullptr && MayRest(scene, *sense);
@@ -31,7 +31,7 @@ std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& s
   return slave;
 }
 
-std::unique_ptr<Slave> MakePreviewSlave(const Camera& camera, const FrameOpener& open) {
+std::unique_ptr<LiveSlave> MakePreviewSlave(const Camera& camera, const FrameOpener& open) {
   Scene scene;
   scene.sense.Set(CameraOptions{.camera = camera});
   scene.manipulator.source = ManipulatorOptions::Source::kNone;

@@ -1,9 +1,10 @@
 // Set-up of a scene while the slave runs.
 #pragma once
 
-#include <functional>
 #include <map>
+#include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 
 #include "slave/live/slave.h"
 #include "slave/program/progress.h"
+#include "slave/scene/scene_mistake.h"
 
 namespace palpate {
 
@@ -18,12 +20,6 @@ namespace palpate {
 struct SceneProposal {
   std::string scene;
   std::map<std::string, std::string> files;  // by name, without a folder
-};
-
-// Why a scene cannot be used. Empty or 0: unknown.
-struct SceneMistake {
-  std::string key, value, message, expected;
-  int line = 0;  // from 1
 };
 
 struct ProposalReport {
@@ -38,11 +34,24 @@ struct ProposalReport {
   std::optional<Contact> contact;  // a typical one
 };
 
+// A checked and saved scene whose slave has started. Without Use nothing has changed.
+class PreparedScene {
+ public:
+  virtual ~PreparedScene() = default;
+  PreparedScene() = default;
+  PreparedScene(const PreparedScene&) = delete;
+  PreparedScene& operator=(const PreparedScene&) = delete;
+  [[nodiscard]] virtual SlaveDescription Describe() const = 0;
+  // The scene is saved as the present one, and its slave will be served in place of the other one.
+  // Throws std::runtime_error: it cannot be saved; nothing has changed then.
+  virtual void Use() = 0;
+};
+
 // Images of a printed chessboard; the last one shows it in the plane of tool and object.
 struct BoardImages {
-  std::vector<cv::Mat> images;
-  int columns = 0, rows = 0;  // inner corners
-  double square = 0;          // [m]
+  std::vector<std::string> images;  // PNG or JPEG; empty: the one with which a scene would start
+  int columns = 0, rows = 0;        // inner corners
+  double square = 0;                // [m]
 };
 struct FoundBoard {
   std::vector<Eigen::Vector2d> corners;  // in the last image, row after row [px]
@@ -53,19 +62,21 @@ struct FoundBoard {
   std::string remark;                    // why there is no lens
 };
 
-// Calls do not overlap.
+// Calls do not overlap. Those with `progress` or `stop` throw Interrupted when it requests a stop.
 class SceneSetup {
  public:
   virtual ~SceneSetup() = default;
   // Changes nothing. Throws std::invalid_argument: a name of a file.
   virtual ProposalReport Check(const SceneProposal& proposal, Progress* progress) = 0;
-  // Checks and saves the scene and builds its slave; the result takes that into use, at once.
-  // Throws std::invalid_argument: the mistakes; nothing has changed then.
-  virtual std::function<void()> Prepare(const SceneProposal& proposal, Progress* progress) = 0;
-  // Throws std::runtime_error: the board is not in the last image, or calibration is not installed.
-  virtual FoundBoard FindBoard(const BoardImages& board) = 0;
+  // Checks the scene, saves it beside the present one, and starts its slave. Throws
+  // std::invalid_argument: the mistakes; std::runtime_error: it cannot be saved.
+  virtual std::unique_ptr<PreparedScene> Prepare(const SceneProposal& proposal,
+                                                 Progress* progress) = 0;
+  // Throws std::runtime_error: the board is not in the last image, or calibration is not installed;
+  // std::invalid_argument: the images.
+  virtual FoundBoard FindBoard(const BoardImages& board, Progress* progress) = 0;
   // The image with which a scene would start. Throws std::runtime_error: there is none.
-  [[nodiscard]] virtual cv::Mat StartImage() = 0;
+  [[nodiscard]] virtual cv::Mat StartImage(const std::stop_token& stop) = 0;
 };
 
 }  // namespace palpate

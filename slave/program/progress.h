@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <stdexcept>
+#include <stop_token>
 #include <string_view>
 
 namespace palpate {
@@ -31,7 +32,14 @@ class Progress {
   // `stage`: two or three words; `done`: completed share, 0 to 1. Call it about ten times a second.
   // False: stop by throwing Interrupted.
   virtual bool Report(std::string_view /*stage*/, double /*done*/) { return true; }
+  // For work that has no stages: requested when Report would return false.
+  [[nodiscard]] virtual std::stop_token stop() const { return {}; }
 };
+
+// The token of `progress`; of null: one that is never requested.
+inline std::stop_token StopOf(const Progress* progress) {
+  return progress != nullptr ? progress->stop() : std::stop_token();
+}
 
 // Reports to `progress`, unless it is null. Throws Interrupted.
 inline void ReportProgress(Progress* progress, std::string_view stage, double done) {

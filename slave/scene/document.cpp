@@ -25,7 +25,8 @@ constexpr int kDeepest = 32;
 constexpr int kMostValues = 100'000;        // aliases count each time they are used
 constexpr std::size_t kMostText = 4 << 20;  // [bytes] of keys and values, aliases spelled out
 constexpr std::size_t kMostMistakes = 50;
-constexpr std::size_t kLongestQuote = 60, kLongestPath = 200;
+constexpr std::size_t kLongestQuote = 60;
+constexpr std::size_t kLongestText = 2000;  // of what is accepted, which may name files
 constexpr int kAfterTheFile = std::numeric_limits<int>::max();
 
 using Kind = DocumentNode::Kind;
@@ -55,7 +56,10 @@ std::string Quote(const DocumentNode& node) {
   return text + (is_map ? '}' : ']');
 }
 
+// At most `most` bytes of whole characters, and dots.
 std::string Shortened(std::string_view text, std::size_t most = kLongestQuote) {
+  constexpr int kKindOfByte = 0xc0, kInsideCharacter = 0x80;
+  while (most > 0 && most < text.size() && (text[most] & kKindOfByte) == kInsideCharacter) --most;
   std::string shortened(text.substr(0, most));
   for (char& c : shortened) {
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
@@ -97,8 +101,8 @@ class Copier {
 
  private:
   [[noreturn]] static void RefuseSize() {
-    throw std::length_error("too deep or too large: expected at most " + std::to_string(kDeepest) +
-                            " levels, " + std::to_string(kMostValues) +
+    throw std::length_error("at most " + std::to_string(kDeepest) + " levels, " +
+                            std::to_string(kMostValues) +
                             " values and 4 MiB of text, aliases spelled out");
   }
 
@@ -141,12 +145,12 @@ class Copier {
       const YAML::Node& key = entry.first;
       const int line = key.Mark().line + 1;
       if (!key.IsScalar()) {
-        mistakes_->AddGeneral(line, "a key is not a plain word: expected `key: value`");
+        mistakes_->AddGeneral(line, "a key is not a plain word", "`key: value`");
         continue;
       }
       if (entry.second.IsNull() && !key.Scalar().empty() && IsDigit(key.Scalar()[0])) {
-        mistakes_->AddGeneral(
-            line, "`," + key.Scalar() + "`: a decimal comma: expected a decimal point, 127.5 kPa");
+        mistakes_->AddGeneral(line, "`," + Shortened(key.Scalar()) + "`: a decimal comma",
+                              "a decimal point, 127.5 kPa");
         continue;
       }
       DocumentNode child = CopyChild(entry.second, Counted(key.Scalar()), depth);
@@ -185,7 +189,8 @@ bool HasDecimalComma(const DocumentNode& node) {
   }
   return false;
 }
-constexpr std::string_view kPoint = " (decimal comma: expected a decimal point)";
+constexpr std::string_view kMissing = "missing";
+constexpr std::string_view kPoint = "decimal comma: expected a decimal point";
 
 // What in the text is no YAML, where that is a tab or a character that looks like another one.
 std::string HintAt(const std::string& text, int line) {
@@ -212,13 +217,15 @@ bool IsText(const std::string& bytes) {
 std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes* mistakes) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
-    mistakes->AddGeneral(0, std::filesystem::exists(file, error) ? "not a file: expected a YAML "
-                                                                   "file"
-                                                                 : "no such file");
+    if (std::filesystem::exists(file, error)) {
+      mistakes->AddGeneral(0, "not a file", "a YAML file");
+    } else {
+      mistakes->AddGeneral(0, "no such file");
+    }
     return std::nullopt;
   }
   if (std::filesystem::file_size(file, error) > kLargestFile || error) {
-    mistakes->AddGeneral(0, "too large: expected at most 1 MiB");
+    mistakes->AddGeneral(0, "too large", "at most 1 MiB");
     return std::nullopt;
   }
   std::ifstream stream(file, std::ios::binary);
@@ -230,19 +237,20 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
   const bool is_utf16 =
       bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.find('\0') < 2;
   if (is_utf16) {
-    mistakes->AddGeneral(0, "text in UTF-16: expected UTF-8");
+    mistakes->AddGeneral(0, "text in UTF-16", "UTF-8");
     return std::nullopt;
   }
   if (const std::size_t at = FindInvalidUtf8(bytes); at != std::string::npos && IsText(bytes)) {
     const auto line =
         std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(at), '\n');
-    mistakes->AddGeneral(static_cast<int>(line) + 1,
-                         Formatted("byte 0x%02X is not UTF-8: expected a scene in UTF-8",
-                                   static_cast<unsigned char>(bytes[at])));
+    mistakes->AddGeneral(
+        static_cast<int>(line) + 1,
+        Formatted("byte 0x%02X is not UTF-8", static_cast<unsigned char>(bytes[at])),
+        "a scene in UTF-8");
     return std::nullopt;
   }
   if (!IsText(bytes)) {
-    mistakes->AddGeneral(0, "not text: expected a YAML file");
+    mistakes->AddGeneral(0, "not text", "a YAML file");
     return std::nullopt;
   }
   return bytes;
@@ -285,17 +293,17 @@ DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
     const int second = SecondDocument(text);
     if (second == 0) root = Copier(mistakes, false).Copy(YAML::Load(text));
     if (second > 0) {
-      mistakes->AddGeneral(second, "a second document: expected one");
+      mistakes->AddGeneral(second, "a second document", "one");
     } else if (root.kind != Kind::kMap) {
-      mistakes->AddGeneral(0, root.kind == Kind::kNothing
-                                  ? "empty: expected a map of name, object, model, ..."
-                                  : "not a scene: expected a map of name, object, model, ...");
+      mistakes->AddGeneral(0, root.kind == Kind::kNothing ? "empty" : "not a scene",
+                           "a map of name, object, model, ...");
     }
   } catch (const YAML::Exception& error) {
-    mistakes->AddGeneral(error.mark.line + 1,
-                         "not YAML: " + error.msg + HintAt(text, error.mark.line + 1));
+    mistakes->AddGeneral(
+        error.mark.line + 1,
+        "not YAML: " + Shortened(error.msg, 2 * kLongestQuote) + HintAt(text, error.mark.line + 1));
   } catch (const std::length_error& error) {
-    mistakes->AddGeneral(0, error.what());
+    mistakes->AddGeneral(0, "too deep or too large", error.what());
   }
   if (root.kind != Kind::kMap) root = EmptyMap();
   return root;
@@ -322,7 +330,7 @@ void Override(const std::string& pair, DocumentNode* root, Mistakes* mistakes) {
     return;
   }
   const auto refuse = [&](const std::string& accepted) {
-    mistakes->AddOverride(path + " = " + Shortened(pair.substr(equals + 1)), accepted);
+    mistakes->AddOverride(Shortened(path) + " = " + Shortened(pair.substr(equals + 1)), accepted);
   };
   DocumentNode value;
   try {
@@ -359,33 +367,30 @@ bool Mistakes::is_full() const {
   return mistakes_.size() >= kMostMistakes;
 }
 
-void Mistakes::Push(int line, std::string what) {
+void Mistakes::Push(Mistake mistake) {
   ++count_;
-  if (!is_full()) mistakes_.push_back({line, std::move(what)});
-}
-
-void Mistakes::AddAt(const DocumentNode& node, std::string what) {
-  if (node.is_override) {
-    Push(kAfterTheFile, "--override " + std::move(what));
-  } else {
-    AddGeneral(std::max(node.line, 1), what);
-  }
+  if (is_full()) return;
+  mistake.what.expected = Shortened(mistake.what.expected, kLongestText);
+  mistakes_.push_back(std::move(mistake));
 }
 
 void Mistakes::Add(const DocumentNode& node, std::string_view path, std::string_view accepted) {
-  std::string what = Shortened(path, kLongestPath);
   const std::string quoted = Quote(node);
-  what.append(CodesIn(path)).append(" = ").append(Shortened(quoted)).append(CodesIn(quoted));
-  if (HasDecimalComma(node)) what.append(kPoint);
-  what.append(": expected ").append(accepted);
-  AddAt(node, std::move(what));
+  Push({node.is_override,
+        {.key = Shortened(path) + CodesIn(path),
+         .value = Shortened(quoted) + CodesIn(quoted),
+         .message = std::string(HasDecimalComma(node) ? kPoint : std::string_view()),
+         .expected = std::string(accepted),
+         .line = std::max(node.line, 1)}});
 }
 
 void Mistakes::AddMissing(const DocumentNode& parent, std::string_view path,
                           std::string_view accepted) {
-  std::string what = Shortened(path, kLongestPath);
-  what.append(" = (missing): expected ").append(accepted);
-  AddAt(parent, std::move(what));
+  Push({parent.is_override,
+        {.key = Shortened(path),
+         .message = std::string(kMissing),
+         .expected = std::string(accepted),
+         .line = std::max(parent.line, 1)}});
 }
 
 void Mistakes::AddAtPath(const DocumentNode& root, std::string_view path,
@@ -401,26 +406,51 @@ void Mistakes::AddAtPath(const DocumentNode& root, std::string_view path,
   Add(*node, path, accepted);
 }
 
-void Mistakes::AddGeneral(int line, std::string_view what) {
-  const std::string where = line > 0 ? file_ + ":" + std::to_string(line) : file_;
-  Push(line, where + ": " + std::string(what));
+void Mistakes::AddGeneral(int line, std::string_view what, std::string_view accepted) {
+  Push({false, {.message = std::string(what), .expected = std::string(accepted), .line = line}});
 }
 
 void Mistakes::AddOverride(std::string_view pair, std::string_view accepted) {
-  std::string what = "--override ";
-  what.append(pair).append(": expected ").append(accepted);
-  Push(kAfterTheFile, std::move(what));
+  Push({true,
+        {.message = Shortened(pair, 2 * kLongestQuote + 10), .expected = std::string(accepted)}});
+}
+
+// In the file's order, overrides last.
+std::vector<Mistakes::Mistake> Mistakes::Sorted() const {
+  std::vector<Mistake> sorted = mistakes_;
+  std::ranges::stable_sort(sorted, {}, [](const Mistake& mistake) {
+    return mistake.is_override ? kAfterTheFile : mistake.what.line;
+  });
+  return sorted;
+}
+
+std::string Mistakes::TextOf(const Mistake& mistake) const {
+  const auto& [key, value, message, expected, line] = mistake.what;
+  std::string text = mistake.is_override ? "--override " : file_;
+  if (!mistake.is_override) text += (line > 0 ? ":" + std::to_string(line) : "") + ": ";
+  if (key.empty()) {
+    text += message;
+  } else if (message == kMissing) {
+    text += key + " = (missing)";
+  } else {
+    text += key + " = " + value + (message.empty() ? "" : " (" + message + ")");
+  }
+  return expected.empty() ? text : text + ": expected " + expected;
 }
 
 std::string Mistakes::text() const {
-  std::vector<Mistake> sorted = mistakes_;
-  std::ranges::stable_sort(sorted, {}, &Mistake::line);
   std::string text;
-  for (const auto& mistake : sorted) text += (text.empty() ? "" : "\n") + mistake.what;
-  if (count_ > sorted.size()) {
-    text += "\n" + file_ + ": and " + std::to_string(count_ - sorted.size()) + " more mistakes";
+  for (const Mistake& mistake : Sorted()) text += (text.empty() ? "" : "\n") + TextOf(mistake);
+  if (count_ > mistakes_.size()) {
+    text += "\n" + file_ + ": and " + std::to_string(count_ - mistakes_.size()) + " more mistakes";
   }
   return text;
+}
+
+std::vector<SceneMistake> Mistakes::list() const {
+  std::vector<SceneMistake> list;
+  for (Mistake& mistake : Sorted()) list.push_back(std::move(mistake.what));
+  return list;
 }
 
 DocumentNode ReadDocument(const std::filesystem::path& file,

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "slave/scene/scene_mistake.h"
+
 namespace palpate {
 
 struct DocumentNode {
@@ -35,7 +37,7 @@ class Mistakes {
   // The value at the dotted `path` below `root`, or that it is missing.
   void AddAtPath(const DocumentNode& root, std::string_view path, std::string_view accepted);
   // A mistake that concerns no value, at a line or (0) the file as a whole.
-  void AddGeneral(int line, std::string_view what);
+  void AddGeneral(int line, std::string_view what, std::string_view accepted = {});
   // An `--override` pair that is none.
   void AddOverride(std::string_view pair, std::string_view accepted);
 
@@ -45,14 +47,17 @@ class Mistakes {
   // One per line, in the file's order; of more than 50 the first that were found, and the number of
   // the others.
   [[nodiscard]] std::string text() const;
+  // The same as data, without the number of the others.
+  [[nodiscard]] std::vector<SceneMistake> list() const;
 
  private:
   struct Mistake {
-    int line;
-    std::string what;
+    bool is_override = false;
+    SceneMistake what;
   };
-  void AddAt(const DocumentNode& node, std::string what);
-  void Push(int line, std::string what);
+  void Push(Mistake mistake);
+  [[nodiscard]] std::vector<Mistake> Sorted() const;
+  [[nodiscard]] std::string TextOf(const Mistake& mistake) const;
   std::string file_;
   std::vector<Mistake> mistakes_;
   std::size_t count_ = 0;

@@ -328,7 +328,7 @@ Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string
                 SceneUse use) {
   Mistakes mistakes(file);
   const auto stop_at_mistakes = [&] {
-    if (mistakes.count() > 0) throw SceneError(mistakes.text());
+    if (mistakes.count() > 0) throw SceneError(mistakes.text(), mistakes.list());
   };
   const DocumentNode document = ReadDocument(file, overrides, &mistakes);
   if (document.children.empty()) stop_at_mistakes();

@@ -4,18 +4,26 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "slave/scene/scene.h"
+#include "slave/scene/scene_mistake.h"
 
 namespace palpate {
 
 // One or more mistakes in a scene, one per line: `file:line: key = value: expected ...`.
 class SceneError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  SceneError(const std::string& text, std::vector<SceneMistake> mistakes)
+      : std::runtime_error(text), mistakes_(std::move(mistakes)) {}
+  // In the file's order; at most 50.
+  [[nodiscard]] const std::vector<SceneMistake>& mistakes() const noexcept { return mistakes_; }
+
+ private:
+  std::vector<SceneMistake> mistakes_;
 };
 
 // How much of a scene a command needs: `solve` needs no tool, camera or operator.

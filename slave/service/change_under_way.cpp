@@ -1,5 +1,9 @@
 #include "slave/service/change_under_way.h"
 
+#include <chrono>
+#include <stop_token>
+#include <thread>
+
 #include "shared/link/thread_priority.h"
 #include "slave/service/status.h"
 
@@ -12,6 +16,7 @@ class ChangeUnderWay::Listener final : public Progress {
     const std::lock_guard lock(change_.mutex_);
     change_.making_.emplace();
     change_.began_ = Clock::now();
+    watcher_ = std::jthread([this](const std::stop_token& end) { Watch(end); });
   }
   ~Listener() override {
     const std::lock_guard lock(change_.mutex_);
@@ -30,10 +35,21 @@ class ChangeUnderWay::Listener final : public Progress {
     change_.making_->set_done(done);
     return !context_.IsCancelled();
   }
+  [[nodiscard]] std::stop_token stop() const override { return stop_.get_token(); }
 
  private:
+  // gRPC tells of a cancelled call only when it is asked.
+  void Watch(const std::stop_token& end) {
+    constexpr std::chrono::milliseconds kLook(20);
+    for (; !end.stop_requested(); std::this_thread::sleep_for(kLook)) {
+      if (context_.IsCancelled()) return static_cast<void>(stop_.request_stop());
+    }
+  }
+
   ChangeUnderWay& change_;
   const grpc::ServerContext& context_;
+  std::stop_source stop_;
+  std::jthread watcher_;
 };
 
 grpc::Status ChangeUnderWay::Make(const grpc::ServerContext& context,

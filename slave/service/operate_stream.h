@@ -43,7 +43,7 @@ class OperateStream final
       const Host& host, const grpc::ServerContextBase& context);
 
   void Offer(const SlaveState& composed) override;
-  void Close() override { End(Stopping()); }
+  void Close() override { End(Stopping(host_.lease.is_closed())); }
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;

@@ -27,6 +27,7 @@ OperatorLease::Answer OperatorLease::RequestTicket(const std::string& peer,
   {
     const std::scoped_lock lock(mutex_);
     const Time now = Clock::now();
+    if (is_closed_) throw RejectedCall(v1::ERROR_REASON_NEW_SCENE, kNewScene);
     RequireManipulator();
     if (holder_.ticket != 0) {
       const auto silence =
@@ -116,8 +117,8 @@ void OperatorLease::RefuseOthers(const std::string& peer) const {
                      "only the operator may change settings: " + DescribeHolder());
 }
 
-void OperatorLease::WhileFree(const std::function<void()>& work) const {
-  const std::scoped_lock lock(mutex_);
+void OperatorLease::RequireUnused() const {
+  if (is_closed_) throw RejectedCall(v1::ERROR_REASON_NEW_SCENE, kNewScene);
   const bool is_reserved = reserved_.Left() > 0;
   if (holder_.ticket != 0 || is_reserved) {
     throw RejectedCall(v1::ERROR_REASON_LEASE_HELD,
@@ -125,7 +126,22 @@ void OperatorLease::WhileFree(const std::function<void()>& work) const {
                            (holder_.ticket != 0 ? "held by " + DescribeHolder()
                                                 : "reserved for " + NameOr(reserved_.name)));
   }
-  work();
+}
+
+void OperatorLease::RequireFree() const {
+  const std::scoped_lock lock(mutex_);
+  RequireUnused();
+}
+
+void OperatorLease::Close() {
+  const std::scoped_lock lock(mutex_);
+  RequireUnused();
+  is_closed_ = true;
+}
+
+void OperatorLease::Reopen() {
+  const std::scoped_lock lock(mutex_);
+  is_closed_ = false;
 }
 
 void OperatorLease::RequireHeldBy(const std::string& peer, const std::string& what) const {

@@ -4,6 +4,7 @@
 // stream the lease is reserved for the same operator for `kReserved`.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -70,12 +71,12 @@ class OperatorLease {
   // The same, and also throws without an operator, for actions that only a connected operator may
   // perform: `what`.
   void RequireHeldBy(const std::string& peer, const std::string& what) const;
-  // Throws RejectedCall: somebody holds the lease, or it is reserved.
-  void RequireFree() const {
-    WhileFree([] {});
-  }
-  // The same, and runs `work` before anybody gets it.
-  void WhileFree(const std::function<void()>& work) const;
+  // Throws RejectedCall: somebody holds the lease, it is reserved, or it is closed.
+  void RequireFree() const;
+  // The same; and from now on nobody gets the lease, because another scene is taken into use.
+  void Close();
+  void Reopen();
+  [[nodiscard]] bool is_closed() const { return is_closed_; }
   // Whether a call of `peer`, or of a client that is named `name`, is the operator's.
   [[nodiscard]] bool IsHeldBy(const std::string& peer,
                               const std::optional<std::string>& name) const;
@@ -104,6 +105,7 @@ class OperatorLease {
 
   // With mutex_ held, all of these functions.
   void RequireManipulator() const;
+  void RequireUnused() const;
   [[nodiscard]] std::string DescribeHolder() const;
   [[nodiscard]] std::string NameOfHolder() const { return holder_.known_as.value_or(holder_.name); }
   // Why the lease is not for `name` at present; nullopt: it is.
@@ -117,6 +119,7 @@ class OperatorLease {
       mutex_;  // guards everything below and the order of calls to slave_, emergency stops excepted
   Holder holder_;
   Period reserved_, barred_;
+  std::atomic<bool> is_closed_ = false;
   Ticket last_ticket_ = 0;
   std::uint64_t malformed_ = 0;
 };

@@ -38,7 +38,6 @@ constexpr int kCommandWindow = 512 * 1024;
 // others send.
 constexpr double kBurst = 2.0 * kCommandWindow;
 constexpr std::chrono::milliseconds kHealthPeriod(50);
-constexpr std::chrono::milliseconds kGrace(300);  // for streams to end by themselves
 
 Endpoint Permitted(const std::string& address, bool insecure) {
   try {
@@ -203,15 +202,15 @@ Acceptor::Counts Server::connections() const {
   return parts_->acceptor->counts();
 }
 
-void Server::Stop() {
-  std::call_once(parts_->stopped, [this] {
+void Server::Stop(std::chrono::milliseconds grace) {
+  std::call_once(parts_->stopped, [&] {
     parts_->health = {};
     parts_->acceptor->Stop();
     parts_->server->GetHealthCheckService()->Shutdown();
     parts_->publisher.Stop();
     parts_->feed.reset();
     parts_->service.EndStreams();
-    parts_->server->Shutdown(std::chrono::system_clock::now() + kGrace);
+    parts_->server->Shutdown(std::chrono::system_clock::now() + grace);
     parts_->server->Wait();
   });
 }

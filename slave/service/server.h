@@ -1,6 +1,7 @@
 // The gRPC face of a slave: listens, serves, stops.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -30,8 +31,9 @@ class Server {
   [[nodiscard]] const std::string& address() const;
   // Counts of admission control since the start. Thread-safe.
   [[nodiscard]] Acceptor::Counts connections() const;
-  // Shuts down: health reports NOT_SERVING, streams end, then returns. Idempotent.
-  void Stop();
+  // Shuts down: health reports NOT_SERVING, streams end, then returns. `grace`: for calls to end by
+  // themselves. Idempotent.
+  void Stop(std::chrono::milliseconds grace = std::chrono::milliseconds(300));
 
  private:
   struct Parts;

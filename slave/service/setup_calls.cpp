@@ -5,6 +5,7 @@
 
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
+#include "slave/capture/bounded_image.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/live/scene_setup.h"
 #include "slave/service/messages.h"
@@ -45,22 +46,6 @@ void ToProto(const ProposalReport& report, v1::ProposeSceneReply* message) {
   contact->set_update(report.contact->update);
 }
 
-cv::Mat Decoded(const std::string& bytes) {
-  const Bytes file(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
-  try {
-    auto picture = OpenPng(file);
-    if (!picture) picture = OpenJpeg(file);
-    if (picture) return picture->Decode();
-  } catch (const std::runtime_error& error) {
-    throw std::invalid_argument(std::string("the image ") + error.what());
-  }
-  throw std::invalid_argument("image: expected a PNG or JPEG file");
-}
-
-cv::Mat ImageOf(const std::string& bytes, SceneSetup& setup) {
-  return bytes.empty() ? setup.StartImage() : Decoded(bytes);
-}
-
 Eigen::Vector2d FromProto(const v1::ImagePoint& p) {
   return {p.u(), p.v()};
 }
@@ -70,7 +55,7 @@ void ToProto(const Eigen::Vector2d& p_I, v1::ImagePoint* message) {
   message->set_v(p_I.y());
 }
 
-BoardImages ToBoard(const v1::FindBoardRequest& request, SceneSetup& setup) {
+BoardImages ToBoard(const v1::FindBoardRequest& request) {
   constexpr std::uint32_t kFewest = 3, kMost = 100;
   constexpr double kLargest = 1;  // [m]
   const auto is_count = [](std::uint32_t n) { return n >= kFewest && n <= kMost; };
@@ -82,11 +67,10 @@ BoardImages ToBoard(const v1::FindBoardRequest& request, SceneSetup& setup) {
     throw std::invalid_argument(
         Formatted("square = %g m: expected 1e-6 to %g", request.square(), kLargest));
   }
-  BoardImages board{
-      {}, static_cast<int>(request.columns()), static_cast<int>(request.rows()), request.square()};
-  for (const std::string& image : request.images()) board.images.push_back(Decoded(image));
-  if (board.images.empty()) board.images.push_back(setup.StartImage());
-  return board;
+  return {{request.images().begin(), request.images().end()},
+          static_cast<int>(request.columns()),
+          static_cast<int>(request.rows()),
+          request.square()};
 }
 
 // What a person can correct is an error of the request.
@@ -94,6 +78,8 @@ template <class Work>
 auto AsRequest(const Work& work) {
   try {
     return work();
+  } catch (const Interrupted&) {
+    throw;
   } catch (const std::runtime_error& error) {
     throw std::invalid_argument(error.what());
   }
@@ -122,16 +108,29 @@ grpc::Status TeleoperationService::UseScene(grpc::ServerContext* context,
                                             const v1::SceneProposal* request,
                                             v1::SceneDescription* reply) {
   return SetUp(context, [&](SceneSetup& setup, Progress* progress) {
-    lease_.WhileFree(setup.Prepare(FromProto(*request), progress));
-    ToProto(slave_.Describe(), reply);
+    const auto prepared = setup.Prepare(FromProto(*request), progress);
+    SlaveDescription description = prepared->Describe();
+    description.settings_revision += slave_.Describe().settings_revision;
+    ToProto(description, reply);
+    lease_.Close();
+    try {
+      prepared->Use();
+    } catch (...) {
+      lease_.Reopen();
+      throw;
+    }
   });
 }
 
 grpc::Status TeleoperationService::FindOutline(grpc::ServerContext* context,
                                                const v1::FindOutlineRequest* request,
                                                v1::FindOutlineReply* reply) {
-  return SetUp(context, [&](SceneSetup& setup, Progress* /*progress*/) {
-    const cv::Mat image = ImageOf(request->image(), setup);
+  return SetUp(context, [&](SceneSetup& setup, Progress* progress) {
+    const cv::Mat image = AsRequest([&] {
+      return request->image().empty() ? setup.StartImage(StopOf(progress))
+                                      : DecodeBounded(request->image());
+    });
+    ReportProgress(progress, "outline", 0.5);
     Curve near;
     for (const v1::ImagePoint& p : request->near()) near.push_back(FromProto(p));
     const FoundOutline found = AsRequest([&] { return FindOutlineNear(image, near); });
@@ -145,9 +144,9 @@ grpc::Status TeleoperationService::FindOutline(grpc::ServerContext* context,
 grpc::Status TeleoperationService::FindBoard(grpc::ServerContext* context,
                                              const v1::FindBoardRequest* request,
                                              v1::FindBoardReply* reply) {
-  return SetUp(context, [&](SceneSetup& setup, Progress* /*progress*/) {
-    const BoardImages board = ToBoard(*request, setup);
-    const FoundBoard found = AsRequest([&] { return setup.FindBoard(board); });
+  return SetUp(context, [&](SceneSetup& setup, Progress* progress) {
+    const BoardImages board = ToBoard(*request);
+    const FoundBoard found = AsRequest([&] { return setup.FindBoard(board, progress); });
     for (const Eigen::Vector2d& p : found.corners) ToProto(p, reply->add_corners());
     reply->set_pixel(found.pixel);
     reply->set_rms_px(found.rms_px);

@@ -15,9 +15,12 @@
 
 namespace palpate {
 
-// How every stream ends when the slave stops.
-inline grpc::Status Stopping() {
-  return Error(v1::ERROR_REASON_STOPPING, "the slave is stopping");
+inline constexpr const char* kNewScene = "the slave starts again with a new scene: connect again";
+
+// How every stream ends when the slave stops. `starts_again`: with another scene.
+inline grpc::Status Stopping(bool starts_again = false) {
+  return starts_again ? Error(v1::ERROR_REASON_NEW_SCENE, kNewScene)
+                      : Error(v1::ERROR_REASON_STOPPING, "the slave is stopping");
 }
 
 // A call that is rejected for `reason`.

@@ -187,7 +187,7 @@ OwnModel StudyOwn(Scene scene, const ModelFactory& workshop, Progress* progress)
   settings.timing_s = 0.01;
   settings.limits = {.residuals = false, .own = true, .large = !is_decided};
   settings.compares = !is_decided;  // the decision states the error already
-  StudyResult study = RunStudy(scene, settings, workshop, {}, {{}, progress});
+  StudyResult study = RunStudy(scene, settings, workshop, StopOf(progress), {{}, progress});
   const auto own = std::ranges::find_if(study.rows, [&](const StudyRow& row) {
     return row.own && IsSameModel(row.model, scene.model);
   });

@@ -41,7 +41,8 @@ struct OwnModel {
   PressSpec question;
   StudyRow row;
 };
-// Seconds. Throws std::invalid_argument: see AskedOf; nothing is fixed.
+// Seconds. Throws std::invalid_argument: see AskedOf; nothing is fixed. A stop of `progress` ends
+// it: Interrupted, or a row without answer.
 OwnModel StudyOwn(Scene scene, const ModelFactory& workshop, Progress* progress = nullptr);
 
 }  // namespace palpate::study

@@ -1,7 +1,6 @@
 // A person who sets up a slave in the browser, with clicks that are some pixels off.
-import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync, readdirSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 
 import { BIN, Stage, serveSetup, until } from './stage.mjs';
@@ -114,9 +113,7 @@ export class Person {
 
 // The forces of the scene in `saved`, processed from the images that it names: {scene, states}.
 export function processSaved(saved) {
-  const scenes = readdirSync(saved, { recursive: true }).map(String).filter((name) => name.endsWith('.yaml'));
-  assert.equal(scenes.length, 1, `${scenes}`);
-  const scene = path.join(saved, scenes[0]), out = path.join(saved, 'out');
+  const scene = path.join(saved, 'scene.yaml'), out = path.join(saved, 'out');
   execFileSync(SLAVE, ['check', scene], { stdio: 'ignore' });
   execFileSync(SLAVE, ['process', scene, '--out', out], { stdio: 'ignore' });
   return { scene, states: statesOf(out) };

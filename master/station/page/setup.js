@@ -63,6 +63,7 @@ export class Setup {
 
   // What the slave tells: whether it accepts a set-up, and whether it has a scene.
   takeHealth({ scene }) {
+    if (!scene) return;  // the slave starts again, or does not answer
     this.running = scene;
     const lines = scene?.setup_camera || '';
     byId('setup-open').hidden = !lines;

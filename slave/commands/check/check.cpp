@@ -52,7 +52,7 @@ void PrintTip(const Scene& scene) {
   PrintLine("tip", words);
 }
 
-void PrintModel(const Scene& scene) {
+void PrintModel(const Scene& scene, Progress* progress) {
   PrintChoice(scene);
   if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
     PrintLine("mesh",
@@ -61,14 +61,14 @@ void PrintModel(const Scene& scene) {
   }
   const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
   PrintMesh(mesh);
-  const std::unique_ptr<DeformationModel> model = MakeModel(scene, mesh);
+  const std::unique_ptr<DeformationModel> model = MakeModel(scene, mesh, progress);
   const ModelInfo& info = model->info();
   PrintLine(
       "precompute",
       fmt::format("{:.1f} ms, {:.1f} MB of memory, {} degrees of freedom, condition number {:.3g}",
                   1e3 * info.precompute_s, static_cast<double>(info.memory_bytes) * 1e-6, info.dof,
                   info.condition));
-  PrintShapeCost(*model, PrintPress(scene, *model));
+  PrintShapeCost(*model, PrintPress(scene, *model, progress));
 }
 
 // The cost for an unknown image: noise takes longest.
@@ -195,7 +195,8 @@ int RunCheck(const CheckOptions& options) {
     CheckBody(LoadRunningScene(options.scene, options.overrides, SceneUse::kSolve));
     return 0;
   }
-  const Scene scene = LoadRunningScene(options.scene, options.overrides);
+  const Scene scene =
+      LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, StopOf(options.progress));
   PrintObject(scene);
   PrintLine("tool", fmt::format("{}, {} wide", WordOf(scene.tool->shape),
                                 LengthInWords(scene.tool->width)));
@@ -211,7 +212,7 @@ int RunCheck(const CheckOptions& options) {
                   ? "of one camera"
                   : "of one camera, without those of the object's edge: sense.contour adds them");
   PrintHand(scene);
-  PrintModel(scene);
+  PrintModel(scene, options.progress);
   PrintOff(scene);
   return 0;
 }

@@ -13,12 +13,15 @@
 
 namespace palpate {
 
+class Progress;
+
 struct CheckOptions {
   std::filesystem::path scene;
   std::vector<std::string> overrides;
+  Progress* progress = nullptr;  // of a scene with one camera; null: on the terminal
 };
 
-// Prints the report; 0: the scene can run. Throws SceneError and std::exception.
+// Prints the report; 0: the scene can run. Throws SceneError, Interrupted and std::exception.
 int RunCheck(const CheckOptions& options);
 
 // A contact that a report contains.
@@ -63,8 +66,8 @@ void PrintChoice(const Scene& scene);
 
 // Prints a contact where the tool would meet the object: force, update time and error as a study
 // states them; the error is that of the decision if `auto` made one. Returns the solution of
-// `model`, the scene's.
-Solution PrintPress(const Scene& scene, DeformationModel& model);
+// `model`, the scene's. `progress`: see CheckOptions.
+Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progress = nullptr);
 
 // Prints the cost of the deformed shape while a client watches it, measured on a solution.
 void PrintShapeCost(DeformationModel& model, const Solution& solution);

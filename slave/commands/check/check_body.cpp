@@ -47,12 +47,13 @@ void PrintVerdicts(const Scene& scene, const study::StudyRow& row) {
 
 }  // namespace
 
-Solution PrintPress(const Scene& scene, DeformationModel& model) {
+Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progress) {
   Solution solution;
   try {
-    ProgressBar progress("check");
-    const auto [question, row] = study::StudyOwn(scene, study::RealWorkshop(), &progress);
-    progress.Clear();
+    ProgressBar bar("check");
+    const auto [question, row] =
+        study::StudyOwn(scene, study::RealWorkshop(), progress != nullptr ? progress : &bar);
+    bar.Clear();
     const study::Press& press = question.presses.front();
     const Contact contact{Contact::Kind::kDisplacement, press.p_O, -1, question.width,
                           question.depth * press.inward_O};

@@ -1,5 +1,6 @@
 // A printed board in images of the set-up, found by palpate-calibrate: the slave does not contain
 // OpenCV's calib3d.
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include "shared/program/program.h"
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
+#include "slave/capture/bounded_image.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/commands/serve/setup_session.h"
 #include "slave/program/private_folder.h"
@@ -53,21 +55,25 @@ std::string LastLine(std::string output) {
 
 }  // namespace
 
-FoundBoard SetupSession::FindBoard(const BoardImages& board) {
+FoundBoard SetupSession::FindBoard(const BoardImages& board, Progress* progress) {
   const auto program = FindPart("palpate-calibrate");
   if (program.empty()) {
     throw std::runtime_error(
         "a board needs the part `calibration`: expected deploy/install.sh calibration");
   }
+  RequireBounded(board.images);
   const PrivateFolder folder;
-  for (std::size_t i = 0; i < board.images.size(); ++i) {
-    WriteWholeFile(folder.path() / fmt::format("{:03}.png", i), EncodePng(board.images[i]));
+  cv::Mat image;  // one at a time: together they may need gigabytes
+  for (std::size_t i = 0; i < std::max<std::size_t>(board.images.size(), 1); ++i) {
+    ReportProgress(progress, "images", 0);
+    image = board.images.empty() ? StartImage(StopOf(progress)) : DecodeBounded(board.images[i]);
+    WriteWholeFile(folder.path() / fmt::format("{:03}.png", i), EncodePng(image));
   }
   const ProgramEnd end = RunProgram(
       program,
       {"--left", "*.png", "--board", fmt::format("{}x{}", board.columns, board.rows), "--square",
        fmt::format("{} mm", 1e3 * board.square), "--out", "lens.yaml", "--corners", "corners.csv"},
-      folder.path(), kLongest, {});
+      folder.path(), kLongest, StopOf(progress));
   const auto corners = folder.path() / "corners.csv", lens = folder.path() / "lens.yaml";
   if (!std::filesystem::exists(corners)) throw std::runtime_error(LastLine(end.output));
   FoundBoard found;
@@ -76,7 +82,7 @@ FoundBoard SetupSession::FindBoard(const BoardImages& board) {
     constexpr std::uintmax_t kMost = 1 << 20;
     found.lens = ReadWholeFile(lens, kMost, "a lens");
     const Lens calibrated = ReadLens(lens);
-    found.straight = LensWarp::Straightening(calibrated).Apply(board.images.back());
+    found.straight = LensWarp::Straightening(calibrated).Apply(image);
     for (Eigen::Vector2d& p : found.corners) p = Straight(calibrated, p).value_or(p);
   } else {
     found.remark = LastLine(end.output);

@@ -1,6 +1,7 @@
 #include "slave/commands/serve/serve.h"
 
 #include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <cstdio>
 #include <memory>
@@ -32,6 +33,9 @@
 
 namespace palpate {
 namespace {
+
+// Longest time for the answer of UseScene, and for others, to reach their clients.
+constexpr std::chrono::seconds kAnswers(3);
 
 // Every line of the log goes to the recording, too.
 class RecordingSink final : public spdlog::sinks::base_sink<std::mutex> {
@@ -119,32 +123,48 @@ void CheckSetup(const ServeOptions& options) {
   }
 }
 
-// The slave that is served, with what it needs.
-struct Served {
-  std::optional<SlaveRecorder> recording;
-  std::unique_ptr<Slave> live;          // of a scene
-  std::unique_ptr<SetupSession> setup;  // without one
-
-  [[nodiscard]] Slave& slave() { return setup ? setup->slave() : *live; }
-};
-
-void OpenScene(const ServeOptions& options, const std::stop_token& stop, Served* served) {
+std::unique_ptr<LiveSlave> OpenScene(const ServeOptions& options, const std::stop_token& stop,
+                                     std::optional<SlaveRecorder>* recording) {
   const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
-  if (!options.record.empty()) served->recording.emplace(options, scene);
-  SenseRecorder* recorder = served->recording ? &served->recording->sense() : nullptr;
-  served->live = MakeLiveSlave(scene, options.state_dir, recorder, ChosenAgain);
-  const SlaveDescription description = served->live->Describe();
+  if (!options.record.empty()) recording->emplace(options, scene);
+  SenseRecorder* recorder = *recording ? &(*recording)->sense() : nullptr;
+  auto slave = MakeLiveSlave(scene, options.state_dir, recorder, ChosenAgain);
+  const SlaveDescription description = slave->Describe();
   Introduce(description);
   const std::string missing = MissingGuards(scene.manipulator);
   if (description.sense.tells_force && !missing.empty()) spdlog::warn("{}", missing);
+  return slave;
 }
 
-void OpenSetup(const ServeOptions& options, Served* served) {
-  served->setup =
-      std::make_unique<SetupSession>(SetupOptions{options.setup, options.state_dir, ChosenAgain},
-                                     NamedCamera(options.camera, options.camera_rate));
-  spdlog::info("set-up with {}: a scene is saved in {}",
-               served->setup->slave().Describe().sense.source, options.setup.string());
+std::unique_ptr<LiveSlave> OpenSetup(const ServeOptions& options,
+                                     std::optional<SetupSession>* setup) {
+  setup->emplace(SetupOptions{options.setup, ChosenAgain},
+                 NamedCamera(options.camera, options.camera_rate));
+  auto slave = (*setup)->First();
+  if (!options.state_dir.empty()) slave->KeepStopIn(options.state_dir);
+  const SlaveDescription description = slave->Describe();
+  if (!description.scene.name.empty()) Introduce(description);
+  spdlog::info("set-up with {}: scenes are saved in {}", description.sense.source,
+               options.setup.string());
+  return slave;
+}
+
+// `next` takes the place of `former`, which is no longer served and ends here: with greater
+// revisions of its settings, and with its emergency stop.
+void TakePlace(std::unique_ptr<LiveSlave> former, const std::filesystem::path& state_dir,
+               LiveSlave* next) {
+  next->ContinueRevisions(former->Describe().settings_revision);
+  const bool is_stopped = former->Status().phase == Phase::kEstop;
+  former.reset();  // one slave at a time keeps its stop in the folder
+  try {
+    if (!state_dir.empty()) next->KeepStopIn(state_dir);
+  } catch (const std::exception& error) {
+    spdlog::error("an emergency stop may end with this process: {}", error.what());
+  }
+  if (is_stopped && next->Status().phase != Phase::kEstop) {
+    next->EmergencyStop("before the new scene");
+  }
+  Introduce(next->Describe());
 }
 
 Metrics MetricsOf(const Slave& slave, const Server& server) {
@@ -177,28 +197,43 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
         "tool",
         options.listen);
   }
-  Served served;
-  if (options.setup.empty()) {
-    OpenScene(options, stop, &served);
-  } else {
-    OpenSetup(options, &served);
+  std::optional<SlaveRecorder> recording;
+  std::optional<SetupSession> setup;
+  std::unique_ptr<LiveSlave> slave =
+      options.setup.empty() ? OpenScene(options, stop, &recording) : OpenSetup(options, &setup);
+  std::string listen = options.listen, metrics_at = options.metrics;
+  for (bool is_first = true;; is_first = false) {
+    std::optional<Server> server(std::in_place, *slave, listen, options.insecure, options.tls);
+    std::optional<MetricsPage> metrics;
+    if (!metrics_at.empty())
+      metrics.emplace(metrics_at, options.insecure, [&] { return MetricsOf(*slave, *server); });
+    if (metrics) spdlog::info("metrics at http://{}/metrics", ToString(metrics->endpoint()));
+    malloc_trim(0);  // what only the start needed
+    // After another scene the port is the same, and clients connect to it again.
+    listen = server->address();
+    if (metrics) metrics_at = ToString(metrics->endpoint());
+    if (is_first) fmt::print("listening on {}\n", listen);
+    std::fflush(stdout);
+    signals.OnEmergency([&slave] { slave->EmergencyStop("by SIGUSR1"); });
+    if (nats) server->PublishOn(*nats);
+    std::unique_ptr<LiveSlave> next;
+    if (setup) {
+      next = setup->Next(stop);
+    } else {
+      WaitFor(stop);
+    }
+    signals.OnEmergency(nullptr);
+    if (next == nullptr) {
+      spdlog::info("stopping");
+      server->Stop();
+      return 0;
+    }
+    metrics.reset();
+    server->Stop(kAnswers);
+    server.reset();
+    TakePlace(std::exchange(slave, nullptr), options.state_dir, next.get());
+    slave = std::move(next);
   }
-  Slave& slave = served.slave();
-  Server server(slave, options.listen, options.insecure, options.tls);
-  std::optional<MetricsPage> metrics;
-  if (!options.metrics.empty())
-    metrics.emplace(options.metrics, options.insecure, [&] { return MetricsOf(slave, server); });
-  if (metrics) spdlog::info("metrics at http://{}/metrics", ToString(metrics->endpoint()));
-  malloc_trim(0);  // what only the start needed
-  fmt::print("listening on {}\n", server.address());
-  std::fflush(stdout);
-  signals.OnEmergency([&slave] { slave.EmergencyStop("by SIGUSR1"); });
-  if (nats) server.PublishOn(*nats);
-  WaitFor(stop);
-  signals.OnEmergency(nullptr);
-  spdlog::info("stopping");
-  server.Stop();
-  return 0;
 }
 
 }  // namespace palpate

@@ -1,25 +1,27 @@
 #include "slave/commands/serve/setup_session.h"
 
 #include <algorithm>
-#include <cctype>
 #include <exception>
-#include <regex>
-#include <sstream>
 #include <stdexcept>
+#include <string>
+#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include "shared/text/text.h"
+#include "slave/capture/bounded_image.h"
 #include "slave/checks/camera/camera_limits.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/running_scene.h"
-#include "slave/live/live_slave.h"
+#include "slave/commands/serve/scene_mistakes.h"
 #include "slave/pipeline/camera/camera_sense.h"
 #include "slave/program/private_folder.h"
+#include "slave/scene/document.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/scene/words.h"
 #include "slave/vision/tool_end.h"
@@ -28,7 +30,7 @@ namespace palpate {
 namespace {
 
 constexpr const char* kSceneName = "scene.yaml";
-constexpr std::size_t kMostFiles = 32, kLongestName = 64;
+constexpr std::size_t kLongestName = 60;
 constexpr std::size_t kMostBytes = std::size_t{32} << 20;
 
 [[noreturn]] void RefuseFile(const std::string& name, const std::string& accepted) {
@@ -37,15 +39,7 @@ constexpr std::size_t kMostBytes = std::size_t{32} << 20;
 }
 
 void RequireName(const std::string& name) {
-  const auto is_plain = [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
-  };
-  const bool is_good = !name.empty() && name.size() <= kLongestName && name.front() != '.' &&
-                       std::ranges::all_of(name, is_plain) && name != kSceneName;
-  if (is_good) return;
-  RefuseFile(name, std::string("a name of letters, digits, `.`, `_` and `-`, without a folder, "
-                               "other than ") +
-                       kSceneName);
+  if (!IsSetupFile(name)) RefuseFile(name, "tip.png, outline.csv, lens.yaml or image.jpg");
 }
 
 void RequireFiles(const SceneProposal& proposal) {
@@ -54,76 +48,77 @@ void RequireFiles(const SceneProposal& proposal) {
     RequireName(name);
     bytes += content.size();
   }
-  if (proposal.files.size() > kMostFiles || bytes > kMostBytes) {
-    throw std::invalid_argument(fmt::format("files: {} of {:.1f} MB: expected at most {} of 32 MiB",
-                                            proposal.files.size(),
-                                            1e-6 * static_cast<double>(bytes), kMostFiles));
+  if (bytes > kMostBytes) {
+    throw std::invalid_argument(
+        fmt::format("scene and files of {:.1f} MB: expected at most 32 MiB together",
+                    1e-6 * static_cast<double>(bytes)));
+  }
+  if (const auto tip = proposal.files.find("tip.png"); tip != proposal.files.end()) {
+    RequireBounded({&tip->second, 1});
   }
 }
 
-void Replace(std::string* text, const std::string& from, const std::string& to) {
-  for (std::size_t at = text->find(from); at != std::string::npos; at = text->find(from, at)) {
-    text->replace(at, from.size(), to);
-    at += to.size();
+// The text of a report names the files as the proposal does.
+std::string WithoutFolder(std::string text, const std::filesystem::path& folder) {
+  const std::string prefix = folder.string() + "/";
+  for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at)) {
+    text.erase(at, prefix.size());
   }
+  return text;
 }
 
-// A proposal as files, and the scene that they are.
-class StagedScene {
- public:
-  explicit StagedScene(const SceneProposal& proposal) : file_(folder_.path() / kSceneName) {
-    RequireFiles(proposal);
-    WriteWholeFile(file_, proposal.scene);
-    for (const auto& [name, content] : proposal.files) {
-      WriteWholeFile(folder_.path() / name, content);
-    }
-  }
-  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
-  [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
-  // Texts name the files as the proposal does.
-  [[nodiscard]] std::string Shown(std::string text) const {
-    Replace(&text, folder_.path().string() + "/", "");
-    return text;
-  }
-  [[nodiscard]] SceneMistake Mistake(const std::string& text) const {
-    SceneMistake mistake = ParseMistake(text, file_);
-    for (std::string* part : {&mistake.value, &mistake.message, &mistake.expected}) {
-      *part = Shown(*part);
-    }
-    return mistake;
-  }
+std::string LinesOf(const SharedCamera& camera) {
+  std::string lines = camera.SceneLines();
+  std::ranges::replace(lines, '\n', ' ');
+  return lines;
+}
 
- private:
-  PrivateFolder folder_;
-  std::filesystem::path file_;
-};
+SceneMistake OtherCamera(const SharedCamera& camera) {
+  return {.key = "sense.camera",
+          .message = "not the camera of this set-up",
+          .expected = "the lines of SceneDescription.setup_camera: " + LinesOf(camera)};
+}
 
-// The scene must show the images of the set-up, read no other files, and need no other client.
-std::vector<SceneMistake> ForeignParts(const Scene& scene, const StagedScene& staged,
-                                       const SharedCamera& camera) {
+// Whether a name leads out of the scene's folder.
+bool LeavesFolder(const std::filesystem::path& name) {
+  return name.is_absolute() || std::ranges::find(name, "..") != name.end();
+}
+
+// Values that name files beside those of the proposal. They are found before anything is opened.
+void AddForeignNames(const DocumentNode& node, const std::string& path, const SharedCamera& camera,
+                     std::vector<SceneMistake>* mistakes) {
+  constexpr std::size_t kMostMistakes = 50, kLongestPath = 200;
+  for (const DocumentNode& child : node.children) {
+    if (mistakes->size() >= kMostMistakes) return;
+    const bool is_known = path.size() < kLongestPath;  // no key of a scene has a longer one
+    const std::string below = path.empty() ? child.key : is_known ? path + "." + child.key : path;
+    AddForeignNames(child, below, camera, mistakes);
+  }
+  if (node.kind != DocumentNode::Kind::kScalar) return;
+  if (path == "sense.camera.file" || path == "sense.camera.url") {
+    if (node.text == camera.camera().pattern) return;
+    mistakes->push_back(OtherCamera(camera));
+  } else if (LeavesFolder(node.text)) {
+    mistakes->push_back({.key = Shown(path),
+                         .value = Shown(node.text),
+                         .message = "a file outside the proposal",
+                         .expected = "the name of one of its files"});
+  } else {
+    return;
+  }
+  mistakes->back().line = node.line;
+}
+
+// What a set-up cannot offer: another camera, or another client.
+std::vector<SceneMistake> ForeignParts(const Scene& scene, const SharedCamera& camera) {
   std::vector<SceneMistake> mistakes;
   const auto* used = scene.sense.Find<Camera>();
-  if (used == nullptr || !camera.IsOpenedBy(*used)) {
-    std::string lines = camera.SceneLines();
-    std::ranges::replace(lines, '\n', ' ');
-    mistakes.push_back({.key = "sense.camera",
-                        .message = "not the camera of this set-up",
-                        .expected = "the lines of SceneDescription.setup_camera: " + lines});
-  }
+  if (used == nullptr || !camera.IsOpenedBy(*used)) mistakes.push_back(OtherCamera(camera));
   if (scene.manipulator.source == ManipulatorOptions::Source::kStream) {
     mistakes.push_back({.key = "manipulator.source",
                         .value = "stream",
                         .message = "a driver cannot connect during the set-up",
                         .expected = "`manipulator: none`, or another source after the set-up"});
-  }
-  for (const std::filesystem::path& input : InputFilesOf(scene)) {
-    const bool is_image =
-        used != nullptr &&
-        (input == used->pattern || input == std::filesystem::path(used->pattern).parent_path());
-    if (is_image || input.lexically_normal().parent_path() == staged.folder()) continue;
-    mistakes.push_back({.value = input.string(),
-                        .message = "a file outside the proposal",
-                        .expected = "the name of one of its files"});
   }
   return mistakes;
 }
@@ -174,8 +169,8 @@ std::optional<SceneMistake> CompareTool(const Scene& scene, const CameraSense& s
                               off.x(), off.y())};
 }
 
-Trial TrySensing(const Scene& scene, const FrameOpener& open) {
-  CameraSense sense(scene, Pace{.open = open});
+Trial TrySensing(const Scene& scene, const FrameOpener& open, Progress* progress) {
+  CameraSense sense(scene, Pace{.open = open, .progress = progress});
   if (!sense.Acquire({})) throw std::runtime_error("no image received");
   sense.Process();
   Trial trial;
@@ -208,119 +203,112 @@ std::optional<SceneMistake> TouchAtStart(const Trial& trial) {
                       .expected = "an untouched object: lift the tool, or correct its tip"};
 }
 
-std::string InWords(const std::vector<SceneMistake>& mistakes) {
-  std::string words;
-  for (const SceneMistake& mistake : mistakes) {
-    words += words.empty() ? "" : "\n";
-    if (mistake.line > 0) words += fmt::format("line {}: ", mistake.line);
-    words += mistake.key;
-    if (!mistake.value.empty()) words += " = " + mistake.value;
-    if (!mistake.message.empty()) words += (mistake.key.empty() ? "" : ": ") + mistake.message;
-    if (!mistake.expected.empty()) words += ": expected " + mistake.expected;
-  }
-  return words;
-}
-
 // What is wrong with a staged scene; if nothing is, the scene and its trial.
 struct Examined {
   std::vector<SceneMistake> mistakes;
+  FrameOpener open;  // begins with the image of the trial
   Scene scene;
   Trial trial;
 };
 
-Examined Examine(const StagedScene& staged, const SharedCamera& camera, const FrameOpener& open) {
+FrameOpener OpenerOf(const SharedCamera& camera, std::optional<Frame> first = {}) {
+  return [&camera, first = std::move(first)](const PictureFilter& filter) {
+    return camera.Open(filter, first);
+  };
+}
+
+Frame FreshFrame(const SharedCamera& camera, const std::stop_token& stop) {
+  std::optional<Frame> frame = camera.Fresh(stop);
+  if (stop.stop_requested()) throw Interrupted();
+  if (!frame) throw std::runtime_error("no image received");
+  return *std::move(frame);
+}
+
+// `file`: the proposal, in a folder of its own.
+Examined Examine(const std::filesystem::path& file, const SharedCamera& camera,
+                 Progress* progress) {
   Examined examined;
+  std::vector<SceneMistake>& mistakes = examined.mistakes;
   try {
-    examined.scene = LoadRunningScene(staged.file(), {});
-    examined.mistakes = ForeignParts(examined.scene, staged, camera);
-    if (!examined.mistakes.empty()) return examined;
-    examined.trial = TrySensing(examined.scene, open);
+    Mistakes unreadable(file);
+    AddForeignNames(ReadDocument(file, {}, &unreadable), "", camera, &mistakes);
+    if (!mistakes.empty()) return examined;
+    examined.scene = LoadRunningScene(file, {}, SceneUse::kFull, StopOf(progress));
+    ReportProgress(progress, "scene", 0.1);
+    mistakes = ForeignParts(examined.scene, camera);
+    if (!mistakes.empty()) return examined;
+    examined.open = OpenerOf(camera, FreshFrame(camera, StopOf(progress)));
+    examined.trial = TrySensing(examined.scene, examined.open, progress);
     if (examined.trial.tool) {
-      examined.mistakes.push_back(*examined.trial.tool);
+      mistakes.push_back(*examined.trial.tool);
     } else if (const auto touch = TouchAtStart(examined.trial)) {
-      examined.mistakes.push_back(*touch);
+      mistakes.push_back(*touch);
     }
+  } catch (const Interrupted&) {
+    throw;
   } catch (const SceneError& error) {
-    std::istringstream lines(error.what());
-    for (std::string line; std::getline(lines, line);) {
-      examined.mistakes.push_back(staged.Mistake(line));
-    }
+    mistakes = MistakesOf(error);
   } catch (const std::exception& error) {
-    examined.mistakes.push_back(staged.Mistake(error.what()));
+    std::string message = error.what();
+    const std::string prefix = file.string() + ": ";
+    if (message.starts_with(prefix)) message.erase(0, prefix.size());
+    mistakes.push_back(MistakeIn(WithoutFolder(std::move(message), file.parent_path())));
+  }
+  for (SceneMistake& mistake : mistakes) {
+    mistake.expected = WithoutFolder(std::move(mistake.expected), file.parent_path());
   }
   return examined;
 }
 
 }  // namespace
 
-SceneMistake ParseMistake(std::string text, const std::filesystem::path& file) {
-  SceneMistake mistake;
-  static const std::regex place("^:([0-9]+): |^: ");
-  static const std::regex assigned(
-      R"(^([a-z_]+(?:\.[A-Za-z_0-9]+)*) = ([{\[].*[}\]]|.*?)(?:: (.*))?$)");
-  static const std::regex named(R"(^([a-z_]+(?:\.[a-z_0-9]+)+): (.*)$)");
-  static const std::regex mentioned(
-      R"((?:object|sense|tool|model|manipulator|operator)(?:\.[a-z_]+)+|camera\.[a-z_]+)");
-  std::smatch match;
-  if (text.starts_with(file.string())) {
-    text.erase(0, file.string().size());
-    if (std::regex_search(text, match, place)) {
-      if (match[1].matched) mistake.line = std::stoi(match[1]);
-      text = match.suffix();
-    }
+// Without Use it is removed, and its slave ends.
+class SetupSession::Prepared final : public PreparedScene {
+ public:
+  Prepared(SetupSession& session, const SceneProposal& proposal)
+      : session_(session), draft_(session.saved_, proposal) {}
+
+  void Start(const Scene& scene, const FrameOpener& open, Progress* progress) {
+    slave_ = session_.Offered(
+        MakeLiveSlave(scene, {}, nullptr, session_.options_.choose, open, progress));
   }
-  constexpr std::string_view kExpected = ": expected ";
-  if (const std::size_t at = text.rfind(kExpected); at != std::string::npos) {
-    mistake.expected = text.substr(at + kExpected.size());
-    text.erase(at);
+  [[nodiscard]] std::filesystem::path file() const { return draft_.file(); }
+  [[nodiscard]] SlaveDescription Describe() const override { return slave_->Describe(); }
+  void Use() override {
+    draft_.Use();
+    session_.Serve(std::move(slave_));
   }
-  if (std::regex_match(text, match, assigned)) {
-    mistake.key = match[1];
-    const bool is_missing = match[2] == "(missing)";
-    if (!is_missing) mistake.value = match[2];
-    mistake.message = match[3].matched ? match[3].str() : is_missing ? "missing" : "not accepted";
-  } else if (std::regex_match(text, match, named)) {
-    mistake.key = match[1];
-    mistake.message = match[2];
-  } else {
-    if (std::regex_search(text, match, mentioned)) mistake.key = match[0];
-    mistake.message = text;
-  }
-  if (mistake.key.starts_with("camera.")) mistake.key.insert(0, "sense.");
-  return mistake;
-}
+
+ private:
+  SetupSession& session_;
+  SavedScenes::Draft draft_;
+  std::unique_ptr<LiveSlave> slave_;
+};
 
 SetupSession::SetupSession(SetupOptions options, const Camera& camera)
-    : options_(std::move(options)),
-      camera_(camera),
-      slave_(MakePreviewSlave(camera_.camera(), Opener()), camera_.SceneLines(), this) {
-  std::filesystem::create_directories(options_.folder);
-}
+    : options_(std::move(options)), camera_(camera), saved_(options_.folder) {}
 
-FrameOpener SetupSession::Opener() const {
-  return [this](const PictureFilter& filter) { return camera_.Open(filter); };
-}
-
-cv::Mat SetupSession::StartImage() {
-  const auto frame = camera_.Open()->Next({});
-  if (!frame) throw std::runtime_error("no image received");
-  return frame->image;
+cv::Mat SetupSession::StartImage(const std::stop_token& stop) {
+  return FreshFrame(camera_, stop).image;
 }
 
 ProposalReport SetupSession::Check(const SceneProposal& proposal, Progress* progress) {
-  const StagedScene staged(proposal);
+  RequireFiles(proposal);
+  const PrivateFolder folder;
+  WriteProposal(proposal, folder.path());
+  const std::filesystem::path file = folder.path() / kSceneName;
   ReportProgress(progress, "scene", 0);
   ProposalReport report;
-  const Examined examined = Examine(staged, camera_, Opener());
+  const Examined examined = Examine(file, camera_, progress);
   report.mistakes = examined.mistakes;
   if (!report.mistakes.empty()) return report;
   ReportProgress(progress, "check", 0.5);
   {
-    ReportCollector collector;
-    RunCheck({staged.file(), {}});
-    report.text = staged.Shown(collector.text);
-    if (collector.contact) {
-      const ReportedContact& contact = *collector.contact;
+    ReportCollector printed;
+    RunCheck({file, {}, progress});
+    report.text = WithoutFolder(printed.text, folder.path());
+    if (printed.contact) {
+      const ReportedContact& contact = *printed.contact;
       report.contact = {contact.depth, contact.force,
                         examined.trial.info.model.range * LargerSideOf(examined.scene),
                         contact.update};
@@ -333,18 +321,51 @@ ProposalReport SetupSession::Check(const SceneProposal& proposal, Progress* prog
   return report;
 }
 
-std::function<void()> SetupSession::Prepare(const SceneProposal& proposal, Progress* progress) {
-  const StagedScene staged(proposal);
+std::unique_ptr<PreparedScene> SetupSession::Prepare(const SceneProposal& proposal,
+                                                     Progress* progress) {
+  RequireFiles(proposal);
+  auto prepared = std::make_unique<Prepared>(*this, proposal);
   ReportProgress(progress, "scene", 0);
-  const Examined examined = Examine(staged, camera_, Opener());
+  const Examined examined = Examine(prepared->file(), camera_, progress);
   if (!examined.mistakes.empty()) throw std::invalid_argument(InWords(examined.mistakes));
   ReportProgress(progress, "model", 0.5);
-  for (const auto& [name, content] : proposal.files) ReplaceFile(options_.folder / name, content);
-  ReplaceFile(options_.folder / kSceneName, proposal.scene);
-  const Scene scene = LoadRunningScene(options_.folder / kSceneName, {});
-  std::shared_ptr<Slave> next =
-      MakeLiveSlave(scene, options_.state_dir, nullptr, options_.choose, Opener());
-  return [this, next] { slave_.Replace(next); };
+  prepared->Start(examined.scene, examined.open, progress);
+  return prepared;
+}
+
+std::unique_ptr<LiveSlave> SetupSession::Offered(std::unique_ptr<LiveSlave> slave) {
+  slave->OfferSetup(this, camera_.SceneLines());
+  return slave;
+}
+
+std::unique_ptr<LiveSlave> SetupSession::First() {
+  std::error_code none;
+  if (std::filesystem::exists(saved_.file(), none)) {
+    try {
+      const Scene scene = LoadRunningScene(saved_.file(), {});
+      const std::vector<SceneMistake> foreign = ForeignParts(scene, camera_);
+      if (!foreign.empty()) throw std::invalid_argument(InWords(foreign));
+      return Offered(MakeLiveSlave(scene, {}, nullptr, options_.choose, OpenerOf(camera_)));
+    } catch (const std::exception& error) {
+      spdlog::warn("the saved scene is not used, and the set-up begins without one: {}",
+                   error.what());
+    }
+  }
+  return Offered(MakePreviewSlave(camera_.camera(), OpenerOf(camera_)));
+}
+
+void SetupSession::Serve(std::unique_ptr<LiveSlave> next) {
+  {
+    const std::scoped_lock lock(mutex_);
+    next_ = std::move(next);
+  }
+  changed_.notify_all();
+}
+
+std::unique_ptr<LiveSlave> SetupSession::Next(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, stop, [this] { return next_ != nullptr; });
+  return std::move(next_);
 }
 
 }  // namespace palpate

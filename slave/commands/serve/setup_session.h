@@ -1,25 +1,26 @@
-// `palpate-slave serve --setup`: a slave that starts without a scene, and gets one from a client.
+// `palpate-slave serve --setup`: a slave that gets its scene from a client.
 #pragma once
 
+#include <condition_variable>
 #include <filesystem>
-#include <functional>
 #include <memory>
-#include <string>
+#include <mutex>
+#include <stop_token>
 
 #include "slave/capture/shared_camera.h"
+#include "slave/commands/serve/saved_scenes.h"
 #include "slave/live/live_settings.h"
+#include "slave/live/live_slave.h"
 #include "slave/live/scene_setup.h"
-#include "slave/live/switched_slave.h"
-#include "slave/scene/scene.h"
 
 namespace palpate {
 
 struct SetupOptions {
-  std::filesystem::path folder;     // of saved scenes; created if missing
-  std::filesystem::path state_dir;  // see MakeLiveSlave
-  ModelChooser choose = {};         // see LiveSlave
+  std::filesystem::path folder;  // of saved scenes; created if missing
+  ModelChooser choose = {};      // see LiveSlave
 };
 
+// Outlives its slaves.
 class SetupSession final : public SceneSetup {
  public:
   // Opens the camera. Throws as OpenFrameSource does; std::runtime_error: the folder cannot be
@@ -27,21 +28,29 @@ class SetupSession final : public SceneSetup {
   SetupSession(SetupOptions options, const Camera& camera);
 
   ProposalReport Check(const SceneProposal& proposal, Progress* progress) override;
-  std::function<void()> Prepare(const SceneProposal& proposal, Progress* progress) override;
-  FoundBoard FindBoard(const BoardImages& board) override;
-  [[nodiscard]] cv::Mat StartImage() override;
+  std::unique_ptr<PreparedScene> Prepare(const SceneProposal& proposal,
+                                         Progress* progress) override;
+  FoundBoard FindBoard(const BoardImages& board, Progress* progress) override;
+  [[nodiscard]] cv::Mat StartImage(const std::stop_token& stop) override;
 
-  [[nodiscard]] Slave& slave() { return slave_; }
+  // The slave of the saved scene; one that only shows images, if there is none, or if it cannot
+  // start.
+  std::unique_ptr<LiveSlave> First();
+  // Waits until a scene is taken into use, and returns its slave. Null: `stop`.
+  std::unique_ptr<LiveSlave> Next(const std::stop_token& stop);
 
  private:
-  [[nodiscard]] FrameOpener Opener() const;
+  class Prepared;
+
+  [[nodiscard]] std::unique_ptr<LiveSlave> Offered(std::unique_ptr<LiveSlave> slave);
+  void Serve(std::unique_ptr<LiveSlave> next);
 
   const SetupOptions options_;
   const SharedCamera camera_;
-  SwitchedSlave slave_;
+  const SavedScenes saved_;
+  std::mutex mutex_;  // guards the next ones
+  std::condition_variable_any changed_;
+  std::unique_ptr<LiveSlave> next_;  // of a scene that was taken into use
 };
-
-// The mistake in a line of a SceneError about `file`, or in the message of another exception.
-SceneMistake ParseMistake(std::string text, const std::filesystem::path& file);
 
 }  // namespace palpate

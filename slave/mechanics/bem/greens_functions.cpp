@@ -20,8 +20,8 @@ constexpr double kSmallestReciprocalCondition = 1e-13;
 constexpr double kMatricesAtOnce = 2;   // A and E, then E and the blocks
 constexpr double kPerIntegral = 60e-9;  // [s] for each entry of A and Abar
 constexpr double kOperationsPerSecond = 3e10;
-constexpr Eigen::Index kColumnsAtOnce = 256;  // that are solved for
-constexpr std::size_t kCacheLine = 64;        // bytes
+constexpr Eigen::Index kColumnsAtOnce = 64;  // that are solved for between looks for a stop
+constexpr std::size_t kCacheLine = 64;       // bytes
 constexpr std::size_t kLargePage = 2 << 20;
 constexpr double kHeldMotion = 1e-9;  // a rigid motion this small at all held places is free
 

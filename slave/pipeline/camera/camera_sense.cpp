@@ -100,7 +100,8 @@ CameraSense::CameraSense(const Scene& scene, const Pace& pace)
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
-      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, pace))),
+      estimator_(
+          std::make_unique<Estimator>(scene, next_, ReportedTip(scene, pace), pace.progress)),
       arm_lag_(ArmLag(pace, kReplayedLag)) {}
 
 bool CameraSense::Acquire(const std::stop_token& stop) {

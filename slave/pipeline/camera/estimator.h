@@ -46,8 +46,8 @@ class Estimator {
   // `first`: an image of the object at rest. `p_S_tip_reported`: tip position from the encoders.
   // Throws std::runtime_error or std::invalid_argument naming what cannot be used: see
   // TipAndContourTracker, MakeModel.
-  Estimator(const Scene& scene, const Frame& first,
-            std::optional<Eigen::Vector3d> p_S_tip_reported);
+  Estimator(const Scene& scene, const Frame& first, std::optional<Eigen::Vector3d> p_S_tip_reported,
+            Progress* progress = nullptr);
   ~Estimator();
 
   // Tracks the tip in an image. Shares nothing with the functions below: other threads may call

@@ -67,7 +67,7 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Pre
     if constexpr (std::is_same_v<Message, v1::SlaveState>) ++states_sent_;
     box->PauseUntil(due);
   }
-  return Stopping();
+  return Stopping(lease_.is_closed());
 }
 
 grpc::Status TeleoperationService::WatchState(grpc::ServerContext* context,

@@ -47,6 +47,21 @@ struct FrameSourceTest : testing::Test {
   const Scratch scratch;
 };
 
+// A directory into which images of another camera came.
+TEST_F(FrameSourceTest, ALaterImageOfAnotherSizeIsNamed) {
+  WriteNumbered(scratch, 3);
+  ASSERT_TRUE(cv::imwrite((scratch.path() / "f1.png").string(), cv::Mat(48, 64, CV_8UC1)));
+  for (const bool is_stated : {false, true}) {
+    Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
+    if (is_stated) scene.sense.Find<Camera>()->size = {32, 24};
+    const auto source = OpenFrameSource(scene, false);
+    EXPECT_TRUE(source->Next({}));
+    const auto next = [&] { return Thrown<std::runtime_error>([&] { source->Next({}); }); };
+    EXPECT_THAT(next(), testing::AllOf(testing::HasSubstr("f1.png: image 2: 64 x 48 px"),
+                                       testing::HasSubstr("32 x 24 px")));
+  }
+}
+
 TEST_F(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   WriteNumbered(scratch, 30);
   const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);

@@ -5,12 +5,16 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <sstream>
+#include <stop_token>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
+#include "slave/commands/serve/scene_mistakes.h"
 #include "slave/pipeline/camera/camera_sense.h"
 #include "slave/program/private_folder.h"
 #include "slave/scene/scene_loader.h"
@@ -56,7 +60,7 @@ class SetupSessionTest : public testing::Test {
   [[nodiscard]] SceneProposal Proposal(const std::string& modulus = "127 kPa") const {
     const cv::Rect box(cv::Point(305, 80), cv::Point(335, 124));
     std::ostringstream scene;
-    std::istringstream lines(session_.slave().Describe().setup_camera);
+    std::istringstream lines(slave_->Describe().setup_camera);
     scene << "name: my-block\nobject:\n  geometry:\n"
              "    rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}\n"
              "  material: {young_modulus: "
@@ -76,12 +80,21 @@ class SetupSessionTest : public testing::Test {
   inline static std::map<std::uint64_t, double> true_force_;  // by number of the image [N]
   inline static cv::Mat first_;
   const Scratch saved_;
-  mutable SetupSession session_{{.folder = saved_.path() / "scenes", .state_dir = {}},
-                                NamedCamera((folder_->path() / "images").string(), 30)};
+  // As `serve` does, with the next slave.
+  void Use(const SceneProposal& proposal) {
+    session_.Prepare(proposal, nullptr)->Use();
+    std::unique_ptr<LiveSlave> next = session_.Next({});
+    next->ContinueRevisions(slave_->Describe().settings_revision);
+    slave_ = std::move(next);
+  }
+
+  SetupSession session_{{.folder = saved_.path() / "scenes"},
+                        NamedCamera((folder_->path() / "images").string(), 30)};
+  std::unique_ptr<LiveSlave> slave_ = session_.First();
 };
 
 TEST_F(SetupSessionTest, WithoutASceneItShowsImagesAndEstimatesNothing) {
-  Slave& slave = session_.slave();
+  Slave& slave = *slave_;
   EXPECT_EQ(slave.Status().phase, Phase::kSetup);
   EXPECT_EQ(slave.Compose(Clock::now()).phase, Phase::kSetup);
   EXPECT_FALSE(slave.Compose(Clock::now()).force);
@@ -103,7 +116,7 @@ TEST_F(SetupSessionTest, AMistakeIsNamedWithKeyValueAndWhatIsExpectedAndChangesN
   EXPECT_THAT(mistake.expected, HasSubstr("> 0"));
   EXPECT_THROW(session_.Prepare(wrong, nullptr), std::invalid_argument);
   EXPECT_FALSE(std::filesystem::exists(saved_.path() / "scenes/scene.yaml"));
-  EXPECT_EQ(session_.slave().Status().phase, Phase::kSetup);
+  EXPECT_EQ(slave_->Status().phase, Phase::kSetup);
 }
 
 // What only the image shows: a scale that is wrong by a tenth.
@@ -155,6 +168,56 @@ TEST_F(SetupSessionTest, OtherCamerasFoldersAndFilesAreRefused) {
   EXPECT_THROW(session_.Check(climbing, nullptr), std::invalid_argument);
 }
 
+// A person wrote the first scene; three follow. Each is loaded by the name that the guide states.
+TEST_F(SetupSessionTest, TheSceneBeforeIsKeptAndAFolderWithoutLinksIsAdopted) {
+  const auto folder = saved_.path() / "scenes", file = folder / "scene.yaml";
+  const SceneProposal own = Proposal("101 kPa");
+  WriteWholeFile(file, own.scene);
+  WriteWholeFile(folder / "tip.png", own.files.at("tip.png"));
+  const auto modulus = [](const std::filesystem::path& scene) {
+    return LoadScene(scene).object.material.young_modulus;
+  };
+  double last = 101e3;
+  for (const char* next : {"102 kPa", "103 kPa", "104 kPa"}) {
+    (void)session_.Prepare(Proposal("999 kPa"), nullptr);
+    EXPECT_EQ(modulus(file), last) << "it was prepared and not used";
+    Use(Proposal(next));
+    EXPECT_EQ(modulus(folder / "scenes/last/scene.yaml"), last);
+    last += 1e3;
+    EXPECT_EQ(modulus(file), last);
+  }
+  EXPECT_EQ(session_.First()->Describe().scene.object.material.young_modulus, last);
+  std::size_t kept = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "scenes")) {
+    kept += entry.is_symlink() ? 0 : 1;
+  }
+  EXPECT_EQ(kept, 2U);
+}
+
+TEST_F(SetupSessionTest, ASceneOfAnotherCameraIsNotServed) {
+  SceneProposal other = Proposal();
+  const std::size_t size = other.scene.find("rate: 30 Hz");
+  other.scene.replace(size, 11, "rate: 20 Hz");
+  WriteProposal(other, saved_.path() / "scenes");
+  EXPECT_EQ(session_.First()->Status().phase, Phase::kSetup);
+}
+
+class Stopped final : public Progress {
+ public:
+  Stopped() { source_.request_stop(); }
+  [[nodiscard]] std::stop_token stop() const override { return source_.get_token(); }
+
+ private:
+  std::stop_source source_;
+};
+
+TEST_F(SetupSessionTest, AStopIsNoMistakeOfTheScene) {
+  Stopped stopped;
+  EXPECT_THROW(session_.Check(Proposal(), &stopped), Interrupted);
+  EXPECT_THROW(session_.Prepare(Proposal(), &stopped), Interrupted);
+  EXPECT_THROW(session_.FindBoard({{}, 9, 6, 5e-3}, &stopped), std::runtime_error);
+}
+
 // Reference: the simulator's finite elements, which the estimator does not know. Tolerance: 60
 // elements are 3 to 8 % low.
 TEST_F(SetupSessionTest, AGoodSceneIsCheckedSavedUsedAndGivesTheForcesOfTheSavedOne) {
@@ -165,11 +228,11 @@ TEST_F(SetupSessionTest, AGoodSceneIsCheckedSavedUsedAndGivesTheForcesOfTheSaved
   ASSERT_TRUE(report.contact);
   EXPECT_GT(report.contact->force, 0);
   EXPECT_GT(report.contact->largest_depth, 0);
-  EXPECT_EQ(session_.slave().Status().phase, Phase::kSetup) << "a check changes nothing";
+  EXPECT_EQ(slave_->Status().phase, Phase::kSetup) << "a check changes nothing";
 
-  const auto revision = session_.slave().Describe().settings_revision;
-  session_.Prepare(Proposal(), nullptr)();
-  Slave& slave = session_.slave();
+  const auto revision = slave_->Describe().settings_revision;
+  Use(Proposal());
+  Slave& slave = *slave_;
   EXPECT_EQ(slave.Status().phase, Phase::kObserving);
   EXPECT_EQ(slave.Describe().scene.name, "my-block");
   EXPECT_GT(slave.Describe().settings_revision, revision);
@@ -203,7 +266,7 @@ TEST_F(SetupSessionTest, AGoodSceneIsCheckedSavedUsedAndGivesTheForcesOfTheSaved
 // Encoders that are 5 mm off are not looked at; with a manipulator they are.
 TEST_F(SetupSessionTest, WithoutAManipulatorTheForcesAreTheSameAndNoEncoderIsCompared) {
   const auto folder = saved_.path() / "scenes";
-  session_.Prepare(Proposal(), nullptr);
+  Use(Proposal());
   const std::filesystem::path file = folder / "scene.yaml";
   const Pace wrong{.is_live = false, .p_S_tip = Eigen::Vector3d(0.049, 0.094, 0)};
   const auto none = MakeSensingPipeline(LoadScene(file), wrong);
@@ -218,6 +281,28 @@ TEST_F(SetupSessionTest, WithoutAManipulatorTheForcesAreTheSameAndNoEncoderIsCom
   }
   EXPECT_THROW(LoadScene(file, {"sense.tip={track: template}"}), SceneError)
       << "nothing reports where the tip is";
+}
+
+TEST(SceneMistakesTest, AMessageIsTakenApartAtItsKey) {
+  const auto is = [](const std::string& message, const char* key, const char* value,
+                     const char* said, const char* expected) {
+    const SceneMistake mistake = MistakeIn(message);
+    EXPECT_EQ(mistake.key, key) << message;
+    EXPECT_EQ(mistake.value, value) << message;
+    EXPECT_EQ(mistake.message, said) << message;
+    EXPECT_EQ(mistake.expected, expected) << message;
+  };
+  is("camera.size = [640, 480]: expected [320, 240], or no size", "sense.camera.size", "[640, 480]",
+     "not accepted", "[320, 240], or no size");
+  is("model.kind = x: none: expected a kind", "model.kind", "x", "none", "a kind");
+  is("object.geometry: smaller: check it", "object.geometry", "", "smaller: check it", "");
+  is("no tip: see sense.tip.anchor.", "sense.tip.anchor", "", "no tip: see sense.tip.anchor.", "");
+  is("no tip: see sense.tip.anchor, please", "sense.tip.anchor", "",
+     "no tip: see sense.tip.anchor, please", "");
+  is("the lens sees nothing", "", "", "the lens sees nothing", "");
+  const SceneMistake endless = MistakeIn("tool." + std::string(1'000'000, 'a') + ": expected " +
+                                         std::string(1'000'000, 'b'));
+  EXPECT_LT(endless.key.size() + endless.message.size() + endless.expected.size(), 2000U);
 }
 
 // From four clicks that are 2 px off; reference: the numbers of the scene.

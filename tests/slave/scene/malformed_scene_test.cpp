@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/text/text.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
 #include "tests/support/paths.h"
@@ -294,6 +295,46 @@ TEST_F(HostileSceneTest, OfManyMistakesTheFirstAreListedAndTheOthersCounted) {
   const std::string mistakes = MistakesOf(Write("scene.yaml", text));
   EXPECT_EQ(LineCount(mistakes), 51);
   EXPECT_THAT(mistakes, HasSubstr("scene.yaml: and 89950 more mistakes"));
+}
+
+// Keys, values and names of files that come from a client are answered to it.
+TEST_F(HostileSceneTest, WhatIsQuotedIsShort) {
+  const std::string is_long(100'000, 'a');
+  const std::string outline =
+      "object: {geometry: {contour: \"" + is_long + "\", thickness: 9 mm}}\n";
+  const std::string umlauts = "? \"" + std::string(59, 'a') + "\xc3\xa4\xc3\xa4\"\n: 1\n";
+  for (const std::string& text :
+       {"? \"5 object." + is_long + "\"\n: 1\n", "? \"1" + is_long + "\"\n:\n", outline,
+        "name: [*" + is_long + "]\n", umlauts}) {
+    try {
+      LoadScene(Write("scene.yaml", text));
+      ADD_FAILURE() << text.substr(0, 40);
+    } catch (const SceneError& error) {
+      ASSERT_FALSE(error.mistakes().empty());
+      for (const SceneMistake& mistake : error.mistakes()) {
+        EXPECT_LT(mistake.key.size(), 100U);
+        EXPECT_LT(mistake.value.size(), 100U);
+        EXPECT_LT(mistake.message.size(), 300U);
+        EXPECT_LT(mistake.expected.size(), 2010U);
+        EXPECT_EQ(FindInvalidUtf8(mistake.key), std::string::npos);
+      }
+    }
+  }
+}
+
+TEST_F(HostileSceneTest, AMistakeIsDataToo) {
+  const std::string text = SmallScene() + "nothing: {here: 1}\n";
+  try {
+    LoadScene(Write("scene.yaml", text));
+    ADD_FAILURE();
+  } catch (const SceneError& error) {
+    ASSERT_EQ(error.mistakes().size(), 1U);
+    const SceneMistake& mistake = error.mistakes().front();
+    EXPECT_EQ(mistake.key, "nothing");
+    EXPECT_EQ(mistake.value, "{here: 1}");
+    EXPECT_EQ(mistake.line, LineCount(SmallScene()) + (SmallScene().ends_with('\n') ? 0 : 1));
+    EXPECT_THAT(mistake.expected, HasSubstr("one of name"));
+  }
 }
 
 // A list's items are found by their place: 30 000 points, each of which is read.

@@ -5,6 +5,7 @@
 #include "shared/wire/errors.h"
 #include "slave/live/scene_setup.h"
 #include "tests/slave/service/service_fixture.h"
+#include "tests/support/eventually.h"
 
 namespace palpate {
 namespace {
@@ -25,23 +26,38 @@ class RecordedSetup final : public SceneSetup {
     }
     return report;
   }
-  std::function<void()> Prepare(const SceneProposal& /*proposal*/,
-                                Progress* /*progress*/) override {
+  std::unique_ptr<PreparedScene> Prepare(const SceneProposal& /*proposal*/,
+                                         Progress* progress) override {
     ++calls;
-    if (while_prepared) while_prepared();
-    return [this] { ++used; };
+    if (while_prepared) while_prepared(progress);
+    return std::make_unique<Prepared>(this);
   }
-  FoundBoard FindBoard(const BoardImages& /*board*/) override {
+  FoundBoard FindBoard(const BoardImages& /*board*/, Progress* /*progress*/) override {
     ++calls;
     return {};
   }
-  cv::Mat StartImage() override {
+  cv::Mat StartImage(const std::stop_token& /*stop*/) override {
     ++calls;
     return {};
   }
 
-  std::function<void()> while_prepared;
+  std::function<void(Progress*)> while_prepared;
+  std::function<void()> save;
   std::atomic<int> calls = 0, used = 0;
+
+ private:
+  class Prepared final : public PreparedScene {
+   public:
+    explicit Prepared(RecordedSetup* setup) : setup_(setup) {}
+    [[nodiscard]] SlaveDescription Describe() const override { return {}; }
+    void Use() override {
+      if (setup_->save) setup_->save();
+      ++setup_->used;
+    }
+
+   private:
+    RecordedSetup* setup_;
+  };
 };
 
 class SetupCallsTest : public ServiceTest {
@@ -101,12 +117,47 @@ TEST_F(SetupCallsTest, NothingIsSetUpBesideAnOperator) {
 
 TEST_F(SetupCallsTest, AnOperatorWhoComesWhileASceneIsBuiltKeepsTheOldOne) {
   Operator ada(Connect());
-  setup_.while_prepared = [&] {
+  setup_.while_prepared = [&](Progress* /*progress*/) {
     ASSERT_TRUE(ada.Hold(0, "ada"));
     ASSERT_TRUE(ada.Read());
   };
   EXPECT_EQ(ReasonOf(Use()), v1::ERROR_REASON_LEASE_HELD);
   EXPECT_EQ(setup_.used, 0);
+}
+
+// The slave ends after it, and starts again.
+TEST_F(SetupCallsTest, NobodyOperatesOnceASceneIsTakenIntoUse) {
+  v1::ProposeSceneReply reply;
+  EXPECT_TRUE(Use().ok());
+  EXPECT_EQ(ReasonOf(Operator(Connect()).Finish()), v1::ERROR_REASON_NEW_SCENE);
+  EXPECT_EQ(ReasonOf(Use()), v1::ERROR_REASON_NEW_SCENE);
+  EXPECT_EQ(ReasonOf(Propose({}, &reply)), v1::ERROR_REASON_NEW_SCENE);
+  EXPECT_EQ(setup_.used, 1);
+  EXPECT_EQ(slave_.begins(), 0);
+}
+
+TEST_F(SetupCallsTest, ASceneThatCannotBeSavedChangesNothing) {
+  setup_.save = [] { throw std::runtime_error("scene.yaml: cannot be written"); };
+  EXPECT_EQ(ReasonOf(Use()), v1::ERROR_REASON_INTERNAL);
+  Operator ada(Connect());
+  EXPECT_TRUE(ada.Hold(0, "ada"));
+  EXPECT_TRUE(ada.Read());
+}
+
+TEST_F(SetupCallsTest, TheWorkOfACancelledCallIsStopped) {
+  std::atomic<bool> is_stopped = false;
+  CallContext context;
+  setup_.while_prepared = [&](Progress* progress) {
+    if (is_stopped) return;
+    context.TryCancel();
+    is_stopped = Eventually([&] { return progress->stop().stop_requested(); });
+    throw Interrupted();
+  };
+  v1::SceneDescription reply;
+  const grpc::Status status = Connect()->UseScene(&context, {}, &reply);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::CANCELLED);
+  EXPECT_TRUE(Eventually([&] { return is_stopped.load(); }));
+  EXPECT_TRUE(Eventually([&] { return Use().error_code() != grpc::StatusCode::ABORTED; }));
 }
 
 TEST_F(SetupCallsTest, ASlaveWithASceneTakesNoOther) {

@@ -1,0 +1,61 @@
+// The folder in which a set-up saves its scenes.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "slave/live/scene_setup.h"
+
+namespace palpate {
+
+// Files that a proposal may contain: the page writes these, and nothing else enters the folder.
+bool IsSetupFile(std::string_view name);
+
+// Each scene is in a folder of its own below `scenes`, numbered from 1. The links `scene.yaml`,
+// `tip.png`, ... lead to the files of the present one by the link `scenes/current`, whose
+// replacement by one rename takes another scene into use. The scene before it is kept, and
+// `scenes/last` leads to it.
+class SavedScenes {
+ public:
+  // Creates the folder. Throws std::filesystem::filesystem_error.
+  explicit SavedScenes(std::filesystem::path folder);
+
+  // The scene file that links to the present scene; it need not exist.
+  [[nodiscard]] std::filesystem::path file() const;
+
+  // A scene that is saved and not in use. It is removed with this object, unless it was used.
+  class Draft {
+   public:
+    // Files that somebody else put in place of the links are first saved as a scene of their own.
+    // Throws std::runtime_error: the folder cannot be written.
+    Draft(const SavedScenes& scenes, const SceneProposal& proposal);
+    ~Draft();
+    Draft(const Draft&) = delete;
+    Draft& operator=(const Draft&) = delete;
+
+    [[nodiscard]] std::filesystem::path file() const;
+    // The scene is the present one when this returns, also after a power failure. Throws
+    // std::runtime_error: the folder cannot be written, and the scene before is still the present
+    // one.
+    void Use();
+
+   private:
+    const SavedScenes& scenes_;
+    const std::filesystem::path folder_;
+    bool is_used_ = false;
+  };
+
+ private:
+  void AdoptPlainFiles() const;
+  void Link(const std::filesystem::path& folder) const;
+  void RemoveOthers(const std::filesystem::path& present, const std::filesystem::path& last) const;
+  [[nodiscard]] std::filesystem::path NewFolder() const;
+  [[nodiscard]] std::filesystem::path scenes() const { return folder_ / "scenes"; }
+
+  const std::filesystem::path folder_;
+};
+
+// Writes the scene as `scene.yaml`, and the files, into `folder`. Throws std::runtime_error.
+void WriteProposal(const SceneProposal& proposal, const std::filesystem::path& folder);
+
+}  // namespace palpate
