@@ -74,7 +74,7 @@ class LoadPathCache {
   SolvedPress Find(const Key& key, double s);
 
  private:
-  // Of a ladder: at first its body and ways, then a rung; neither: the body takes no deeper press.
+  // A ladder gets its body and ways first, then rungs; neither: the body takes no deeper press.
   struct Step {
     std::shared_ptr<const RestBody> body;
     std::vector<double> ways;
