@@ -161,9 +161,32 @@ std::shared_ptr<LoadPathCache::Ladder> LoadPathCache::Wanted(const Key& key) {
                        [&] { return std::make_shared<Ladder>(*this, key); });
 }
 
+double LoadPathCache::Distance(const Ladder& ladder, const Key& key) {
+  return std::hypot(ladder.key.first - key.first, ladder.key.second - key.second);
+}
+
+const LoadPathCache::Ladder& LoadPathCache::Known(
+    const Ladder& wanted, const std::deque<std::shared_ptr<Ladder>>& ladders) {
+  if (wanted.is_known()) return wanted;
+  const Ladder* nearest = &wanted;
+  for (const std::shared_ptr<Ladder>& ladder : ladders) {
+    if (!ladder->is_known()) continue;
+    if (!nearest->is_known() || Distance(*ladder, wanted.key) < Distance(*nearest, wanted.key)) {
+      nearest = ladder.get();
+    }
+  }
+  return *nearest;
+}
+
 double LoadPathCache::Expect(const Key& key) {
   const std::shared_ptr<Ladder> ladder = Wanted(key);
-  return ladder->ways.empty() ? std::numeric_limits<double>::infinity() : ladder->ways.front();
+  return ladders_.Await([&] { return ladder->is_known() || ladder->complete; },
+                        [&] { return ladder->first(); });
+}
+
+double LoadPathCache::ExpectNow(const Key& key) {
+  const std::shared_ptr<Ladder> wanted = Wanted(key);
+  return ladders_.NowOfAll([&](const auto& ladders) { return Known(*wanted, ladders).first(); });
 }
 
 SolvedPress LoadPathCache::Await(const Key& key, double s) {
@@ -173,30 +196,29 @@ SolvedPress LoadPathCache::Await(const Key& key, double s) {
 
 SolvedPress LoadPathCache::Find(const Key& key, double s) {
   const std::shared_ptr<Ladder> wanted = Wanted(key);
-  const double depth = wanted->ways.empty() ? 0 : s - wanted->ways.front();
   return ladders_.NowOfAll([&](const auto& ladders) {
     if (wanted->Reaches(s)) return wanted->At(s, true);
-    const auto distance = [&](const Ladder& ladder) {
-      return std::hypot(ladder.key.first - key.first, ladder.key.second - key.second);
-    };
-    const Ladder *nearest = nullptr, *deepest = wanted.get();
+    const Ladder& known = Known(*wanted, ladders);
+    const double depth = s - known.first();
+    const Ladder *nearest = nullptr, *deepest = &known;
     for (const std::shared_ptr<Ladder>& ladder : ladders) {
       if (ladder->depth() > deepest->depth()) deepest = ladder.get();
       if (!(ladder->depth() >= depth)) continue;
-      if (!nearest || distance(*ladder) < distance(*nearest)) nearest = ladder.get();
+      if (!nearest || Distance(*ladder, key) < Distance(*nearest, key)) nearest = ladder.get();
     }
     const Ladder& used = nearest ? *nearest : *deepest;
-    return used.ways.empty() ? used.At(s, false) : used.At(used.ways.front() + depth, false);
+    return used.At(used.first() + depth, false);
   });
 }
 
 LoadPathCache::Ladder::Ladder(const LoadPathCache& cache, const Key& place)
-    : object(cache.object_),
+    : of(cache),
+      object(cache.object_),
       key(place),
-      lateral_O(kRaster * (place.first * cache.beside_O_[0] + place.second * cache.beside_O_[1])),
-      solved{.body = object.BodyFor(lateral_O)},
-      ways(cache.WaysOf(lateral_O, *solved.body)) {
-  complete = ways.empty();
+      lateral_O(kRaster * (place.first * cache.beside_O_[0] + place.second * cache.beside_O_[1])) {}
+
+double LoadPathCache::Ladder::first() const {
+  return ways.empty() ? std::numeric_limits<double>::infinity() : ways.front();
 }
 
 bool LoadPathCache::Ladder::Reaches(double s) const {
@@ -220,42 +242,53 @@ bool LoadPathCache::Ladder::Press(double from, double to, int halvings) {
   return Press(from, middle, halvings - 1) && Press(middle, to, halvings - 1);
 }
 
-// nullptr: the body takes no deeper press.
-std::shared_ptr<const LoadStep> LoadPathCache::Ladder::Solve() noexcept {
+LoadPathCache::Step LoadPathCache::Ladder::Solve() noexcept {
   try {
-    const SiteMesh& mesh = solved.body->mesh;
-    const std::size_t rung = solved.rungs->size();  // this thread alone changes them
-    auto grown = std::make_shared<LoadStep>();
-    grown->s = ways[rung];
-    if (rung == 0) {
-      const Material& material = object.material();
-      body = std::make_unique<PressedBody>(
-          mesh, solved.body->held, material.young_modulus, material.poisson_ratio,
-          object.hand().shape.radius,
-          [&](const Vector3d& p_O) { return RelativeModulus(object.object(), p_O); });
-      grown->displacements_O.assign(mesh.nodes.size(), Eigen::Vector3f::Zero());
-      return grown;
-    }
-    if (!Press(ways[rung - 1], grown->s, kMostHalvings)) return nullptr;
-    for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
-      grown->touches[f] = body->TouchOf(static_cast<int>(f));
-    }
-    for (const Vector3d& u : body->Displacements()) {
-      grown->displacements_O.emplace_back(u.cast<float>());
-    }
-    return grown;
+    if (is_known()) return SolveRung();
+    const auto rest = object.BodyFor(lateral_O);
+    return {rest, of.WaysOf(lateral_O, *rest), nullptr};
   } catch (const std::exception&) {
-    return nullptr;
+    return {};
   }
 }
 
-void LoadPathCache::Ladder::Add(const std::shared_ptr<const LoadStep>& step) {
-  if (step) {
+LoadPathCache::Step LoadPathCache::Ladder::SolveRung() {
+  const SiteMesh& mesh = solved.body->mesh;
+  const std::size_t rung = solved.rungs->size();  // this thread alone changes them
+  auto grown = std::make_shared<LoadStep>();
+  grown->s = ways[rung];
+  if (rung == 0) {
+    const Material& material = object.material();
+    body = std::make_unique<PressedBody>(
+        mesh, solved.body->held, material.young_modulus, material.poisson_ratio,
+        object.hand().shape.radius,
+        [&](const Vector3d& p_O) { return RelativeModulus(object.object(), p_O); });
+    grown->displacements_O.assign(mesh.nodes.size(), Eigen::Vector3f::Zero());
+    return {nullptr, {}, grown};
+  }
+  if (!Press(ways[rung - 1], grown->s, kMostHalvings)) return {};
+  for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
+    grown->touches[f] = body->TouchOf(static_cast<int>(f));
+  }
+  for (const Vector3d& u : body->Displacements()) {
+    grown->displacements_O.emplace_back(u.cast<float>());
+  }
+  return {nullptr, {}, grown};
+}
+
+void LoadPathCache::Ladder::Add(const Step& step) {
+  if (step.body) {
+    solved.body = step.body;
+    ways = step.ways;
+    complete = ways.empty();
+    return;
+  }
+  if (step.rung) {
     auto rungs = std::make_shared<Rungs>(*solved.rungs);
-    rungs->push_back(step);
+    rungs->push_back(step.rung);
     solved.rungs = std::move(rungs);
   }
-  complete = !step || solved.rungs->size() == ways.size();
+  complete = !step.rung || solved.rungs->size() == ways.size();
   if (complete) body.reset();
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <deque>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -59,9 +60,11 @@ class LoadPathCache {
 
   [[nodiscard]] Key KeyOf(const Eigen::Vector3d& h_O) const;
   // Requests a contact here: the newest request is processed. Returns the motion along the approach
-  // until the first finger touches; infinity: none does. Milliseconds for a new position, else
-  // short.
+  // until the first finger touches; infinity: none does. Waits for a new position, tens of
+  // milliseconds.
   double Expect(const Key& key);
+  // The same without waiting: at a new position that of the nearest known one.
+  double ExpectNow(const Key& key);
   // The ladder here, as far as way `s` at least if there is one so far, waiting for it if need be
   // (a third of a second or so per millimetre of depth). May be shorter where no equilibrium was
   // found.
@@ -71,10 +74,17 @@ class LoadPathCache {
   SolvedPress Find(const Key& key, double s);
 
  private:
+  // A ladder gets its body and ways first, then rungs; neither: the body takes no deeper press.
+  struct Step {
+    std::shared_ptr<const RestBody> body;
+    std::vector<double> ways;
+    std::shared_ptr<const LoadStep> rung;
+  };
   struct Ladder : ContactAhead {
     Ladder(const LoadPathCache& cache, const Key& place);
-    [[nodiscard]] std::shared_ptr<const LoadStep> Solve() noexcept;
-    void Add(const std::shared_ptr<const LoadStep>& step);
+    [[nodiscard]] Step Solve() noexcept;
+    void Add(const Step& step);
+    [[nodiscard]] Step SolveRung();
     bool Press(double from, double to, int halvings);
     // One rung more than `s` lies below: the cubics use it, and answers must not depend on how far
     // the thread has come.
@@ -82,7 +92,12 @@ class LoadPathCache {
     // Way beyond the first contact that is solved [m]; -1: none.
     [[nodiscard]] double depth() const;
     [[nodiscard]] SolvedPress At(double s, bool is_solved) const;
+    // Body and ways are known.
+    [[nodiscard]] bool is_known() const { return solved.body != nullptr; }
+    // Way to the first contact [m]; infinity: there is none, or it is not known.
+    [[nodiscard]] double first() const;
 
+    const LoadPathCache& of;
     const TrueObject& object;
     Key key;
     Eigen::Vector3d lateral_O;
@@ -93,6 +108,10 @@ class LoadPathCache {
   [[nodiscard]] std::vector<double> WaysOf(const Eigen::Vector3d& lateral_O,
                                            const RestBody& body) const;
   std::shared_ptr<Ladder> Wanted(const Key& key);
+  static double Distance(const Ladder& ladder, const Key& key);
+  // `wanted`, or else the nearest of `ladders` whose body is known.
+  static const Ladder& Known(const Ladder& wanted,
+                             const std::deque<std::shared_ptr<Ladder>>& ladders);
 
   const TrueObject& object_;
   double deepest_;

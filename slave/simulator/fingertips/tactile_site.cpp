@@ -136,9 +136,9 @@ void TactileSite::State::Move(const Vector3d& h_O, Patience patience) {
   next.press.body = now().press.body;
   const bool was_pressing = now().pressing;
   if (!was_pressing) pressed = ladders.KeyOf(h_O);
-  if (next.s > ladders.Expect(pressed)) {
-    next.press = patience == Patience::kWaits ? ladders.Await(pressed, next.s)
-                                              : ladders.Find(pressed, next.s);
+  const bool waits = patience == Patience::kWaits;
+  if (next.s > (waits ? ladders.Expect(pressed) : ladders.ExpectNow(pressed))) {
+    next.press = waits ? ladders.Await(pressed, next.s) : ladders.Find(pressed, next.s);
     next.pressing = true;
     if (!was_pressing) anchor_O = h_O - next.s * object.hand().approach_O;
     Stick(&next);

@@ -34,7 +34,7 @@ class ChannelPattern:
         if len(baselines) < FEWEST_BASELINES:
             return
         self.baseline = baselines.mean(axis=0)
-        self.baseline_force = float(force_of(baselines - self.baseline).max())
+        self.baseline_force = float(np.linalg.norm(force_of(baselines - self.baseline), axis=1).max())
 
 
 def baselines_of(recordings: Sequence[Recording]) -> Array:
@@ -61,7 +61,8 @@ def learn_channels(recordings: Sequence[Recording], x: Array, at_rest: npt.NDArr
     rest = at_rest if at_rest.any() else np.ones(len(x), bool)
 
     def rms(values: Array) -> Array:
-        return np.maximum(np.sqrt((values**2).mean(axis=0)), noise)
+        floored: Array = np.maximum(np.sqrt((values**2).mean(axis=0)), noise)
+        return floored
 
     tolerance = np.maximum(NOISES * rms(residual[rest]), MARGIN * np.abs(residual[rest]).max(axis=0))
     excess = np.sqrt(np.maximum(residual**2 - tolerance**2, 0))

@@ -134,7 +134,7 @@ def train(recordings: Sequence[Recording], test: Sequence[Recording], sensor: Se
     size = np.linalg.norm(samples.force, axis=1)
     noise = noise_of(recordings, scale)
     pattern = learn_channels(recordings, samples.change, size <= CONTACT_SHARE * size.max(), samples.part, noise)
-    pattern.set_baselines(baselines_of(recordings), lambda x: np.linalg.norm(features(x / scale) @ kernel, axis=1))
+    pattern.set_baselines(baselines_of(recordings), lambda x: features(x / scale) @ kernel)
     channels, constant = len(scale), max(r.constant for r in recordings)
     network = Network(f"qnn_{channels}", channels, 1, 3, np.zeros(channels), scale, np.zeros(3), np.ones(3), [],
                       [(kernel, np.zeros(3))], rate=sensor.rate, sigma=errors.rmse, rest_sigma=errors.at_rest, law=errors.law,
