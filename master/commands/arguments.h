@@ -33,6 +33,7 @@ struct Arguments {
   double record_part = 0;           // [s]; 0: one file
   std::string reason;               // of evict
   std::string metrics;              // HOST:PORT of the metrics page; empty: none
+  bool views = false;               // whether the page is served
   std::string view;                 // HOST:PORT; empty: a free loopback port
   std::filesystem::path setup_tls;  // of the page's set-up; empty: link.tls
   ReplayOptions replay;

@@ -20,6 +20,7 @@
 #include "slave/commands/solve/field_file.h"
 #include "slave/commands/solve/solve_round.h"
 #include "slave/commands/solve/solve_rows.h"
+#include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/factory/make_model.h"
 
 namespace palpate {
