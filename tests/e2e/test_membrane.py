@@ -1,5 +1,6 @@
 """A hand that feels a membrane through two cameras, and a target that is only followed: slave and master together."""
 import math
+import threading
 import unittest
 
 from programs import IS_DEEP, MASTER, PATIENCE, ROOT, SLAVE, FolderTest, Slave, deep, read_json, read_rows, run, wait_until
@@ -9,6 +10,15 @@ TARGET = ROOT / "deploy/scenes/heart-target.yaml"
 LONG = 4 * PATIENCE  # [s]: presses are solved ahead, on machines that do other things too
 
 
+def collect(stream, states):
+    """Appends what a stream brings, until it is cancelled."""
+    try:
+        for state in stream:
+            states.append(state)
+    except Exception:  # gRPC's, which is not imported where it is absent
+        pass
+
+
 class Live(FolderTest):
     # One slave for both tests, which leave it as it was.
     @classmethod
@@ -16,6 +26,10 @@ class Live(FolderTest):
         cls.slave = cls.enterClassContext(Slave(MEMBRANE))
 
     def test_a_press_is_estimated_and_seen_live(self):
+        states = []
+        stream = self.client(self.slave.address).WatchState(self.messages.WatchStateRequest(details=True))
+        self.addCleanup(stream.cancel)
+        threading.Thread(target=collect, args=(stream, states), daemon=True).start()
         done = run(MASTER, "connect", self.slave.address, "--duration", "7", "--report", self.out / "report.json",
                    "--log", self.out / "log.csv", "--shape", self.out / "press.vtu")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -31,6 +45,10 @@ class Live(FolderTest):
         self.assertGreater(report["states"] / report["duration_s"], 90, "states are repeated at 100 Hz or more")
         self.assertGreater(report["shape"]["deflection_peak_m"], 1e-3)
         self.assertLess(report["shape"]["deflection_peak_m"], 10e-3)
+        pressed = [s for s in states if s.HasField("force") and s.local_model.in_contact]
+        self.assertGreater(len(pressed), 20)
+        # A stall of the manipulator's driver leaves a few without.
+        self.assertGreater(sum(state.HasField("moment") for state in pressed), 0.8 * len(pressed))
         self.assert_finite(self.out / "log.csv")
         self.assertGreater((self.out / "press-deepest.vtu").stat().st_size, 1000)
 

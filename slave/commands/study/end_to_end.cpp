@@ -50,9 +50,8 @@ std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
                                 "because only it knows the true force");
   }
   const std::unique_ptr<Simulation> simulation = StartSimulation(scene, {});
-  const std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(
-      scene,
-      {.is_live = false, .player = simulation.get(), .p_S_tip = simulation->truth().p_S_tip});
+  const std::unique_ptr<SensingPipeline> sense =
+      MakeSensingPipeline(scene, {.is_live = false, .player = simulation.get()});
   const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(simulation.get());
   const bool of_depth = scene.sense.Find<Camera>() != nullptr;
   std::vector<Sample> samples;
@@ -60,7 +59,7 @@ std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
   while (!stop.stop_requested() && sense->Acquire(stop)) {
     const Truth truth = simulation->truth();
     sense->Process();
-    const ContactEstimate estimate = sense->Estimate(truth.p_S_tip);
+    const ContactEstimate estimate = sense->Estimate(SimulatedEncoders(scene, truth.p_S_tip));
     if (samples.empty()) start = estimate.sensed_at;
     offline_report->Add(start, &truth);
     Sample sample{SecondsBetween(start, estimate.sensed_at), truth.p_S_tip,
