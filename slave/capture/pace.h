@@ -1,10 +1,6 @@
 // How a source of samples runs: live, or as fast as possible.
 #pragma once
 
-#include <optional>
-
-#include <Eigen/Core>
-
 #include "slave/capture/sample_tap.h"
 
 namespace palpate {
@@ -24,9 +20,6 @@ struct Pace {
   SamplePlayer* player = nullptr;    // player of recorded samples, which outlives the source
   FrameOpener open = {};             // opens the images of one camera; empty: as the scene has them
   Progress* progress = nullptr;      // of the model of one camera while it is built; null: none
-  // Tool position of the simulator when the sensing begins, S [m]; nullopt: the simulator's
-  // default.
-  std::optional<Eigen::Vector3d> p_S_tip = std::nullopt;
 };
 
 }  // namespace palpate

@@ -60,8 +60,8 @@ Consistency::Result Consistency::Close() noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     const Sum total = Total(windows_[i]);
     if (total.n == 0) continue;
-    result.widening = std::max(result.widening, std::sqrt(total.q / total.n));
     const double excess = total.q / ChiSquareGate(total.n);
+    if (excess <= 1) result.widening = std::max(result.widening, std::sqrt(total.q / total.n));
     if (!(excess > worst)) continue;
     worst = excess;
     result.verdict = {Validity::kExtrapolated, windows_[i].code, windows_[i].reason};

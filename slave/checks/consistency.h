@@ -31,7 +31,8 @@ class Consistency {
 
   struct Result {
     Verdict verdict{Validity::kValid};
-    double widening = 1;  // factor >= 1 for the estimate's sigma: largest sqrt(q / n) of the codes
+    // Factor >= 1 for the estimate's sigma: largest sqrt(q / n) of the codes that do not fail.
+    double widening = 1;
   };
 
   // `window`: samples that are summed, 1 to kMostWindow.

@@ -81,6 +81,15 @@ bool LatestEstimate::Touches() const {
          std::ranges::any_of(estimate.fingers, touches);
 }
 
+bool LatestEstimate::TouchesSurely() const {
+  const ContactEstimate estimate = Get();
+  const bool is_beyond_model =
+      estimate.validity == Validity::kExtrapolated && estimate.check == FailedCheck::kModelRange;
+  const bool is_sure = estimate.validity == Validity::kValid ||
+                       estimate.validity == Validity::kPunctured || is_beyond_model;
+  return is_sure && Touches();
+}
+
 std::vector<SampleTrace> LatestEstimate::TracesSince(Time sensed_at) const {
   const std::lock_guard lock(mutex_);
   const auto first = std::ranges::find_if(

@@ -37,8 +37,11 @@ class LatestEstimate {
   [[nodiscard]] ContactEstimate Get() const;
   // The same, stale where it is as of `now`.
   [[nodiscard]] ContactEstimate Fresh(Time now) const;
-  // The tool or a fingertip touches the object.
+  // The tool or a fingertip touches the object, by the last estimate, whatever its validity.
   [[nodiscard]] bool Touches() const;
+  // The same where no check contradicts that estimate. One of a tip that is lost, or of a camera
+  // that was moved, tells of no contact.
+  [[nodiscard]] bool TouchesSurely() const;
   // At most the newest few hundred, see Slave.
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;
   Events TakeEvents();

@@ -16,13 +16,34 @@ constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, 
 
 }  // namespace
 
-LiveSensing::LiveSensing(const Scene& scene, const Parts& parts, bool shows_arm)
+LiveSensing::LiveSensing(const Scene& scene, const Parts& parts, bool shows_tool)
     : parts_(parts),
-      arm_(shows_arm),
+      shows_tool_(shows_tool),
       p_S_sensed_(parts.manipulator.Tip()),
       p_S_encoders_(p_S_sensed_),
       patch_({.depth = scene.operator_options.press_depth, .period = 1 / SensorRate(scene.sense)}) {
-  arm_.Begin(parts.settings.sensing_info().tip_resolution, parts.manipulator);
+  BeginRegistration();
+}
+
+void LiveSensing::BeginRegistration() {
+  registration_.reset();
+  // What is slower than the resolution is at rest.
+  const double resolution = parts_.settings.sensing_info().tip_resolution;
+  if (resolution > 0 && parts_.manipulator.carries_tool()) registration_.emplace(resolution);
+}
+
+// A manipulator with a fault, or without a driver, reports no position of the tool.
+TipReading LiveSensing::ReadEncoders() const {
+  const Manipulator& manipulator = parts_.manipulator;
+  TipReading reading{manipulator.TipAt(parts_.sense.sensed_at()), std::nullopt};
+  if (shows_tool_ && !manipulator.is_faulty()) reading.frame = manipulator.frame();
+  return reading;
+}
+
+void LiveSensing::Register(const ContactEstimate& estimate, const Eigen::Vector3d& p_S_encoders) {
+  if (!registration_ || estimate.validity != Validity::kValid) return;
+  registration_->Add(estimate.p_S_tip, p_S_encoders);
+  parts_.port.SetRegistration(registration_->offset());
 }
 
 void LiveSensing::Stop() {
@@ -78,11 +99,11 @@ bool LiveSensing::ProcessSample(const std::stop_token& stop) {
   SampleTrace trace{.acquired_at = Clock::now()};
   if (parts_.settings.sensing_info().is_awaited) {
     parts_.settings.ReadInfo();
-    arm_.Begin(parts_.settings.sensing_info().tip_resolution, parts_.manipulator);
+    BeginRegistration();
     for (const std::string& line : Introduction(parts_.settings.sensing_info()))
       spdlog::info("{}", line);
   }
-  const Eigen::Vector3d p_S_encoders = parts_.manipulator.TipAt(parts_.sense.sensed_at());
+  const TipReading encoders = ReadEncoders();
   if (reset_wanted_.exchange(false)) {
     const std::lock_guard lock(parts_.mutex);
     parts_.sense.Reset();
@@ -91,14 +112,13 @@ bool LiveSensing::ProcessSample(const std::stop_token& stop) {
   trace.processed_at = Clock::now();
   const std::lock_guard lock(parts_.mutex);
   const Time began = Clock::now();
-  ContactEstimate estimate = parts_.sense.Estimate(p_S_encoders);
+  const ContactEstimate estimate = parts_.sense.Estimate(encoders);
   const bool senses_tip = parts_.settings.sensing_info().tip_resolution > 0;
-  arm_.Update(p_S_encoders, &estimate);
   if (estimate.validity != Validity::kTrackingLost || !senses_tip) {
     p_S_sensed_ = estimate.p_S_tip;
-    p_S_encoders_ = p_S_encoders;
+    p_S_encoders_ = encoders.p_S_tip;
   }
-  arm_.Register(estimate, p_S_encoders, &parts_.port);
+  Register(estimate, encoders.p_S_tip);
   ReportExtrapolation();
   patch_.Update(estimate, parts_.settings.revision(), &parts_.sense, Clock::now());
   local_.Put(estimate.local_model, p_S_sensed_, p_S_encoders_);

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <stop_token>
 #include <string_view>
@@ -13,7 +14,6 @@
 #include <Eigen/Core>
 
 #include "shared/link/priority_inheritance_mutex.h"
-#include "slave/live/arm_comparison.h"
 #include "slave/live/carried_model.h"
 #include "slave/live/latest_estimate.h"
 #include "slave/live/live_settings.h"
@@ -39,8 +39,8 @@ class LiveSensing {
   // Called with each estimate and the duration of its computation [s].
   using Onlooker = std::function<void(const ContactEstimate& estimate, double update)>;
 
-  // `shows_arm`: a real manipulator in live images.
-  LiveSensing(const Scene& scene, const Parts& parts, bool shows_arm);
+  // `shows_tool`: the samples show the tool that the manipulator carries.
+  LiveSensing(const Scene& scene, const Parts& parts, bool shows_tool);
   ~LiveSensing() { Stop(); }
   LiveSensing(const LiveSensing&) = delete;
   LiveSensing& operator=(const LiveSensing&) = delete;
@@ -74,8 +74,17 @@ class LiveSensing {
   bool ProcessSample(const std::stop_token& stop);
   void ReportExtrapolation();
 
+  // Reading of the encoders at the time of the acquired sample.
+  [[nodiscard]] TipReading ReadEncoders() const;
+  // Measures the difference of tip and encoders, which the operator's port uses.
+  void Register(const ContactEstimate& estimate, const Eigen::Vector3d& p_S_encoders);
+  // The description of the sensing is complete.
+  void BeginRegistration();
+
   const Parts parts_;
-  ArmComparison arm_;                           // the thread's
+  const bool shows_tool_;
+  // Used by the thread; nullopt: the sensing does not measure a tip that the manipulator carries.
+  std::optional<TipRegistration> registration_;
   std::set<std::string_view> reported_doubts_;  // already reported; each raises one alarm, once
   Onlooker onlooker_;
   std::atomic<bool> reset_wanted_{false};

@@ -154,7 +154,7 @@ void LiveSettings::SetParameters(const ParameterChange& change, Progress* progre
 }
 
 void LiveSettings::RefuseUnlessFree() const {
-  palpate::RefuseUnlessFree(*port_, newest_->Touches());
+  palpate::RefuseUnlessFree(*port_, newest_->TouchesSurely());
 }
 
 }  // namespace palpate

@@ -13,10 +13,10 @@
 namespace palpate {
 namespace {
 
-// Whether pictures that are taken now show what a real arm moves.
-bool ShowsArm(const Scene& scene, const SensingPipeline& sense, const Manipulator& arm) {
-  const bool is_live = sense.health().has_value() || TakesPictures(scene.sense);
-  return is_live && HasPictures(scene.sense) && arm.carries_tool();
+// Whether the samples show the tool that the manipulator carries: recorded ones do not.
+bool ShowsTool(SensingPipeline& sense, const Manipulator& manipulator) {
+  const bool is_live = sense.health().has_value() || sense.inbox() != nullptr;
+  return is_live && manipulator.carries_tool();
 }
 
 // A pipeline that computes no force misses none.
@@ -38,7 +38,7 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulato
       newest_(SensorRate(scene.sense), scene.manipulator.home),
       settings_(scene, sense_.get(), &sense_mutex_, &port_, &newest_),
       sensing_(scene, {*sense_, sense_mutex_, settings_, *manipulator_, port_, newest_},
-               ShowsArm(scene, *sense_, *manipulator_)) {
+               ShowsTool(*sense_, *manipulator_)) {
   sensing_.Begin();
   watchdog_.emplace(port_, [this] { return ContactStateNow(); });
   if (choose && !scene.model.decision.reason.empty()) {

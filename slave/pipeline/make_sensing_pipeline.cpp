@@ -43,8 +43,8 @@ class AwaitedSense final : public SensingPipeline {
     return false;
   }
   void Process() noexcept override { Made()->Process(); }
-  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
-    return Made()->Estimate(p_S_tip);
+  const ContactEstimate& Estimate(const TipReading& encoders) noexcept override {
+    return Made()->Estimate(encoders);
   }
   [[nodiscard]] std::string_view doubt() const override { return Made()->doubt(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
@@ -92,6 +92,8 @@ class AwaitedSense final : public SensingPipeline {
   [[nodiscard]] Time sensed_at() const override { return inbox_.taken_at(); }
   [[nodiscard]] std::optional<CameraHealth> health() const override {
     CameraHealth health = inbox_.health();
+    if (const auto made = Made() ? Made()->health() : std::nullopt; made && health.trouble.empty())
+      health.trouble = made->trouble;
     const std::lock_guard lock(mutex_);
     if (health.trouble.empty()) health.trouble = trouble_;
     return health;
@@ -223,11 +225,7 @@ void Append(std::vector<float>* out, const Eigen::Vector3d& v) {
 
 std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene, const Pace& pace) {
   if (scene.sense.all().empty()) throw std::runtime_error(scene.name + ": the scene has no sense");
-  Pace without_encoders = pace;
-  if (scene.manipulator.source == ManipulatorOptions::Source::kNone) {
-    without_encoders.p_S_tip.reset();
-  }
-  return std::visit(SenseMaker{scene, without_encoders}, scene.sense.all().front());
+  return std::visit(SenseMaker{scene, pace}, scene.sense.all().front());
 }
 
 }  // namespace palpate

@@ -122,9 +122,10 @@ class Again {
     if (!std::exchange(is_acquired_, false)) {
       throw InputError("a recorded estimate without its sample");
     }
-    const Eigen::Vector3d p_S_arm = RecordedPosition(recorded.p_s_arm());
+    TipReading encoders{RecordedPosition(recorded.p_s_arm()), std::nullopt};
+    if (recorded.has_arm_frame()) encoders.frame = recorded.arm_frame();
     sense_->Process();
-    const ContactEstimate& estimate = sense_->Estimate(p_S_arm);
+    const ContactEstimate& estimate = sense_->Estimate(encoders);
     v1::SenseStep::Estimate now;
     ToProto(estimate, &now);
     Compare(now, recorded, &run_.differences);

@@ -47,10 +47,11 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     return acquired;
   }
   void Process() noexcept override { sense_->Process(); }
-  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
-    const ContactEstimate& estimate = sense_->Estimate(p_S_tip);
+  const ContactEstimate& Estimate(const TipReading& encoders) noexcept override {
+    const ContactEstimate& estimate = sense_->Estimate(encoders);
     Put([&](v1::SenseStep* step) {
-      ToProto(p_S_tip, step->mutable_estimate()->mutable_p_s_arm());
+      ToProto(encoders.p_S_tip, step->mutable_estimate()->mutable_p_s_arm());
+      if (encoders.frame) step->mutable_estimate()->set_arm_frame(*encoders.frame);
       ToProto(estimate, step->mutable_estimate());
     });
     PutTip(estimate);

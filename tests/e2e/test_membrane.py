@@ -1,5 +1,6 @@
 """A hand that feels a membrane through two cameras, and a target that is only followed: slave and master together."""
 import math
+import threading
 import unittest
 
 from programs import IS_DEEP, PATIENCE, ROOT, SLAVE, FolderTest, Slave, deep, read_json, read_rows, run, wait_until
@@ -10,6 +11,15 @@ TARGET = ROOT / "deploy/scenes/heart-target.yaml"
 LONG = 4 * PATIENCE  # [s]: presses are solved ahead, on machines that do other things too
 
 
+def collect(stream, states):
+    """Appends what a stream brings, until it is cancelled."""
+    try:
+        for state in stream:
+            states.append(state)
+    except Exception:  # gRPC's, which is not imported where it is absent
+        pass
+
+
 class Live(FolderTest):
     # One slave for both tests, which leave it as it was.
     @classmethod
@@ -17,6 +27,10 @@ class Live(FolderTest):
         cls.slave = cls.enterClassContext(Slave(MEMBRANE))
 
     def test_a_press_is_estimated_and_seen_live(self):
+        states = []
+        stream = self.client(self.slave.address).WatchState(self.messages.WatchStateRequest(details=True))
+        self.addCleanup(stream.cancel)
+        threading.Thread(target=collect, args=(stream, states), daemon=True).start()
         report, _ = press_until(lambda rows: followed(rows) > 1500, self.slave.address, self.out, "--record", self.out / "press.mcap")
         error, peak = report["force_error"], report["force_peak_N"]
         print(f"force error {error['rms_N']:.3f} N rms, {error['rms_N'] / peak:.0%} of {peak:.2f} N; "
@@ -29,6 +43,10 @@ class Live(FolderTest):
         self.assertGreater(report["states"] / report["duration_s"], 90, "states are repeated at 100 Hz or more")
         self.assertGreater(report["shape"]["deflection_peak_m"], 1e-3)
         self.assertLess(report["shape"]["deflection_peak_m"], 10e-3)
+        pressed = [s for s in states if s.HasField("force") and s.local_model.in_contact]
+        self.assertGreater(len(pressed), 20)
+        # A stall of the manipulator's driver leaves a few without.
+        self.assertGreater(sum(state.HasField("moment") for state in pressed), 0.8 * len(pressed))
         self.assert_finite(self.out / "log.csv")
 
     def test_pictures_and_the_surface_stream_beside_the_forces(self):

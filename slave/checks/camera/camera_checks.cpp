@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 
 #include <Eigen/Cholesky>
@@ -87,13 +86,16 @@ class RepeatedImageCheck final : public Check<CameraSample> {
 class AgreementCheck final : public Check<CameraSample> {
  public:
   void Examine(const CameraSample& sample, Findings* findings) noexcept override {
-    AddLoss(sample);
     if (sample.tip.found && sample.encoder) AddEncoder(*sample.encoder);
     const Consistency::Result result = consistency_.Close();
     findings->verdict.Add(result.verdict);
     findings->widening = result.widening;
+    ExamineLoss(sample, findings);
   }
-  void Reset() noexcept override { consistency_.Reset(); }
+  void Reset() noexcept override {
+    consistency_.Reset();
+    distrust_ = 0;
+  }
 
  private:
   // An image that fails counts in the three after it as well. [images] [tuned: a hand comes and
@@ -101,11 +103,10 @@ class AgreementCheck final : public Check<CameraSample> {
   static constexpr int kWindow = 4;
 
   // What is found after a loss may be something else.
-  void AddLoss(const CameraSample& sample) noexcept {
-    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  void ExamineLoss(const CameraSample& sample, Findings* findings) noexcept {
     const bool has_object = !sample.object || sample.is_broken || sample.object->known;
-    if (sample.tip.found && has_object) return;
-    consistency_.Add({FailedCheck::kTip, "tip or object was lost a moment ago", kInfinite, 1});
+    distrust_ = sample.tip.found && has_object ? std::max(0, distrust_ - 1) : kWindow;
+    if (distrust_ > 0) findings->Fail(FailedCheck::kTip, "tip or object was lost a moment ago");
   }
   void AddEncoder(const EncoderInnovation& innovation) noexcept {
     for (const double value : innovation.value) {
@@ -115,6 +116,7 @@ class AgreementCheck final : public Check<CameraSample> {
   }
 
   Consistency consistency_{kWindow};
+  int distrust_ = 0;  // images until tip and object are trusted after a loss
 };
 
 // Observed and computed indentation agree. With the gate of one image and a few images of distrust:

@@ -26,7 +26,8 @@ void EncoderDepthCheck::Examine(const LoadSample& sample, Findings* findings) no
   const double moved = std::abs(tool.depth - std::exchange(last_depth_, tool.depth));
   if (!IsForceKnown(load.validity)) return;
   const bool seen = load.force != 0;
-  const double apart = tool.lag * moved + kParts * sample.size;
+  const double way = tool.lag * moved;
+  const double apart = way + kParts * sample.size;
   const double beside = (load.p_O - tool.p_O).norm() - kNear * sample.size;
   if (seen && beside > 0) {
     if (tool.depth > apart && beside > kPlaceSigmas * load.sigma_place) {
@@ -37,7 +38,7 @@ void EncoderDepthCheck::Examine(const LoadSample& sample, Findings* findings) no
     return;
   }
   const double depth = seen ? std::max(0.0, load.depth) : 0;
-  // What is beyond that is somebody's error, and nobody knows whose.
+  // What is beyond that is an error of the camera or of the encoders.
   const double beyond = std::abs(tool.depth - depth) - apart - kShare * std::max(tool.depth, depth);
   const double sigma = tool.stiffness * std::max(beyond, 0.0);
   distrust_ = sigma < kFlags * std::abs(load.force) || beyond < kFar * sample.size
@@ -48,7 +49,9 @@ void EncoderDepthCheck::Examine(const LoadSample& sample, Findings* findings) no
                    "the surface is less deep than the tip by the encoders: image latency, or a "
                    "camera or the manipulator has moved");
   }
-  if (std::isfinite(sigma)) findings->Widen(sigma);
+  // A lag that is too small to be flagged is an error all the same.
+  const double widening = tool.stiffness * std::max(beyond + way, 0.0);
+  if (std::isfinite(widening)) findings->Widen(widening);
 }
 
 }  // namespace palpate

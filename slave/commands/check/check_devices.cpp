@@ -5,7 +5,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/commands/check/check.h"
-#include "slave/live/image_latency_estimator.h"
 
 namespace palpate {
 namespace {
@@ -135,9 +134,8 @@ void PrintManipulator(const Scene& scene) {
   PrintArm(scene);
   if (!ShowsArm(scene)) return;
   PrintLine("checked",
-            fmt::format("image latency, from the manipulator while it moves what the images show; "
-                        "it is part of the force's sigma; {:.3g} s or more is flagged",
-                        ImageLatencyEstimator::kMost));
+            "the tip in the images against the manipulator's encoders: what they differ by, with "
+            "the images' latency, is part of the force's sigma or flagged");
 }
 
 }  // namespace palpate

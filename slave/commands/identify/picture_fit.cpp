@@ -75,7 +75,7 @@ std::vector<Pair> EstimateAll(const Scene& scene, const Forces& forces,
   std::vector<Pair> pairs;
   while (sense->Acquire(stop)) {
     sense->Process();
-    const ContactEstimate& estimate = sense->Estimate(scene.manipulator.home);
+    const ContactEstimate& estimate = sense->Estimate({scene.manipulator.home, std::nullopt});
     const auto known = forces.find(estimate.sample);
     if (known == forces.end() || !estimate.force || estimate.validity != Validity::kValid) continue;
     pairs.push_back({estimate.force->norm(), estimate.sigma, known->second});

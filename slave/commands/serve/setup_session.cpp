@@ -174,7 +174,7 @@ Trial TrySensing(const Scene& scene, const FrameOpener& open, Progress* progress
   if (!sense.Acquire({})) throw std::runtime_error("no image received");
   sense.Process();
   Trial trial;
-  trial.estimate = sense.Estimate(scene.manipulator.home);
+  trial.estimate = sense.Estimate({scene.manipulator.home, std::nullopt});
   trial.info = sense.info();
   trial.tool = CompareTool(scene, sense);
   return trial;

@@ -93,6 +93,22 @@ struct SurfaceMotion {
   double velocity_error = 0;          // one standard deviation [m/s]
 };
 
+// Tip position by the manipulator's encoders at the time of a sample.
+struct TipReading {
+  Eigen::Vector3d p_S_tip{0, 0, 0};  // [m]
+  // Number of the encoders' origin, see Manipulator::frame; nullopt: the sample does not show the
+  // tool that they measure, so the sensing is not compared with them.
+  std::optional<std::uint32_t> frame;
+};
+
+// Those of the simulated manipulator that moves the tool in simulated samples of `scene`; the tip
+// of a scene without a manipulator is not compared.
+inline TipReading SimulatedEncoders(const Scene& scene, const Eigen::Vector3d& p_S_tip) {
+  TipReading reading{p_S_tip, std::nullopt};
+  if (scene.manipulator.source != ManipulatorOptions::Source::kNone) reading.frame = 0;
+  return reading;
+}
+
 // The parts that a change of settings replaces together: a model and its data.
 class PreparedModel {
  public:
@@ -134,9 +150,9 @@ class SensingPipeline {
   // The long part that is independent of other threads: finds in the sample what the estimate
   // needs.
   virtual void Process() noexcept = 0;
-  // Estimate from the acquired sample. `p_S_tip`: tip position from the encoders at its arrival
-  // [m]. Allocation-free after the first ones; unknown values are flagged.
-  virtual const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept = 0;
+  // Estimate from the acquired sample. `encoders`: at sensed_at(). Allocation-free after the first
+  // ones; unknown values are flagged.
+  virtual const ContactEstimate& Estimate(const TipReading& encoders) noexcept = 0;
   // Why the model's last estimate is extrapolated, one clause with static lifetime; empty: it is
   // not, or unknown.
   [[nodiscard]] virtual std::string_view doubt() const = 0;
@@ -177,7 +193,7 @@ class SensingPipeline {
   [[nodiscard]] virtual TactileInbox* inbox() = 0;
   // Receiver of streamed images; null: none.
   [[nodiscard]] virtual PictureInbox* pictures() = 0;
-  // Time of the acquired sample; for a source without delay the present time. Thread-safe.
+  // Time of the acquired sample. For the thread that acquires.
   [[nodiscard]] virtual Time sensed_at() const = 0;
   // Status of live cameras; nullopt: none. Thread-safe.
   [[nodiscard]] virtual std::optional<CameraHealth> health() const = 0;

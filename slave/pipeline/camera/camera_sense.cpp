@@ -21,6 +21,8 @@ namespace {
 
 constexpr double kReplayedLag = 0.45;  // between encoder reading and replayed image [periods]
 constexpr double kResolved = 0.05;     // resolution of the tip [px]
+constexpr double kTryPeriod = 1;       // between images whose rest state is tried [s]
+constexpr int kTries = 10;             // of the rest state, until it is given up
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace) {
   if (pace.player != nullptr) return Tapped(pace.player->OpenFrames(), pace.tap);
@@ -36,10 +38,8 @@ Frame FirstImageOf(FrameSource& source) {
   return *std::move(first);
 }
 
-// The tip in the first image. For a recorded tool no encoders report it; without a template it is
-// searched at its home.
-std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const Pace& pace) {
-  if (pace.p_S_tip) return pace.p_S_tip;
+// The tip in the first image: at its home, unless a template is searched.
+std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene) {
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
 }
@@ -100,8 +100,8 @@ CameraSense::CameraSense(const Scene& scene, const Pace& pace)
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
-      estimator_(
-          std::make_unique<Estimator>(scene, next_, ReportedTip(scene, pace), pace.progress)),
+      estimator_(std::make_shared<Estimator>(scene, next_, ReportedTip(scene),
+                                             ObjectPlace::kNearPose, pace.progress)),
       arm_lag_(ArmLag(pace, kReplayedLag)) {}
 
 bool CameraSense::Acquire(const std::stop_token& stop) {
@@ -112,12 +112,16 @@ bool CameraSense::Acquire(const std::stop_token& stop) {
   return true;
 }
 
-const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
+const ContactEstimate& CameraSense::Estimate(const TipReading& encoders) noexcept {
   seen_ = next_;
-  p_S_encoders_ = p_S_tip;
-  if (restarting_) Restart();
+  p_S_encoders_ = encoders.p_S_tip;
+  if (IsRestartDue()) Restart();
   std::optional<EncoderReading> encoder;
-  if (arm_lag_) encoder = {p_S_tip, *arm_lag_, *arm_lag_ <= kReplayedLag};
+  if (encoders.frame) {
+    if (encoders.frame != encoder_frame_) estimator_->ForgetEncoders();
+    encoder_frame_ = encoders.frame;
+    encoder = {encoders.p_S_tip, arm_lag_};
+  }
   const LocalModel last = estimate_.local_model;
   if (!observation_) observation_ = estimator_->See(seen_);
   estimate_ = estimator_->Estimate(seen_, *observation_, encoder);
@@ -130,25 +134,80 @@ const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noe
 }
 
 void CameraSense::Reset() {
-  // A template is searched in the whole image. Else the tip is where it was tracked last.
-  Restarting next{std::nullopt, estimator_->ApparentPose()};
-  if (scene_.sense.Find<TipTracking>()->template_file.empty()) {
-    const TipObservation& tip = estimator_->observation().tip;
-    next.p_S_tip = tip.found ? estimator_->view().ToSlave(tip.p_I) : p_S_encoders_;
-  }
-  restarting_ = next;
+  restarting_ = Restarting{estimator_->ApparentPose()};
   estimator_->Reset();
+  ReportTrouble({});
+}
+
+bool CameraSense::IsRestartDue() const noexcept {
+  if (!restarting_) return false;
+  return restarting_->tries == 0 ||
+         SecondsBetween(restarting_->tried_at, next_.sensed_at) >= kTryPeriod;
 }
 
 void CameraSense::Restart() noexcept {
+  restarting_->tried_at = seen_.sensed_at;
+  ++restarting_->tries;
+  observation_ = estimator_->See(seen_);
   try {
-    Scene scene = scene_;
-    scene.object.X_SO = restarting_->X_SO;
-    estimator_ = std::make_unique<Estimator>(scene, seen_, restarting_->p_S_tip);
+    std::shared_ptr<Estimator> next = MeasureRestState();
+    {
+      const std::lock_guard lock(mutex_);
+      estimator_ = std::move(next);
+    }
+    observation_.reset();
     restarting_.reset();
+    ReportTrouble({});
   } catch (const std::exception& error) {
-    spdlog::warn("the rest state is not measured again yet: {}", error.what());
+    const bool gives_up = restarting_->tries == kTries;
+    ReportTrouble(fmt::format("tracking is not reinitialized{}: {}",
+                              gives_up ? ", call ReinitializeTracking again" : " yet",
+                              error.what()));
+    if (gives_up) restarting_.reset();
   }
+}
+
+std::shared_ptr<Estimator> CameraSense::MeasureRestState() const {
+  Scene scene = scene_;
+  scene.object.X_SO = restarting_->X_SO;
+  // A template is searched in the whole image. Else the tip is where it is tracked.
+  std::optional<Eigen::Vector3d> p_S_tip;
+  if (scene.sense.Find<TipTracking>()->template_file.empty()) {
+    const TipObservation& tip = observation_->tip;
+    p_S_tip = tip.found ? estimator_->view().ToSlave(tip.p_I) : p_S_encoders_;
+  }
+  auto* contour = scene.sense.Find<ContourTracking>();
+  try {
+    return std::make_shared<Estimator>(scene, seen_, p_S_tip);
+  } catch (const std::runtime_error&) {
+    if (contour == nullptr) throw;
+  }
+  // The object is not where the last image shows it.
+  contour->start = {};
+  return std::make_shared<Estimator>(scene, seen_, p_S_tip, ObjectPlace::kAnywhere);
+}
+
+void CameraSense::ReportTrouble(const std::string& trouble) {
+  const std::lock_guard lock(mutex_);
+  if (!trouble.empty() && trouble != trouble_) spdlog::warn("{}", trouble);
+  trouble_ = trouble;
+}
+
+std::optional<CameraHealth> CameraSense::health() const {
+  std::optional<CameraHealth> health = source_->health();
+  const std::lock_guard lock(mutex_);
+  if (trouble_.empty()) return health;
+  if (!health) health.emplace();
+  health->trouble = trouble_;
+  return health;
+}
+
+std::unique_ptr<PreparedModel> CameraSense::Prepare(const Scene& changed,
+                                                    Progress* progress) const {
+  std::unique_lock lock(mutex_);
+  const std::shared_ptr<const Estimator> estimator = estimator_;
+  lock.unlock();
+  return estimator->Prepare(changed, progress);
 }
 
 LocalModel CameraSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
@@ -207,8 +266,10 @@ std::optional<SeenPicture> CameraSense::Picture(double full_scale) const {
 }
 
 void CameraSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {
-  estimator_->Adopt(std::unique_ptr<TouchModel>(static_cast<TouchModel*>(prepared.release())),
-                    changed);
+  std::unique_ptr<TouchModel> touch(static_cast<TouchModel*>(prepared.release()));
+  // The outline in the image may have been measured again meanwhile.
+  if (touch->outline != estimator_->registration().seen) touch = estimator_->Prepare(changed);
+  estimator_->Adopt(std::move(touch), changed);
   scene_ = changed;
 }
 

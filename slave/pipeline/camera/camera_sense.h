@@ -1,9 +1,12 @@
 // Sensing with one camera that sees the tool and the object's outline (paper A).
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/capture/frame_source.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/camera/estimator.h"
@@ -18,9 +21,9 @@ class CameraSense final : public SensingPipeline {
 
   bool Acquire(const std::stop_token& stop) override;
   void Process() noexcept override {
-    if (!restarting_) observation_ = estimator_->See(next_);
+    if (!IsRestartDue()) observation_ = estimator_->See(next_);
   }
-  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
+  const ContactEstimate& Estimate(const TipReading& encoders) noexcept override;
   [[nodiscard]] std::string_view doubt() const override { return {}; }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
@@ -33,12 +36,11 @@ class CameraSense final : public SensingPipeline {
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
-                                                       Progress* progress) const override {
-    return estimator_->Prepare(changed, progress);
-  }
+                                                       Progress* progress) const override;
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
-  // With the next image, tip, template and rest edge are measured again. Where that fails, the old
-  // ones stay, and the images after it are tried.
+  // With the next image, tip, template and rest edge are measured again, wherever the object is.
+  // Where that fails, the old ones stay, health() says why, and an image is tried each second, ten
+  // in all.
   void Reset() override;
   // The last estimate, of the object where it is now.
   [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
@@ -47,36 +49,44 @@ class CameraSense final : public SensingPipeline {
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
-  [[nodiscard]] Time sensed_at() const override { return Clock::now(); }
-  [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
+  [[nodiscard]] Time sensed_at() const override { return next_.sensed_at; }
+  [[nodiscard]] std::optional<CameraHealth> health() const override;
 
   [[nodiscard]] const Estimator& estimator() const { return *estimator_; }
   // Results of the last estimate.
   [[nodiscard]] const Frame& frame() const { return seen_; }
 
  private:
+  // Whether the rest state is to be measured again in the acquired image.
+  [[nodiscard]] bool IsRestartDue() const noexcept;
   // Measures the rest state in the last image.
   void Restart() noexcept;
+  // Throws as Estimator does.
+  [[nodiscard]] std::shared_ptr<Estimator> MeasureRestState() const;
+  void ReportTrouble(const std::string& trouble);
 
   Scene scene_;  // with the model in force
   std::unique_ptr<FrameSource> source_;
   Frame next_, seen_;                             // acquired; of the last estimate
   bool is_first_ = true;                          // next_ is there since the beginning
   std::optional<CameraObservation> observation_;  // of next_, until its estimate
-  // The rest state is to be measured again: where the tip is by the encoders or the last image, and
-  // the object by the last image.
+  // The rest state is to be measured again.
   struct Restarting {
-    std::optional<Eigen::Vector3d> p_S_tip;
-    Eigen::Isometry3d X_SO;
+    Eigen::Isometry3d X_SO;  // the object in the last image before
+    int tries = 0;
+    Time tried_at{};  // of the image tried last
   };
   std::optional<Restarting> restarting_;
   Eigen::Vector3d p_S_encoders_{0, 0, 0};  // at the last estimate [m]
   double pixel_;                           // [m]
   Plane plane_;
   std::string reason_;
-  std::unique_ptr<Estimator> estimator_;
+  mutable PriorityInheritanceMutex mutex_;  // guards `trouble_`, and the pointer for Prepare
+  std::shared_ptr<Estimator> estimator_;
+  std::string trouble_;  // why the rest state is not measured again; empty: it is
   ContactEstimate estimate_;
-  std::optional<double> arm_lag_;  // nullopt: the images do not show the manipulator's tool
+  double arm_lag_;                              // of the encoders [image periods]
+  std::optional<std::uint32_t> encoder_frame_;  // of the last reading
 };
 
 }  // namespace palpate

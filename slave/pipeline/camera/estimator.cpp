@@ -52,11 +52,12 @@ void ReportSighting(const ObjectSighting* object, CheckDetails* details) {
 }  // namespace
 
 Estimator::Estimator(const Scene& scene, const Frame& first,
-                     std::optional<Eigen::Vector3d> p_S_tip_reported, Progress* progress)
+                     std::optional<Eigen::Vector3d> p_S_tip_reported, ObjectPlace place,
+                     Progress* progress)
     : view_(*scene.sense.Find<Camera>(), first.image.cols, first.image.rows),
       tracker_(std::make_unique<TipAndContourTracker>(scene, first.image,
                                                       ToImage(view_, p_S_tip_reported))) {
-  registration_ = RegisterObject(scene, tracker_->rest_contour().edge, view_);
+  registration_ = RegisterObject(scene, tracker_->rest_contour().edge, view_, place);
   Adopt(Prepare(scene, progress), scene);
   if (!tracker_->rest_contour().edge.empty()) {
     edge_.emplace(first.image, tracker_->rest_contour().edge, view_, registration_.X_SO,

@@ -44,10 +44,11 @@ struct StageHistograms {
 class Estimator {
  public:
   // `first`: an image of the object at rest. `p_S_tip_reported`: tip position from the encoders.
+  // `place`: of the object in it.
   // Throws std::runtime_error or std::invalid_argument naming what cannot be used: see
   // TipAndContourTracker, MakeModel.
   Estimator(const Scene& scene, const Frame& first, std::optional<Eigen::Vector3d> p_S_tip_reported,
-            Progress* progress = nullptr);
+            ObjectPlace place = ObjectPlace::kNearPose, Progress* progress = nullptr);
   ~Estimator();
 
   // Tracks the tip in an image. Shares nothing with the functions below: other threads may call
@@ -74,6 +75,8 @@ class Estimator {
   void Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene);
   // Resets tracker and contact.
   void Reset() noexcept;
+  // The encoders have another origin.
+  void ForgetEncoders() noexcept { agreement_.ForgetEncoders(); }
 
   [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
   [[nodiscard]] const CameraObservation& observation() const { return observation_; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <variant>
@@ -65,22 +66,32 @@ Registration FromImage(const Scene& scene, CurveView contour_I, const CameraView
   found.X_SO = scene.object.X_SO;
   // Frame O sits in the middle of what was found, so that `fixed: arc` means an arc of it.
   found.X_SO.translation().head<2>() = Centroid(loop_S);
-  found.seen = ToOutline(loop_S, found.X_SO);
+  found.seen = std::make_shared<const Outline>(ToOutline(loop_S, found.X_SO));
   found.measured = true;
   found.points = static_cast<int>(contour_I.size());
+  const OutlineFit fit = FitOutline(*found.seen, found.X_SO, contour_I, view);
+  found.rms_px = fit.rms_px;
+  found.sigma = fit.sigma_px * view.pixel();
   return found;
 }
 
 }  // namespace
 
-Registration RegisterObject(const Scene& scene, CurveView contour_I, const CameraView& view) {
+Registration RegisterObject(const Scene& scene, CurveView contour_I, const CameraView& view,
+                            ObjectPlace place) {
   if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
     return FromImage(scene, contour_I, view);
   }
   Registration found;
   found.X_SO = scene.object.X_SO;
   if (contour_I.empty()) return found;
-  const OutlineFit fit = FitOutline(OutlineOf(scene.object.geometry), found.X_SO, contour_I, view);
+  const Outline outline = OutlineOf(scene.object.geometry);
+  if (place == ObjectPlace::kAnywhere) {
+    const Eigen::Vector2d c_O = Centroid(outline.outer);
+    const Eigen::Vector3d c_S = found.X_SO * Eigen::Vector3d(c_O.x(), c_O.y(), 0);
+    found.X_SO.translation().head<2>() += Centroid(ToSlave(contour_I, view)) - c_S.head<2>();
+  }
+  const OutlineFit fit = FitOutline(outline, found.X_SO, contour_I, view);
   RequireCredible(scene, fit, contour_I.size());
   found.measured = true;
   found.X_SO = fit.X_SO;

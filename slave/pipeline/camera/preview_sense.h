@@ -19,7 +19,7 @@ class PreviewSense final : public SensingPipeline {
     return frame.has_value();
   }
   void Process() noexcept override {}
-  const ContactEstimate& Estimate(const Eigen::Vector3d& /*p_S_tip*/) noexcept override {
+  const ContactEstimate& Estimate(const TipReading& /*encoders*/) noexcept override {
     shown_ = next_;
     estimate_.sample = shown_.sequence;
     estimate_.sensed_at = shown_.sensed_at;
@@ -60,7 +60,7 @@ class PreviewSense final : public SensingPipeline {
   }
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
-  [[nodiscard]] Time sensed_at() const override { return Clock::now(); }
+  [[nodiscard]] Time sensed_at() const override { return next_.sensed_at; }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
 
  private:

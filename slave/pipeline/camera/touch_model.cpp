@@ -19,8 +19,13 @@ constexpr double kRoundError = 0.035;
 
 }  // namespace
 
-TouchModel::TouchModel(const Scene& scene, const std::optional<Outline>& seen, Progress* progress)
-    : TouchModel(scene, MeshOutline(scene, seen), nullptr, progress) {}
+TouchModel::TouchModel(const Scene& scene, std::shared_ptr<const Outline> found_outline,
+                       Progress* progress)
+    : TouchModel(scene,
+                 MeshOutline(scene, found_outline ? std::optional(*found_outline) : std::nullopt),
+                 nullptr, progress) {
+  outline = std::move(found_outline);
+}
 
 TouchModel::TouchModel(const Scene& scene, BoundaryMesh outline,
                        std::unique_ptr<DeformationModel> model, Progress* progress)

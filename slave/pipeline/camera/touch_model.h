@@ -20,8 +20,8 @@ namespace palpate {
 
 // The part that SetModel replaces as a whole. One thread at a time; frame O.
 struct TouchModel final : PreparedModel {
-  // `seen`: the outline found in the image, for `contour: from-image`. Throws like MakeModel.
-  TouchModel(const Scene& scene, const std::optional<Outline>& seen, Progress* progress);
+  // `found_outline`: in the image, for `contour: from-image`, else null. Throws like MakeModel.
+  TouchModel(const Scene& scene, std::shared_ptr<const Outline> found_outline, Progress* progress);
   // On a mesh whose model may be made already.
   TouchModel(const Scene& scene, BoundaryMesh outline, std::unique_ptr<DeformationModel> model,
              Progress* progress = nullptr);
@@ -59,6 +59,7 @@ struct TouchModel final : PreparedModel {
   // Half the tool's width [m].
   [[nodiscard]] double reach() const { return tool_width_ / 2; }
 
+  std::shared_ptr<const Outline> outline;  // that the mesh is made of; null: the scene's
   ContactLaw law = ContactLaw::kBonded;
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;

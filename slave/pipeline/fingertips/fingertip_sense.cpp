@@ -11,6 +11,7 @@
 #include "slave/capture/tactile_inbox.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/pipeline/manipulator_agreement/arm_lag.h"
 #include "slave/pipeline/offline/offline_report.h"
 
 namespace palpate {
@@ -86,7 +87,6 @@ class FingertipOfflineReport final : public OfflineReport {
   const FingertipSense& sense_;
 };
 
-constexpr double kLiveSampleLag = 5, kReplayedSampleLag = 0.45;  // of the arm's word [samples]
 constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
 
 std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace) {
@@ -114,9 +114,7 @@ std::unique_ptr<OfflineReport> FingertipSense::OpenOfflineReport(const GroundTru
 
 FingertipSense::FingertipSense(const Scene& scene, const Pace& pace)
     : FingertipSense(scene, Open(scene, pace), LoadSenses(scene)) {
-  // Recorded and streamed fingertips need not hang on the arm that moves here. A live arm is asked
-  // when the sample has come, a while after it was taken.
-  if (pace.p_S_tip) arm_lag_ = pace.is_live ? kLiveSampleLag : kReplayedSampleLag;
+  arm_lag_ = ArmLag(pace, kReplayedLag);
 }
 
 FingertipSense::FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source,
@@ -127,6 +125,13 @@ bool FingertipSense::Acquire(const std::stop_token& stop) {
   const std::optional<TactileFrame> frame = source_->Next(stop);
   if (frame) next_ = *frame;
   return frame.has_value();
+}
+
+const ContactEstimate& FingertipSense::Estimate(const TipReading& encoders) noexcept {
+  if (!encoders.frame) return estimator_.Estimate(next_, encoders.p_S_tip);
+  if (encoders.frame != encoder_frame_) estimator_.ForgetEncoders();
+  encoder_frame_ = encoders.frame;
+  return estimator_.Estimate(next_, encoders.p_S_tip, arm_lag_);
 }
 
 void FingertipSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {

@@ -1,6 +1,7 @@
 // Feeling with tactile fingertips (paper B).
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,9 +22,7 @@ class FingertipSense final : public SensingPipeline {
 
   bool Acquire(const std::stop_token& stop) override;
   void Process() noexcept override {}
-  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
-    return estimator_.Estimate(next_, p_S_tip, arm_lag_);
-  }
+  const ContactEstimate& Estimate(const TipReading& encoders) noexcept override;
   [[nodiscard]] std::string_view doubt() const override { return estimator_.object().doubt(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_.LocalAt(p_S_tip);
@@ -51,18 +50,21 @@ class FingertipSense final : public SensingPipeline {
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override;
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
-  [[nodiscard]] Time sensed_at() const override { return Clock::now(); }
+  [[nodiscard]] Time sensed_at() const override { return next_.sensed_at; }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return std::nullopt; }
 
   [[nodiscard]] const TactileEstimator& estimator() const { return estimator_; }
   [[nodiscard]] const Scene& scene() const { return scene_; }
 
  private:
+  static constexpr double kReplayedLag = 0.45;  // of the encoders [sample periods]
+
   Scene scene_;
   std::unique_ptr<TactileSource> source_;
   TactileEstimator estimator_;
-  std::optional<double> arm_lag_;  // delay of the encoder reading [samples]
-  TactileFrame next_;              // acquired
+  double arm_lag_ = kReplayedLag;               // of the encoders [sample periods]
+  std::optional<std::uint32_t> encoder_frame_;  // of the last reading
+  TactileFrame next_;                           // acquired
 };
 
 }  // namespace palpate

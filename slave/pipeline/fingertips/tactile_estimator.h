@@ -82,6 +82,8 @@ class TactileEstimator {
   void Adopt(std::unique_ptr<TactileBody> body, const Scene& scene);
   // Resets baseline, contacts and the object's motion.
   void Reset() noexcept;
+  // The encoders have another origin.
+  void ForgetEncoders() noexcept { arm_.Reset(); }
 
   [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
   [[nodiscard]] int finger_count() const { return static_cast<int>(fingertips_.size()); }

@@ -12,7 +12,6 @@ namespace palpate {
 struct EncoderReading {
   Eigen::Vector3d p_S_tip{0, 0, 0};  // [m]
   double lag = 0;                    // time between reading and image [periods of the images]
-  bool is_of_picture = false;  // reading at the time of the image; else at the time of the query
 };
 
 class ArmConsistencyCheck {

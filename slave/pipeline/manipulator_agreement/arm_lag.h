@@ -1,18 +1,14 @@
-// Whether the manipulator's encoders can be compared with the images, and at which time.
+// Time between the manipulator's encoders and the samples of a sensing.
 #pragma once
 
-#include <optional>
-
-#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/capture/pace.h"
 
 namespace palpate {
 
-// Time between encoder reading and image [image periods], `replayed` if the reading is of the
-// image's own time; nullopt: recorded images do not show the manipulator. For a live one the
-// reading is taken at the arrival of the image, after its capture.
-inline std::optional<double> ArmLag(const Pace& pace, double replayed) {
+// One standard deviation [sample periods]. The timestamp of a live sample may lack a driver's
+// latency; `replayed`: of samples that are not live.
+inline double ArmLag(const Pace& pace, double replayed) {
   constexpr double kLive = 1.5;  // [-] [tuned: APressIntoItIsEstimatedAsDeepAsItIs]
-  if (!pace.p_S_tip) return std::nullopt;
   return pace.is_live ? kLive : replayed;
 }
 

@@ -35,7 +35,6 @@ class ManipulatorAgreement {
     const double sigma = std::hypot(sight.sigma, kTipSigma * sight.pixel);
     has_reading_ = true;
     sigma_ = sight.sigma;
-    is_of_image_ = reading.is_of_picture;
     if_object_moves_.Update(sight.p_S_seen, reading, sigma);
     if_camera_moves_.Update(sight.p_S_at_rest, reading, sigma);
     if (!sight.object_known) return;
@@ -59,11 +58,10 @@ class ManipulatorAgreement {
     const bool object = if_object_moves_.nis() < if_camera_moves_.nis();
     return object ? if_object_moves_ : if_camera_moves_;
   }
-  // Deviation of the tip from the encoders that its noise does not explain, S [m]. A live reading
-  // is compared by ImageLatencyEstimator instead.
+  // Deviation of the tip from the encoders that its noise does not explain, S [m].
   [[nodiscard]] Eigen::Vector3d Unexplained() const noexcept {
     Eigen::Vector3d unexplained = Eigen::Vector3d::Zero();
-    if (!has_reading_ || !is_of_image_) return unexplained;
+    if (!has_reading_) return unexplained;
     const Eigen::Vector3d deviation = registration().deviation();
     const double noise = kNoiseSigmas * sigma_, size = deviation.norm();
     if (size > noise) unexplained = (1 - noise / size) * deviation;
@@ -72,6 +70,8 @@ class ManipulatorAgreement {
   // Zero if the camera moves, or if nothing is decided.
   [[nodiscard]] const SurfaceMotion& motion() const { return motion_; }
   void Reset() noexcept { *this = {}; }
+  // The encoders have another origin: only their registrations begin anew.
+  void ForgetEncoders() noexcept { if_object_moves_ = if_camera_moves_ = {}; }
 
   // Error of the tip that its tracker does not report [px]. [tuned: late]
   static constexpr double kTipSigma = 0.1;
@@ -89,7 +89,7 @@ class ManipulatorAgreement {
   EncoderRegistration if_object_moves_, if_camera_moves_;
   double sigma_ = 0;     // of the last image's tip [m]
   double evidence_ = 0;  // log-likelihood ratio, > 0: the object moves
-  bool object_moves_ = false, has_reading_ = false, is_of_image_ = false;
+  bool object_moves_ = false, has_reading_ = false;
   MotionTrend trend_;
   SurfaceMotion motion_;
 };

@@ -80,12 +80,6 @@ nlohmann::ordered_json VectorJson(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-Pace PaceOf(const OfflineOptions& options, Simulation* simulation) {
-  Pace pace{.is_live = false, .duration = options.duration, .player = simulation};
-  if (simulation != nullptr) pace.p_S_tip = simulation->truth().p_S_tip;
-  return pace;
-}
-
 class Run {
  public:
   Run(const Scene& scene, const OfflineOptions& options)
@@ -93,7 +87,8 @@ class Run {
         options_(options),
         simulation_(IsSimulated(scene) ? StartSimulation(scene, {.duration = options.duration})
                                        : nullptr),
-        sense_(MakeSensingPipeline(scene, PaceOf(options, simulation_.get()))),
+        sense_(MakeSensingPipeline(
+            scene, {.is_live = false, .duration = options.duration, .player = simulation_.get()})),
         offline_report_(sense_->OpenOfflineReport(simulation_.get())) {
     summary_.has_truth = simulation_ != nullptr;
     summary_.sense = sense_->info();
@@ -121,12 +116,17 @@ class Run {
   }
 
  private:
+  // Recorded samples do not show a tool that a manipulator moves here.
+  [[nodiscard]] TipReading Encoders(const std::optional<Truth>& truth) const {
+    if (!truth) return {scene_.manipulator.home, std::nullopt};
+    return SimulatedEncoders(scene_, truth->p_S_tip);
+  }
+
   void ProcessSample() {
     const std::optional<Truth> truth =
         simulation_ ? std::optional(simulation_->truth()) : std::nullopt;
     sense_->Process();
-    const ContactEstimate& estimate =
-        sense_->Estimate(truth ? truth->p_S_tip : scene_.manipulator.home);
+    const ContactEstimate& estimate = sense_->Estimate(Encoders(truth));
     Validate(estimate, "SensingPipeline::Estimate");
     if (summary_.frames++ == 0) start_ = estimate.sensed_at;
     if (const auto goal = simulation_ ? simulation_->goal() : std::nullopt; goal) {

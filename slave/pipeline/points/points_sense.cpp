@@ -8,7 +8,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/checks/points/points_limits.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
@@ -102,9 +101,9 @@ void PointsSense::Process() noexcept {
   look_us_ = lap.Lap();
 }
 
-const ContactEstimate& PointsSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
+const ContactEstimate& PointsSense::Estimate(const TipReading& encoders) noexcept {
   Stopwatch lap;
-  estimate_ = &EstimateContact(p_S_tip);
+  estimate_ = &EstimateContact(encoders);
   times_.look.Add(look_us_);
   times_.checks.Add(tracker_->checks_us());
   times_.total.Add(look_us_ + lap.Lap());
@@ -113,13 +112,15 @@ const ContactEstimate& PointsSense::Estimate(const Eigen::Vector3d& p_S_tip) noe
   return *estimate_;
 }
 
-const ContactEstimate& PointsSense::EstimateContact(const Eigen::Vector3d& p_S_tip) noexcept {
+const ContactEstimate& PointsSense::EstimateContact(const TipReading& encoders) noexcept {
   if (rest_known_ || seen_->found) {
-    return estimator_ ? estimator_->Estimate(*seen_, p_S_tip, arm_lag_) : place_.Estimate(*seen_);
+    const auto lag = encoders.frame ? std::optional(arm_lag_) : std::nullopt;
+    return estimator_ ? estimator_->Estimate(*seen_, encoders.p_S_tip, lag)
+                      : place_.Estimate(*seen_);
   }
   before_rest_.sample = seen_->sequence;
   before_rest_.sensed_at = seen_->sensed_at;
-  before_rest_.p_S_tip = before_rest_.p_S_contact = p_S_tip;
+  before_rest_.p_S_tip = before_rest_.p_S_contact = encoders.p_S_tip;
   // The cells of a depth picture are not known before the rest frame.
   sees_rest_ =
       scene_.sense.Find<DepthPictures>() || std::ranges::any_of(seen_->points, &SurfacePoint::seen);

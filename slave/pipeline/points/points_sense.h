@@ -12,6 +12,7 @@
 
 #include "shared/state/slave_state.h"
 #include "slave/capture/frame_source.h"
+#include "slave/checks/points/points_limits.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/points/points_overlay.h"
 #include "slave/pipeline/points/surface_estimator.h"
@@ -34,7 +35,7 @@ class PointsSense final : public SensingPipeline {
   // Throws std::runtime_error also if the first images do not fit the rig.
   bool Acquire(const std::stop_token& stop) override;
   void Process() noexcept override;
-  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
+  const ContactEstimate& Estimate(const TipReading& encoders) noexcept override;
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_ ? estimator_->LocalAt(p_S_tip) : estimate_->local_model;
   }
@@ -65,7 +66,7 @@ class PointsSense final : public SensingPipeline {
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
-  [[nodiscard]] Time sensed_at() const override { return Clock::now(); }
+  [[nodiscard]] Time sensed_at() const override { return next_.sensed_at; }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
@@ -83,7 +84,7 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] SurfaceEstimator* estimator() { return estimator_.get(); }
 
  private:
-  [[nodiscard]] const ContactEstimate& EstimateContact(const Eigen::Vector3d& p_S_tip) noexcept;
+  [[nodiscard]] const ContactEstimate& EstimateContact(const TipReading& encoders) noexcept;
 
   Scene scene_;
   std::unique_ptr<StereoSource> source_;
@@ -92,8 +93,8 @@ class PointsSense final : public SensingPipeline {
   std::unique_ptr<SurfaceEstimator> estimator_;
   RigidTranslation place_;  // replaces the estimator if no force is estimated
   SurfaceMesh followed_;    // frame O; empty if a force is estimated or the scene has no mesh
-  std::vector<std::uint32_t> held_;  // nodes of the estimator's surface
-  std::optional<double> arm_lag_;    // nullopt: the images do not show the manipulator's tool
+  std::vector<std::uint32_t> held_;          // nodes of the estimator's surface
+  double arm_lag_ = PointsLimits::kMostLag;  // of the encoders [image periods]
   ContactEstimate before_rest_;
   bool sees_rest_ = false;
   const ContactEstimate* estimate_ = &before_rest_;

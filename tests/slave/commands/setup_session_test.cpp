@@ -268,16 +268,16 @@ TEST_F(SetupSessionTest, WithoutAManipulatorTheForcesAreTheSameAndNoEncoderIsCom
   const auto folder = saved_.path() / "scenes";
   Use(Proposal());
   const std::filesystem::path file = folder / "scene.yaml";
-  const Pace wrong{.is_live = false, .p_S_tip = Eigen::Vector3d(0.049, 0.094, 0)};
-  const auto none = MakeSensingPipeline(LoadScene(file), wrong);
+  const TipReading wrong = SimulatedEncoders(LoadScene(file), {0.049, 0.094, 0});
+  const auto none = MakeSensingPipeline(LoadScene(file), {.is_live = false});
   const auto simulated =
       MakeSensingPipeline(LoadScene(file, {"manipulator={source: simulated}"}), {.is_live = false});
   while (none->Acquire({}) && simulated->Acquire({})) {
     none->Process(), simulated->Process();
-    const ContactEstimate& estimate = none->Estimate(*wrong.p_S_tip);
+    const ContactEstimate& estimate = none->Estimate(wrong);
     ASSERT_TRUE(estimate.force);
     EXPECT_EQ(estimate.validity, Validity::kValid) << estimate.reason;
-    EXPECT_EQ(*estimate.force, *simulated->Estimate(*wrong.p_S_tip).force);
+    EXPECT_EQ(*estimate.force, *simulated->Estimate(wrong).force);
   }
   EXPECT_THROW(LoadScene(file, {"sense.tip={track: template}"}), SceneError)
       << "nothing reports where the tip is";

@@ -54,6 +54,25 @@ TEST(LatestEstimateTest, NoSamplesTraceIsSentTwiceOrLeftOutOfTheNewest) {
   EXPECT_EQ(since(0).back().sample, 300U);
 }
 
+// A tip that was lost in contact, or a camera that was moved, must not refuse settings for ever.
+TEST(LatestEstimateTest, AContactThatACheckContradictsIsNotSure) {
+  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  ContactEstimate estimate;
+  estimate.depth = 2e-3;
+  const auto is_sure = [&](const Verdict& verdict) {
+    estimate.force = Eigen::Vector3d::Zero();
+    estimate.Set(verdict);
+    if (!IsForceKnown(verdict.validity)) estimate.force.reset();
+    newest.Put(estimate);
+    EXPECT_TRUE(newest.Touches());
+    return newest.TouchesSurely();
+  };
+  EXPECT_TRUE(is_sure({Validity::kValid}));
+  EXPECT_TRUE(is_sure({Validity::kExtrapolated, FailedCheck::kModelRange}));
+  EXPECT_FALSE(is_sure({Validity::kExtrapolated, FailedCheck::kRegistration}));
+  EXPECT_FALSE(is_sure({Validity::kTrackingLost, FailedCheck::kTip}));
+}
+
 // Nobody reads, so that it is looked at rarely.
 TEST(LatestEstimateTest, ARestIsNoSilence) {
   const SlaveStatus status = StatusAfter(10, 20);

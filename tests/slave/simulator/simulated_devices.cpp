@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "slave/capture/picture_inbox.h"
 #include "tests/support/eventually.h"
@@ -15,6 +16,14 @@ namespace {
 
 constexpr std::uint64_t kId = 1;
 constexpr double kPeriod = 1e-3, kLag = 3e-3;  // of the manipulator [s]
+
+cv::Mat Displaced(const cv::Mat& image, int down) {
+  if (down == 0) return image;
+  const cv::Mat warp = (cv::Mat_<double>(2, 3) << 1, 0, 0, 0, 1, down);
+  cv::Mat displaced;
+  cv::warpAffine(image, displaced, warp, {}, cv::INTER_NEAREST, cv::BORDER_REPLICATE);
+  return displaced;
+}
 
 }  // namespace
 
@@ -35,7 +44,8 @@ SimulatedDevices::SimulatedDevices(Scene scene, Slave* slave)
 void SimulatedDevices::FeedImages(const std::stop_token& stop) {
   const auto camera = environment_->OpenCamera(scene_, {});
   while (const auto frame = camera->Next(stop)) {
-    const cv::Mat& image = frame->image;
+    cv::Mat image = Displaced(frame->image, displacement_);
+    if (is_covered_) image = cv::Mat(image.size(), image.type(), cv::Scalar::all(255));
     const std::string data(reinterpret_cast<const char*>(image.data),
                            image.total() * image.elemSize());
     PushedSample sample{.sequence = frame->sequence, .sensed_at = frame->sensed_at};

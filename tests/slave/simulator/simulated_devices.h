@@ -2,6 +2,7 @@
 // palpate-simulator is to a slave elsewhere.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <thread>
 
@@ -17,6 +18,11 @@ class SimulatedDevices {
   // driven. Throws std::runtime_error: it does neither within a minute.
   SimulatedDevices(Scene scene, Slave* slave);
 
+  // From now on the camera is elsewhere: its images are displaced downwards by this [px].
+  void BumpCamera(int displacement) { displacement_ = displacement; }
+  // From now on something white covers the images, or nothing does.
+  void CoverCamera(bool is_covered) { is_covered_ = is_covered; }
+
  private:
   void FeedImages(const std::stop_token& stop);
   void Drive(const std::stop_token& stop);
@@ -24,6 +30,8 @@ class SimulatedDevices {
   const Scene scene_;
   Slave& slave_;
   const std::unique_ptr<SimulatedEnvironment> environment_;
+  std::atomic<int> displacement_{0};
+  std::atomic<bool> is_covered_{false};
   std::jthread drive_, feed_;
 };
 

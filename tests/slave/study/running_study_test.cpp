@@ -34,14 +34,13 @@ Scene Shipped(const std::string& name, const std::vector<std::string>& overrides
 double RunningError(const Scene& scene) {
   const auto environment = MakeSimulatedEnvironment(scene);
   EnvironmentPlayer player(*environment, scene, {.is_live = false});
-  const auto sense = MakeSensingPipeline(
-      scene, {.is_live = false, .player = &player, .p_S_tip = environment->truth().p_S_tip});
+  const auto sense = MakeSensingPipeline(scene, {.is_live = false, .player = &player});
   const auto report = sense->OpenOfflineReport(environment.get());
   double deepest = 0, error = kUnknown;
   while (sense->Acquire({})) {
     const Truth truth = environment->truth();
     sense->Process();
-    const ContactEstimate estimate = sense->Estimate(truth.p_S_tip);
+    const ContactEstimate estimate = sense->Estimate(SimulatedEncoders(scene, truth.p_S_tip));
     report->Add(estimate.sensed_at, &truth);
     if (!estimate.force || truth.force.norm() <= deepest) continue;
     deepest = truth.force.norm();

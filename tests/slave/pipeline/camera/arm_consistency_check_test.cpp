@@ -21,7 +21,7 @@ Vector3d SeenAt(int picture, int late) {
 TEST(ArmConsistencyCheckTest, CamerasAndArmThatGoTogetherDoNotPartWhereverTheyLookFrom) {
   ArmConsistencyCheck watch;
   for (int i = 0; i < 40; ++i) {
-    EXPECT_TRUE(watch.Agree(SeenAt(i, 0), {TipAt(i), 0.45, true}, kTolerance));
+    EXPECT_TRUE(watch.Agree(SeenAt(i, 0), {TipAt(i), 0.45}, kTolerance));
     EXPECT_EQ(watch.PartingBeyond(kNoise), Vector3d(0, 0, 0));
   }
 }
@@ -29,9 +29,9 @@ TEST(ArmConsistencyCheckTest, CamerasAndArmThatGoTogetherDoNotPartWhereverTheyLo
 // What is excused by its size parts all the same: by a step, as long as the tip goes on.
 TEST(ArmConsistencyCheckTest, PicturesThatAreOneLatePartByAStepThoughBothAgree) {
   ArmConsistencyCheck watch;
-  EXPECT_TRUE(watch.Agree(SeenAt(0, 0), {TipAt(0), 0.45, true}, kTolerance));
+  EXPECT_TRUE(watch.Agree(SeenAt(0, 0), {TipAt(0), 0.45}, kTolerance));
   for (int i = 1; i < 20; ++i) {
-    EXPECT_TRUE(watch.Agree(SeenAt(i, 1), {TipAt(i), 0.45, true}, kTolerance));
+    EXPECT_TRUE(watch.Agree(SeenAt(i, 1), {TipAt(i), 0.45}, kTolerance));
     const Vector3d parting = watch.PartingBeyond(kNoise);
     EXPECT_GT(parting.y(), 0.75 * kStep) << i;
     EXPECT_LT(parting.y(), kStep) << i;

@@ -111,7 +111,7 @@ class MovingObjectTest : public testing::Test {
     site_.MoveTool(p_S_tip);
     site_.Carry(object);
     EXPECT_TRUE(sense_.Acquire({}));
-    const ContactEstimate& estimate = sense_.Estimate(p_S_tip);
+    const ContactEstimate& estimate = sense_.Estimate(SimulatedEncoders(scene_, p_S_tip));
     if (keeper_.Get(At(site_.t)).patch || estimate.force) {
       keeper_.Update(estimate, 1, &sense_, At(site_.t));
     }
@@ -141,7 +141,7 @@ class MovingObjectTest : public testing::Test {
       LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"});
   CarriedSite site_{scene_};
   EnvironmentPlayer player_{site_, scene_, {}};
-  CameraSense sense_{scene_, Pace{.player = &player_, .p_S_tip = scene_.manipulator.home}};
+  CameraSense sense_{scene_, Pace{.player = &player_}};
   PatchPublisher keeper_{PatchPublisher::Options{.period = 1 / kRate}};
 };
 

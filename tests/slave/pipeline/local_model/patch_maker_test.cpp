@@ -124,7 +124,7 @@ class WallSense final : public SensingPipeline {
   PictureInbox* pictures() override { return nullptr; }
   Time sensed_at() const override { return Clock::now(); }
   std::optional<CameraHealth> health() const override { return std::nullopt; }
-  const ContactEstimate& Estimate(const Vector3d&) noexcept override { return estimate_; }
+  const ContactEstimate& Estimate(const TipReading&) noexcept override { return estimate_; }
   LocalModel LocalModelAt(const Vector3d&) noexcept override { return {}; }
   BoundaryShape Shape(bool) override { return {}; }
   std::unique_ptr<PreparedModel> Prepare(const Scene&, Progress*) const override { return nullptr; }

@@ -90,7 +90,7 @@ Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, cons
   Row row;
   for (int pair = 0; pair < kRest + kMoving && sense.Acquire({}); ++pair) {
     sense.Process();
-    const ContactEstimate& estimate = sense.Estimate(seen.truth().p_S_tip);
+    const ContactEstimate& estimate = sense.Estimate({seen.truth().p_S_tip, std::nullopt});
     if (pair < kRest) continue;
     if (estimate.validity != Validity::kValid || !estimate.force) continue;
     const double error = (*estimate.force - seen.truth().force).norm() / peak;

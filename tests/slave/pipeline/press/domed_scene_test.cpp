@@ -145,7 +145,7 @@ class DomedSceneTest : public ::testing::Test {
     pictures_->push_back(truth_.Picture(&random_));
     EXPECT_TRUE(sense_.Acquire({}));
     sense_.Process();
-    return sense_.Estimate(p_S_O + Vector3d(0, 0, 2 * kInflation));
+    return sense_.Estimate({p_S_O + Vector3d(0, 0, 2 * kInflation), std::nullopt});
   }
 
   Truth truth_;

@@ -54,7 +54,7 @@ class RealPressTest : public ::testing::Test {
     std::vector<Replayed> replayed;
     for (std::size_t i = 0; sense.Acquire({}); ++i) {
       sense.Process();
-      const ContactEstimate& estimate = sense.Estimate({0, 0, 0.2});
+      const ContactEstimate& estimate = sense.Estimate({{0, 0, 0.2}, std::nullopt});
       if (!estimate.force) continue;
       const auto inward = [](const SurfacePoint& point) {
         return point.seen ? point.p_S_rest.z() - point.p_S.z() : 0.0;
