@@ -215,7 +215,7 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
     sample.beyond_range = "the deflection is beyond the model's range";
   } else if (most_bound_ > 0 && bound_ > most_bound_) {
     sample.beyond_range = "the model's estimate of its own error exceeds the tolerance";
-  } else if (!doubt_.empty()) {
+  } else if (!doubt_.empty() && doubt_ != kCoarsePatch) {  // which few of the points are on
     sample.beyond_range = doubt_;
   } else if (unsolved_) {
     sample.beyond_range =

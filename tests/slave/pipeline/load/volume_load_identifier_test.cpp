@@ -88,6 +88,13 @@ class PressedCube {
   std::unique_ptr<DeformationModel> model_;
 };
 
+// The points need several observations to be computed.
+SurfaceLoad Fitted(LoadIdentifier& identifier, const std::vector<SurfacePoint>& points) {
+  SurfaceLoad load = identifier.Fit(points);
+  for (int i = 0; i < 50 && load.validity == Validity::kFailed; ++i) load = identifier.Fit(points);
+  return load;
+}
+
 // Reference: the load itself on the full nonlinear body of the same mesh, pressed so deep that
 // small strains are off by percents. The full model's sigma is the scatter of the points alone; the
 // bound of the zone's error comes on top.
@@ -97,8 +104,8 @@ TEST(VolumeLoadIdentifier, AZonesForceIsThatOfTheFullModelAndItsBoundEntersSigma
   const Vector3d p(0.02, 0.02, kSide), force(0, 0, -0.2);
   const auto points = truth.Press(p, force, &random);
   Scene scene = CubeScene("fem-zone", 6);
-  const SurfaceLoad small = MakeLoadIdentifier(CubeScene("fem-green", 6))->Fit(points);
-  const SurfaceLoad load = MakeLoadIdentifier(scene)->Fit(points);
+  const SurfaceLoad small = Fitted(*MakeLoadIdentifier(CubeScene("fem-green", 6)), points);
+  const SurfaceLoad load = Fitted(*MakeLoadIdentifier(scene), points);
   ASSERT_TRUE(IsForceKnown(load.validity)) << load.reason;
   EXPECT_GT(std::abs(small.force / force.z() - 1), 0.02);
   EXPECT_LT(std::abs(load.force - force.z()), 2 * load.sigma_force);
@@ -112,13 +119,13 @@ TEST(VolumeLoadIdentifier, AZonesForceIsThatOfTheFullModelAndItsBoundEntersSigma
   model->Respond({&contact, 1}, {&response, 1});
   const double bound =
       std::abs(load.force) * response.displacement_error / response.displacement_O.norm();
-  const SurfaceLoad full = MakeLoadIdentifier(CubeScene(kNeoHookean, 6))->Fit(points);
+  const SurfaceLoad full = Fitted(*MakeLoadIdentifier(CubeScene(kNeoHookean, 6)), points);
   EXPECT_NEAR((load.p_O - full.p_O).norm(), 0, 2e-4);
   EXPECT_GT(bound, 0.5 * full.sigma_force) << "it counts";
   EXPECT_NEAR(load.sigma_force, std::hypot(full.sigma_force, bound), 0.1 * bound);
 
   scene.model.tolerance = 1e-4;
-  const SurfaceLoad flagged = MakeLoadIdentifier(scene)->Fit(points);
+  const SurfaceLoad flagged = Fitted(*MakeLoadIdentifier(scene), points);
   EXPECT_EQ(flagged.validity, Validity::kExtrapolated) << "the bound exceeds the tolerance";
 }
 
@@ -131,8 +138,8 @@ TEST(VolumeLoadIdentifier, RefinesTheLoadWhereTheModelIsNotLinear) {
   const auto points = truth.Press(p, {0, 0, -0.2}, &random);
   Scene linear = CubeScene("fem", 6);
   linear.model.fem.law = FemOptions::Law::kLinear;
-  const SurfaceLoad coarse = MakeLoadIdentifier(linear)->Fit(points);
-  const SurfaceLoad load = MakeLoadIdentifier(CubeScene("fem", 6))->Fit(points);
+  const SurfaceLoad coarse = Fitted(*MakeLoadIdentifier(linear), points);
+  const SurfaceLoad load = Fitted(*MakeLoadIdentifier(CubeScene("fem", 6)), points);
   ASSERT_TRUE(IsForceKnown(load.validity)) << load.reason;
   EXPECT_NEAR(load.force / -0.2, 1, 0.01);
   EXPECT_NEAR((load.p_O - p).norm(), 0, 5e-4);
@@ -149,7 +156,8 @@ TEST(VolumeLoadIdentifier, SigmaIsTheForcesStandardDeviation) {
   double sum = 0;
   constexpr int kPictures = 60;
   for (int i = 0; i < kPictures; ++i) {
-    const SurfaceLoad load = body->Fit(truth.Press({0.02, 0.02, kSide}, {0, 0, -0.02}, &random));
+    const SurfaceLoad load =
+        Fitted(*body, truth.Press({0.02, 0.02, kSide}, {0, 0, -0.02}, &random));
     const double error = (load.force + 0.02) / load.sigma_force;
     sum += error * error;
   }
@@ -162,20 +170,20 @@ TEST(VolumeLoadIdentifier, LeavesOutWrongPointsAndFeelsNothingInNoise) {
   std::mt19937 random(4);
   const auto body = MakeLoadIdentifier(CubeScene("fem-green", 6));
   auto points = truth.Press({0.02, 0.02, kSide}, {0, 0, -0.05}, &random);
-  const double reference = body->Fit(points).force;
+  const double reference = Fitted(*body, points).force;
   points[7].p_S.z() += 1e-3;
   points[20].p_S.x() -= 2e-3;
-  const SurfaceLoad load = body->Fit(points);
+  const SurfaceLoad load = Fitted(*body, points);
   EXPECT_EQ(load.validity, Validity::kValid) << load.reason;
   EXPECT_NEAR(load.force / reference, 1, 0.01);
   for (int i = 0; i < 20; ++i) {
-    const SurfaceLoad nothing = body->Fit(truth.Press({0.02, 0.02, kSide}, {0, 0, 0}, &random));
+    const SurfaceLoad nothing = Fitted(*body, truth.Press({0.02, 0.02, kSide}, {0, 0, 0}, &random));
     EXPECT_EQ(nothing.validity, Validity::kValid);
     EXPECT_EQ(nothing.force, 0);
     EXPECT_GT(nothing.sigma_force, 0);
   }
   for (std::size_t i = 3; i < points.size(); ++i) points[i].seen = false;
-  EXPECT_EQ(body->Fit(points).validity, Validity::kTrackingLost);
+  EXPECT_EQ(Fitted(*body, points).validity, Validity::kTrackingLost);
 }
 
 TEST(VolumeLoadIdentifier, FitsWithoutAllocatingOnceItKnowsThePoints) {
@@ -186,11 +194,11 @@ TEST(VolumeLoadIdentifier, FitsWithoutAllocatingOnceItKnowsThePoints) {
   auto second = truth.Press({0.012, 0.02, kSide}, {0, 0, -0.03}, &random);
   second[4].p_S.z() += 2e-3;
   second[9].seen = false;
-  EXPECT_NE(body->Fit(first).force, 0);
-  EXPECT_NE(body->Fit(second).force, 0);
+  EXPECT_NE(Fitted(*body, first).force, 0);
+  EXPECT_NE(Fitted(*body, second).force, 0);
   const long before = AllocationCount();
-  EXPECT_NE(body->Fit(first).force, 0);
-  EXPECT_NE(body->Fit(second).force, 0);
+  EXPECT_NE(Fitted(*body, first).force, 0);
+  EXPECT_NE(Fitted(*body, second).force, 0);
   EXPECT_TRUE(body->PressAt({0.02, 0.02, kSide}, 1e-3).force > 0);
   EXPECT_EQ(AllocationCount(), before);
 }
@@ -201,8 +209,8 @@ TEST(VolumeLoadIdentifier, ADoubtOfTheModelFlagsTheForce) {
     const Scene scene = CubeScene(kind, 6, 0.495);
     PressedCube truth(scene);
     std::mt19937 random(7);
-    const SurfaceLoad load =
-        MakeLoadIdentifier(scene)->Fit(truth.Press({0.02, 0.02, kSide}, {0, 0, -0.05}, &random));
+    const SurfaceLoad load = Fitted(*MakeLoadIdentifier(scene),
+                                    truth.Press({0.02, 0.02, kSide}, {0, 0, -0.05}, &random));
     EXPECT_EQ(load.validity, Validity::kExtrapolated) << kind;
     EXPECT_THAT(std::string(load.reason), testing::HasSubstr("lock")) << kind;
   }
@@ -221,7 +229,7 @@ TEST(VolumeLoadIdentifier, AValidForceOfADeepPressIsWithinItsSigmas) {
     for (const double force : {-0.2, -0.3, -0.4, -0.5, -0.6}) {
       if (kind == kNeoHookean && force < -0.3) continue;  // the cube collapses under 0.6 N
       const auto points = truth.Press({0.02, 0.02, kSide}, {0, 0, force}, &random);
-      const SurfaceLoad load = identifier->Fit(points);
+      const SurfaceLoad load = Fitted(*identifier, points);
       if (load.validity != Validity::kValid) continue;
       ++valid;
       EXPECT_LT(std::abs(load.force - force), 3.5 * load.sigma_force)
