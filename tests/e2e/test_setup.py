@@ -127,7 +127,8 @@ class Mistakes(SetupTest):
         secret.write_text("token: hunter2-AAAA-BBBB\n1,2\n")
         outline = "object: {geometry: {contour: '%s', thickness: 9 mm}}"
         for key in ("5 object.", "object.", ""):
-            self.assert_mistake(f'? "{key}{"a" * 100_000}"\n: 1\n')
+            for value in ("", ": 1\n"):
+                self.assert_mistake(f'? "{key}{"a" * 100_000}"\n{value}')
         self.assert_mistake(outline % ("a" * 100_000))
         answers = []
         for name in (secret, self.out / "none.txt", "/root", "/nothere", "../../etc/passwd"):
@@ -197,11 +198,11 @@ class Mistakes(SetupTest):
     def test_the_operators_master_connects_to_a_slave_without_a_scene(self):
         slave = self.start()
         master = operate(slave.address, "--view", "127.0.0.1:0", stdout=subprocess.PIPE)
+        self.addCleanup(master.stdout.close)
         self.addCleanup(master.wait)
         self.addCleanup(master.terminate)
         lines = iter(master.stdout.readline, b"")
         self.assertTrue(any(b"view at" in line for line in lines), "it ended")
-        master.stdout.close()
 
 
 class Rounds(SetupTest):
@@ -241,8 +242,8 @@ class Rounds(SetupTest):
         operator = Operator(self.stub, former)
         time.sleep(1)
         operator.leave()
-        self.assertIn(Phase.PHASE_CLUTCHED, operator.phases)
-        self.assertNotIn(Phase.PHASE_FOLLOWING, operator.phases)
+        self.assertIn(Phase.PHASE_CLUTCHED, set(operator.phases))
+        self.assertNotIn(Phase.PHASE_FOLLOWING, set(operator.phases))
         time.sleep(0.1)
         operator = Operator(self.stub, present)
         follows = operator.follows(PATIENCE)
