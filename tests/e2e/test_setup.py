@@ -271,7 +271,7 @@ class Rounds(SetupTest):
         self.scene()
         self.assertTrue(wait_until(lambda: self.status().phase == Phase.PHASE_ESTOP), "the stop is lost")
         self.assertTrue((self.out / "state/emergency-stop").exists())
-        self.stub.Reset(messages.ResetRequest(), timeout=PATIENCE, wait_for_ready=True)
+        self.stub.Reset(messages.ResetRequest(stops=self.status().stops), timeout=PATIENCE, wait_for_ready=True)
         self.assertNotEqual(self.status().phase, Phase.PHASE_ESTOP)
         return "stopped and reset"
 
