@@ -33,7 +33,7 @@ class ChangeUnderWay::Listener final : public Progress {
     const std::lock_guard lock(change_.mutex_);
     change_.making_->set_stage(stage.data(), stage.size());
     change_.making_->set_done(done);
-    return !context_.IsCancelled();
+    return !stop_.stop_requested();
   }
   [[nodiscard]] std::stop_token stop() const override { return stop_.get_token(); }
 

@@ -1,6 +1,5 @@
 """A slave that is set up by calls: its live camera, and proposals of the block that the images show."""
 import itertools
-import os
 import pathlib
 import re
 import resource

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Sends calls of the set-up that nobody meant to send to a live `serve --setup`, and to the page of a master: random keys, sizes,
 names, images and bodies, and calls that are cancelled. Exit code 1: a program ended, took more than 200 MB, left a file that a set-up
 does not have, or did not recover.

@@ -50,21 +50,6 @@ TEST(Elastostatics2d, ARingIsRightUpToNuOneHalf) {
   EXPECT_GE(beyond, 3);
 }
 
-// --- Kirsch's hole, on a finite square with the exact tractions of the infinite plate
-
-Matrix2d KirschStress(const Vector2d& p, double a, double s) {
-  const double r2 = p.squaredNorm();
-  const double th = std::atan2(p.y(), p.x());
-  const double q = a * a / r2;
-  const double rr = s / 2 * (1 - q) + s / 2 * (1 - 4 * q + 3 * q * q) * std::cos(2 * th);
-  const double tt = s / 2 * (1 + q) - s / 2 * (1 + 3 * q * q) * std::cos(2 * th);
-  const double rt = -s / 2 * (1 + 2 * q - 3 * q * q) * std::sin(2 * th);
-  const Vector2d er(std::cos(th), std::sin(th));
-  const Vector2d et(-er.y(), er.x());
-  return rr * er * er.transpose() + tt * et * et.transpose() +
-         rt * (er * et.transpose() + et * er.transpose());
-}
-
 // --- the matrices themselves
 
 // Reference: the 2-norm condition of the mixed problem, 60 elements on a square of side 0.5; the

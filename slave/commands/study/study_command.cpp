@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/scene_remarks.h"
