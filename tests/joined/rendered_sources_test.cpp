@@ -40,7 +40,7 @@ class RenderedForce {
   void Add(const Eigen::Vector3d& p_S_tip, const Eigen::Vector3d& velocity) {
     const double sensed = kPeriod * ++images_;
     sense_->Process();
-    const ContactEstimate& estimate = sense_->Estimate({p_S_tip, 0});
+    const ContactEstimate& estimate = sense_->Estimate({p_S_tip, std::nullopt});
     const Time now =
         start_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(sensed));
     static_cast<void>(publisher_.Get(now));  // a request keeps the patch up to date

@@ -18,7 +18,7 @@ class EncoderRegistrationTest : public testing::Test {
     const auto tip = [](int i) { return Vector3d(0, -kStep * i, 0); };
     const Vector3d noise(noise_(random_), noise_(random_), noise_(random_));
     const Vector3d p_S_seen = Vector3d(2e-3, 1e-3, 0) + tip(image - late) + noise + error;
-    registration_.Update(p_S_seen, {1.04 * tip(image), kLag, true}, kSigma);
+    registration_.Update(p_S_seen, {1.04 * tip(image), kLag}, kSigma);
   }
   EncoderRegistration registration_;
 
