@@ -249,7 +249,7 @@ TEST_F(SetupSessionTest, AGoodSceneIsCheckedSavedUsedAndGivesTheForcesOfTheSaved
   double peak = 0, true_peak = 0;
   while (saved.Acquire({})) {
     saved.Process();
-    const ContactEstimate& estimate = saved.Estimate({1, 1, 0});
+    const ContactEstimate& estimate = saved.Estimate({});
     ASSERT_TRUE(estimate.force) << estimate.sample;
     EXPECT_EQ(estimate.validity, Validity::kValid) << estimate.sample << ": " << estimate.reason;
     if (force.contains(estimate.sample)) {
