@@ -133,7 +133,7 @@ class Fuzzer:
     def call(self, name, call, request):
         timeout = self.random.choice([0.02, 0.2, 1, 60, 60, 60])
         try:
-            call(request, timeout=timeout)
+            call(request, timeout=timeout, wait_for_ready=True)
             self.counts[f"{name} OK"] += 1
         except grpc.RpcError as error:
             self.counts[f"{name} {error.code().name}"] += 1
