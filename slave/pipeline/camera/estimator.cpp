@@ -235,7 +235,6 @@ std::optional<Estimator::CompensatedTip> Estimator::TipByIndentation() const noe
 
 void Estimator::CompareWithEncoders(const CompensatedTip& tip,
                                     const std::optional<EncoderReading>& encoder) noexcept {
-  if (!encoder) return agreement_.Skip();
   const Eigen::Vector2d& p_I = observation_.tip.p_I;
   ManipulatorAgreement::Sight sight;
   sight.at = estimate_.sensed_at;
@@ -249,7 +248,11 @@ void Estimator::CompareWithEncoders(const CompensatedTip& tip,
     sight.p_S_on_object = view_.ToSlave(object.motion.Back(p_I));
     sight.object_sigma = object.sigma_px * view_.pixel();
   }
-  agreement_.Update(sight, *encoder);
+  if (encoder) {
+    agreement_.Update(sight, *encoder);
+  } else {
+    agreement_.Skip(sight);
+  }
 }
 
 std::optional<EncoderInnovation> Estimator::Innovation() const noexcept {

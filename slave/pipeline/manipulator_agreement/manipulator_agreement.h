@@ -43,13 +43,14 @@ class ManipulatorAgreement {
     evidence_ = std::clamp(evidence_, -kSure, kSure);
     if (evidence_ >= kSure) object_moves_ = true;
     if (evidence_ <= -kSure) object_moves_ = false;
-    motion_ = {};
-    if (object_moves_) motion_.offset = sight.p_S_seen - sight.p_S_on_object;
-    trend_.Add(sight.at, motion_.offset, sight.object_sigma);
-    motion_.velocity = trend_.velocity();
-    motion_.velocity_error = trend_.error();
+    FollowObject(sight);
   }
-  // No encoder reading belongs to this image.
+  // No encoder reading belongs to this image: what moves is as decided before.
+  void Skip(const Sight& sight) noexcept {
+    has_reading_ = false;
+    if (sight.object_known) FollowObject(sight);
+  }
+  // The tip is lost in this image.
   void Skip() noexcept { has_reading_ = false; }
 
   [[nodiscard]] bool has_reading() const { return has_reading_; }
@@ -85,6 +86,14 @@ class ManipulatorAgreement {
 
   // Deviation that is noise of the image alone [sigma]. [tuned: late]
   static constexpr double kNoiseSigmas = 2;
+
+  void FollowObject(const Sight& sight) noexcept {
+    motion_ = {};
+    if (object_moves_) motion_.offset = sight.p_S_seen - sight.p_S_on_object;
+    trend_.Add(sight.at, motion_.offset, sight.object_sigma);
+    motion_.velocity = trend_.velocity();
+    motion_.velocity_error = trend_.error();
+  }
 
   EncoderRegistration if_object_moves_, if_camera_moves_;
   double sigma_ = 0;     // of the last image's tip [m]
