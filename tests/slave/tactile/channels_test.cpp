@@ -172,8 +172,9 @@ TEST(ChannelSignalsTest, TheOppositeSideOfContactsIsNoContact) {
   EXPECT_TRUE(signals.is_opposite() && !signals.is_beyond());
   signals.Update(Pair(11, 11));
   EXPECT_TRUE(signals.is_beyond() && !signals.is_opposite());
-  signals.Update(Pair(9, 5));
-  EXPECT_EQ(signals.fault(), "the channels do not match each other");
+  ChannelSignals others(PairPattern());
+  others.Update(Pair(9, 5));
+  EXPECT_EQ(others.fault(), "the channels do not match each other");
 }
 
 // Two channels at x = 1 and 3 cm, the second of which changes three times as much, downwards.
