@@ -8,6 +8,7 @@ namespace palpate {
 namespace {
 
 constexpr double kLocks = 0.49;
+constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
 
 // Nodes around which the body is no half-space of its own modulus on the scale of a widened disc
 // (SurfaceFootprints): fixed ones, and those less than a few edges from a region.
@@ -55,6 +56,11 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
                .contact = options.contact,
                .poisson_ratio = poisson_ratio}),
       locks_(options.element == FemOptions::Element::kTet4 && poisson_ratio >= kLocks),
+      // Bending alone counts where the pressure is the elements' own.
+      strain_(columns_.stiffness().elements,
+              columns_.stiffness().has_pressure() ? HeldNodes{} : held,
+              columns_.stiffness().has_pressure() ? 0.0 : poisson_ratio),
+      bending_(columns_.node_of_place().size()),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   Describe(options, poisson_ratio, mesh.tets.size());
@@ -101,7 +107,7 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
 }
 
 void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
-  if (!columns_.body_bends()) return;
+  if (!strain_.body_bends()) return;
   for (std::size_t k = 0; k < responses.size(); ++k) {
     ContactResponse& response = responses[k];
     if (response.validity != Validity::kValid) continue;
@@ -111,19 +117,40 @@ void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
   }
 }
 
-// The mean over the contact's places and over the axes, by the work that the force does along each.
+// The mean over the axes by the work that the force does along each.
 double FemGreenModel::Softness(const ContactSlot& slot, const Eigen::Vector3d& force) {
+  const Bending& bending = BendingOf(slot.footprint);
   const double largest = force.cwiseAbs().maxCoeff();
   if (!(largest > 0)) return 0;
-  Eigen::Array3d softness = Eigen::Array3d::Zero(), compliance = softness;
-  for (const auto& [place, weight] : slot.footprint.places) {
-    const double* column = weight > 0 ? columns_.Column(place) : nullptr;
-    if (column == nullptr) continue;
-    softness += weight * columns_.Softness(place).array();
-    for (int c = 0; c < 3; ++c) compliance[c] += weight * column[9 * place + 4 * c];
+  const Eigen::Array3d squared = (force / largest).array().square();
+  const Eigen::Array3d work = squared * bending.compliance.array();
+  return work.sum() > 0 ? (work * bending.softness.array()).sum() / work.sum() : 0;
+}
+
+const FemGreenModel::Bending& FemGreenModel::BendingOf(const ContactFootprint& footprint) {
+  Bending& bending = bending_[Index(footprint.places.front().place)];
+  if (!bending.known) LearnBending(footprint, &bending);
+  return bending;
+}
+
+void FemGreenModel::LearnBending(const ContactFootprint& footprint, Bending* bending) {
+  std::vector<int> places, nodes;
+  for (const auto& touched : footprint.places) {
+    places.push_back(touched.place);
+    nodes.push_back(columns_.node_of_place()[Index(touched.place)]);
   }
-  const Eigen::Array3d work = (force / largest).array().square() * compliance;
-  return work.sum() > 0 ? (work * softness).sum() / work.sum() : 0;
+  std::array<std::vector<Eigen::Vector3d>, 3> along;
+  columns_.SolveAxes(places, &along);
+  for (int c = 0; c < 3; ++c) {
+    std::vector<Eigen::Vector3d>& u = along[Index(c)];
+    for (const int node : nodes) {
+      bending->compliance[c] += u[Index(node)][c] / static_cast<double>(nodes.size());
+    }
+    if (!(bending->compliance[c] > 0)) continue;  // held
+    for (auto& moved : u) moved *= kSmall / bending->compliance[c];
+    bending->softness[c] = strain_.Softness(u, nodes);
+  }
+  bending->known = true;
 }
 
 void FemGreenModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
@@ -151,6 +178,7 @@ void FemGreenModel::Prefetch(std::span<const Contact> contacts) {
     if (!contact.p_O.allFinite() || !(contact.width >= 0)) continue;
     if (!places_.Find(contact, &footprint).empty()) continue;
     for (const auto& touched : footprint.places) wanted.push_back(touched.place);
+    if (!footprint.places.empty() && strain_.body_bends()) BendingOf(footprint);
   }
   columns_.Prefetch(wanted, nullptr);
 }

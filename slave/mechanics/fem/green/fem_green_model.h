@@ -23,9 +23,10 @@ namespace palpate {
 
 // Four-node tetrahedra lock as nu approaches 0.5: from 0.49 on their results are kExtrapolated.
 // Ten-node ones have a pressure unknown from there on, and take nu up to 0.5. Results are also
-// kExtrapolated where a part bends too far for the elements (mesh_resolution.h), as each place's
-// columns tell. See SurfaceNodePlaces and ComplianceSolver. Pass `element` with p_O where time
-// matters: without it a walk over the surface finds a changed position.
+// kExtrapolated where a part bends too far for the elements (mesh_resolution.h; the first contact
+// there decides, by three more sparse solutions; bulky bodies need none). See SurfaceNodePlaces and
+// ComplianceSolver. Pass `element` with p_O where time matters: without it a walk over the surface
+// finds a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
@@ -41,7 +42,7 @@ class FemGreenModel final : public DeformationModel {
   FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                 double poisson_ratio, const Options& options, Progress* progress = nullptr);
 
-  // The columns of their places.
+  // The columns of their places, and how these bend.
   void Prefetch(std::span<const Contact> contacts) override;
   [[nodiscard]] std::string_view failure() const override {
     return failure_.empty() ? solver_.failure() : failure_;
@@ -61,11 +62,21 @@ class FemGreenModel final : public DeformationModel {
   void CheckBending(std::span<ContactResponse> responses);
   [[nodiscard]] double Softness(const ContactSlot& slot, const Eigen::Vector3d& force);
 
+  // Under a unit force along each axis, at a place and what was first touched with it.
+  struct Bending {
+    bool known = false;
+    Eigen::Vector3d softness{0, 0, 0}, compliance{0, 0, 0};
+  };
+  const Bending& BendingOf(const ContactFootprint& footprint);
+  void LearnBending(const ContactFootprint& footprint, Bending* bending);
+
   SurfaceMesh surface_;
   GreenColumns columns_;
   SurfaceNodePlaces places_;
   ComplianceSolver solver_;
   bool locks_ = false;
+  StrainResolution strain_;
+  std::vector<Bending> bending_;  // per place
   double displacement_unit_ = 0;  // of a unit force in newtons: 1 / (E length unit) [m/N]
 };
 

@@ -19,12 +19,11 @@ PrecomputeCost ExpectedCost(int order) {
 }
 
 void SolveGroup(const GreenGroups& layout, int group, int order, RestFactor* factor,
-                StrainResolution* strain, std::span<double> values) {
+                std::span<double> values) {
   Eigen::MatrixXd columns(order, GreenGroups::kColumns);
   layout.SetLoads(group, columns);
   factor->Solve(columns);
   layout.TakeSurface(group, columns, values);
-  layout.TakeSoftness(group, columns, strain, values);
 }
 
 }  // namespace
@@ -33,7 +32,6 @@ GreenColumns::GreenColumns(RestStiffness stiffness, std::size_t memory_limit,
                            const std::filesystem::path& cache, Progress* progress)
     : stiffness_(std::move(stiffness)),
       layout_(stiffness_),
-      strain_(ResolutionOf(stiffness_)),
       memory_limit_(memory_limit),
       groups_(Index(layout_.groups())),
       column_of_place_(Index(layout_.places()), nullptr) {
@@ -79,14 +77,8 @@ const double* GreenColumns::Compute(int place) {
 }
 
 void GreenColumns::ComputeGroup(int group, std::span<double> values) {
-  SolveGroup(layout_, group, order(), &Factor(), &strain_, values);
+  SolveGroup(layout_, group, order(), &Factor(), values);
   ++groups_computed_;
-}
-
-Vector3d GreenColumns::Softness(int place) const {
-  const int group = place / GreenGroups::kGroup;
-  const double* values = groups_[Index(group)].get() + layout_.softness_at(group);
-  return Eigen::Map<const Vector3d>(values + std::ptrdiff_t{3} * (place - layout_.first(group)));
 }
 
 bool GreenColumns::Prefetch(std::span<const int> places, Progress* progress) {
@@ -110,11 +102,29 @@ void GreenColumns::Solve(std::span<const int> places, std::span<const Vector3d> 
     }
   }
   Factor().Solve(x);
-  displacement->assign(stiffness_.row.size(), Vector3d::Zero());
-  for (std::size_t n = 0; n < displacement->size(); ++n) {
+  Spread(x, displacement);
+}
+
+void GreenColumns::SolveAxes(std::span<const int> places,
+                             std::array<std::vector<Vector3d>, 3>* displacement) {
+  Eigen::MatrixX3d x = Eigen::MatrixX3d::Zero(order(), 3);
+  for (const int place : places) {
+    for (int c = 0; c < 3; ++c) {
+      const int row = layout_.RowOf(place, c);
+      if (row >= 0) x(row, c) += 1 / static_cast<double>(places.size());
+    }
+  }
+  Factor().Solve(x);
+  for (int c = 0; c < 3; ++c) Spread(x.col(c), &(*displacement)[Index(c)]);
+}
+
+void GreenColumns::Spread(const Eigen::Ref<const Eigen::VectorXd>& x,
+                          std::vector<Vector3d>* u) const {
+  u->assign(stiffness_.row.size(), Vector3d::Zero());
+  for (std::size_t n = 0; n < u->size(); ++n) {
     for (int c = 0; c < 3; ++c) {
       const int row = stiffness_.row[n][Index(c)];
-      if (row >= 0) (*displacement)[n][c] = x[row];
+      if (row >= 0) (*u)[n][c] = x[row];
     }
   }
 }
@@ -137,12 +147,11 @@ CacheFilling FillColumnCache(const RestStiffness& stiffness, const std::filesyst
   if (progress != nullptr) progress->Expect(ExpectedCost(order));
   ReportProgress(progress, "factorising stiffness", 0);
   RestFactor factor(stiffness);
-  StrainResolution strain = ResolutionOf(stiffness);
   for (const int group : missing) {
     ReportProgress(progress, "Green's functions",
                    static_cast<double>(filling.computed) / static_cast<double>(missing.size()));
     values.resize(layout.values(group));
-    SolveGroup(layout, group, order, &factor, &strain, values);
+    SolveGroup(layout, group, order, &factor, values);
     kept.Keep(group, values);
     ++filling.computed;
   }

@@ -4,6 +4,7 @@
 // Source: James and Pai (2003), sec. 4 (Green's functions from any linear code).
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -39,11 +40,6 @@ class GreenColumns final : public Compliance {
   [[nodiscard]] bool IsReady(int place) const {
     return column_of_place_[static_cast<std::size_t>(place)] != nullptr;
   }
-  // Of a place whose column is ready: how much softer the body would be on a finer mesh, under a
-  // force along each axis there.
-  [[nodiscard]] Eigen::Vector3d Softness(int place) const;
-  // False: it is 0 everywhere.
-  [[nodiscard]] bool body_bends() const { return strain_.body_bends(); }
   [[nodiscard]] double length_unit() const override { return stiffness_.length_unit; }
   [[nodiscard]] std::size_t memory_bytes() const override;
 
@@ -55,6 +51,9 @@ class GreenColumns final : public Compliance {
   // nondimensional.
   void Solve(std::span<const int> places, std::span<const Eigen::Vector3d> forces,
              std::vector<Eigen::Vector3d>* displacement);
+  // The same by a unit force along each axis, of which each of `places` has the same part.
+  void SolveAxes(std::span<const int> places,
+                 std::array<std::vector<Eigen::Vector3d>, 3>* displacement);
 
   [[nodiscard]] const RestStiffness& stiffness() const { return stiffness_; }
   [[nodiscard]] const std::vector<int>& node_of_place() const { return layout_.node_of_place(); }
@@ -68,10 +67,11 @@ class GreenColumns final : public Compliance {
   const double* Compute(int place);
   void ComputeGroup(int group, std::span<double> values);
   RestFactor& Factor();
+  // The displacement of every node, as far as it is free, from a solution's rows.
+  void Spread(const Eigen::Ref<const Eigen::VectorXd>& x, std::vector<Eigen::Vector3d>* u) const;
 
   RestStiffness stiffness_;
   GreenGroups layout_;
-  StrainResolution strain_;
   std::size_t memory_limit_;
   ColumnCache cache_;
   std::optional<RestFactor> factor_;

@@ -12,8 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kVersion = 4;  // of what is kept on disk
-constexpr double kSmall = 1e-9;      // displacement at which strains are judged, of the larger side
+constexpr std::size_t kVersion = 3;  // of what is kept on disk
 
 // Position along Morton's curve through the bounding box, 20 bits a side.
 std::uint64_t CurvePosition(const Vector3d& p, const Vector3d& low, double side) {
@@ -43,13 +42,6 @@ std::vector<int> NodesAlongCurve(const SurfaceMesh& surface) {
 }
 
 }  // namespace
-
-// Bending alone counts where the pressure is the elements' own.
-StrainResolution ResolutionOf(const RestStiffness& stiffness) {
-  const bool pressure = stiffness.has_pressure();
-  return {stiffness.elements, pressure ? HeldNodes{} : stiffness.held,
-          pressure ? 0.0 : stiffness.poisson_ratio};
-}
 
 GreenGroups::GreenGroups(const RestStiffness& stiffness)
     : stiffness_(stiffness),
@@ -82,25 +74,6 @@ void GreenGroups::TakeSurface(int group, const Eigen::Ref<const Eigen::MatrixXd>
         column[9 * p + r] = at < 0 || held ? 0 : columns(at, j);
       }
     }
-  }
-}
-
-void GreenGroups::TakeSoftness(int group, const Eigen::Ref<const Eigen::MatrixXd>& columns,
-                               StrainResolution* strain, std::span<double> values) const {
-  const std::span softness = values.subspan(softness_at(group));
-  std::ranges::fill(softness, 0.0);
-  if (!strain->body_bends()) return;
-  std::vector<Vector3d> u(stiffness_.row.size());
-  for (int j = 0; j < 3 * count(group); ++j) {
-    const int place = first(group) + j / 3, loaded = RowOf(place, j % 3);
-    if (loaded < 0 || !(columns(loaded, j) > 0)) continue;  // held
-    for (std::size_t n = 0; n < u.size(); ++n) {
-      for (int c = 0; c < 3; ++c) {
-        const int row = stiffness_.row[n][Index(c)];
-        u[n][c] = row < 0 ? 0 : kSmall / columns(loaded, j) * columns(row, j);
-      }
-    }
-    softness[Index(j)] = strain->Softness(u, {&node_of_place_[Index(place)], 1});
   }
 }
 

@@ -12,17 +12,12 @@
 
 #include "slave/mechanics/fem/green/column_cache.h"
 #include "slave/mechanics/fem/green/rest_stiffness.h"
-#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 
-// Whether the elements follow how the body bends.
-StrainResolution ResolutionOf(const RestStiffness& stiffness);
-
 // Places are the surface nodes, of ten-node elements the middles too, in the order of a
 // space-filling curve: neighbours have near numbers. A group's values are those of its places one
-// after the other, each as in Compliance::Column; then for each place its softness under a force
-// along each axis (StrainResolution), 0 where the place is held or the body does not bend.
+// after the other, each as in Compliance::Column.
 class GreenGroups {
  public:
   static constexpr int kGroup = 8;             // places
@@ -38,10 +33,6 @@ class GreenGroups {
   // Numbers of one place.
   [[nodiscard]] std::size_t per_place() const { return 9 * node_of_place_.size(); }
   [[nodiscard]] std::size_t values(int group) const {
-    return (per_place() + 3) * static_cast<std::size_t>(count(group));
-  }
-  // Where the softness of a group's first place stands among its values.
-  [[nodiscard]] std::size_t softness_at(int group) const {
     return per_place() * static_cast<std::size_t>(count(group));
   }
   // The row of the stiffness; -1: fixed.
@@ -52,8 +43,6 @@ class GreenGroups {
   // The group's values from the solutions for these loads.
   void TakeSurface(int group, const Eigen::Ref<const Eigen::MatrixXd>& columns,
                    std::span<double> values) const;
-  void TakeSoftness(int group, const Eigen::Ref<const Eigen::MatrixXd>& columns,
-                    StrainResolution* strain, std::span<double> values) const;
 
   [[nodiscard]] ColumnCache Cache(const std::filesystem::path& folder) const {
     return {folder, hash_};

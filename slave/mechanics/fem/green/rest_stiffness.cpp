@@ -105,8 +105,6 @@ RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, doubl
   RequirePoissonRatio(nu, element);
   RequireTets(mesh, held);
   RestStiffness stiffness;
-  stiffness.held = held;
-  stiffness.poisson_ratio = nu;
   stiffness.length_unit = LargerSide(mesh.nodes);
   stiffness.elements =
       MakeTetMesh(mesh, element == Element::kTet10 ? 10 : 4, stiffness.length_unit);

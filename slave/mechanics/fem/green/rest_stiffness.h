@@ -30,10 +30,8 @@ struct RestStiffness {
   // (ElasticBody::kLeastCompressibility); empty without pressure.
   Eigen::SparseMatrix<double> regularised;
   std::vector<std::array<int, 3>> row;  // per node and component; -1: fixed, or in no tetrahedron
-  HeldNodes held;                       // per node of the mesh
-  double poisson_ratio = 0;
-  double length_unit = 0;    // larger side of the bounding box [m]
-  std::uint64_t inputs = 0;  // hash of all that it was assembled from
+  double length_unit = 0;               // larger side of the bounding box [m]
+  std::uint64_t inputs = 0;             // hash of all that it was assembled from
 
   [[nodiscard]] bool has_pressure() const { return regularised.rows() > 0; }
 };
