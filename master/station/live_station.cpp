@@ -115,7 +115,7 @@ struct LiveStation::Parts {
   NoticeBoard board;
   TickDigest ticks;
   EventLog event_log;
-  mutable std::mutex mutex;             // guards these two
+  mutable std::mutex mutex;  // guards these two
   SessionStatus status;
   SlaveLink::Mapping waiting;
   PointerControlLock lead;  // the server's thread

@@ -63,6 +63,8 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
       bending_(columns_.node_of_place().size()),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
+  // A slender body needs the factor at each new contact, to see how it bends: not first there.
+  if (strain_.body_bends()) columns_.Factorise(progress);
   Describe(options, poisson_ratio, mesh.tets.size());
 }
 

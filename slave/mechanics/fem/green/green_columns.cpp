@@ -38,7 +38,11 @@ GreenColumns::GreenColumns(RestStiffness stiffness, std::size_t memory_limit,
   if (!cache.empty()) cache_ = layout_.Cache(cache);
   bool all_kept = cache_.enabled();
   for (int g = 0; g < layout_.groups() && all_kept; ++g) all_kept = cache_.Has(g);
-  if (all_kept) return;
+  if (!all_kept) Factorise(progress);
+}
+
+void GreenColumns::Factorise(Progress* progress) {
+  if (factor_) return;
   if (progress != nullptr) progress->Expect(ExpectedCost(order()));
   ReportProgress(progress, "factorising stiffness", 0);
   Factor();

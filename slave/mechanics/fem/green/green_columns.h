@@ -36,6 +36,8 @@ class GreenColumns final : public Compliance {
     const double* column = column_of_place_[static_cast<std::size_t>(place)];
     return column != nullptr ? column : Compute(place);
   }
+  // Makes the factor of the stiffness now; otherwise the first solution that needs it does.
+  void Factorise(Progress* progress);
   // The column is there already: asking for it costs nothing.
   [[nodiscard]] bool IsReady(int place) const {
     return column_of_place_[static_cast<std::size_t>(place)] != nullptr;

@@ -41,6 +41,7 @@ TEST(FemGreenModel, ABulkyBodyFromAFullCacheNeedsNoFactor) {
     std::iota(all.begin(), all.end(), 0);
     ASSERT_TRUE(computed.columns().Prefetch(all, nullptr));
     FemGreenModel kept = ModelOf(body, options);
+    EXPECT_EQ(kept.columns().has_factor(), !bulky) << "not first at a contact";
     const Contact pull = Move(body.mesh.nodes.back(), {1e-4, 0, 0});
     const ContactResponse expected = Answer(computed, pull), got = Answer(kept, pull);
     EXPECT_EQ(got.force_O, expected.force_O);
