@@ -74,6 +74,8 @@ class SessionRecording {
 
   void Finish() { recording_.Finish(); }
   [[nodiscard]] Recording::Stats stats() const { return recording_.stats(); }
+  // The file that is written, see UnusedFile.
+  [[nodiscard]] const std::filesystem::path& file() const { return recording_.file(); }
 
  private:
   void LogChanges(const TickRecord& record);
