@@ -88,7 +88,7 @@ class SessionRecording {
   // Used by the thread of the ticks.
   TickRecord last_;
   Time hand_written_{};
-  std::set<std::string> alarms_;  // of the last status; used by the status thread
+  std::set<std::string> alarms_;  // of the last status, without numbers; used by the status thread
   Time image_kept_{};             // used by the image thread
   // Used by the mesh thread.
   Time mesh_kept_{};
