@@ -93,8 +93,8 @@ int Main(int argc, char** argv) {
       "NATS server, nats://HOST:PORT or tls://HOST:PORT, that passes states, meshes and images on "
       "to any number of observers");
   Add(serve_command, "--record", &serve.record, "FILE",
-      "Record every sample and estimate without loss to this .mcap file; `process "
-      "FILE.mcap` recomputes the estimates");
+      "Record every sample and estimate without loss to this .mcap file, or to FILE-2.mcap, ... "
+      "if it exists; `process FILE.mcap` recomputes the estimates");
   AddShown(serve_command, "--record-limit", &serve.record_limit,
            "Total size of the recording's files at which recording ends");
   serve_command

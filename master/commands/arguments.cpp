@@ -199,7 +199,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   Add(connect, "--log", &a->log, "FILE", "Write every tick as CSV");
   Add(connect, "--record", &a->record, "FILE.mcap",
       "Record ticks, states and commands, and images and shapes twice a second, for "
-      "replay");
+      "replay; to FILE-2.mcap, ... if it exists");
   Add(connect, "--record-limit", &a->record_limit, "SIZE",
       "Total size at which the recording ends; one hour takes 0.6 GB or more")
       ->capture_default_str();

@@ -26,7 +26,7 @@ Recording::Options FileOptions(const std::filesystem::path& file, const std::str
 
 ConnectRecorder::ConnectRecorder(const std::filesystem::path& file, const std::string& limit,
                                  double part, SlaveLink::Options* link)
-    : file_(file), recording_(FileOptions(file, limit, part)) {
+    : recording_(FileOptions(file, limit, part)) {
   link->on_received = [this](const ReceivedState& state) { recording_.OnState(state); };
   link->on_sent = [this](const OperatorCommand& command) { recording_.OnCommand(command); };
 }
@@ -47,9 +47,10 @@ void ConnectRecorder::AddOnlooker(Recorder::Onlooker* onlooker) {
 RecordingMoment ConnectRecorder::moment() const {
   const Recording::Stats stats = recording_.stats();
   RecordingMoment moment{recording_.is_on(), kMegabytes * static_cast<double>(stats.bytes),
-                         stats.trouble};
+                         stats.trouble, stats.falls_behind};
   std::error_code failed;
-  const auto space = std::filesystem::space(std::filesystem::absolute(file_).parent_path(), failed);
+  const auto space =
+      std::filesystem::space(std::filesystem::absolute(file()).parent_path(), failed);
   if (!failed) moment.room = kMegabytes * static_cast<double>(space.available);
   return moment;
 }
@@ -58,7 +59,7 @@ bool ConnectRecorder::Finish(Console* console, Report* report) {
   recording_.Finish();
   const Recording::Stats stats = recording_.stats();
   console->Print(Formatted("recorded %.1f MB to ", kMegabytes * static_cast<double>(stats.bytes)) +
-                 file_.string() +
+                 file().string() +
                  (stats.parts > 1 ? Formatted(", in %d parts", stats.parts) : std::string()));
   if (!stats.trouble.empty()) report->trouble.push_back(stats.trouble);
   return !stats.failed;

@@ -24,6 +24,8 @@ class ConnectRecorder {
 
   // Starts after the connection to `target`: writes the session's settings.
   void Begin(const std::string& target, McapMap session);
+  // The file that is written, see UnusedFile.
+  [[nodiscard]] const std::filesystem::path& file() const { return recording_.file(); }
   // Records images, shapes, traces and status that the observer hands on. Must outlive it.
   [[nodiscard]] std::function<void(const google::protobuf::Message&)> on_message() {
     return [this](const auto& message) { recording_.OnObserved(message); };
@@ -38,7 +40,6 @@ class ConnectRecorder {
   bool Finish(Console* console, Report* report);
 
  private:
-  const std::filesystem::path file_;
   SessionRecording recording_;
 };
 

@@ -201,7 +201,10 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   }
   console.Print("device " + device->description() + "; rendering " + a.render);
 
-  if (recorder) recorder->Begin(a.link.target, NoteOf(a, scene, *device));
+  if (recorder) {
+    recorder->Begin(a.link.target, NoteOf(a, scene, *device));
+    console.Print("recording to " + recorder->file().string());
+  }
   line->link.Start(&line->states, &line->commands, &line->settings);
   SessionOptions options;
   options.loop = LoopOptions(a, scene, line->link.longest_round_trip());

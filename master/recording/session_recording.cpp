@@ -33,6 +33,12 @@ bool IsDue(Time now, double rate, Time* kept) {
   return true;
 }
 
+// An alarm whose numbers have changed is the same, as on the page.
+std::string WithoutNumbers(std::string alarm) {
+  std::erase_if(alarm, [](char c) { return c == '.' || (c >= '0' && c <= '9'); });
+  return alarm;
+}
+
 Eigen::Vector3d FiniteOrZero(const v1::Vec3f& message) {
   const Eigen::Vector3d v(message.x(), message.y(), message.z());
   return v.allFinite() ? v : Eigen::Vector3d::Zero();
@@ -144,10 +150,13 @@ void SessionRecording::PutMesh(Time now, const v1::MeshState& mesh) {
 
 void SessionRecording::LogAlarms(const google::protobuf::Message& status) {
   const auto& alarms = static_cast<const v1::Status&>(status).alarms();
+  std::set<std::string> present;
   for (const std::string& alarm : alarms) {
-    if (!alarms_.contains(alarm)) Log("slave: " + alarm, true);
+    const std::string kind = WithoutNumbers(alarm);
+    if (!alarms_.contains(kind)) Log("slave: " + alarm, true);
+    present.insert(kind);
   }
-  alarms_ = {alarms.begin(), alarms.end()};
+  alarms_ = std::move(present);
 }
 
 void SessionRecording::Log(const std::string& line, bool is_alarm, Time at) {

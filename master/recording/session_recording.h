@@ -74,6 +74,8 @@ class SessionRecording {
 
   void Finish() { recording_.Finish(); }
   [[nodiscard]] Recording::Stats stats() const { return recording_.stats(); }
+  // The file that is written, see UnusedFile.
+  [[nodiscard]] const std::filesystem::path& file() const { return recording_.file(); }
 
  private:
   void LogChanges(const TickRecord& record);
@@ -86,7 +88,7 @@ class SessionRecording {
   // Used by the thread of the ticks.
   TickRecord last_;
   Time hand_written_{};
-  std::set<std::string> alarms_;  // of the last status; used by the status thread
+  std::set<std::string> alarms_;  // of the last status, without numbers; used by the status thread
   Time image_kept_{};             // used by the image thread
   // Used by the mesh thread.
   Time mesh_kept_{};

@@ -137,7 +137,9 @@ class Alarms {
   void AddRecording(const RecordingMoment& recording) {
     if (!recording.trouble.empty()) {
       Note("The recording: " + recording.trouble + ".",
-           "Free disk space, or raise --record-limit at the next start.");
+           recording.falls_behind ? "Stop other programs on the master's machine, or record to a "
+                                    "faster disk. If it falls further behind, it ends."
+                                  : "Free disk space, or raise --record-limit at the next start.");
     } else if (recording.on && recording.room && *recording.room < kLittleRoom) {
       Note(Formatted("The recording: %.0f MB are left on its disk.", *recording.room),
            "Free disk space now. A full disk ends the recording, not the session.");

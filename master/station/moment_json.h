@@ -38,7 +38,8 @@ struct ReplayMoment {
 struct RecordingMoment {
   bool on = false;
   double megabytes = 0;
-  std::string trouble;              // why it ended, or which data are missing
+  std::string trouble;              // why it ended, or that it falls behind; empty: neither
+  bool falls_behind = false;        // `trouble` is that it falls behind
   std::optional<double> room = {};  // free disk space [MB]; empty: unknown
 };
 

@@ -35,18 +35,15 @@ McapSchema SchemaOf(const google::protobuf::Descriptor& message) {
 }
 
 Recording::Recording(Options options)
-    : options_(std::move(options)),
+    : options_([&] {
+        options.file = UnusedFile(options.file);
+        return std::move(options);
+      }()),
       identity_(std::to_string(Nanoseconds(Clock::now()))),
       writer_(BeginPart(1)) {}
 
 std::unique_ptr<McapWriter> Recording::BeginPart(int number) const {
   const bool is_whole = options_.part <= 0;
-  if (!is_whole && number == 1 && std::filesystem::exists(options_.file)) {
-    throw std::runtime_error(
-        options_.file.string() +
-        ": exists already and would be mistaken for the parts of the recording: move "
-        "it, or record to another name");
-  }
   auto writer = std::make_unique<McapWriter>(
       is_whole ? options_.file : PartFile(options_.file, number),
       McapWriter::Options{
@@ -117,12 +114,17 @@ void Recording::Put(std::uint16_t channel, Time at, std::size_t size,
 void Recording::Put(Waiting waiting) {
   const std::lock_guard lock(mutex_);
   if (is_closed_) return;
-  if (waiting_ + waiting.size > options_.most_waiting) {
-    ++stats_.dropped;
-    return;
-  }
   if (!thread_.joinable()) {
     thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+  }
+  if (waiting_ + waiting.size > options_.most_waiting) {
+    is_closed_ = true;  // what waits is still written
+    stats_.failed = true;
+    stats_.trouble = options_.file.string() +
+                     ": the recording has ended: the disk or the processor is too slow, and " +
+                     Formatted("%.4g MB", 1e-6 * static_cast<double>(options_.most_waiting)) +
+                     " wait to be written";
+    return;
   }
   // By the clock, whatever the stamps say.
   const Time now = Clock::now();
@@ -131,52 +133,83 @@ void Recording::Put(Waiting waiting) {
     ++stats_.parts;
   }
   waiting.part = stats_.parts;
+  waiting.queued_at = now;
+  if (!oldest_unwritten_) oldest_unwritten_ = waiting.queued_at;
   waiting_ += waiting.size + kItself;
   queue_.push_back(std::move(waiting));
 }
 
 void Recording::Run(const std::stop_token& stop) {
   constexpr auto kNap = std::chrono::milliseconds(50);
-  Time flushed = Clock::now();
   std::deque<Waiting> batch;
-  while (!stop.stop_requested()) {
+  for (bool is_last = false; !is_last && !stop.stop_requested();) {
     {
       std::unique_lock lock(mutex_);
       changed_.wait_until(lock, stop, std::chrono::steady_clock::now() + kNap,
                           [] { return false; });
       batch.swap(queue_);
+      is_last = is_closed_;
     }
-    Drain(&batch);
-    if (SecondsBetween(flushed, Clock::now()) >= kFlushEvery) {
-      writer_->Flush();
-      flushed = Clock::now();
-    }
-    CheckLoss();
-    CheckEnd();
+    WriteBatch(&batch, is_last);
   }
 }
 
+void Recording::WriteBatch(std::deque<Waiting>* batch, bool is_last) {
+  try {
+    Drain(batch);
+    FlushWhenDue(*batch);
+    if (is_last) writer_->Close();
+  } catch (const std::exception& error) {
+    broken_ = options_.file.string() + ": the recording has ended: " + error.what();
+    batch->clear();
+    if (!is_last) return WriteBatch(batch, true);
+  }
+  CheckEnd();
+}
+
 void Recording::Drain(std::deque<Waiting>* batch) {
-  for (; !batch->empty(); batch->pop_front()) {
+  while (!batch->empty()) {
     Waiting& next = batch->front();
     if (next.part != written_part_) GoOnIn(next.part, next.at);
     if (next.is_standing) standing_[next.channel] = next.bytes;
     if (next.make && !writer_->ended()) next.bytes = next.make();
     writer_->Write(next.channel, Nanoseconds(next.at), next.bytes);
-    const std::lock_guard lock(mutex_);
-    waiting_ -= next.size + kItself;
+    {
+      const std::lock_guard lock(mutex_);
+      waiting_ -= next.size + kItself;
+    }
+    batch->pop_front();
+    FlushWhenDue(*batch);
   }
 }
 
-void Recording::CheckLoss() {
+void Recording::FlushWhenDue(const std::deque<Waiting>& batch) {
+  if (SecondsBetween(flushed_at_, Clock::now()) < kFlushEvery) return;
+  std::string behind;
   {
     const std::lock_guard lock(mutex_);
-    if (is_loss_reported_ || stats_.dropped == 0) return;
-    is_loss_reported_ = true;
+    behind = TextIfBehind();
   }
-  if (!options_.tell) return;
-  options_.tell(options_.file.string() +
-                ": the disk is too slow: messages are missing in the recording from now on");
+  if (!behind.empty() && !std::exchange(is_lag_reported_, true) && options_.tell) {
+    options_.tell(behind);
+  }
+  writer_->Flush();
+  flushed_at_ = Clock::now();
+  const std::lock_guard lock(mutex_);
+  oldest_unwritten_.reset();
+  if (!batch.empty()) {
+    oldest_unwritten_ = batch.front().queued_at;
+  } else if (!queue_.empty()) {
+    oldest_unwritten_ = queue_.front().queued_at;
+  }
+}
+
+std::string Recording::TextIfBehind() const {
+  if (!oldest_unwritten_) return {};
+  const double age = SecondsBetween(*oldest_unwritten_, Clock::now());
+  if (age <= kMostBehind) return {};
+  return options_.file.string() +
+         Formatted(": the recording falls behind: the last %.0f s are not yet written", age);
 }
 
 void Recording::CheckEnd() {
@@ -185,12 +218,15 @@ void Recording::CheckEnd() {
     const std::lock_guard lock(mutex_);
     stats_.bytes = bytes_before_ + writer_->bytes();
     stats_.messages = messages_before_ + writer_->messages();
-    stats_.failed = writer_->failed() || !broken_.empty();
     const std::string& trouble = broken_.empty() ? writer_->trouble() : broken_;
-    if (is_reported_ || trouble.empty()) return;
-    is_reported_ = is_closed_ = true;
-    news = stats_.trouble = trouble;
-    queue_.clear();
+    if (stats_.trouble.empty()) stats_.trouble = trouble;
+    if (writer_->failed() || !broken_.empty()) stats_.failed = true;
+    if (writer_->ended()) oldest_unwritten_.reset();
+    if (stats_.trouble.empty()) return;
+    is_closed_ = true;
+    if (!trouble.empty()) queue_.clear();  // nothing can be written any more
+    if (std::exchange(is_reported_, true)) return;
+    news = stats_.trouble;
   }
   if (options_.tell) options_.tell(news);
 }
@@ -202,11 +238,7 @@ void Recording::Finish() {
   }
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
-  Drain(&queue_);  // nobody else is left
-  const std::uint64_t dropped = stats().dropped;
-  if (dropped > 0) writer_->Note("dropped", {{"messages", std::to_string(dropped)}});
-  writer_->Close();
-  CheckEnd();
+  WriteBatch(&queue_, true);  // no other thread is left
 }
 
 int Recording::part() const {
@@ -217,9 +249,9 @@ int Recording::part() const {
 Recording::Stats Recording::stats() const {
   const std::lock_guard lock(mutex_);
   Stats stats = stats_;
-  if (stats.trouble.empty() && stats.dropped > 0) {
-    stats.trouble = options_.file.string() + ": " + std::to_string(stats.dropped) +
-                    " messages are missing: the disk was too slow";
+  if (stats.trouble.empty()) {
+    stats.trouble = TextIfBehind();
+    stats.falls_behind = !stats.trouble.empty();
   }
   return stats;
 }
@@ -274,6 +306,20 @@ std::vector<std::filesystem::path> PartsOf(const std::filesystem::path& file) {
   std::vector<std::filesystem::path> files;
   for (const auto& [number, part] : parts) files.push_back(part);
   return files;
+}
+
+std::filesystem::path UnusedFile(const std::filesystem::path& file) {
+  constexpr int kMost = 999;
+  std::filesystem::path chosen = file;
+  for (int number = 2; number <= kMost; ++number) {
+    std::error_code none;
+    const bool is_file = std::filesystem::is_regular_file(chosen, none);
+    if (!is_file && PartsOf(chosen).front() == chosen) return chosen;
+    chosen = file.parent_path() /
+             (file.stem().string() + Formatted("-%d", number) + file.extension().string());
+  }
+  throw std::runtime_error(file.string() + ": recordings up to number " + std::to_string(kMost) +
+                           " exist: move them, or record to another name");
 }
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -40,6 +41,11 @@ McapMap PartNote(const std::string& identity, int number);
 // The files of the recording `file`, in order. Returns `file` itself if it exists or has no parts.
 std::vector<std::filesystem::path> PartsOf(const std::filesystem::path& file);
 
+// `file`, or the first of FILE-2, FILE-3, ... of which neither a file nor parts exist. Parts have
+// four digits or more and these at most three, so that they are not confused. Throws
+// std::runtime_error: all are taken.
+std::filesystem::path UnusedFile(const std::filesystem::path& file);
+
 inline std::uint64_t Nanoseconds(Time t) {
   return static_cast<std::uint64_t>(t.time_since_epoch().count());
 }
@@ -50,30 +56,32 @@ inline Time FromNanoseconds(std::uint64_t ns) {
 // Schema of a protobuf message with all its dependencies.
 McapSchema SchemaOf(const google::protobuf::Descriptor& message);
 
-// Thread-safe. Messages are written in order.
+// Thread-safe. Messages are written in order, without gaps: where too many wait, the recording
+// ends.
 class Recording {
  public:
   static constexpr std::uint64_t kDefaultLimit = 8'000'000'000;  // [bytes]
   static constexpr double kFlushEvery = 0.25;                    // [s]
+  static constexpr double kMostBehind = 1;  // age of unwritten messages without trouble [s]
 
   struct Options {
-    std::filesystem::path file;
+    std::filesystem::path file;            // the next unused one is written, see UnusedFile
     std::uint64_t limit = kDefaultLimit;   // of all parts
     std::string library;                   // recording program and version
-    std::size_t most_waiting = 256 << 20;  // [bytes]
-    // Called on the writing thread, once each, with the reason that it ended or loses messages.
+    std::size_t most_waiting = 256 << 20;  // [bytes]; more ends the recording
+    // Called on the writing thread, once each, with the reason that it ended or falls behind.
     std::function<void(const std::string&)> tell = nullptr;
     double part = 0;  // [s] after which a file ends and the next begins (PartFile); 0: one file
   };
   struct Stats {
     std::uint64_t bytes = 0, messages = 0;  // in all parts
-    std::uint64_t dropped = 0;              // messages lost because the disk was too slow
-    std::string trouble;                    // why it ended or is incomplete; empty: no problem
-    bool failed = false;                    // a write failed
+    std::string trouble;                    // why it ended, or that it falls behind; empty: neither
+    bool falls_behind = false;              // `trouble` is that it falls behind
+    bool failed = false;                    // it ended before its limit
     int parts = 1;                          // parts so far
   };
 
-  // Throws std::runtime_error if it cannot write, or a file of its name would hide the parts.
+  // Throws std::runtime_error if it cannot write.
   explicit Recording(Options options);
   ~Recording() { Finish(); }
 
@@ -89,6 +97,8 @@ class Recording {
   void Put(std::uint16_t channel, Time at, std::size_t size, std::function<std::string()> make);
   // Puts a message that stays valid until the next one of the channel. Each part begins with it.
   void PutStanding(std::uint16_t channel, Time at, const google::protobuf::Message& message);
+  // The file that is written, or the common name of its parts.
+  [[nodiscard]] const std::filesystem::path& file() const { return options_.file; }
   // Number of the part of the next message, from 1.
   [[nodiscard]] int part() const;
   // Writes all messages and closes the file.
@@ -104,6 +114,7 @@ class Recording {
     std::function<std::string()> make;  // empty: `bytes`
     bool is_standing = false;
     int part = 1;
+    Time queued_at{};
   };
   using Beginning = std::function<void(McapWriter*)>;
   void Begin(Beginning step);
@@ -112,8 +123,12 @@ class Recording {
   [[nodiscard]] std::unique_ptr<McapWriter> BeginPart(int number) const;
   void GoOnIn(int part, Time at);
   void Run(const std::stop_token& stop);
+  // Writes the batch. `is_last`: closes the file. An error ends the recording and nothing else.
+  void WriteBatch(std::deque<Waiting>* batch, bool is_last);
   void Drain(std::deque<Waiting>* batch);
-  void CheckLoss();
+  // `batch`: the messages that were taken from the queue and are not yet written.
+  void FlushWhenDue(const std::deque<Waiting>& batch);
+  [[nodiscard]] std::string TextIfBehind() const;  // empty: it keeps up
   void CheckEnd();
 
   const Options options_;
@@ -123,17 +138,19 @@ class Recording {
   std::map<std::uint16_t, std::string> standing_;  // by channel, in each part
   int written_part_ = 1;
   std::uint64_t bytes_before_ = 0, messages_before_ = 0;  // in earlier parts
-  std::string broken_;                                    // why the next part could not begin
+  std::string broken_;                                    // error outside of the writer
+  Time flushed_at_ = Clock::now();
+  bool is_lag_reported_ = false;
   std::unique_ptr<McapWriter> writer_;
 
   mutable PriorityInheritanceMutex mutex_;  // guards what follows
   PriorityInheritanceCondition changed_;    // nothing notifies it: it ends a wait at a stop
   std::deque<Waiting> queue_;
-  std::size_t waiting_ = 0;  // [bytes]
+  std::size_t waiting_ = 0;               // [bytes]
+  std::optional<Time> oldest_unwritten_;  // when the oldest one was queued
   Stats stats_;
   Time part_began_ = Clock::now();
   bool is_closed_ = false, is_reported_ = false;  // closed; the reason was reported
-  bool is_loss_reported_ = false;
 
   std::jthread thread_;  // last: it uses all of the above
 };

@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kStaleAfter = 0.060;  // [s]
 constexpr double kStalePeriods = 3;
-constexpr std::size_t kMaxAlarms = 16;
 constexpr std::size_t kTracesKept = 256;
 
 std::string Silence(double age) {
@@ -52,11 +51,13 @@ void LatestEstimate::Add(Event event) {
   events_.Add(event);
 }
 
-void LatestEstimate::RaiseAlarm(const std::string& text) {
+void LatestEstimate::RaiseAlarm(std::string_view kind, const std::string& text) {
   spdlog::warn("{}", text);
   const std::lock_guard lock(mutex_);
-  const bool is_known = std::ranges::find(alarms_, text) != alarms_.end();
-  if (!is_known && alarms_.size() < kMaxAlarms) alarms_.push_back(text);
+  auto alarm = std::ranges::find(alarms_, kind, &Alarm::kind);
+  if (alarm == alarms_.end()) alarm = alarms_.insert(alarm, Alarm{kind, {}, 0});
+  alarm->newest = text;
+  ++alarm->count;
 }
 
 ContactEstimate LatestEstimate::Get() const {
@@ -129,7 +130,11 @@ void LatestEstimate::Describe(SlaveStatus* status) const {
   status->frames = frames_;
   status->frame_rate = static_cast<double>(
       std::ranges::count_if(recent_, [&](Time t) { return SecondsBetween(t, now) <= 1.0; }));
-  status->alarms = alarms_;
+  for (const Alarm& alarm : alarms_) {
+    const std::string count =
+        alarm.count == 1 ? "" : " (raised " + std::to_string(alarm.count) + " times)";
+    status->alarms.push_back(alarm.newest + count);
+  }
   const double age = SecondsBetween(estimate_.sensed_at, now);
   if (frames_ > 0 && age > stale_after_ + nap_) status->alarms.push_back(Silence(age));
 }

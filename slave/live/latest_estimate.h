@@ -7,6 +7,7 @@
 #include <deque>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "shared/link/priority_inheritance_mutex.h"
@@ -27,8 +28,8 @@ class LatestEstimate {
   // `trace`: timing so far; this function adds the rest.
   void Put(const ContactEstimate& estimate, SampleTrace trace = {});
   void Add(Event event);
-  // Logs it as well; only the first few are kept.
-  void RaiseAlarm(const std::string& text);
+  // Logs it as well. Of each `kind`, which is a literal, the newest text and the count are kept.
+  void RaiseAlarm(std::string_view kind, const std::string& text);
   // From now on samples are delayed intentionally by this time [s].
   void SetNap(double nap) { nap_ = nap; }
   // Wakes waiting threads.
@@ -52,6 +53,11 @@ class LatestEstimate {
   void Describe(SlaveStatus* status) const;
 
  private:
+  struct Alarm {
+    std::string_view kind;
+    std::string newest;
+    int count = 0;
+  };
   const double stale_after_;    // [s]
   std::atomic<double> nap_{0};  // [s]
   // With priority inheritance: whoever requests the status is less urgent than the sensing.
@@ -59,7 +65,7 @@ class LatestEstimate {
   PriorityInheritanceCondition changed_;
   ContactEstimate estimate_;
   Events events_;
-  std::vector<std::string> alarms_;
+  std::vector<Alarm> alarms_;
   std::uint64_t frames_ = 0;
   std::vector<Time> recent_;  // stamps of the last second
   std::deque<SampleTrace> traces_;

@@ -79,10 +79,11 @@ void LiveSensing::Run(const std::stop_token& stop) {
     const auto tell = [this](double nap) { parts_.newest.SetNap(nap); };
     while (ProcessSample(stop)) rest_.Wait(stop, tell);
     if (!stop.stop_requested()) {
-      parts_.newest.RaiseAlarm(parts_.settings.sensing_info().source + ": the source has ended");
+      parts_.newest.RaiseAlarm("source",
+                               parts_.settings.sensing_info().source + ": the source has ended");
     }
   } catch (const std::exception& e) {
-    parts_.newest.RaiseAlarm(e.what());
+    parts_.newest.RaiseAlarm("sensing", e.what());
   }
 }
 
@@ -134,7 +135,7 @@ bool LiveSensing::ProcessSample(const std::stop_token& stop) {
 void LiveSensing::ReportExtrapolation() {
   const std::string_view doubt = parts_.sense.doubt();
   if (!doubt.empty() && reported_doubts_.insert(doubt).second) {
-    parts_.newest.RaiseAlarm("the model's solution is extrapolated: " + std::string(doubt));
+    parts_.newest.RaiseAlarm(doubt, "the model's solution is extrapolated: " + std::string(doubt));
   }
 }
 

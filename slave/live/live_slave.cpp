@@ -44,9 +44,9 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulato
   if (choose && !scene.model.decision.reason.empty()) {
     model_validity_.emplace(scene, [this, choose](const ModelValidityMonitor::Breach& breach,
                                                   const std::stop_token& stop) {
-      newest_.RaiseAlarm(breach.words + ": auto chooses the model again");
+      newest_.RaiseAlarm("model range", breach.words + ": auto chooses the model again");
       const std::string outcome = settings_.RechooseModel(breach.depth, choose, stop);
-      if (!stop.stop_requested()) newest_.RaiseAlarm(outcome);
+      if (!stop.stop_requested()) newest_.RaiseAlarm("model choice", outcome);
     });
   }
   sensing_.Start([this](const ContactEstimate& estimate, double update) {
@@ -121,6 +121,8 @@ SlaveStatus LiveSlave::Status() const {
   status.arm = manipulator_->health();
   status.cameras = sense_->health();
   if (std::string words = stop_record_.Words(); !words.empty()) status.alarms.push_back(words);
+  const std::string trouble = recorder_ == nullptr ? "" : recorder_->trouble();
+  if (!trouble.empty()) status.alarms.push_back(trouble);
   if (status.arm && !status.arm->fault.empty()) status.alarms.push_back(status.arm->fault);
   if (status.cameras && !status.cameras->trouble.empty())
     status.alarms.push_back(status.cameras->trouble);
@@ -144,7 +146,7 @@ void LiveSlave::ReinitializeTracking() {
 
 void LiveSlave::EmergencyStop(const std::string& reason) {
   const std::string trouble = stop_control_.Stop(reason);
-  if (!trouble.empty()) newest_.RaiseAlarm(trouble);
+  if (!trouble.empty()) newest_.RaiseAlarm("stop record", trouble);
 }
 
 void LiveSlave::KeepStopIn(const std::filesystem::path& folder) {

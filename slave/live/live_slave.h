@@ -67,6 +67,9 @@ class LiveSlave final : public Slave {
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
   void SetWatched(bool is_watched) override { sensing_.SetWatched(is_watched); }
+  // From now on the status has the alarm of the recording. `recorder` outlives the slave. Before
+  // the slave is served.
+  void ReportRecorder(const SenseRecorder* recorder) { recorder_ = recorder; }
   // From now on only one sample per half second is processed while no client watches. For sensing
   // that recovers its state in one sample.
   void AllowRest() { sensing_.AllowRest(); }
@@ -95,6 +98,7 @@ class LiveSlave final : public Slave {
   const Time started_at_ = Clock::now();
   const bool has_scene_;
   SceneSetup* setup_ = nullptr;
+  const SenseRecorder* recorder_ = nullptr;  // null: nothing is recorded
   std::string setup_camera_;
   const std::unique_ptr<Manipulator> manipulator_;
   const std::unique_ptr<SensingPipeline> sense_;

@@ -26,6 +26,7 @@ std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene, const std::filesystem::pat
   const bool may_rest = recorder == nullptr && MayRest(scene, *sense);
   if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
   auto slave = std::make_unique<LiveSlave>(scene, std::move(manipulator), std::move(sense), choose);
+  slave->ReportRecorder(recorder);
   if (may_rest) slave->AllowRest();
   if (!state_folder.empty()) slave->KeepStopIn(state_folder);
   return slave;

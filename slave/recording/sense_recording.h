@@ -8,6 +8,7 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,6 +35,7 @@ class SenseRecording final : public SenseRecorder {
   ~SenseRecording() override;
 
   void Begin() override;
+  [[nodiscard]] std::string trouble() const override { return recording_->stats().trouble; }
   std::unique_ptr<SensingPipeline> Watch(std::unique_ptr<SensingPipeline> sense) override;
 
   void Opened() override;
@@ -46,6 +48,8 @@ class SenseRecording final : public SenseRecorder {
   // Everything is written, the file closed.
   void Finish() { recording_->Finish(); }
   [[nodiscard]] Recording::Stats stats() const { return recording_->stats(); }
+  // The file that is written, see UnusedFile.
+  [[nodiscard]] const std::filesystem::path& file() const { return recording_->file(); }
 
  private:
   class WatchedSense;

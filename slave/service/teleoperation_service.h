@@ -3,8 +3,8 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -43,6 +43,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
  public:
   // Streams of the Watch calls that may be open, and beyond them the operator's.
   static constexpr int kSeats = 64, kOperatorSeats = 8;
+  static constexpr std::size_t kMostEncoded = 8;  // encoded pictures that are kept for watchers
   // `slave` and `publisher` outlive the service.
   TeleoperationService(Slave& slave, Publisher& publisher, OperateStream::OnStream on_stream)
       : slave_(slave), publisher_(publisher), on_stream_(std::move(on_stream)) {}
@@ -131,7 +132,12 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   FeedStreams feeds_;
   DriveStreams drives_;
   std::mutex encoding_;  // guards the next one
-  std::map<std::pair<bool, int>, std::shared_ptr<const JpegPicture>> encoded_;  // overlays, quality
+  struct EncodedPicture {
+    bool overlays;
+    int quality;
+    std::shared_ptr<const JpegPicture> picture;
+  };
+  std::deque<EncodedPicture> encoded_;         // of the newest sample, the newest first
   std::atomic<std::uint64_t> states_sent_{0};  // to all readers together
 };
 

@@ -12,7 +12,7 @@ import time
 import unittest
 import xml.etree.ElementTree
 
-from programs import BARE, BLOCK, MASTER, PACKAGE, ROOT, SLAVE, FolderTest, Slave, deep, overrides, read_json, read_rows, run
+from programs import BARE, BLOCK, MASTER, PACKAGE, ROOT, SLAVE, FolderTest, Slave, deep, overrides, read_json, read_rows, run, wait_until
 
 SCENES = ROOT / "deploy/scenes"
 HERE = pathlib.Path(__file__).resolve().parent / "recordings"
@@ -218,6 +218,31 @@ class Recordings(FolderTest):
             self.assertIn("FOLLOWING", done.stdout)
             self.assertEqual(slave.stop(), 0, slave.log)
         self.assertLessEqual(file.stat().st_size, 150_000)
+
+    def test_a_slave_whose_disk_fills_up_reports_it_to_its_clients(self):
+        serve = [str(word) for word in (SLAVE, "serve", BLOCK, "--listen", "127.0.0.1:0", *overrides("model.elements=60"),
+                                        "--record", self.out / "full.mcap")]
+        with Slave(command=["sh", "-c", 'trap "" XFSZ; ulimit -f 1000; exec "$@"', "sh", *serve]) as slave:
+            def reported():
+                return "full.mcap: the recording has ended: it cannot be written: File too large" in run(
+                    MASTER, "doctor", slave.address, "--seconds", "0.1").stdout
+            self.assertTrue(wait_until(reported))
+            self.assertEqual(slave.stop(), 0, slave.log)
+        self.process_again(self.out / "full.mcap", 0)
+
+    def test_an_existing_recording_stays(self):
+        file = self.out / "a.mcap"
+        with Slave(BLOCK, *overrides("model.elements=60")) as slave:
+            printed = [self.good(MASTER, "connect", slave.address, "--duration", "1", "--record", file) for _ in range(2)]
+        self.assertIn(f"recording to {file}\n", printed[0])
+        self.assertIn(f"recording to {self.out / 'a-2.mcap'}\n", printed[1])
+        kept = {name: (self.out / name).read_bytes() for name in ("a.mcap", "a-2.mcap")}
+        with Slave(BLOCK, *overrides("model.elements=60"), "--record", file) as slave:
+            self.assertEqual(slave.stop(), 0, slave.log)
+        self.assertIn(f"recording to {self.out / 'a-3.mcap'}, ", slave.log)
+        self.assertGreater((self.out / "a-3.mcap").stat().st_size, 0)
+        for name, content in kept.items():
+            self.assertEqual((self.out / name).read_bytes(), content, name)
 
 
 if __name__ == "__main__":

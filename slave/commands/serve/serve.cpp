@@ -70,18 +70,18 @@ class SlaveRecorder {
  public:
   // Throws std::invalid_argument or std::runtime_error: the options, the file cannot be written.
   SlaveRecorder(const ServeOptions& options, const Scene& scene)
-      : file_(options.record),
-        recording_(scene, options.overrides, FileOptions(options, scene)),
+      : recording_(scene, options.overrides, FileOptions(options, scene)),
         sink_(std::make_shared<RecordingSink>(&recording_)) {
     spdlog::default_logger()->sinks().push_back(sink_);
-    spdlog::info("recording to {}, size limit {}", file_.string(), options.record_limit);
+    spdlog::info("recording to {}, size limit {}", recording_.file().string(),
+                 options.record_limit);
   }
   ~SlaveRecorder() {
     std::erase(spdlog::default_logger()->sinks(), sink_);
     recording_.Finish();
     const Recording::Stats stats = recording_.stats();
     spdlog::info("recorded {:.1f} MB in {} messages to {}", 1e-6 * static_cast<double>(stats.bytes),
-                 stats.messages, file_.string());
+                 stats.messages, recording_.file().string());
     if (!stats.trouble.empty()) spdlog::warn("{}", stats.trouble);
   }
   SlaveRecorder(const SlaveRecorder&) = delete;
@@ -90,7 +90,6 @@ class SlaveRecorder {
   [[nodiscard]] SenseRecorder& sense() { return recording_; }
 
  private:
-  const std::filesystem::path file_;
   SenseRecording recording_;
   std::shared_ptr<spdlog::sinks::sink> sink_;
 };

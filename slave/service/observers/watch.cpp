@@ -148,11 +148,19 @@ grpc::Status TeleoperationService::WatchPatch(grpc::ServerContext* context,
 std::shared_ptr<const JpegPicture> TeleoperationService::Encoded(Time sensed_at, bool overlays,
                                                                  int quality) {
   const std::scoped_lock one_at_a_time(encoding_);
-  auto& known = encoded_[{overlays, quality}];
-  if (known && known->sensed_at >= sensed_at) return known;
+  for (const EncodedPicture& known : encoded_) {
+    const bool is_asked = known.overlays == overlays && known.quality == quality;
+    if (is_asked && known.picture->sensed_at >= sensed_at) return known.picture;
+  }
   std::optional<JpegPicture> picture = slave_.Picture(overlays, quality);
-  if (picture) known = std::make_shared<const JpegPicture>(std::move(*picture));
-  return picture ? known : nullptr;
+  if (!picture) return nullptr;
+  std::erase_if(encoded_, [&](const EncodedPicture& known) {
+    return known.picture->sensed_at < picture->sensed_at;
+  });
+  if (encoded_.size() >= kMostEncoded) encoded_.pop_back();
+  encoded_.push_front(
+      {overlays, quality, std::make_shared<const JpegPicture>(std::move(*picture))});
+  return encoded_.front().picture;
 }
 
 grpc::Status TeleoperationService::WatchImages(grpc::ServerContext* context,

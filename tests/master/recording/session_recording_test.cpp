@@ -188,6 +188,27 @@ TEST_F(SessionRecordingTest, SwitchedOffItKeepsNothingButSaysSo) {
   EXPECT_THAT(lines, testing::IsSupersetOf({"recording is off from here", "recording is on"}));
 }
 
+TEST_F(SessionRecordingTest, AnAlarmWhoseNumbersChangeIsOneLine) {
+  std::mt19937 random(3);
+  {
+    SessionRecording recording({.file = file_});
+    recording.OnTick(AnyTick(&random, 0));
+    for (const char* seconds : {"5", "6", "7"}) {
+      v1::Status status;
+      status.add_alarms("no sample for " + std::string(seconds) + " s");
+      recording.OnObserved(status);
+    }
+    recording.OnTick(AnyTick(&random, 1));
+  }
+  std::vector<std::string> alarms;
+  ReplayFeed feed;
+  feed.on_log = [&](const std::string& line, Time, bool is_alarm) {
+    if (is_alarm) alarms.push_back(line);
+  };
+  Replay(file_).Play(0, 0, feed, {});
+  EXPECT_THAT(alarms, testing::ElementsAre("slave: no sample for 5 s"));
+}
+
 // An hour without a tick: waited for, this test would not end.
 TEST_F(SessionRecordingTest, WhereNothingWasRecordedNobodyWaits) {
   std::mt19937 random(3);

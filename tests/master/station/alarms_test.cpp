@@ -44,6 +44,18 @@ TEST(AlarmsTest, AFaultOfTheDeviceIsReportedWithNameCauseAndNextStep) {
   EXPECT_THAT(alarms[0].next, HasSubstr("Plug the device in"));
 }
 
+TEST(AlarmsTest, ARecordingThatEndedAndOneThatFallsBehindNeedDifferentSteps) {
+  StationMoment moment = Good();
+  moment.recording = RecordingMoment{.on = true, .trouble = "a.mcap: the recording has ended"};
+  const std::vector<Alarm> ended = AlarmsOf(moment);
+  moment.recording->falls_behind = true;
+  const std::vector<Alarm> behind = AlarmsOf(moment);
+  ASSERT_EQ(ended.size(), 1U);
+  ASSERT_EQ(behind.size(), 1U);
+  EXPECT_THAT(ended[0].next, HasSubstr("--record-limit"));
+  EXPECT_THAT(behind[0].next, HasSubstr("faster disk"));
+}
+
 // What a dead slave leaves behind is one thing to report, not five.
 TEST(AlarmsTest, ALostLineIsReportedOnce) {
   StationMoment moment = Good();

@@ -18,6 +18,7 @@
 
 #include "shared/recording/recording_reader.h"
 #include "shared/text/text.h"
+#include "tests/support/eventually.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
@@ -79,17 +80,79 @@ TEST_F(RecordingTest, WhatIsMadeLateIsMadeByAnotherThread) {
   EXPECT_TRUE(elsewhere);
 }
 
-// More than may wait at all is never taken, so that memory is bounded; and it is reported.
-TEST_F(RecordingTest, WhatCannotWaitIsCountedAndReported) {
+// Memory is bounded, and a recording has no gaps: more than may wait ends it.
+TEST_F(RecordingTest, MoreThanMayWaitEndsTheRecordingWithoutAGap) {
   Recording recording({.file = file_, .most_waiting = 1000});
   const auto a = recording.Open("/a", v1::SlaveState());
+  v1::SlaveState state;
+  state.set_sequence(1);
+  recording.Put(a, Clock::now(), state);
   recording.Put(a, Clock::now(), 5000, [] { return std::string(); });
-  EXPECT_EQ(recording.stats().dropped, 1U);
-  EXPECT_THAT(recording.stats().trouble, HasSubstr("1 messages are missing"));
+  state.set_sequence(3);
+  recording.Put(a, Clock::now(), state);
+  EXPECT_THAT(recording.stats().trouble, HasSubstr("the recording has ended: the disk or the"));
+  EXPECT_TRUE(recording.stats().failed);
+  EXPECT_FALSE(recording.stats().falls_behind);
   recording.Finish();
   RecordingReader reader(file_);
+  ASSERT_TRUE(reader.Next()) << "what waited is written";
   EXPECT_FALSE(reader.Next());
-  EXPECT_EQ(reader.mcap().notes().at("dropped").at("messages"), "1");
+  EXPECT_TRUE(reader.mcap().is_whole());
+}
+
+TEST_F(RecordingTest, AnErrorOfAMessageEndsTheRecordingWithItsReason) {
+  std::vector<std::string> reasons;
+  Recording recording(
+      {.file = file_, .tell = [&](const std::string& why) { reasons.push_back(why); }});
+  const auto a = recording.Open("/a", v1::SlaveState());
+  recording.Put(a, Clock::now(), v1::SlaveState());
+  recording.Put(a, Clock::now(), 10,
+                []() -> std::string { throw std::runtime_error("no such picture"); });
+  recording.Put(a, Clock::now(), v1::SlaveState());
+  recording.Finish();
+  EXPECT_THAT(recording.stats().trouble, HasSubstr("the recording has ended: no such picture"));
+  EXPECT_TRUE(recording.stats().failed);
+  EXPECT_THAT(reasons, ::testing::ElementsAre(recording.stats().trouble));
+  RecordingReader reader(file_);
+  ASSERT_TRUE(reader.Next());
+  EXPECT_FALSE(reader.Next());
+  EXPECT_TRUE(reader.mcap().is_whole());
+}
+
+TEST_F(RecordingTest, OneThatFallsBehindIsReportedUntilItHasCaughtUp) {
+  std::atomic<bool> released{false};
+  Recording recording({.file = file_});
+  const auto a = recording.Open("/a", v1::SlaveState());
+  recording.Put(a, Clock::now(), 10, [&] {
+    while (!released) std::this_thread::yield();
+    return std::string();
+  });
+  EXPECT_TRUE(Eventually([&] { return recording.stats().falls_behind; }));
+  EXPECT_THAT(recording.stats().trouble, HasSubstr("the recording falls behind: the last "));
+  released = true;
+  EXPECT_TRUE(Eventually([&] { return recording.stats().trouble.empty(); }));
+  EXPECT_FALSE(recording.stats().falls_behind);
+}
+
+// All of these are taken from the queue at once.
+TEST_F(RecordingTest, WhatIsDoneIsInTheFileWhileMoreIsMade) {
+  std::atomic<bool> last_began{false}, released{false};
+  Recording recording({.file = file_});
+  const auto a = recording.Open("/a", v1::SlaveState());
+  recording.Put(a, Clock::now(), v1::SlaveState());
+  recording.Put(a, Clock::now(), 10, [] {
+    std::this_thread::sleep_for(Seconds(1.1 * Recording::kFlushEvery));
+    return std::string();
+  });
+  recording.Put(a, Clock::now(), 10, [&] {
+    last_began = true;
+    while (!released) std::this_thread::yield();
+    return std::string();
+  });
+  EXPECT_TRUE(Eventually([&] { return last_began.load(); }));
+  RecordingReader reader(file_);
+  EXPECT_TRUE(reader.Next());
+  released = true;
 }
 
 TEST_F(RecordingTest, ASchemaBringsEveryFileItRefersTo) {
@@ -174,9 +237,30 @@ TEST_F(PartsTest, TimesBeforeAPlaceArePassedOverInAllOfThem) {
   EXPECT_THAT(reader.damage(), IsEmpty());
 }
 
+TEST_F(PartsTest, AnEarlierRecordingStaysAndTheNextNumberIsWritten) {
+  const auto make = [this](double part) {
+    Recording recording({.file = file_, .part = part});
+    recording.Put(recording.Open("/a", v1::SlaveState()), Clock::now(), v1::SlaveState());
+    return recording.file().filename().string();
+  };
+  EXPECT_EQ(make(0), "a.mcap");
+  const std::string first = Scratch::Read(file_);
+  EXPECT_EQ(make(0), "a-2.mcap");
+  EXPECT_EQ(make(1000), "a-3.mcap");
+  EXPECT_EQ(make(0), "a-4.mcap") << "there are parts of a-3.mcap";
+  EXPECT_EQ(Scratch::Read(file_), first);
+  EXPECT_EQ(PartsOf(folder_ / "a-3.mcap"), std::vector{folder_ / "a-3-0001.mcap"});
+  std::filesystem::remove(file_);
+  EXPECT_EQ(PartsOf(file_), std::vector{file_}) << "the others are no parts of it";
+}
+
 TEST_F(PartsTest, OneThatIsLeftOfAnEarlierRecordingIsLeftOut) {
   Write(3);
   const std::uint64_t newer = Write(2);
+  for (const char* number : {"0001", "0002"}) {
+    std::filesystem::rename(folder_ / (std::string("a-2-") + number + ".mcap"),
+                            folder_ / (std::string("a-") + number + ".mcap"));
+  }
   RecordingReader reader(file_);
   EXPECT_EQ(Samples(&reader).size(), newer);
   EXPECT_THAT(reader.damage(), HasSubstr("a-0003.mcap: is not a part of this recording"));

@@ -73,6 +73,18 @@ TEST(LatestEstimateTest, AContactThatACheckContradictsIsNotSure) {
   EXPECT_FALSE(is_sure({Validity::kTrackingLost, FailedCheck::kTip}));
 }
 
+TEST(LatestEstimateTest, NoKindOfAlarmCrowdsOutAnother) {
+  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  for (int i = 1; i <= 20; ++i) {
+    newest.RaiseAlarm("model range", "presses are " + std::to_string(i) + " mm deep");
+  }
+  newest.RaiseAlarm("stop record", "the stop is not saved");
+  SlaveStatus status;
+  newest.Describe(&status);
+  EXPECT_THAT(status.alarms,
+              ElementsAre("presses are 20 mm deep (raised 20 times)", "the stop is not saved"));
+}
+
 // Nobody reads, so that it is looked at rarely.
 TEST(LatestEstimateTest, ARestIsNoSilence) {
   const SlaveStatus status = StatusAfter(10, 20);

@@ -1,4 +1,5 @@
 // Observers: any number up to the seats, each with its own newest state.
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -149,6 +150,27 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
   watchers.front()->context.TryCancel();
   EXPECT_TRUE(Eventually([&] { return Watch().ok(); })) << "the seat did not become free";
   for (auto& watcher : watchers) watcher->context.TryCancel();
+}
+
+// A client asks for each quality in turn.
+TEST_F(WatchTest, FewEncodedPicturesAreKeptAndThoseOfTheNewestSampleAlone) {
+  FakeSlave slave;
+  Publisher publisher(slave);
+  TeleoperationService service(slave, publisher, {});
+  slave.TakeSample();
+  service.Encoded({}, true, 50);  // nothing is seen yet
+  std::vector<std::weak_ptr<const JpegPicture>> pictures;
+  for (int quality = 10; quality <= 100; ++quality) {
+    pictures.push_back(service.Encoded({}, true, quality));
+  }
+  const auto kept = [&] {
+    return std::ranges::count_if(pictures, [](const auto& picture) { return !picture.expired(); });
+  };
+  EXPECT_EQ(kept(), TeleoperationService::kMostEncoded);
+  slave.TakeSample();
+  const auto newest = service.Encoded(slave.Compose(Clock::now()).sensed_at, true, 50);
+  ASSERT_TRUE(newest);
+  EXPECT_EQ(kept(), 0);
 }
 
 TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
