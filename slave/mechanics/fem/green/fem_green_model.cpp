@@ -8,6 +8,12 @@ namespace palpate {
 namespace {
 
 constexpr double kLocks = 0.49;
+
+// A coarse patch is the least of the doubts: others replace it.
+bool MayTakeDoubt(const ContactResponse& response) {
+  return response.validity == Validity::kValid ||
+         (response.validity == Validity::kExtrapolated && response.doubt == kCoarsePatch);
+}
 constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
 
 // Nodes around which the body is no half-space of its own modulus on the scale of a widened disc
@@ -95,7 +101,7 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
   failure_ = {};
   solver_.Respond(contacts, responses);
   for (auto& response : responses) {
-    if (locks_ && response.validity == Validity::kValid) {
+    if (locks_ && MayTakeDoubt(response)) {
       response.validity = Validity::kExtrapolated;
       response.doubt = "linear tetrahedra lock at this Poisson ratio";
     }
@@ -112,7 +118,7 @@ void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
   if (!strain_.body_bends()) return;
   for (std::size_t k = 0; k < responses.size(); ++k) {
     ContactResponse& response = responses[k];
-    if (response.validity != Validity::kValid) continue;
+    if (!MayTakeDoubt(response)) continue;
     if (!(Softness(solver_.slots()[k], response.force_O) > kMostSoftness)) continue;
     response.validity = Validity::kExtrapolated;
     response.doubt = kStiffInBending;

@@ -133,7 +133,7 @@ class WatchedBlock {
     pictures_->push_back(picture);
     EXPECT_TRUE(sense_.Acquire({}));
     sense_.Process();
-    return sense_.Estimate({kSide / 2, kSide / 2, 2 * kHeight});
+    return sense_.Estimate({{kSide / 2, kSide / 2, 2 * kHeight}, std::nullopt});
   }
   PointsSense& sense() { return sense_; }
 
