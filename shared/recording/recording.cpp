@@ -162,7 +162,11 @@ void Recording::WriteBatch(std::deque<Waiting>* batch, bool is_last) {
   } catch (const std::exception& error) {
     broken_ = options_.file.string() + ": the recording has ended: " + error.what();
     batch->clear();
-    if (!is_last) return WriteBatch(batch, true);
+    try {
+      writer_->Close();  // what was written before stays readable
+    } catch (const std::exception&) {
+      // A full disk keeps the index from being written, too; the records remain.
+    }
   }
   CheckEnd();
 }
