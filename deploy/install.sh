@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
-# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [mesher] [training] [view] [page] [studies] [packages] [tests] [bare] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, the browser of its tests, and the tool that joins images
-#   studies: tools that run shards of a study   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
+#   plots: matplotlib of palpate.plot   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
 #   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
 set -euo pipefail
 # shellcheck source=progress.sh
@@ -20,7 +20,7 @@ insertion=(python3)                   # motion and figures of the embryo demo
 training=(python3-torch python3-scipy python3-numpy python3-grpcio python3-protobuf)  # python3 -m palpate.train
 clouds=(libpcl-dev)                   # palpate-slave evaluate
 mesher=(gmsh)                         # fills closed surfaces with tetrahedra; takes 0.2 GB
-studies=(parallel snakemake)          # deploy/studies; snakemake takes 0.7 GB
+plots=(python3-matplotlib python3-numpy)  # python3 -m palpate.plot
 # A newer node from elsewhere conflicts with Debian's: installed only where there is none.
 want_npm() {
   command -v node >/dev/null || packages+=(nodejs)
@@ -36,18 +36,18 @@ for part in "$@"; do
     calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
     mesher) packages+=("${mesher[@]}") ;;
-    studies) packages+=("${studies[@]}") ;;
+    plots) packages+=("${plots[@]}") ;;
     training) packages+=("${training[@]}") ;;
     tests)
       packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
                  clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial iproute2 git openssl universal-ctags chromium
-                 nats-server parallel)
+                 nats-server "${plots[@]}")
       want_npm ;;
     packages) packages+=(python3 dpkg-dev file) ;;
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: expected insertion, films, openni, calibration, clouds, mesher, training, view, page, studies, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: expected insertion, films, openni, calibration, clouds, mesher, training, view, page, plots, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

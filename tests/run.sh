@@ -60,7 +60,7 @@ sanitized() { PALPATE_PATIENCE=600 run_ctest "$@"; }
 
 step "install missing packages"
 deploy/install.sh tests
-[ $tier != full ] || deploy/install.sh packages bare studies
+[ $tier != full ] || deploy/install.sh packages bare
 deploy/page.sh || echo "note: without three.js and uPlot the page tests are skipped"
 tests/npm.sh || echo "note: tests that need packages of npm are skipped"
 

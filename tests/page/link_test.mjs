@@ -21,7 +21,7 @@ class Socket {
   }
   close() {
     this.readyState = 3;
-    this.onclose({ reason: '' });
+    this.onclose?.({ reason: '' });
   }
   hear(message) {
     this.onmessage({ data: JSON.stringify(message), target: this });
@@ -70,6 +70,25 @@ test('a stop is repeated, also on the next socket, until a status shows it', () 
   assert.ok(!link.isStopPending);
   mock.timers.tick(1000);
   assert.equal(next.stops(), 0);
+});
+
+test('a pending stop does not wait for a socket that never opens or never answers', () => {
+  link.stop();
+  mock.timers.tick(2500);
+  assert.equal(sockets.length, 2, 'no handshake for 2 s');
+  assert.equal(socket.readyState, 3, 'browsers open one socket at a time');
+  const next = sockets[1];
+  next.open();
+  assert.ok(next.stops() > 0);
+  mock.timers.tick(2500);
+  assert.equal(sockets.length, 3, 'no answer for 2 s');
+  const last = sockets[2];
+  last.open();
+  last.stops(true);
+  last.hear(status('ESTOP'));
+  assert.ok(!link.isStopPending);
+  mock.timers.tick(5000);
+  assert.equal(sockets.length, 3);
 });
 
 test('a stop passes a full buffer, which drops other commands', () => {

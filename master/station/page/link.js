@@ -3,19 +3,21 @@
 
 const TOLD_EVERY = 2;  // messages taken
 const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300, LOOK_LATE_MS = 200, STOP_MS = 100;
+const UNANSWERED_STOPS = 20;  // after them a socket that opens or answers nothing is replaced
 export const TOPOLOGY = 1, PICTURE = 5, SHAPE = 6;
 
 // `hear(kind, message)` gets JSON objects by their `kind`, and for binary ones 'topology', 'picture', 'shape' with
 // {number, t, data: DataView, bytes: Uint8Array}; `lost(reason)` when the connection closes or is silent, `found()` when it is back.
 export class Link {
   constructor(hear, lost, found) {
-    Object.assign(this, { hear, lost, found, delay: null, heardAt: 0, watchedAt: 0, clock: null, silent: true, stopAskedAt: null, answeredUntil: -1 });
+    Object.assign(this, { hear, lost, found, delay: null, heardAt: 0, watchedAt: 0, clock: null, silent: true, stopAskedAt: null, answeredUntil: -1, unanswered: 0 });
     this.open();
     setInterval(() => this.watch(), 100);
     setInterval(() => this.send({ do: 'ping', at: performance.now() }), PING_MS);
     setInterval(() => this.repeatStop(), STOP_MS);
   }
   open() {
+    this.unanswered = 0;
     const token = location.hash.slice(1);  // the part of an address that browsers do not send
     this.socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/ws${token && `?token=${token}`}`);
     this.socket.binaryType = 'arraybuffer';
@@ -43,6 +45,7 @@ export class Link {
   }
   take(data) {
     this.heardAt = performance.now();
+    this.unanswered = 0;
     if (this.silent) {
       this.silent = false;
       this.found();
@@ -79,8 +82,19 @@ export class Link {
     return this.stopAskedAt !== null;
   }
   repeatStop() {
-    if (!this.isStopPending || this.socket.readyState !== WebSocket.OPEN) return;
+    if (!this.isStopPending) return;
+    this.unanswered += 1;
+    if (this.unanswered > UNANSWERED_STOPS) this.replaceSocket();
+    if (this.socket.readyState !== WebSocket.OPEN) return;
     for (const command of [{ do: 'stop' }, { do: 'ping', at: performance.now() }]) this.socket.send(JSON.stringify(command));
+  }
+  // A browser may wait minutes for a handshake or an answer on a link that was cut without a word.
+  replaceSocket() {
+    const old = this.socket;
+    Object.assign(old, { onopen: null, onmessage: null, onclose: null });
+    old.close();
+    this.tellLost('palpate-master does not answer');
+    this.open();
   }
   // A replay has nothing to stop.
   forgetStop() {
