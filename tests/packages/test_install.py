@@ -61,7 +61,7 @@ class Install(unittest.TestCase):
         for says, expected in (
                 ("E: Could not get lock /var/lib/dpkg/lock-frontend. It is held by process 7 (apt-get)", "another installation runs: wait"),
                 ("E: dpkg was interrupted, you must manually run 'dpkg --configure -a' to correct the problem.", "Run: sudo dpkg --configure -a"),
-                ("W: Failed to fetch http://deb.debian.org/debian  Could not resolve 'deb.debian.org'", "check the network"),
+                ("W: Failed to fetch http://packages.example/debian  Could not resolve 'packages.example'", "check the network"),
                 ("E: Unable to locate package clang-16", "/etc/apt/sources.list")):
             self.fake("apt-get", f'echo "{says}"; [ "$1" = update ] || exit 100')
             with self.subTest(says=says):
