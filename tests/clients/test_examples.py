@@ -347,7 +347,7 @@ class Python(Examples):
         """Each kind of table that the programs write is drawn; other tables and damaged ones are named."""
         if run("/usr/bin/python3", "-c", "import matplotlib").returncode:
             self.skipTest("no python3-matplotlib")
-        plot = lambda file, *options: run("/usr/bin/python3", "-m", "palpate.plot", file, *options, env=ENVIRONMENT)
+        plot = lambda file, *options: run("/usr/bin/python3", "-m", "palpate.plot", file, *options, env=self.environment)
         tables = {
             "study.csv": "family,update_median_s,error,error_bar,on_front,recommended\nbem2d,1e-6,0.02,0.001,1,1\nfem,1e-3,,,0,0\n",
             "states.csv": "t,finger,fx,fy,fz,sigma,validity\n0,0,0,0,1,0.1,valid\n1,0,0,0,2,0.1,stale\n2,0,,,,,tracking_lost\n",
