@@ -1,5 +1,8 @@
 #include "slave/service/observers/mesh_stream_encoder.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <Eigen/Geometry>
 
 #include "slave/service/messages.h"
@@ -49,9 +52,12 @@ void MeshStreamEncoder::Encode(const BoundaryShape& shape, v1::MeshState* messag
     areas_ = AreasOf(shape);
   }
   if (!traction_) return;
-  for (const double pascals : TractionOf(shape, areas_)) {
-    message->add_traction(static_cast<float>(pascals));
-  }
+  const std::vector<double> traction = TractionOf(shape, areas_);
+  const bool is_known =
+      3 * traction.size() == shape.rest.size() &&
+      std::ranges::all_of(traction, [](double p) { return std::isfinite(p) && p >= 0; });
+  if (!is_known) return;
+  for (const double pascals : traction) message->add_traction(static_cast<float>(pascals));
 }
 
 }  // namespace palpate
