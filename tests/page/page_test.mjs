@@ -163,7 +163,7 @@ describe('a scripted hand presses the block', () => {
     await page.locator('#letters').focus();
     await page.keyboard.press('Space');
     assert.ok(!(await page.locator('#letters').isChecked()));
-    assert.equal(stops(), stopped);  // the log begins anew with the page
+    assert.equal(stops(), stopped);  // the log begins again with the page
     await page.reload();
     await stage.shows('scene', 'silicone-block');
     await page.keyboard.press('m');

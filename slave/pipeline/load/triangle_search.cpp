@@ -120,7 +120,7 @@ void PointGreens::TakeOver(PointGreens* before, double scale, DeformationModel& 
   }
   const double accepted = VolumeLimits::kSameModel * VolumeLimits::kSameModel * square;
   if (known_[point] && difference <= accepted) return;
-  rest_.clear();  // all are solved anew
+  rest_.clear();  // all are solved again
   known_.clear();
 }
 

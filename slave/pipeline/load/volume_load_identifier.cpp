@@ -227,7 +227,7 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
 }
 
 // What the model makes of the load beyond its linear part is taken off the measured displacements,
-// and the load fitted anew. The change of the load falls to zero by secants: of no load it is the
+// and the load fitted again. The change of the load falls to zero by secants: of no load it is the
 // first fit.
 void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcept {
   double last = 0, last_change = load->force;

@@ -71,7 +71,7 @@ class ManipulatorAgreement {
   // Zero if the camera moves, or if nothing is decided.
   [[nodiscard]] const SurfaceMotion& motion() const { return motion_; }
   void Reset() noexcept { *this = {}; }
-  // The encoders have another origin: only their registrations begin anew.
+  // The encoders have another origin: only their registrations begin again.
   void ForgetEncoders() noexcept { if_object_moves_ = if_camera_moves_ = {}; }
 
   // Error of the tip that its tracker does not report [px]. [tuned: late]

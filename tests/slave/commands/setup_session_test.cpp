@@ -285,11 +285,11 @@ TEST_F(SetupSessionTest, WithoutAManipulatorTheForcesAreTheSameAndNoEncoderIsCom
 
 TEST(SceneMistakesTest, AMessageIsTakenApartAtItsKey) {
   const auto is = [](const std::string& message, const char* key, const char* value,
-                     const char* said, const char* expected) {
+                     const char* text, const char* expected) {
     const SceneMistake mistake = MistakeIn(message);
     EXPECT_EQ(mistake.key, key) << message;
     EXPECT_EQ(mistake.value, value) << message;
-    EXPECT_EQ(mistake.message, said) << message;
+    EXPECT_EQ(mistake.message, text) << message;
     EXPECT_EQ(mistake.expected, expected) << message;
   };
   is("camera.size = [640, 480]: expected [320, 240], or no size", "sense.camera.size", "[640, 480]",
