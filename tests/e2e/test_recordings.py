@@ -222,7 +222,7 @@ class Recordings(FolderTest):
     def test_a_slave_whose_disk_fills_up_reports_it_to_its_clients(self):
         serve = [str(word) for word in (SLAVE, "serve", BLOCK, "--listen", "127.0.0.1:0", *overrides("model.elements=60"),
                                         "--record", self.out / "full.mcap")]
-        with Slave(command=["sh", "-c", 'trap "" XFSZ; ulimit -f 1000; exec "$@"', "sh", *serve]) as slave:
+        with Slave(command=["sh", "-c", 'trap "" XFSZ; ulimit -f 8000; exec "$@"', "sh", *serve]) as slave:
             def reported():
                 return "full.mcap: the recording has ended: it cannot be written: File too large" in run(
                     MASTER, "doctor", slave.address, "--seconds", "0.1").stdout

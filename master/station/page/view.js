@@ -141,7 +141,7 @@ export class View {
   takeShape(message) {
     if (!this.body || message.number !== this.body.number) return;
     const { nodes } = this.body;
-    if (![PLACES_AT + 12 * nodes, PLACES_AT + 13 * nodes + 4].includes(message.buffer.byteLength)) return;
+    if (![PLACES_AT + 12 * nodes, PLACES_AT + 16 * nodes].includes(message.buffer.byteLength)) return;
     this.shape = message;
     this.dirty = true;
   }
