@@ -19,6 +19,7 @@ constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, 
 LiveSensing::LiveSensing(const Scene& scene, const Parts& parts, bool shows_tool)
     : parts_(parts),
       shows_tool_(shows_tool),
+      planned_depth_(scene.operator_options.press_depth),
       p_S_sensed_(parts.manipulator.Tip()),
       p_S_encoders_(p_S_sensed_),
       patch_({.depth = scene.operator_options.press_depth, .period = 1 / SensorRate(scene.sense)}) {
@@ -63,8 +64,7 @@ void LiveSensing::Begin() {
   stages_ = parts_.sense.Stages();
 }
 
-void LiveSensing::Start(Onlooker onlooker) {
-  onlooker_ = std::move(onlooker);
+void LiveSensing::Start() {
   thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
 }
 
@@ -112,7 +112,6 @@ bool LiveSensing::ProcessSample(const std::stop_token& stop) {
   parts_.sense.Process();
   trace.processed_at = Clock::now();
   const std::lock_guard lock(parts_.mutex);
-  const Time began = Clock::now();
   const ContactEstimate estimate = parts_.sense.Estimate(encoders);
   const bool senses_tip = parts_.settings.sensing_info().tip_resolution > 0;
   if (estimate.validity != Validity::kTrackingLost || !senses_tip) {
@@ -126,9 +125,8 @@ bool LiveSensing::ProcessSample(const std::stop_token& stop) {
   has_estimate_ = true;
   // Where looking is a part of the estimate, that one knows when it was done.
   trace.processed_at = std::max(trace.processed_at, estimate.processed_at);
-  const double update = SecondsBetween(std::max(began, estimate.processed_at), Clock::now());
   parts_.newest.Put(estimate, trace);
-  if (onlooker_) onlooker_(estimate, update);
+  ReportDepth(estimate);
   return true;
 }
 
@@ -137,6 +135,12 @@ void LiveSensing::ReportExtrapolation() {
   if (!doubt.empty() && reported_doubts_.insert(doubt).second) {
     parts_.newest.RaiseAlarm(doubt, "the model's solution is extrapolated: " + std::string(doubt));
   }
+}
+
+void LiveSensing::ReportDepth(const ContactEstimate& estimate) {
+  const std::string alarm = planned_depth_.Update(estimate, parts_.newest.Touches());
+  if (alarm.empty() || parts_.settings.scene().model.decision.reason.empty()) return;
+  parts_.newest.RaiseAlarm("depth", alarm);
 }
 
 // At the sensed tip, moved by the arm's motion since. While a sample is being estimated, the latest

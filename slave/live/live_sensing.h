@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <functional>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -20,6 +19,7 @@
 #include "slave/live/observer_rest.h"
 #include "slave/live/operator_port.h"
 #include "slave/live/patch_publisher.h"
+#include "slave/live/planned_depth.h"
 #include "slave/manipulator/manipulator.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 
@@ -36,8 +36,6 @@ class LiveSensing {
     OperatorPort& port;
     LatestEstimate& newest;
   };
-  // Called with each estimate and the duration of its computation [s].
-  using Onlooker = std::function<void(const ContactEstimate& estimate, double update)>;
 
   // `shows_tool`: the samples show the tool that the manipulator carries.
   LiveSensing(const Scene& scene, const Parts& parts, bool shows_tool);
@@ -48,8 +46,8 @@ class LiveSensing {
   // Estimates the first sample, if one is available. Throws std::runtime_error: no sample, or one
   // that cannot be used.
   void Begin();
-  // Starts the thread. `onlooker` may be empty.
-  void Start(Onlooker onlooker);
+  // Starts the thread.
+  void Start();
   // Ends the thread.
   void Stop();
 
@@ -73,6 +71,8 @@ class LiveSensing {
   // One sample; false: the source has ended.
   bool ProcessSample(const std::stop_token& stop);
   void ReportExtrapolation();
+  // Raises an alarm if `auto` chose the model for contacts that are less deep.
+  void ReportDepth(const ContactEstimate& estimate);
 
   // Reading of the encoders at the time of the acquired sample.
   [[nodiscard]] TipReading ReadEncoders() const;
@@ -86,7 +86,7 @@ class LiveSensing {
   // Used by the thread; nullopt: the sensing does not measure a tip that the manipulator carries.
   std::optional<TipRegistration> registration_;
   std::set<std::string_view> reported_doubts_;  // already reported; each raises one alarm, once
-  Onlooker onlooker_;
+  PlannedDepth planned_depth_;
   std::atomic<bool> reset_wanted_{false};
   // The last measured tip and the encoder reading at that time, S [m]; under the sensing's mutex.
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;

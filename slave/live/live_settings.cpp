@@ -1,30 +1,9 @@
 #include "slave/live/live_settings.h"
 
 #include <stdexcept>
-#include <thread>
 #include <utility>
-#include <variant>
 
 namespace palpate {
-namespace {
-
-// What `auto` decides about.
-bool IsSameModel(const ModelOptions& a, const ModelOptions& b) {
-  return a.kind == b.kind && a.elements == b.elements && a.order == b.order && a.modes == b.modes &&
-         a.refinements == b.refinements && a.fem.element == b.fem.element &&
-         a.fem.law == b.fem.law && a.fem.residual == b.fem.residual;
-}
-
-// Senses number the nodes of a volume; an outline is divided anew for any model.
-bool IsSameMesh(const Scene& a, const Scene& b) {
-  const auto* box = std::get_if<BoxGeometry>(&a.object.geometry);
-  const bool has_same_cells =
-      box == nullptr || box->cells == std::get<BoxGeometry>(b.object.geometry).cells;
-  return has_same_cells && a.model.refinements == b.model.refinements;
-}
-
-}  // namespace
-
 LiveSettings::LiveSettings(const Scene& scene, SensingPipeline* sense,
                            PriorityInheritanceMutex* sense_mutex, OperatorPort* port,
                            LatestEstimate* newest)
@@ -71,48 +50,6 @@ void LiveSettings::Adopt(const Scene& changed, std::unique_ptr<PreparedModel> pr
   sense_->Adopt(std::move(prepared), changed);
   scene_ = changed;
   newest_->Add(Event::kModelChanged);
-}
-
-std::string LiveSettings::RechooseModel(double depth, const ModelChooser& choose,
-                                        const std::stop_token& stop) try {
-  constexpr std::chrono::milliseconds kLookAgain(20);
-  const std::uint32_t revision = revision_;
-  Scene changed = scene();
-  if (changed.model.decision.reason.empty())
-    return "the model is unchanged: it was set by SetModel";
-  Scene asked = changed;
-  asked.operator_options.press_depth = depth;
-  const auto decided = choose(asked, stop);
-  if (!decided) return "the model is unchanged: no model has a known error";
-  changed.model = decided->model;
-  const std::string& why = changed.model.decision.reason;
-  if (IsSameModel(changed.model, asked.model)) return "the model is unchanged; " + why;
-  if (!IsSameMesh(*decided, asked)) {
-    return "the model is unchanged: a mesh can change only at a start (operator.press.depth); " +
-           why;
-  }
-  std::unique_ptr<PreparedModel> prepared = sense_->Prepare(changed, nullptr);
-  while (!stop.stop_requested() && !TryAdopt(changed, revision, &prepared)) {
-    std::this_thread::sleep_for(kLookAgain);
-  }
-  return IsSameModel(scene().model, changed.model)
-             ? why
-             : "the model is unchanged: settings have changed";
-} catch (const std::exception& error) {
-  return error.what();
-}
-
-bool LiveSettings::TryAdopt(const Scene& changed, std::uint32_t revision,
-                            std::unique_ptr<PreparedModel>* prepared) {
-  const std::unique_lock one_at_a_time(change_mutex_, std::try_to_lock);
-  if (!one_at_a_time) return false;
-  if (revision_ != revision) return true;
-  const std::scoped_lock lock(*sense_mutex_, mutex_);  // no estimate is made meanwhile
-  if (port_->view().phase == Phase::kFollowing || newest_->Touches()) return false;
-  Adopt(changed, std::move(*prepared));
-  info_.reason = changed.model.decision.reason;
-  ++revision_;
-  return true;
 }
 
 void LiveSettings::SetModel(const ModelChange& change, Progress* progress) {

@@ -3,12 +3,8 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
-#include <stop_token>
-#include <string>
 
 #include "shared/link/priority_inheritance_mutex.h"
 #include "slave/live/latest_estimate.h"
@@ -19,10 +15,6 @@
 #include "slave/scene/scene.h"
 
 namespace palpate {
-
-// Returns the scene with the model that `kind: auto` selects; it may take seconds. nullopt: no
-// model has a known error. Throws as MakeModel does.
-using ModelChooser = std::function<std::optional<Scene>(const Scene&, const std::stop_token&)>;
 
 // The scene with the parameters in force, and the description of the sensing. Settings change only
 // while nobody follows and nothing is touched. Thread-safe.
@@ -50,17 +42,11 @@ class LiveSettings {
   void SetParameters(const ParameterChange& change, Progress* progress);
   // Throws std::logic_error unless nobody follows and nothing is touched.
   void RefuseUnlessFree() const;
-  // The new decision of `choose` becomes active only while the operator is disengaged and the tool
-  // is free, because force and stiffness would jump. Returns the outcome as text.
-  std::string RechooseModel(double depth, const ModelChooser& choose, const std::stop_token& stop);
 
  private:
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const;
   void Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared);
-  // False: not now. Settings of another revision drop it.
-  bool TryAdopt(const Scene& changed, std::uint32_t revision,
-                std::unique_ptr<PreparedModel>* prepared);
 
   SensingPipeline* sense_;
   PriorityInheritanceMutex* sense_mutex_;

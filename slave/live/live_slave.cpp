@@ -29,7 +29,7 @@ ManipulatorOptions LimitsOf(const Scene& scene, const SensingPipeline& sense) {
 }  // namespace
 
 LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulator,
-                     std::unique_ptr<SensingPipeline> sense, const ModelChooser& choose)
+                     std::unique_ptr<SensingPipeline> sense)
     : has_scene_(!scene.name.empty()),
       manipulator_(std::move(manipulator)),
       sense_(std::move(sense)),
@@ -41,17 +41,7 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulato
                ShowsTool(*sense_, *manipulator_)) {
   sensing_.Begin();
   watchdog_.emplace(port_, [this] { return ContactStateNow(); });
-  if (choose && !scene.model.decision.reason.empty()) {
-    model_validity_.emplace(scene, [this, choose](const ModelValidityMonitor::Breach& breach,
-                                                  const std::stop_token& stop) {
-      newest_.RaiseAlarm("model range", breach.words + ": auto chooses the model again");
-      const std::string outcome = settings_.RechooseModel(breach.depth, choose, stop);
-      if (!stop.stop_requested()) newest_.RaiseAlarm("model choice", outcome);
-    });
-  }
-  sensing_.Start([this](const ContactEstimate& estimate, double update) {
-    if (model_validity_) model_validity_->Update(estimate, newest_.Touches(), update);
-  });
+  sensing_.Start();
 }
 
 // The others use what the sensing thread updates, and it calls them.

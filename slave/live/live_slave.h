@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -18,7 +17,6 @@
 #include "slave/live/latest_estimate.h"
 #include "slave/live/live_sensing.h"
 #include "slave/live/live_settings.h"
-#include "slave/live/model_validity_monitor.h"
 #include "slave/live/operator_port.h"
 #include "slave/live/slave.h"
 #include "slave/live/stop_control.h"
@@ -29,16 +27,14 @@
 
 namespace palpate {
 
-// Threads: one senses, one moves the tool, one watches the operator, one selects another model when
-// auto's is no longer suitable. `sense_mutex_` guards the data that the first one shares with
-// callers, except the latest estimate.
+// Threads: one senses, one moves the tool, one watches the operator. `sense_mutex_` guards the data
+// that the first one shares with callers, except the latest estimate.
 class LiveSlave final : public Slave {
  public:
   // Estimates the first sample, if one is available, and starts. Throws std::runtime_error: no
-  // sample, or one that cannot be used. `choose`: called again when its decision for `scene` is no
-  // longer suitable; empty: never.
+  // sample, or one that cannot be used.
   LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulator,
-            std::unique_ptr<SensingPipeline> sense, const ModelChooser& choose = {});
+            std::unique_ptr<SensingPipeline> sense);
   ~LiveSlave() override;
 
   void BeginOperating() override { port_.BeginOperating(); }
@@ -113,18 +109,17 @@ class LiveSlave final : public Slave {
   LiveSensing sensing_;
 
   std::optional<CommandWatchdog> watchdog_;
-  std::optional<ModelValidityMonitor>
-      model_validity_;  // nullopt: the scene's model was not auto's choice
 };
 
 // Creates the slave of the scene with manipulator and sensing. The samples of simulated sensors
 // come from palpate-simulator, see StreamSimulated. Throws as they do.
 // `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
-// the sensing, outlives the slave; null: none. `choose`: see LiveSlave. `open`, `progress`: see
-// Pace.
-std::unique_ptr<LiveSlave> MakeLiveSlave(
-    Scene scene, const std::filesystem::path& state_folder = {}, SenseRecorder* recorder = nullptr,
-    const ModelChooser& choose = {}, const FrameOpener& open = {}, Progress* progress = nullptr);
+// the sensing, outlives the slave; null: none. `open`, `progress`: see Pace.
+std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene,
+                                         const std::filesystem::path& state_folder = {},
+                                         SenseRecorder* recorder = nullptr,
+                                         const FrameOpener& open = {},
+                                         Progress* progress = nullptr);
 // The slave of a set-up, which only shows images. `camera`: what `open` opens.
 std::unique_ptr<LiveSlave> MakePreviewSlave(const Camera& camera, const FrameOpener& open);
 

@@ -16,8 +16,8 @@ bool MayRest(const Scene& scene, const SensingPipeline& sense) {
 }  // namespace
 
 std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene, const std::filesystem::path& state_folder,
-                                         SenseRecorder* recorder, const ModelChooser& choose,
-                                         const FrameOpener& open, Progress* progress) {
+                                         SenseRecorder* recorder, const FrameOpener& open,
+                                         Progress* progress) {
   StreamSimulated(&scene);
   std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene);
   const Pace pace{.tap = recorder, .open = open, .progress = progress};
@@ -25,7 +25,7 @@ std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene, const std::filesystem::pat
   std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, pace);
   const bool may_rest = recorder == nullptr && MayRest(scene, *sense);
   if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
-  auto slave = std::make_unique<LiveSlave>(scene, std::move(manipulator), std::move(sense), choose);
+  auto slave = std::make_unique<LiveSlave>(scene, std::move(manipulator), std::move(sense));
   slave->ReportRecorder(recorder);
   if (may_rest) slave->AllowRest();
   if (!state_folder.empty()) slave->KeepStopIn(state_folder);

@@ -29,7 +29,6 @@
 #include "slave/recording/sense_recording.h"
 #include "slave/service/server.h"
 #include "slave/service/slave_metrics.h"
-#include "slave/study/auto_model.h"
 
 namespace palpate {
 namespace {
@@ -106,10 +105,6 @@ void WaitFor(const std::stop_token& stop) {
   changed.wait(lock, stop, [] { return false; });
 }
 
-std::optional<Scene> ChosenAgain(const Scene& scene, const std::stop_token& stop) {
-  return study::DecideQuickly(scene, study::RealWorkshop(), study::kQuickBudget, stop);
-}
-
 // Throws std::invalid_argument: options that contradict each other.
 void CheckSetup(const ServeOptions& options) {
   if (options.setup.empty() == options.scene.empty()) {
@@ -127,7 +122,7 @@ std::unique_ptr<LiveSlave> OpenScene(const ServeOptions& options, const std::sto
   const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
   if (!options.record.empty()) recording->emplace(options, scene);
   SenseRecorder* recorder = *recording ? &(*recording)->sense() : nullptr;
-  auto slave = MakeLiveSlave(scene, options.state_dir, recorder, ChosenAgain);
+  auto slave = MakeLiveSlave(scene, options.state_dir, recorder);
   const SlaveDescription description = slave->Describe();
   Introduce(description);
   const std::string missing = MissingGuards(scene.manipulator);
@@ -137,8 +132,7 @@ std::unique_ptr<LiveSlave> OpenScene(const ServeOptions& options, const std::sto
 
 std::unique_ptr<LiveSlave> OpenSetup(const ServeOptions& options,
                                      std::optional<SetupSession>* setup) {
-  setup->emplace(SetupOptions{options.setup, ChosenAgain},
-                 NamedCamera(options.camera, options.camera_rate));
+  setup->emplace(options.setup, NamedCamera(options.camera, options.camera_rate));
   auto slave = (*setup)->First();
   if (!options.state_dir.empty()) slave->KeepStopIn(options.state_dir);
   const SlaveDescription description = slave->Describe();

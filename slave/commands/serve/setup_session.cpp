@@ -269,8 +269,7 @@ class SetupSession::Prepared final : public PreparedScene {
       : session_(session), draft_(session.saved_, proposal) {}
 
   void Start(const Scene& scene, const FrameOpener& open, Progress* progress) {
-    slave_ = session_.Offered(
-        MakeLiveSlave(scene, {}, nullptr, session_.options_.choose, open, progress));
+    slave_ = session_.Offered(MakeLiveSlave(scene, {}, nullptr, open, progress));
   }
   [[nodiscard]] std::filesystem::path file() const { return draft_.file(); }
   [[nodiscard]] SlaveDescription Describe() const override { return slave_->Describe(); }
@@ -285,8 +284,8 @@ class SetupSession::Prepared final : public PreparedScene {
   std::unique_ptr<LiveSlave> slave_;
 };
 
-SetupSession::SetupSession(SetupOptions options, const Camera& camera)
-    : options_(std::move(options)), camera_(camera), saved_(options_.folder) {}
+SetupSession::SetupSession(const std::filesystem::path& folder, const Camera& camera)
+    : camera_(camera), saved_(folder) {}
 
 cv::Mat SetupSession::StartImage(const std::stop_token& stop) {
   return FreshFrame(camera_, stop).image;
@@ -345,7 +344,7 @@ std::unique_ptr<LiveSlave> SetupSession::First() {
       const Scene scene = LoadRunningScene(saved_.file(), {});
       const std::vector<SceneMistake> foreign = ForeignParts(scene, camera_);
       if (!foreign.empty()) throw std::invalid_argument(InWords(foreign));
-      return Offered(MakeLiveSlave(scene, {}, nullptr, options_.choose, OpenerOf(camera_)));
+      return Offered(MakeLiveSlave(scene, {}, nullptr, OpenerOf(camera_)));
     } catch (const std::exception& error) {
       spdlog::warn("the saved scene is not used, and the set-up begins without one: {}",
                    error.what());

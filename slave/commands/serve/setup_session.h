@@ -9,23 +9,17 @@
 
 #include "slave/capture/shared_camera.h"
 #include "slave/commands/serve/saved_scenes.h"
-#include "slave/live/live_settings.h"
 #include "slave/live/live_slave.h"
 #include "slave/live/scene_setup.h"
 
 namespace palpate {
 
-struct SetupOptions {
-  std::filesystem::path folder;  // of saved scenes; created if missing
-  ModelChooser choose = {};      // see LiveSlave
-};
-
 // Outlives its slaves.
 class SetupSession final : public SceneSetup {
  public:
-  // Opens the camera. Throws as OpenFrameSource does; std::runtime_error: the folder cannot be
-  // created.
-  SetupSession(SetupOptions options, const Camera& camera);
+  // `folder`: of saved scenes; created if missing. Opens the camera. Throws as OpenFrameSource
+  // does; std::runtime_error: the folder cannot be created.
+  SetupSession(const std::filesystem::path& folder, const Camera& camera);
 
   ProposalReport Check(const SceneProposal& proposal, Progress* progress) override;
   std::unique_ptr<PreparedScene> Prepare(const SceneProposal& proposal,
@@ -45,7 +39,6 @@ class SetupSession final : public SceneSetup {
   [[nodiscard]] std::unique_ptr<LiveSlave> Offered(std::unique_ptr<LiveSlave> slave);
   void Serve(std::unique_ptr<LiveSlave> next);
 
-  const SetupOptions options_;
   const SharedCamera camera_;
   const SavedScenes saved_;
   std::mutex mutex_;  // guards the next ones

@@ -88,7 +88,7 @@ class SetupSessionTest : public testing::Test {
     slave_ = std::move(next);
   }
 
-  SetupSession session_{{.folder = saved_.path() / "scenes"},
+  SetupSession session_{saved_.path() / "scenes",
                         NamedCamera((folder_->path() / "images").string(), 30)};
   std::unique_ptr<LiveSlave> slave_ = session_.First();
 };

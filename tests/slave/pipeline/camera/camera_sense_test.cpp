@@ -27,9 +27,9 @@ constexpr auto kPeriod = std::chrono::milliseconds(2);
 // Coarse, so that sanitizers can follow.
 class CameraSenseTest : public ::testing::Test {
  protected:
-  CameraSenseTest() : CameraSenseTest(Block(), {}) {}
-  CameraSenseTest(const Scene& scene, const ModelChooser& choose)
-      : slave_(MakeLiveSlave(scene, {}, nullptr, choose)), devices_(scene, slave_.get()) {}
+  CameraSenseTest() : CameraSenseTest(Block()) {}
+  explicit CameraSenseTest(const Scene& scene)
+      : slave_(MakeLiveSlave(scene)), devices_(scene, slave_.get()) {}
   static Scene Block() {
     // A busy machine may show pictures late: what that does has its own test.
     return LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
@@ -43,7 +43,6 @@ class CameraSenseTest : public ::testing::Test {
     EXPECT_TRUE(Eventually([&] {
       std::this_thread::sleep_for(kPeriod);
       state = hand_.Stay(engaged);
-      if (state.phase == Phase::kHold) was_held_ = true;
       return reached(state);
     })) << "not reached; tip at "
         << state.p_S_tip.transpose();
@@ -72,7 +71,6 @@ class CameraSenseTest : public ::testing::Test {
   std::unique_ptr<Slave> slave_;
   SimulatedDevices devices_;
   EngagedHand hand_{slave_.get()};
-  bool was_held_ = false;
 };
 
 // Reference: the simulator's own finite element truth. Tolerance: 60 elements are 3 to 8 % low in
@@ -124,94 +122,31 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   EXPECT_NEAR(after.force->y() / pressed.force->y(), 1, 0.2);
 }
 
-// Auto chose a model for a press of 1 mm.
-class RechosenModelTest : public CameraSenseTest {
+// Auto chose the model for a press of 1 mm.
+class PlannedDepthSenseTest : public CameraSenseTest {
  protected:
-  RechosenModelTest()
-      : CameraSenseTest(Studied(), [this](const Scene& asked, const std::stop_token& stop) {
-          return Choose(asked, stop);
-        }) {}
+  PlannedDepthSenseTest() : CameraSenseTest(Studied()) {}
   static Scene Studied() {
     Scene scene = Block();
     scene.model.decision = {"auto: 60 elements", true, 0.05, {}};
     scene.operator_options.press_depth = 1e-3;
     return scene;
   }
-  std::optional<Scene> Choose(Scene scene, const std::stop_token& stop) {
-    asked_depth_ = scene.operator_options.press_depth;
-    while (!may_choose_ && !stop.stop_requested()) std::this_thread::sleep_for(kPeriod);
-    scene.model.elements = 120;
-    scene.model.decision.reason = "auto: 120 elements";
-    return scene;
-  }
-  void Lift() {
-    Lower(-0.0085);
-    was_held_ = false;
-    Until([](const SlaveState& s) { return !s.local_model.in_contact && !(s.depth > 0); });
-  }
-  [[nodiscard]] int elements() const { return slave_->Describe().sense.model.elements; }
-  [[nodiscard]] bool IsReported(const std::string& text) const {
-    return std::ranges::any_of(slave_->Status().alarms, [&](const std::string& alarm) {
-      return alarm.find(text) != std::string::npos;
-    });
-  }
-
-  // The model in force stays in force. Where nothing is touched, a hold frees it.
-  void StaysFor(
-      double seconds, bool engaged,
-      const std::function<void(const SlaveState&)>& look = [](const auto&) {}) {
-    const Time begin = Clock::now();
-    bool is_free = false;
-    Until(
-        [&](const SlaveState& s) {
-          look(s);
-          is_free = was_held_ && !s.local_model.in_contact;
-          return is_free || SecondsBetween(begin, Clock::now()) > seconds;
-        },
-        engaged);
-    if (!is_free) EXPECT_EQ(elements(), 60);
-  }
-
-  std::atomic<double> asked_depth_{0};
-  std::atomic<bool> may_choose_{false};
 };
 
-// What is deeper than studied asks for a model that is; no force and no stiffness jumps under the
-// hand, since it comes neither while the object is touched nor while somebody follows. Reference:
-// the standing tool's force about which pictures scatter by half a pixel (as above).
-TEST_F(RechosenModelTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouched) {
+TEST_F(PlannedDepthSenseTest, AContactDeeperThanPlannedRaisesAnAlarmAndKeepsTheModel) {
   const SlaveState pressed = Press();
   ASSERT_GT(pressed.depth, 1.2e-3);
-  EXPECT_EQ(asked_depth_, 0) << "nothing can change yet";
-  Lift();
-  Until([&](const SlaveState&) { return asked_depth_ > 0; });
-  EXPECT_GE(asked_depth_, 1.2 * pressed.depth);
-  Lower(0.0085);
-  may_choose_ = true;
-  StaysFor(0.4, true, [&](const SlaveState& s) {
-    if (s.force) EXPECT_NEAR(s.force->y() / pressed.force->y(), 1, 0.16);
-  });
-  StaysFor(0.2, false);  // the clutch is open, the tool is in the object
-  hand_.Engage();
-  Until(Follows);
-  Lift();
-  StaysFor(0.2, true);
-  Until(
-      [&](const SlaveState& s) {
-        EXPECT_FALSE(s.force && s.force->norm() > 0) << s.force->transpose();
-        return s.settings_revision != pressed.settings_revision;
-      },
-      false);
-  EXPECT_EQ(elements(), 120);
-  EXPECT_EQ(slave_->Describe().sense.reason, "auto: 120 elements");
-  EXPECT_TRUE(slave_->TakeEvents().Has(Event::kModelChanged));
-  EXPECT_TRUE(IsReported("the model chosen by auto was studied to 1 mm"));
-  Until([&](const SlaveState&) { return IsReported("auto: 120 elements"); }, false);
-  hand_.Engage();
-  Until(Follows);
-  const SlaveState after = Lower(0.0085);
-  ASSERT_TRUE(after.force);
-  EXPECT_NEAR(after.force->y() / pressed.force->y(), 1, 0.2);
+  Lower(-0.0085);
+  const auto is_reported = [&] {
+    return std::ranges::any_of(slave_->Status().alarms, [](const std::string& alarm) {
+      return alarm.starts_with("pressed deeper than planned");
+    });
+  };
+  const SlaveState free = Until([&](const SlaveState&) { return is_reported(); });
+  EXPECT_FALSE(free.local_model.in_contact);
+  EXPECT_EQ(free.settings_revision, pressed.settings_revision);
+  EXPECT_EQ(slave_->Describe().sense.model.elements, 60);
 }
 
 // Whoever goes by other settings than those in force does not move the tool.
@@ -297,7 +232,7 @@ TEST_F(CameraSenseTest, SettingsChangeAsAWholeOrNotAtAllBesideAnEngagement) {
 
 class LargeModelTest : public CameraSenseTest {
  protected:
-  LargeModelTest() : CameraSenseTest(Large(), {}) {}
+  LargeModelTest() : CameraSenseTest(Large()) {}
   static Scene Large() {
     Scene scene = Block();
     scene.model.elements = 900;

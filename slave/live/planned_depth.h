@@ -1,0 +1,28 @@
+// Compares the indentation of each contact with the one that `model.kind: auto` was studied for.
+#pragma once
+
+#include <string>
+
+#include "shared/state/slave_state.h"
+
+namespace palpate {
+
+// One thread.
+class PlannedDepth {
+ public:
+  // `planned`: indentation that the study assumed [m], > 0.
+  explicit PlannedDepth(double planned) : planned_(planned), reported_(kDeeper * planned) {}
+
+  // For each sample. Returns the text of an alarm when a contact ends that was more than a tenth
+  // deeper than planned and deeper than any reported before; else empty.
+  [[nodiscard]] std::string Update(const ContactEstimate& estimate, bool touches);
+
+ private:
+  static constexpr double kDeeper = 1.1;  // depth that is reported, relative to the planned one [-]
+
+  const double planned_;  // [m]
+  double reported_;       // a contact that is no deeper is not reported [m]
+  double deepest_ = 0;    // largest depth of this contact [m]
+};
+
+}  // namespace palpate
