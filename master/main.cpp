@@ -74,8 +74,7 @@ int Evict(const Arguments& a) {
   }
 }
 
-// Such as `ada@desk`: a program that is started again has the name of the one before, so that the
-// lease stays reserved for it.
+// Such as `ada@desk`.
 std::string NameOfUser() {
   const passwd* user = getpwuid(getuid());
   std::array<char, HOST_NAME_MAX + 1> host{};

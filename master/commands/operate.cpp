@@ -107,9 +107,9 @@ std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments&
 std::optional<double> CertificateUntil(const std::filesystem::path& folder) {
   std::ifstream file(folder / "cert.pem");
   const std::string pem{std::istreambuf_iterator<char>(file), {}};
-  const auto facts = folder.empty() ? std::nullopt : FactsOf(pem);
-  if (!facts) return std::nullopt;
-  return std::chrono::duration<double>(facts->until.time_since_epoch()).count();
+  const auto expiry = folder.empty() ? std::nullopt : ExpiryOf(pem);
+  if (!expiry) return std::nullopt;
+  return std::chrono::duration<double>(expiry->time_since_epoch()).count();
 }
 
 // Observes what loop, page and recording need, all on one connection.

@@ -401,8 +401,6 @@ OperatorCommand HapticLoop::NextCommand(Time now) noexcept {
   OperatorCommand command = commanded_;
   command.sent_at = now;
   command.epoch = machine_.epoch();
-  command.energy_in = passivity_.energy_in();
-  command.energy_out = passivity_.energy_out();
   command.settings_revision = used_revision_;
   command.torque = options_.renders_torque;
   return command;

@@ -33,7 +33,7 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
   bool is_first = true;
   while (stream->Read(&message)) {
     if (std::exchange(is_first, false)) {
-      if (const auto shown = FactsOf(*context_.auth_context())) trusted_until_ = shown->until;
+      if (const auto expiry = ExpiryOf(*context_.auth_context())) trusted_until_ = *expiry;
     }
     ReceiveFromStream(message);
   }

@@ -30,6 +30,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
+constexpr milliseconds kLostLeaseRetry(10000);   // another operator has the time to take it
 constexpr double kObservedRate = 10;             // states of a slave that nobody can operate [Hz]
 constexpr milliseconds kShortestDeadline(1000);  // of a call
 constexpr milliseconds kLongestDeadline(60000);
@@ -54,6 +55,12 @@ milliseconds SinceThen(Time start) {
 
 LinkStats::Times TimesOf(const LatencyHistogram& times) {
   return {times.Quantile(0.5), times.Quantile(0.99), times.max()};
+}
+
+// Time until the slave is asked again after a stream that ended for `reason`.
+milliseconds PauseAfter(v1::ErrorReason reason, Backoff* backoff) {
+  if (reason == v1::ERROR_REASON_LEASE_HELD) return kLeaseRetry;
+  return reason == v1::ERROR_REASON_LEASE_LOST ? kLostLeaseRetry : backoff->Next();
 }
 
 // A slave answered and rejected the call.
@@ -277,8 +284,7 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
     if (rereading.joinable()) rereading.join();
     if (next.was_served()) backoff.Reset();
     if (ReasonOf(status) == v1::ERROR_REASON_NO_MANIPULATOR) Observe(stop);
-    const bool held = ReasonOf(status) == v1::ERROR_REASON_LEASE_HELD;
-    if (!Sleep(held ? kLeaseRetry : backoff.Next())) return;
+    if (!Sleep(PauseAfter(ReasonOf(status), &backoff))) return;
   }
 }
 

@@ -116,10 +116,9 @@ struct OperatorView {
   std::uint32_t epoch = 0;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // of T^p, S [m]
   std::uint64_t command_sequence = 0;
-  std::optional<Time> echo;              // master's clock
-  Time taken_at{};                       // arrival of that command, slave's clock
-  double energy_in = 0, energy_out = 0;  // [J]
-  std::uint32_t settings_revision = 0;   // of the active scene and parameters; 0: unknown
+  std::optional<Time> echo;             // master's clock
+  Time taken_at{};                      // arrival of that command, slave's clock
+  std::uint32_t settings_revision = 0;  // of the active scene and parameters; 0: unknown
 };
 
 // `events`: of all samples and commands since the previous state.
@@ -137,7 +136,6 @@ struct OperatorCommand {
   Eigen::Vector3d p_M = Eigen::Vector3d::Zero();       // [m], absolute in the epoch
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // M [m/s]
   bool engaged = false;
-  double energy_in = 0, energy_out = 0;  // [J]
   std::uint64_t state_sequence = 0;
   std::optional<Time> echo;             // slave's clock
   std::uint32_t settings_revision = 0;  // used by the master; 0: unknown

@@ -5,19 +5,15 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include <grpcpp/security/tls_certificate_provider.h>
-#include <grpcpp/security/tls_certificate_verifier.h>
 #include <grpcpp/security/tls_credentials_options.h>
 #include <openssl/bio.h>
-#include <openssl/bn.h>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
-#include <spdlog/spdlog.h>
 
 namespace palpate {
 namespace {
@@ -51,28 +47,6 @@ std::shared_ptr<grpc::experimental::CertificateProviderInterface> Watched(const 
       key.string(), cert.string(), ca.string(), kRefresh);
 }
 
-// After the chain was verified.
-class NotRevoked final : public grpc::experimental::ExternalCertificateVerifier {
- public:
-  explicit NotRevoked(std::shared_ptr<RevocationList> revoked) : revoked_(std::move(revoked)) {}
-  ~NotRevoked() override = default;
-  bool Verify(grpc::experimental::TlsCustomVerificationCheckRequest* request,
-              std::function<void(grpc::Status)> /*when_done*/, grpc::Status* status) override {
-    const auto peer = request->peer_cert();
-    const auto facts = FactsOf(std::string_view(peer.data(), peer.size()));
-    if (facts && Holds(*facts, *revoked_)) return true;
-    spdlog::warn("audit: a certificate was rejected, serial {}", facts ? facts->serial : "unread");
-    *status = {grpc::StatusCode::UNAUTHENTICATED, "the certificate is no longer valid"};
-    return true;
-  }
-  void Cancel(grpc::experimental::TlsCustomVerificationCheckRequest* /*request*/) override {}
-
- private:
-  const std::shared_ptr<RevocationList> revoked_;
-};
-
-namespace fs = std::filesystem;
-
 template <auto kFree>
 struct Freed {
   template <class T>
@@ -83,7 +57,6 @@ struct Freed {
 using Bio = std::unique_ptr<BIO, Freed<BIO_free>>;
 using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
 using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
-using Crl = std::unique_ptr<X509_CRL, Freed<X509_CRL_free>>;
 
 // `text` outlives it.
 Bio Reading(std::string_view text) {
@@ -92,14 +65,6 @@ Bio Reading(std::string_view text) {
 
 Certificate Read(std::string_view pem) {
   return Certificate(PEM_read_bio_X509(Reading(pem).get(), nullptr, nullptr, nullptr));
-}
-
-std::string SerialIn(const ASN1_INTEGER* number) {
-  const std::unique_ptr<BIGNUM, Freed<BN_free>> big(ASN1_INTEGER_to_BN(number, nullptr));
-  char* const digits = big ? BN_bn2hex(big.get()) : nullptr;
-  std::string serial = digits != nullptr ? digits : "";
-  OPENSSL_free(digits);
-  return serial;
 }
 
 std::string Contents(const fs::path& file) {
@@ -133,20 +98,17 @@ void RequireCertificates(const fs::path& folder) {
   RequireUsable(folder);
 }
 
-std::optional<CertificateFacts> FactsOf(const grpc::AuthContext& context) {
+std::optional<WallTime> ExpiryOf(const grpc::AuthContext& context) {
   const auto found = context.FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
   if (found.empty()) return std::nullopt;
-  return FactsOf(std::string_view(found[0].data(), found[0].size()));
+  return ExpiryOf(std::string_view(found[0].data(), found[0].size()));
 }
 
-std::shared_ptr<grpc::ServerCredentials> ServerTls(const fs::path& folder,
-                                                   std::shared_ptr<RevocationList> revoked) {
+std::shared_ptr<grpc::ServerCredentials> ServerTls(const fs::path& folder) {
   grpc::experimental::TlsServerCredentialsOptions options(Watched(folder));
   options.watch_root_certs();
   options.watch_identity_key_cert_pairs();
   options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
-  options.set_certificate_verifier(
-      grpc::experimental::ExternalCertificateVerifier::Create<NotRevoked>(std::move(revoked)));
   return grpc::experimental::TlsServerCredentials(options);
 }
 
@@ -159,11 +121,9 @@ std::shared_ptr<grpc::ChannelCredentials> ChannelTls(const fs::path& folder) {
   return grpc::experimental::TlsCredentials(options);
 }
 
-std::optional<CertificateFacts> FactsOf(std::string_view pem) {
+std::optional<WallTime> ExpiryOf(std::string_view pem) {
   const Certificate certificate = Read(pem);
-  const auto until = certificate ? TimeIn(X509_get0_notAfter(certificate.get())) : std::nullopt;
-  if (!until) return std::nullopt;
-  return CertificateFacts{SerialIn(X509_get0_serialNumber(certificate.get())), *until};
+  return certificate ? TimeIn(X509_get0_notAfter(certificate.get())) : std::nullopt;
 }
 
 std::string WhyUntimely(const fs::path& folder, WallTime now) {
@@ -197,58 +157,6 @@ void RequireUsable(const fs::path& folder) {
   }
   if (X509_check_private_key(ours.get(), secret.get()) == 1) return;
   throw std::invalid_argument(key.string() + " is not the key of " + cert.string());
-}
-
-struct RevocationList::List {
-  // Throws std::invalid_argument.
-  List(const fs::path& file, const fs::path& ca) {
-    const Crl crl(PEM_read_bio_X509_CRL(Reading(Contents(file)).get(), nullptr, nullptr, nullptr));
-    const Certificate issuer = Read(Contents(ca));
-    if (!crl || !issuer || X509_CRL_verify(crl.get(), X509_get0_pubkey(issuer.get())) != 1) {
-      throw std::invalid_argument(file.string() +
-                                  ": expected a list of revoked certificates in PEM, signed by "
-                                  "the ca.pem beside it (deploy/certs revoke)");
-    }
-    const STACK_OF(X509_REVOKED)* const revoked = X509_CRL_get_REVOKED(crl.get());
-    for (int i = 0; i < sk_X509_REVOKED_num(revoked); ++i) {
-      serials.insert(SerialIn(X509_REVOKED_get0_serialNumber(sk_X509_REVOKED_value(revoked, i))));
-    }
-  }
-  std::set<std::string> serials;
-};
-
-RevocationList::RevocationList(fs::path folder)
-    : file_(folder / "crl.pem"), ca_(std::move(folder) / "ca.pem") {
-  if (!fs::exists(file_)) return;
-  written_at_ = fs::last_write_time(file_);
-  list_ = std::make_unique<List>(file_, ca_);
-}
-
-RevocationList::~RevocationList() = default;
-
-bool RevocationList::Names(const std::string& serial) {
-  const std::scoped_lock lock(mutex_);
-  Refresh();
-  return list_ != nullptr && list_->serials.contains(serial);
-}
-
-void RevocationList::Refresh() {
-  const auto now = std::chrono::steady_clock::now();
-  if (now - looked_at_ < std::chrono::seconds(1)) return;
-  looked_at_ = now;
-  try {
-    std::error_code missing;
-    const auto written_at = fs::last_write_time(file_, missing);
-    if (missing || written_at == written_at_) return;  // who was revoked stays so
-    written_at_ = written_at;
-    list_ = std::make_unique<List>(file_, ca_);
-  } catch (const std::exception& error) {
-    spdlog::error("audit: the list of revoked certificates is unchanged: {}", error.what());
-  }
-}
-
-bool Holds(const CertificateFacts& certificate, RevocationList& revoked, WallTime now) {
-  return now < certificate.until && !revoked.Names(certificate.serial);
 }
 
 }  // namespace palpate

@@ -124,8 +124,6 @@ std::string FirstViolation(const SlaveState& state) {
   Invariants all;
   RequireEstimate(state, &all);
   all.NotNegative(state.echo_delay, "echo_delay");
-  all.NotNegative(state.energy_in, "energy_in");
-  all.NotNegative(state.energy_out, "energy_out");
   all.Finite(state.offset, "offset");
   if (state.true_force) all.Finite(*state.true_force, "true_force");
   all.Require(state.epoch > 0 || state.phase != Phase::kFollowing, "epoch = 0 while following");
@@ -139,8 +137,6 @@ std::string FirstViolation(const OperatorCommand& command) {
   all.Require(command.epoch > 0 || !command.engaged, "epoch = 0 while engaged");
   all.Finite(command.p_M, "p_M");
   all.Finite(command.velocity, "velocity");
-  all.NotNegative(command.energy_in, "energy_in");
-  all.NotNegative(command.energy_out, "energy_out");
   if (command.R_M_device) all.Unit(command.R_M_device->norm(), "R_M_device");
   return all.Take();
 }

@@ -26,7 +26,6 @@ inline constexpr double kMaxSpeed = 1e6;       // [m/s]
 inline constexpr double kMaxForce = 1e18;      // [N]
 inline constexpr double kMaxMoment = 1e24;     // [N m]
 inline constexpr double kMaxStiffness = 1e21;  // [N/m]
-inline constexpr double kMaxEnergy = 1e24;     // [J]
 inline constexpr double kMaxDelay = 1e6;       // [s]
 
 // Accepted deviation of the length of a sent unit quaternion or vector from 1 [-]. [derived: single

@@ -115,8 +115,6 @@ void VisitState(State& state, const Fields& field) {
   field(M::kSentAtFieldNumber, state.sent_at, Presence::kRequired);
   VisitEstimate(state, field);
   field(M::kTrueForceFieldNumber, state.true_force, kMaxForce);
-  field(M::kEnergyInFieldNumber, state.energy_in, kMaxEnergy);
-  field(M::kEnergyOutFieldNumber, state.energy_out, kMaxEnergy);
   field(M::kCommandSequenceFieldNumber, state.command_sequence);
   field(M::kEchoFieldNumber, state.echo);
   field(M::kEchoDelayFieldNumber, state.echo_delay, kMaxDelay);
@@ -135,8 +133,6 @@ void VisitCommand(Command& command, const Fields& field) {
   field(M::kPMFieldNumber, command.p_M, kMaxLength, Presence::kWritten);
   field(M::kVelocityFieldNumber, command.velocity, kMaxSpeed);
   field(M::kEngagedFieldNumber, command.engaged);
-  field(M::kEnergyInFieldNumber, command.energy_in, kMaxEnergy);
-  field(M::kEnergyOutFieldNumber, command.energy_out, kMaxEnergy);
   field(M::kStateSequenceFieldNumber, command.state_sequence);
   field(M::kEchoFieldNumber, command.echo);
   field(M::kSettingsRevisionFieldNumber, command.settings_revision);

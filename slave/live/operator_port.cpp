@@ -54,7 +54,6 @@ OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& tran
       dead_after_(dead_after),
       transform_(transform),
       idle_(limits.source == ManipulatorOptions::Source::kNone ? Phase::kObserving : Phase::kReady),
-      last_tip_(manipulator.Tip()),
       guard_(manipulator, limits_),
       stops_(FirstStopNumber()) {
   view_.phase = idle_;
@@ -183,14 +182,6 @@ void OperatorPort::HoldUntilEngaged(Event why) noexcept {
   Stand(Phase::kHold);
 }
 
-void OperatorPort::CountEnergy(const ContactState& contact) noexcept {
-  const Eigen::Vector3d tip = manipulator_.Tip();
-  const Eigen::Vector3d force = contact.force.value_or(Eigen::Vector3d::Zero());
-  const double work = -force.dot(tip - last_tip_);  // of the tool on the object [J]
-  last_tip_ = tip;
-  if (operating_) (work > 0 ? view_.energy_in : view_.energy_out) += std::abs(work);
-}
-
 void OperatorPort::Guard(Time now, const ContactState& contact) noexcept {
   const bool follows = view_.phase == Phase::kFollowing;
   if (!guard_.Check(now, contact, follows) || view_.phase == Phase::kEstop) return;
@@ -209,7 +200,6 @@ double OperatorPort::UnfeltFor(Time now) const noexcept {
 
 void OperatorPort::Watch(Time now, const ContactState& contact) noexcept {
   const std::lock_guard lock(mutex_);
-  CountEnergy(contact);
   Guard(now, contact);
   const double passed = watched_at_ == Time{} ? 0 : SecondsBetween(watched_at_, now);
   unknown_for_ = contact.force ? 0 : unknown_for_ + passed;
@@ -234,7 +224,6 @@ void OperatorPort::AwaitOperator(const std::stop_token& stop) {
   const auto is_watched = [this] { return operating_ || guard_.retreats() || guard_.is_unseen(); };
   if (is_watched()) return;
   begun_.wait(lock, stop, is_watched);
-  last_tip_ = manipulator_.Tip();
   watched_at_ = {};
 }
 

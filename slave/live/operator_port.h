@@ -53,8 +53,7 @@ class OperatorPort {
   void EndOperating();
   // See Slave::Command.
   bool Command(const OperatorCommand& command, Time now) noexcept;
-  // Call at least every few milliseconds: holds the tool when commands have stopped, and integrates
-  // energy.
+  // Call at least every few milliseconds: holds the tool when commands have stopped.
   void Watch(Time now, const ContactState& contact) noexcept;
   void EmergencyStop() noexcept;
   // Number of the newest emergency stop: rises with each.
@@ -87,7 +86,6 @@ class OperatorPort {
   void HoldUntilEngaged(Event why) noexcept;
   // The force was unknown for longer than the tool may move without it: no epoch is accepted.
   [[nodiscard]] bool is_blind() const { return unknown_for_ > limits_.blind_after; }
-  void CountEnergy(const ContactState& contact) noexcept;
   void Guard(Time now, const ContactState& contact) noexcept;
   // Time since the operator reported a newer state [s]. Not checked for clients that report none,
   // such as scripts.
@@ -102,7 +100,6 @@ class OperatorPort {
   Eigen::Vector3d image_minus_encoders_ = Eigen::Vector3d::Zero();
   const Phase idle_;  // without an operator
   OperatorView view_;
-  Eigen::Vector3d last_tip_ = Eigen::Vector3d::Zero();  // encoders, S [m]
   bool operating_ = false;
   bool engaged_ = false;  // the clutch is closed in the newest command
   bool needs_new_epoch_ = false;
@@ -117,8 +114,7 @@ class OperatorPort {
   Events events_;
 };
 
-// Watchdog of the operator port, every few milliseconds: holds the tool when commands stop, and
-// integrates the energies.
+// Watchdog of the operator port, every few milliseconds: holds the tool when commands stop.
 class CommandWatchdog {
  public:
   // `contact` is thread-safe. Both must outlive the watch, which ends with this object.

@@ -73,7 +73,7 @@ class Slave {
   Slave& operator=(const Slave&) = delete;
 
   // --- the operator. One at a time; the service manages the lease. When a lease begins, command
-  // sequences and epochs start again, energies are zero, and the tool is stationary until engaged.
+  // sequences and epochs start again, and the tool is stationary until engaged.
   virtual void BeginOperating() = 0;
   // Processes a command. False: rejected, because it is not finite, too large or beyond the
   // manipulator (it is counted and flagged, the tool holds). Older than an accepted one: dropped,

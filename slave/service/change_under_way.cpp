@@ -8,31 +8,15 @@
 #include "slave/service/status.h"
 
 namespace palpate {
+namespace {
 
-class ChangeUnderWay::Listener final : public Progress {
+// Stops the work when its call is cancelled.
+class StopWithCall final : public Progress {
  public:
-  Listener(ChangeUnderWay& change, const grpc::ServerContext& context)
-      : change_(change), context_(context) {
-    const std::lock_guard lock(change_.mutex_);
-    change_.making_.emplace();
-    change_.began_ = Clock::now();
-    watcher_ = std::jthread([this](const std::stop_token& end) { Watch(end); });
-  }
-  ~Listener() override {
-    const std::lock_guard lock(change_.mutex_);
-    change_.making_.reset();
-  }
-  Listener(const Listener&) = delete;
-  Listener& operator=(const Listener&) = delete;
+  explicit StopWithCall(const grpc::ServerContext& context)
+      : context_(context), watcher_([this](const std::stop_token& end) { Watch(end); }) {}
 
-  void Expect(const PrecomputeCost& cost) override {
-    const std::lock_guard lock(change_.mutex_);
-    change_.making_->set_expected(change_.making_->expected() + cost.seconds);
-  }
-  bool Report(std::string_view stage, double done) override {
-    const std::lock_guard lock(change_.mutex_);
-    change_.making_->set_stage(stage.data(), stage.size());
-    change_.making_->set_done(done);
+  bool Report(std::string_view /*stage*/, double /*done*/) override {
     return !stop_.stop_requested();
   }
   [[nodiscard]] std::stop_token stop() const override { return stop_.get_token(); }
@@ -46,11 +30,12 @@ class ChangeUnderWay::Listener final : public Progress {
     }
   }
 
-  ChangeUnderWay& change_;
   const grpc::ServerContext& context_;
   std::stop_source stop_;
   std::jthread watcher_;
 };
+
+}  // namespace
 
 grpc::Status ChangeUnderWay::Make(const grpc::ServerContext& context,
                                   const std::function<void(Progress*)>& work) {
@@ -60,15 +45,8 @@ grpc::Status ChangeUnderWay::Make(const grpc::ServerContext& context,
     return Error(v1::ERROR_REASON_CHANGE_UNDER_WAY,
                  "another change of settings is under way: try again");
   }
-  Listener listener(*this, context);
-  return Guarded([&] { work(&listener); });
-}
-
-void ChangeUnderWay::FillStatus(v1::Status* status) const {
-  const std::lock_guard lock(mutex_);
-  if (!making_) return;
-  *status->mutable_making() = *making_;
-  status->mutable_making()->set_elapsed(SecondsBetween(began_, Clock::now()));
+  StopWithCall progress(context);
+  return Guarded([&] { work(&progress); });
 }
 
 }  // namespace palpate

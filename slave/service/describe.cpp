@@ -7,7 +7,6 @@
 #include "shared/wire/fields.h"
 #include "slave/scene/words.h"
 #include "slave/service/messages.h"
-#include "slave/service/publisher.h"
 
 namespace palpate {
 namespace {
@@ -52,7 +51,6 @@ void AddCapabilities(const SlaveDescription& description, v1::Capabilities* mess
   const std::uint32_t translations = is_planar ? kPlanarFreedom : kFreedom;
   message->set_degrees_of_freedom(description.turns ? kWithRotation : translations);
   message->set_sensor_rate(SensorRate(scene.sense));
-  message->set_state_rate(Publisher::kStateRate);
   message->add_local_models(v1::LocalModel::KIND_UNILATERAL_PLANE);
   message->add_local_models(v1::LocalModel::KIND_SURFACE_PATCH);
   message->set_max_speed(scene.manipulator.max_speed);

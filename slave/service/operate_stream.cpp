@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/tcp_line.h"
-#include "shared/text/text.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 #include "slave/service/roles.h"
@@ -43,11 +42,9 @@ grpc::Status OperateStream::RequestLease(const std::optional<std::string>& name)
     host_.refused.Add("Operate", client_, refusal->why);
     return Error(v1::ERROR_REASON_LEASE_HELD, refusal->why);
   }
-  if (const auto* ticket = std::get_if<OperatorLease::Ticket>(&answer)) {
-    ticket_ = *ticket;
-    host_.on_stream(context_, kCommandRate);
-    host_.publisher.ServeFirst(self);
-  }
+  ticket_ = std::get<OperatorLease::Ticket>(answer);
+  host_.on_stream(context_, kCommandRate);
+  host_.publisher.ServeFirst(self);
   return grpc::Status::OK;
 }
 
@@ -80,13 +77,6 @@ void OperateStream::Offer(const SlaveState& composed) {
 
 void OperateStream::OnReadDone(bool ok) {
   if (!ok) return End(grpc::Status::OK);  // the operator left
-  if (ticket_ == 0) {
-    if (!Enter()) return;
-    const auto refused =
-        RequestLease(Presentable(command_.operator_name(), OperatorLease::kLongestName));
-    Exit();
-    if (!refused.ok()) return End(refused);
-  }
   Take(command_);
   if (command_.datagrams() && !std::exchange(datagrams_asked_, true)) OfferDatagrams();
   Read(&command_);
@@ -114,15 +104,8 @@ void OperateStream::OnWriteDone(bool ok) {
   }
 }
 
-// A broken stream is cancelled before it is done; one that the client half-closed is not.
-void OperateStream::OnCancel() {
-  is_cancelled_ = true;
-  EndingStream::OnCancel();
-}
-
 void OperateStream::OnDone() {
   host_.lease.Release(ticket_);  // it may have come while the stream ended
-  if (!is_cancelled_) host_.lease.Leave(ticket_);
   EndingStream::OnDone();
 }
 

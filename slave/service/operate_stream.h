@@ -47,14 +47,13 @@ class OperateStream final
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
-  void OnCancel() override;
   void OnDone() override;
 
  private:
   OperateStream(const Host& host, const grpc::ServerContextBase& context);
 
   void Take(const v1::OperatorCommand& command);
-  // Why the lease was refused; OK: this stream has it, or waits for the first command.
+  // Why the lease was refused; OK: this stream has it.
   grpc::Status RequestLease(const std::optional<std::string>& name);
 
   void OnEnding() override;
@@ -68,12 +67,11 @@ class OperateStream final
   const std::string peer_;                        // as gRPC names it
   const std::string client_;                      // for the log
   std::atomic<OperatorLease::Ticket> ticket_{0};  // 0: not yet
-  std::atomic<bool> is_cancelled_{false};
-  v1::OperatorCommand command_;           // gRPC's while a read is waiting
-  v1::SlaveState message_;                // gRPC's while `writing_`
-  bool datagrams_asked_ = false;          // used by the reading thread only
-  v1::OperatorCommand datagram_command_;  // used by the datagram thread only
-  v1::SlaveState datagram_state_;         // used by the publisher only
+  v1::OperatorCommand command_;                   // gRPC's while a read is waiting
+  v1::SlaveState message_;                        // gRPC's while `writing_`
+  bool datagrams_asked_ = false;                  // used by the reading thread only
+  v1::OperatorCommand datagram_command_;          // used by the datagram thread only
+  v1::SlaveState datagram_state_;                 // used by the publisher only
   StateMailbox box_;
   std::atomic<bool> torque_{false};         // the newest command requests the moment
   bool writing_ = false;                    // guarded by mutex_, as the members below

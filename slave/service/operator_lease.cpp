@@ -4,21 +4,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "shared/text/text.h"
 #include "shared/wire/state_message.h"
 #include "slave/service/status.h"
 
 namespace palpate {
-namespace {
-
-std::string NameOr(const std::string& name) {
-  return name.empty() ? "an unnamed operator" : name;
-}
-
-}  // namespace
-
 OperatorLease::Answer OperatorLease::RequestTicket(const std::string& peer,
                                                    const std::optional<std::string>& name,
                                                    Dismiss dismiss) {
@@ -37,13 +27,10 @@ OperatorLease::Answer OperatorLease::RequestTicket(const std::string& peer,
                        ": it becomes free when that stream ends"};
       }
     }
-    if (!name && std::max(reserved_.Left(), barred_.Left()) > 0) return NameFirst{};
-    if (const auto why = WhyNot(name.value_or(""))) return Refusal{*why};
     if (holder_.ticket != 0) {
       dismiss_silent_holder = std::move(holder_.dismiss);
       slave_.EndOperating();
     }
-    reserved_ = {};
     slave_.BeginOperating();
     ticket = ++last_ticket_;
     holder_ = {.ticket = ticket, .known_as = name, .peer = peer, .heard_at = now};
@@ -62,19 +49,6 @@ void OperatorLease::RequireManipulator() const {
                      scene.name.empty()
                          ? "nobody can operate: the slave has no scene yet"
                          : "nobody can operate: the scene has no manipulator (manipulator: none)");
-}
-
-std::optional<std::string> OperatorLease::WhyNot(const std::string& name) const {
-  const double reserved = reserved_.Left(), barred = barred_.Left();
-  if (reserved > 0 && name != reserved_.name) {
-    return fmt::format("the lease is reserved for {}, whose stream broke, for another {:.1f} s",
-                       reserved_.name, reserved);
-  }
-  if (barred > 0 && name == barred_.name) {
-    return fmt::format("{} was evicted: the lease is for others for another {:.1f} s",
-                       NameOr(barred_.name), barred);
-  }
-  return std::nullopt;
 }
 
 bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
@@ -119,13 +93,10 @@ void OperatorLease::RefuseOthers(const std::string& peer) const {
 
 void OperatorLease::RequireUnused() const {
   if (is_closed_) throw RejectedCall(v1::ERROR_REASON_NEW_SCENE, kNewScene);
-  const bool is_reserved = reserved_.Left() > 0;
-  if (holder_.ticket != 0 || is_reserved) {
-    throw RejectedCall(v1::ERROR_REASON_LEASE_HELD,
-                       "a scene can be set up only while nobody operates: the lease is " +
-                           (holder_.ticket != 0 ? "held by " + DescribeHolder()
-                                                : "reserved for " + NameOr(reserved_.name)));
-  }
+  if (holder_.ticket == 0) return;
+  throw RejectedCall(
+      v1::ERROR_REASON_LEASE_HELD,
+      "a scene can be set up only while nobody operates: the lease is held by " + DescribeHolder());
 }
 
 void OperatorLease::RequireFree() const {
@@ -155,29 +126,17 @@ void OperatorLease::RequireHeldBy(const std::string& peer, const std::string& wh
 void OperatorLease::Release(Ticket ticket) {
   const std::scoped_lock lock(mutex_);
   if (ticket == 0 || ticket != holder_.ticket) return;
-  if (const std::string name = NameOfHolder(); !name.empty()) {
-    reserved_ = {ticket, name, Clock::now() + kReserved};
-  }
   holder_ = {};
   slave_.EndOperating();
-}
-
-void OperatorLease::Leave(Ticket ticket) {
-  const std::scoped_lock lock(mutex_);
-  if (ticket == reserved_.ticket) reserved_ = {};
 }
 
 void OperatorLease::Evict(const std::string& reason) {
   Dismiss dismiss;
   {
     const std::scoped_lock lock(mutex_);
-    const bool is_reserved = holder_.ticket == 0 && reserved_.Left() > 0;
-    if (holder_.ticket == 0 && !is_reserved) {
+    if (holder_.ticket == 0) {
       throw RejectedCall(v1::ERROR_REASON_NO_OPERATOR, "there is no operator");
     }
-    const std::string name = is_reserved ? std::exchange(reserved_, {}).name : NameOfHolder();
-    barred_ = {holder_.ticket, name, Clock::now() + kBarred};
-    if (is_reserved) return;
     dismiss = std::move(holder_.dismiss);
     holder_ = {};
     slave_.EndOperating();
@@ -203,7 +162,7 @@ std::uint64_t OperatorLease::malformed() const {
 }
 
 std::string OperatorLease::DescribeHolder() const {
-  return NameOr(holder_.name) + " (" + holder_.peer + ")";
+  return (holder_.name.empty() ? "an unnamed operator" : holder_.name) + " (" + holder_.peer + ")";
 }
 
 }  // namespace palpate

@@ -1,7 +1,6 @@
 // The lease of the only operator. It lasts as long as the stream. A holder that sent no valid newer
 // command for `kSilence` loses it to the next client that requests it, because a silently cut link
-// may not end by itself for minutes; one that is not engaged, after `kIdleSilence`. After a broken
-// stream the lease is reserved for the same operator for `kReserved`.
+// may not end by itself for minutes; one that is not engaged, after `kIdleSilence`.
 #pragma once
 
 #include <atomic>
@@ -25,17 +24,14 @@ namespace palpate {
 // Thread-safe. Independent of gRPC.
 class OperatorLease {
  public:
-  static constexpr std::chrono::seconds kSilence{5}, kIdleSilence{1}, kReserved{3};
-  // An evicted operator cannot take the lease for this time.
-  static constexpr std::chrono::seconds kBarred{10};
+  static constexpr std::chrono::seconds kSilence{5}, kIdleSilence{1};
   static constexpr std::size_t kLongestName = 64;  // [characters]
 
   using Ticket = std::uint64_t;
   struct Refusal {
     std::string why;  // for the client
   };
-  struct NameFirst {};  // whether the client gets the lease depends on its name
-  using Answer = std::variant<Ticket, Refusal, NameFirst>;
+  using Answer = std::variant<Ticket, Refusal>;
   // Called once with a reason if the lease is given to another client.
   using Dismiss = std::function<void(const std::string& reason)>;
 
@@ -49,7 +45,7 @@ class OperatorLease {
       : slave_(slave), silence_(silence), on_round_trip_(std::move(on_round_trip)) {}
 
   // Begins operating for `peer`, or says why not. `name`: from the certificate, or in plain text
-  // from the client's commands; nullopt: not known yet. Throws RejectedCall: there is no
+  // from the metadata of the call; nullopt: not known yet. Throws RejectedCall: there is no
   // manipulator.
   Answer RequestTicket(const std::string& peer, const std::optional<std::string>& name,
                        Dismiss dismiss);
@@ -57,12 +53,9 @@ class OperatorLease {
   // are flagged by the slave). No effect without the lease. An emergency stop counts regardless of
   // the rest of the command.
   bool Command(Ticket ticket, const v1::OperatorCommand& message);
-  // Ends operating, and reserves the lease for the same operator. Idempotent.
+  // Ends operating. Idempotent.
   void Release(Ticket ticket);
-  // The holder of `ticket` left on purpose: the lease is not reserved.
-  void Leave(Ticket ticket);
-  // Ends the holder's stream because of `reason`, or a reservation. Throws RejectedCall: there
-  // is neither.
+  // Ends the holder's stream because of `reason`. Throws RejectedCall: there is no operator.
   void Evict(const std::string& reason);
 
   // Throws RejectedCall: another connection than that of `peer` holds the lease. A connection
@@ -71,7 +64,7 @@ class OperatorLease {
   // The same, and also throws without an operator, for actions that only a connected operator may
   // perform: `what`.
   void RequireHeldBy(const std::string& peer, const std::string& what) const;
-  // Throws RejectedCall: somebody holds the lease, it is reserved, or it is closed.
+  // Throws RejectedCall: somebody holds the lease, or it is closed.
   void RequireFree() const;
   // The same; and from now on nobody gets the lease, because another scene is taken into use.
   void Close();
@@ -95,21 +88,11 @@ class OperatorLease {
     std::uint64_t state_sequence = 0;  // the newest acknowledged state
   };
 
-  // A time in which the lease is for one operator only, or for all others.
-  struct Period {
-    Ticket ticket = 0;
-    std::string name;
-    Time until{};
-    [[nodiscard]] double Left() const { return SecondsBetween(Clock::now(), until); }  // [s]
-  };
-
   // With mutex_ held, all of these functions.
   void RequireManipulator() const;
   void RequireUnused() const;
   [[nodiscard]] std::string DescribeHolder() const;
   [[nodiscard]] std::string NameOfHolder() const { return holder_.known_as.value_or(holder_.name); }
-  // Why the lease is not for `name` at present; nullopt: it is.
-  [[nodiscard]] std::optional<std::string> WhyNot(const std::string& name) const;
   void ReportRoundTrip(const OperatorCommand& command);
 
   Slave& slave_;
@@ -118,7 +101,6 @@ class OperatorLease {
   mutable PriorityInheritanceMutex
       mutex_;  // guards everything below and the order of calls to slave_, emergency stops excepted
   Holder holder_;
-  Period reserved_, barred_;
   std::atomic<bool> is_closed_ = false;
   Ticket last_ticket_ = 0;
   std::uint64_t malformed_ = 0;

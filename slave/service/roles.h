@@ -11,8 +11,6 @@
 #include <grpcpp/security/auth_metadata_processor.h>
 #include <grpcpp/server_context.h>
 
-#include "shared/tls/credentials.h"
-
 namespace palpate {
 
 struct Identity {
@@ -34,6 +32,6 @@ bool MayCall(std::string_view role, std::string_view path);
 
 // Rejects calls that the table denies with PERMISSION_DENIED, and invalid certificates with
 // UNAUTHENTICATED. Logs rejections and all calls that stop, operate or change something.
-std::shared_ptr<grpc::AuthMetadataProcessor> RoleCheck(std::shared_ptr<RevocationList> revoked);
+std::shared_ptr<grpc::AuthMetadataProcessor> RoleCheck();
 
 }  // namespace palpate

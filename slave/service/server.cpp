@@ -58,11 +58,10 @@ Acceptor::HandOn HandOnTo(grpc::experimental::ExternalConnectionAcceptor* grpc) 
   };
 }
 
-std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(
-    const std::filesystem::path& tls, const std::shared_ptr<RevocationList>& revoked) {
+std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(const std::filesystem::path& tls) {
   if (tls.empty()) return grpc::InsecureServerCredentials();
-  auto credentials = ServerTls(tls, revoked);
-  credentials->SetAuthMetadataProcessor(RoleCheck(revoked));
+  auto credentials = ServerTls(tls);
+  credentials->SetAuthMetadataProcessor(RoleCheck());
   // Another may be issued, and the clock set, while it serves.
   const std::string untimely = WhyUntimely(tls);
   if (!untimely.empty()) spdlog::error("audit: no client can connect: {}", untimely);
@@ -106,7 +105,7 @@ struct Server::Parts {
   Parts(Slave& served, Endpoint listen_on, const std::filesystem::path& tls)
       : slave(served),
         endpoint(std::move(listen_on)),
-        revoked(tls.empty() ? nullptr : std::make_shared<RevocationList>(tls)),
+        uses_tls(!tls.empty()),
         publisher(slave),
         service(slave, publisher, [this](const grpc::ServerContextBase& context, double rate) {
           DescribeClient(context, rate);
@@ -125,7 +124,7 @@ struct Server::Parts {
 
   Slave& slave;
   Endpoint endpoint;
-  const std::shared_ptr<RevocationList> revoked;  // null: plain text
+  const bool uses_tls;
   std::string address;
   Publisher publisher;
   TeleoperationService service;
@@ -139,16 +138,16 @@ struct Server::Parts {
 
 void Server::Parts::DescribeClient(const grpc::ServerContextBase& context, double rate) {
   Acceptor::Client client{.rate = rate};
-  if (revoked) {
-    client.trusted = [certificate = FactsOf(*context.auth_context()), revoked = revoked] {
-      return certificate && Holds(*certificate, *revoked);
+  if (uses_tls) {
+    client.trusted = [expiry = ExpiryOf(*context.auth_context())] {
+      return expiry && std::chrono::system_clock::now() < *expiry;
     };
   }
   acceptor->Describe(context.peer(), std::move(client));
 }
 
 void Server::Parts::Build(const std::filesystem::path& tls) {
-  const auto credentials = CredentialsFrom(tls, revoked);
+  const auto credentials = CredentialsFrom(tls);
   gpr_set_log_function(LogGrpc);
   grpc::EnableDefaultHealthCheckService(true);
   // Each of its streams holds a thread: for those on this machine.

@@ -43,7 +43,6 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
   const std::uint64_t malformed = lease_.malformed();
   reply->set_commands(reply->commands() + malformed);
   reply->set_commands_refused(reply->commands_refused() + malformed);
-  change_.FillStatus(reply);
   refused_.FillStatus(reply);
 }
 

@@ -134,14 +134,13 @@ class PlantedLinks(unittest.TestCase):
         self.assertTrue(pose.is_symlink(), "a link that the user chose stays")
 
     def test_certificates(self):
-        results = "key.pem", "cert.pem", "ca.pem", "crl.pem"
-        self.plant(*results, "request", "key", "cert", "crl", endings=("", *ENDINGS))
+        results = "key.pem", "cert.pem", "ca.pem"
+        self.plant(*results, "request", "key", "cert", endings=("", *ENDINGS))
         certs, ca = ROOT / "deploy/certs", self.folder / "ca"
         for result in results:
             self.planted.remove(self.out / result)  # replaced, not followed
         self.finish(certs, "ca", ca)
         self.finish(certs, "slave", ca, self.out, "block", "localhost")
-        self.finish(certs, "revoke", ca, self.out / "cert.pem", self.out)
         self.check(*results)
 
 

@@ -78,12 +78,20 @@ class SetupTest(FolderTest):
     def status(self):
         return self.again(self.stub.GetStatus, messages.GetStatusRequest())
 
+    def is_changing(self):
+        """A change of settings is under way: another one is refused."""
+        try:
+            self.again(self.stub.ProposeScene, setups.SceneProposal())
+        except grpc.RpcError as error:
+            return error.code() == grpc.StatusCode.ABORTED
+        return False
+
     def settled(self):
         """The modulus of the scene [kPa] that is served and saved, once no call is under way; None: there is none."""
         served = []
 
         def is_settled():
-            busy, scene = self.status().HasField("making"), self.scene()
+            busy, scene = self.is_changing(), self.scene()
             served[:] = [scene.material.young_modulus / 1e3 if scene.name else None]
             return not busy and saved_modulus(self.saved) == served[0]
         self.assertTrue(wait_until(is_settled), f"served {served}, saved {saved_modulus(self.saved)}")
@@ -214,7 +222,7 @@ class Mistakes(SetupTest):
                 call(slow, timeout=1)
             self.assertEqual(late.exception.code(), grpc.StatusCode.DEADLINE_EXCEEDED)
             began = time.monotonic()
-            self.assertTrue(wait_until(lambda: not self.status().HasField("making")))
+            self.assertTrue(wait_until(lambda: not self.is_changing()))
             print(f"{call._method.decode()} ended after {time.monotonic() - began:.2f} s", flush=True)
         self.assertIsNone(saved_modulus(self.saved))
 

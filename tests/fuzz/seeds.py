@@ -155,14 +155,13 @@ def certificates(folder):
     with tempfile.TemporaryDirectory() as made:
         ca, out = pathlib.Path(made) / "ca", pathlib.Path(made) / "anna"
         certs = ROOT / "deploy" / "certs"
-        for call in (["ca", ca], ["operator", ca, out, "anna"], ["revoke", ca, out / "cert.pem", out]):
+        for call in (["ca", ca], ["operator", ca, out, "anna"]):
             subprocess.run([certs, *call], check=True, capture_output=True)
-        cert, key, revoked = ((out / f"{name}.pem").read_bytes() for name in ("cert", "key", "crl"))
+        cert, key = ((out / f"{name}.pem").read_bytes() for name in ("cert", "key"))
     write(folder, "certificate", "cert", cert, 0)
     write(folder, "certificate", "name", "palpate://operator/anna", 1)
     write(folder, "certificate", "usable", cert + key, 2)
-    write(folder, "certificate", "revoked", revoked + cert, 3)
-    dictionary(folder, "certificate", strings_of("slave/service/roles.cpp") | {"palpate://", "URI:", "-----BEGIN X509 CRL-----"})
+    dictionary(folder, "certificate", strings_of("slave/service/roles.cpp") | {"palpate://", "URI:"})
 
 
 def sequences(folder):

@@ -97,7 +97,6 @@ TEST(FirstViolation, OfAState) {
       FollowingState(),
       {{"sigma", [](auto* it) { it->sigma = -1; }},
        {"echo_delay", [](auto* it) { it->echo_delay = -1; }},
-       {"energy_in", [](auto* it) { it->energy_in = kNan; }},
        {"epoch = 0", [](auto* it) { it->epoch = 0; }},
        {"sensed_at is later", [](auto* it) { it->sensed_at = it->sent_at + Seconds(1); }}});
 }

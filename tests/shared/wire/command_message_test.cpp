@@ -62,7 +62,6 @@ INSTANTIATE_TEST_SUITE_P(
                     CommandRow{"p_M is absent", [](auto* m) { m->clear_p_m(); }},
                     CommandRow{"p_M.x = nan", [](auto* m) { m->mutable_p_m()->set_x(kNan); }},
                     CommandRow{"p_M.z = 1e+300", [](auto* m) { m->mutable_p_m()->set_z(1e300); }},
-                    CommandRow{"energy_out", [](auto* m) { m->set_energy_out(kNan); }},
                     CommandRow{"sent_at", [](auto* m) { m->mutable_sent_at()->set_nanos(-1); }},
                     CommandRow{"orientation",
                                [](auto* m) {

@@ -24,12 +24,11 @@ bool AllFinite(const SlaveState& s) {
          s.local_model.reference.allFinite() && s.local_model.normal.allFinite() &&
          s.local_model.force.allFinite() && s.local_model.stiffness.allFinite() &&
          std::isfinite(s.local_model.valid_radius) && std::isfinite(s.sigma) &&
-         std::isfinite(s.energy_in) && std::isfinite(s.energy_out) && std::isfinite(s.echo_delay);
+         std::isfinite(s.echo_delay);
 }
 
 bool AllFinite(const OperatorCommand& c) {
-  return c.p_M.allFinite() && c.velocity.allFinite() && std::isfinite(c.energy_in) &&
-         std::isfinite(c.energy_out);
+  return c.p_M.allFinite() && c.velocity.allFinite();
 }
 
 // Flips up to eight bytes of a good message `rounds` times; what still parses is read. Returns how

@@ -26,8 +26,6 @@ SlaveState FullState() {
   state.local_model.valid_radius = 0.0625;
   state.local_model.revision = 7;
   state.local_model.in_contact = true;
-  state.energy_in = 1.25;
-  state.energy_out = 0.75;
   state.events.Add(Event::kContact);
   state.events.Add(Event::kCommandRefused);
   state.command_sequence = 99;
@@ -54,8 +52,6 @@ OperatorCommand FullCommand() {
   command.p_M = {0.01, -0.02, 0.03};
   command.velocity = {1, 2, -3};
   command.engaged = true;
-  command.energy_in = 0.5;
-  command.energy_out = 0.25;
   command.state_sequence = 40;
   command.echo = At(1'700'000'000, 999'999'999);
   command.settings_revision = 5;
@@ -84,8 +80,6 @@ const char* const kFullStateText = R"(
     revision: 7
     in_contact: true
   }
-  energy_in: 1.25
-  energy_out: 0.75
   events: [ EVENT_CONTACT, EVENT_COMMAND_REFUSED ]
   command_sequence: 99
   echo { seconds: 1600000000 nanos: 5 }
@@ -117,8 +111,6 @@ const char* const kFullCommandText = R"(
   p_M { x: 0.01 y: -0.02 z: 0.03 }
   velocity { x: 1 y: 2 z: -3 }
   engaged: true
-  energy_in: 0.5
-  energy_out: 0.25
   state_sequence: 40
   echo { seconds: 1700000000 nanos: 999999999 }
   settings_revision: 5

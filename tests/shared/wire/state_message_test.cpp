@@ -149,7 +149,6 @@ INSTANTIATE_TEST_SUITE_P(
         StateRow{"force is absent", [](auto* m) { m->clear_force(); }},
         StateRow{"force.z = -inf", [](auto* m) { m->mutable_force()->set_z(-kInf); }},
         StateRow{"sigma", [](auto* m) { m->set_sigma(-1); }},
-        StateRow{"energy_in", [](auto* m) { m->set_energy_in(-0.5F); }},
         StateRow{"echo_delay", [](auto* m) { m->set_echo_delay(-1e-3F); }},
         StateRow{"moment.y", [](auto* m) { m->mutable_moment()->set_y(NAN); }},
         StateRow{"moment_sigma", [](auto* m) { m->set_moment_sigma(-1); }},

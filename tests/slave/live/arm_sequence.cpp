@@ -204,7 +204,6 @@ class Sequence {
     if (choices_.Coin()) command.velocity[0] = choices_.Wild();
     command.engaged = choices_.Byte() % 4 != 0;
     command.epoch = largest_epoch_ + static_cast<std::uint32_t>(choices_.Below(3));
-    command.energy_in = choices_.Wild();
     return command;
   }
   void Send(OperatorCommand command) {

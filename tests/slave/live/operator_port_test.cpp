@@ -250,20 +250,6 @@ TEST_F(OperatorPortTest, AScaleChangedInAShortSilenceNeedsANewEpoch) {
   EXPECT_LT((arm_.Tip() - tip).norm(), 1e-15);
 }
 
-// Reference: W = F d, the work done against a constant force of the object.
-TEST_F(OperatorPortTest, EnergyIsForceTimesWay) {
-  Send(Next({0, 0, 0}));
-  const Vector3d force(0, 2, 0);
-  port_.Watch(now_, {force});
-  Send(Next({0, -0.02, 0}));  // 1 cm at the tool, against the force
-  port_.Watch(now_, {force});
-  EXPECT_NEAR(port_.view().energy_in, 0.02, 1e-12);
-  Send(Next({0, -0.01, 0}));
-  port_.Watch(now_, {force});
-  EXPECT_NEAR(port_.view().energy_in, 0.02, 1e-12);
-  EXPECT_NEAR(port_.view().energy_out, 0.01, 1e-12);
-}
-
 TEST_F(GuardedPortTest, ALeapBeyondTheArmIsRefusedAndNeedsANewEngagement) {
   const Vector3d tip = arm_.Tip();
   EXPECT_TRUE(Send(Next({0, -0.0035, 0})));

@@ -154,9 +154,8 @@ SlaveStatus FakeSlave::Status() const {
 }
 
 void FakeSlave::SetModel(const ModelChange& change, Progress* progress) {
-  if (progress != nullptr) progress->Expect({.seconds = kExpected});
   while (makes_for_ever_) {
-    ReportProgress(progress, "factorising", kDone);
+    ReportProgress(progress, "factorising", 0.25);
     is_making_ = true;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

@@ -19,9 +19,8 @@ namespace palpate {
 
 class FakeSlave : public Slave {
  public:
-  static constexpr double kStiffness = 1000;             // [N/m]
-  static constexpr double kExpected = 12, kDone = 0.25;  // of models made for ever [s], [-]
-  static constexpr double kHome = 6e-3;  // the tool starts this high above the surface [m]
+  static constexpr double kStiffness = 1000;  // [N/m]
+  static constexpr double kHome = 6e-3;       // the tool starts this high above the surface [m]
 
   FakeSlave();
 
