@@ -28,7 +28,6 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave solve deploy/scenes/silicone-block.yaml --contacts contacts.csv --out answers.csv
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube
-  palpate-slave train simulated --out build/fingertip
   palpate-slave identify compression=EF10.csv --diameter 50mm --height 30mm --ends bonded \
       --out build/ef10
   palpate-slave calibrate --left 'left*.jpg' --right 'right*.jpg' --board 9x6 --square 25mm \

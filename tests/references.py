@@ -160,7 +160,11 @@ def options_text():
             titles.append(f"{program} {command}")
             text += options_section(titles[-1], parse_help(help_of(program, command)))
     titles.append("palpate-simulator")
-    text += options_section(titles[-1], parse_help(help_of(titles[-1])))
+    simulator = parse_help(help_of(titles[-1]))
+    text += options_section(titles[-1], simulator)
+    for command in simulator.commands:
+        titles.append(f"palpate-simulator {command}")
+        text += options_section(titles[-1], parse_help(help_of("palpate-simulator", command)))
     return MARK + OPTIONS_INTRO + contents(titles) + text
 
 

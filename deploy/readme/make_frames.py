@@ -62,7 +62,7 @@ def fingertip():
             arrow(480, 444, 65, 0, X, "x"), arrow(480, 444, 0, -60, Z, "z"),
             f'<circle cx="480" cy="444" r="5" fill="#fff" stroke="{Y}" stroke-width="2"/>'
             f'<path d="M477 441 l6 6 m0 -6 l-6 6" stroke="{Y}"/>', label(488, 462, "y: away from you", Y),
-            arrow(430, 478, 0, 48, FORCE, "", 3), label(400, 548, "train: fingertip on object (press: fz below 0)", FORCE),
+            arrow(430, 478, 0, 48, FORCE, "", 3), label(400, 548, "palpate.train: fingertip on object (press: fz below 0)", FORCE),
             label(520, 398, "pad towards -z, tip towards +x")]
 
 

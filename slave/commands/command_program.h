@@ -24,7 +24,6 @@ inline constexpr CommandProgram kCommandPrograms[] = {
     {"demo", "Run slave and master: a simulated operator presses a simulated object", ""},
     {"study", "Measure speed and accuracy of every model that fits the scene", ""},
     {"precompute", "Fill the cache of Green's functions of fem-green or fem-zone", ""},
-    {"train", "Write simulated contacts of a fingertip, which palpate.train learns from", ""},
     {"identify", "Identify material constants from tables of tests", ""},
     {"evaluate", "Compare the estimated shape with a measured point cloud", "clouds"},
     {"verify", "Test force, sign, frame and sigma with known loads", ""},

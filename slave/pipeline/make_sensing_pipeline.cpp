@@ -136,10 +136,7 @@ class AwaitedSense final : public SensingPipeline {
 }
 
 void SetKind(const std::string& kind, ObjectClass object, ModelOptions* model) {
-  if (!IsKindFor(object, kind)) {
-    const std::string_view replacement = ReplacementOf(kind);
-    Refuse("kind = " + kind, replacement.empty() ? KindsFor(object) : std::string(replacement));
-  }
+  if (!IsKindFor(object, kind)) Refuse("kind = " + kind, KindsFor(object));
   model->kind = kind;
 }
 

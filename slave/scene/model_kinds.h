@@ -76,17 +76,6 @@ inline ObjectClass ClassOf(const Geometry& geometry) {
   if (std::holds_alternative<DomeGeometry>(geometry)) return ObjectClass::kDome;
   return IsPlanar(geometry) ? ObjectClass::kOutline : ObjectClass::kMembrane;
 }
-// Accepted in place of a kind that was removed; empty: there was no such kind.
-constexpr std::string_view ReplacementOf(std::string_view former_kind) {
-  if (former_kind == "shell") return "bem2d for a disc: there is no model of a liquid-filled one";
-  if (former_kind == "bem3d") {
-    return "fem-green, with element: tet10 from a Poisson ratio of 0.49 on";
-  }
-  if (former_kind == "fem-hyperelastic") {
-    return "fem with law: neo-hookean, mooney-rivlin or ogden";
-  }
-  return {};
-}
 // Whether large deflections or strains are part of the model's own formulation.
 inline bool IsLargeDeformation(const ModelOptions& model) {
   const ModelKind* kind = FindModelKind(model.kind);

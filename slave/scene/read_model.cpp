@@ -119,12 +119,6 @@ void ReadContact(Section& model, const ModelKind& kind, ModelOptions* options) {
 }
 
 std::string ReadKind(Section& model) {
-  const DocumentNode* node = model.Has("kind") ? model.node()->Find("kind") : nullptr;
-  const std::string_view replacement = node != nullptr ? ReplacementOf(node->text) : "";
-  if (!replacement.empty()) {
-    model.Refuse("kind", replacement);
-    return "auto";
-  }
   using ModelName = Section::Choice<std::string_view>;
   std::array<ModelName, kModelKinds.size() + 1> kinds{ModelName{"auto", "auto"}};
   for (std::size_t i = 0; i < kModelKinds.size(); ++i) {

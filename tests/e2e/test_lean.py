@@ -83,7 +83,7 @@ class Idle(unittest.TestCase):
         self.assertLess(2 * idle_cpu, busy_cpu)
 
 
-COMMANDS = "study", "precompute", "train", "identify", "evaluate", "verify", "calibrate"  # programs of their own
+COMMANDS = "study", "precompute", "identify", "evaluate", "verify", "calibrate"  # programs of their own
 
 
 class Parts(unittest.TestCase):

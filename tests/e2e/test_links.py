@@ -5,7 +5,7 @@ import signal
 import tempfile
 import unittest
 
-from programs import BARE, BIN, BLOCK, MASTER, ROOT, SLAVE, Slave, png, run, wait_until
+from programs import BARE, BIN, BLOCK, MASTER, ROOT, SIMULATOR, SLAVE, Slave, png, run, wait_until
 
 ENDINGS = (".part", ".new", ".tmp", ".partial", "~")
 TARGET = b"of another user\n"
@@ -84,7 +84,7 @@ class PlantedLinks(unittest.TestCase):
         self.finish(SLAVE, "study", BLOCK, "--out", self.out, "--budget", "1")
         self.finish(SLAVE, "solve", BLOCK, "--contacts", contacts, "--out", self.out / "answers.csv", "--field",
                     self.out / "field.vtu")
-        self.finish(SLAVE, "train", "simulated", "--presses", "5", "--out", self.out)
+        self.finish(SIMULATOR, "presses", "--presses", "5", "--out", self.out)
         self.check(*results)
 
     def test_what_a_slave_keeps_of_a_decision(self):

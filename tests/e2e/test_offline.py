@@ -195,7 +195,7 @@ class BadInput(FolderTest):
     def test_unknown_things_on_the_command_line(self):
         self.refuse(2, "serve", BLOCK, "--tls", "certificates")
         self.refuse(2, "levitate", BLOCK)
-        for command in ("calibrate",), ("identify", "data.csv", "--out", "out"), ("train", "simulated", "--out", "out"):  # without a scene
+        for command in ("calibrate",), ("identify", "data.csv", "--out", "out"):  # without a scene
             self.assertIn("--levitate", self.refuse(2, *command, "--levitate"))
         self.refuse(2, "process", BLOCK)
         self.refuse(2)

@@ -12,6 +12,7 @@
 #include "slave/commands/command_program.h"
 #include "slave/commands/program.h"
 #include "slave/scene/scene_loader.h"
+#include "slave/simulator/presses/write_presses.h"
 #include "slave/simulator/program/recorder.h"
 #include "slave/simulator/program/streaming.h"
 
@@ -21,6 +22,7 @@ namespace {
 constexpr const char* kExamples = R"(Examples:
   palpate-simulator deploy/scenes/silicone-block.yaml --slave 127.0.0.1:50051
   palpate-simulator deploy/scenes/foam-cube.yaml --record build/cube
+  palpate-simulator presses --out build/presses
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
 
@@ -33,6 +35,7 @@ struct Options {
 
 void AddOptions(CLI::App* app, Options* options) {
   AddSceneOptions(app, &options->scene, &options->overrides);
+  app->get_option("scene")->required(false);  // of the simulation; `presses` needs none
   auto* const slave =
       Add(app, "--slave", &options->slave.address, "HOST:PORT",
           "Slave that takes the samples and moves the tool, in real time; or --record");
@@ -54,7 +57,21 @@ void AddOptions(CLI::App* app, Options* options) {
                 "Record the true surface of the object that fingertips touch as well");
 }
 
+CLI::App* AddPresses(CLI::App* app, PressesOptions* options) {
+  CLI::App* const presses = app->add_subcommand(
+      "presses", "Write contacts of the simulated fingertip, from which palpate.train learns");
+  presses->footer(R"(Example:
+  palpate-simulator presses --out build/presses
+  python3 -m palpate.train build/presses --network all --out build/fingertip)");
+  Add(presses, "--out", &options->out, "DIR", "Folder for the CSV files, one per start")
+      ->required();
+  AddShown(presses, "--presses", &options->presses, "Number of contacts");
+  AddShown(presses, "--seed", &options->seed, "Random seed; the same seed gives the same contacts");
+  return presses;
+}
+
 int Run(const Options& options, const std::stop_token& stop) {
+  if (options.scene.empty()) throw std::invalid_argument("expected SCENE, or presses");
   if (options.slave.address.empty() && options.record.folder.empty()) {
     throw std::invalid_argument("--slave, --record: expected one of them");
   }
@@ -80,9 +97,16 @@ int Main(int argc, char** argv) {
   app.set_version_flag("--version", Version());
   Options options;
   AddOptions(&app, &options);
+  PressesOptions presses;
+  const CLI::App* const presses_command = AddPresses(&app, &presses);
   if (const auto code = ParseCommandLine(&app, argc, argv)) return *code;
-  if (!options.record.folder.empty()) stop.ExpectAnswer();
-  return ExitCode([&] { return Run(options, stop.token()); }, "palpate-simulator");
+  if (presses_command->parsed() || !options.record.folder.empty()) stop.ExpectAnswer();
+  return ExitCode(
+      [&] {
+        return presses_command->parsed() ? WritePresses(presses, stop.token())
+                                         : Run(options, stop.token());
+      },
+      "palpate-simulator");
 }
 
 }  // namespace

@@ -184,8 +184,6 @@ const Refusal kRefusals[] = {
      "mesh = absent.node: expected a file that can be read"},
     {"PlateOfABox", kBox, kBottom, "{kind: plate}",
      "model.kind = plate: expected auto, fem, fem-green or fem-zone"},
-    {"RemovedBem3d", kBox, kBottom, "{kind: bem3d}",
-     "model.kind = bem3d: expected fem-green, with element: tet10"},
     {"MembraneHeldElsewhere", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "{nodes: [1]}",
      "{kind: plate}", "expected {side: rim}"},
     {"SideOfABox", kBox, "{side: bottom}", "{kind: fem}",

@@ -1,4 +1,4 @@
-#include "slave/simulator/presses/train.h"
+#include "slave/simulator/presses/write_presses.h"
 
 #include <cstdio>
 #include <stdexcept>
@@ -35,30 +35,17 @@ std::string Csv(const SimulatedStart& start) {
   return text;
 }
 
-void Check(const TrainOptions& options) {
-  if (options.data != "simulated") {
-    throw std::invalid_argument(options.data +
-                                ": expected simulated. Networks are trained by `python3 -m "
-                                "palpate.train`, see deploy/guides/own-fingertip.md");
-  }
+}  // namespace
+
+int WritePresses(const PressesOptions& options, const std::stop_token& stop) {
   if (options.seed < 0) {
     throw std::invalid_argument(fmt::format("--seed {}: expected 0 or more", options.seed));
   }
-}
-
-}  // namespace
-
-const char* const kTrainHelp = R"(Example:
-  palpate-slave train simulated --out build/presses
-  python3 -m palpate.train build/presses --network all --out build/fingertip)";
-
-int RunTrain(const TrainOptions& options, const std::stop_token& stop) {
-  Check(options);
   const SimulatedPresses presses{.presses = options.presses,
                                  .seed = static_cast<std::uint64_t>(options.seed)};
   const int starts = CountStarts(presses);
   std::filesystem::create_directories(options.out);
-  ProgressBar bar("train", stop);
+  ProgressBar bar("presses", stop);
   for (int start = 0; start < starts; ++start) {
     if (!bar.Report("simulated contacts", static_cast<double>(start) / starts)) return 1;
     ReplaceFile(options.out / fmt::format("start{:05}.csv", start + 1),

@@ -1,4 +1,4 @@
-#include "slave/simulator/presses/train.h"
+#include "slave/simulator/presses/write_presses.h"
 
 #include <filesystem>
 
@@ -11,10 +11,9 @@
 namespace palpate {
 namespace {
 
-TEST(TrainCommandTest, WritesOneRecordingPerStartWithItsForces) {
+TEST(WritePressesTest, WritesOneRecordingPerStartWithItsForces) {
   const Scratch scratch;
-  ASSERT_EQ(RunTrain({.data = "simulated", .out = scratch.path() / "presses", .presses = 7}, {}),
-            0);
+  ASSERT_EQ(WritePresses({.out = scratch.path() / "presses", .presses = 7}, {}), 0);
   const TactileRecording first =
       ReadTactileRecording(scratch.path() / "presses" / "start00001.csv", {});
   ASSERT_EQ(first.fingers.size(), 1U);
