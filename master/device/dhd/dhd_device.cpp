@@ -30,7 +30,6 @@ constexpr double kClosedGap = 0.010;  // a gripper closed to this gap counts as 
 constexpr double kLeastCompared = 0.1;  // smaller forces show no scale [N]
 constexpr std::chrono::milliseconds kPeriod(1);
 constexpr int kStatusRoom = 64;  // releases write 12 to 17 numbers
-const std::vector<UsbId> kUsbIds{{0x1451, 0}, {0x0403, 0xcb48}};
 
 constexpr std::array<const char*, 7> kForceOffCauses{
     "",         "force button",     "velocity limit",   "no command in time",
@@ -269,11 +268,9 @@ Driver DhdDriver() {
             DriverReport report;
             const LibrarySearch search = DhdSearch({});
             AddLibrary(search, SharedLibrary(search), &report);
-            report.searched.emplace_back("USB 1451 (Force Dimension), 0403:cb48 (Falcon)");
-            AddNodes(FindUsb(kUsbIds), "plugdev", &report);
             if (report.missing.empty()) {
               AddOpened(DhdDriver(), &report);
-            } else if (report.next.empty()) {
+            } else {
               report.next = "install the Force Dimension SDK and set FORCEDIM_SDK to its folder";
             }
             return report;

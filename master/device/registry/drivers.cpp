@@ -3,9 +3,8 @@
 #include <array>
 
 #include "master/device/dhd/dhd_device.h"
-#include "master/device/gamepad/gamepad_source.h"
 #include "master/device/haply/haply_device.h"
-#include "master/device/spacemouse/spacemouse_source.h"
+#include "master/device/rate/rate_drivers.h"
 #include "master/device/touch/touch_device.h"
 
 namespace palpate {

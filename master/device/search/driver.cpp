@@ -6,6 +6,9 @@
 namespace palpate {
 namespace {
 
+constexpr const char* kNotSeen =
+    "plug the device in; deploy/guides/own-haptic-device.md says how to see whether lsusb lists it "
+    "and this user may open it";
 constexpr auto kLook = std::chrono::milliseconds(5), kPatience = std::chrono::milliseconds(200);
 
 // The status of the first usable reading, or of the last one.
@@ -28,17 +31,6 @@ void AddLibrary(const LibrarySearch& search, const SharedLibrary& library, Drive
   if (!problem.empty()) report->missing.push_back(problem);
 }
 
-void AddNodes(const std::vector<DeviceNode>& nodes, const char* group, DriverReport* report) {
-  for (const DeviceNode& node : nodes) {
-    report->found.push_back(node.name + " at " + node.node.string());
-    if (node.accessible) continue;
-    report->missing.push_back("permission to read and write " + node.node.string());
-    report->next =
-        std::string("install the udev rules (cmake --install), then: sudo usermod -aG ") + group +
-        " $USER, log in again, replug the device";
-  }
-}
-
 void AddOpened(const Driver& driver, DriverReport* report) {
   try {
     const auto device = driver.open("");
@@ -55,6 +47,7 @@ void AddOpened(const Driver& driver, DriverReport* report) {
     if (report->next.empty()) report->next = NextStepOf(status.fault);
   } catch (const DeviceUnavailable& error) {
     report->missing.push_back(error.reason());
+    if (report->next.empty()) report->next = kNotSeen;
   } catch (const std::exception& error) {
     report->missing.emplace_back(error.what());
   }

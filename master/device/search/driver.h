@@ -9,7 +9,6 @@
 
 #include "master/device/haptic_device.h"
 #include "master/device/search/shared_library.h"
-#include "master/device/search/usb.h"
 
 namespace palpate {
 
@@ -45,8 +44,6 @@ class DeviceUnavailable : public std::runtime_error {
 
 // Adds what was searched and found of `library`.
 void AddLibrary(const LibrarySearch& search, const SharedLibrary& library, DriverReport* report);
-// Adds nodes as found. One that this user may not open is missing, with the advice to join `group`.
-void AddNodes(const std::vector<DeviceNode>& nodes, const char* group, DriverReport* report);
 // Opens the device of `driver`, and adds its capabilities and calibration, or why it does not open.
 // Waits for a reading, up to a fifth of a second. It writes no force.
 void AddOpened(const Driver& driver, DriverReport* report);

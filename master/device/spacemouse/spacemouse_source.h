@@ -1,50 +1,21 @@
 // 3Dconnexion SpaceMouse through libspnav and its daemon spacenavd: deflection of the cap is
 // velocity. It has no force. The first button that is ever pressed is the dead-man's switch, since
-// the numbers of buttons have holes.
+// the numbers of buttons have holes. Part of palpate-devices.so.
 #pragma once
 
-#include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "master/device/rate/rate_device.h"
-#include "master/device/search/driver.h"
+
+union spnav_event;
 
 namespace palpate {
 
-// An event of libspnav, in its layout.
-union SpnavEvent {
-  int type;
-  struct {
-    int type, x, y, z, rx, ry, rz;
-    unsigned period;
-    int* data;
-  } motion;
-  struct {
-    int type, press, number;
-  } button;
-  struct {
-    int type, removed, id;
-  } device;
-  int room[32];  // larger events of other releases
-};
-
-struct SpnavApi {
-  // Returns why it cannot be used; empty: every function is set.
-  std::string Load(const LibrarySearch& search);
-
-  int (*open)() = nullptr;
-  int (*close)() = nullptr;
-  int (*fd)() = nullptr;
-  int (*poll_event)(SpnavEvent*) = nullptr;
-  int (*device_name)(char*, int) = nullptr;  // optional: since 1.0
-};
-
 class SpaceMouseSource final : public RateSource {
  public:
-  // `folders` of the library, before the usual ones. Throws DeviceUnavailable.
-  explicit SpaceMouseSource(std::vector<std::filesystem::path> folders);
+  // Throws DeviceUnavailable.
+  SpaceMouseSource();
   ~SpaceMouseSource() override;
   SpaceMouseSource(const SpaceMouseSource&) = delete;
   SpaceMouseSource& operator=(const SpaceMouseSource&) = delete;
@@ -53,9 +24,8 @@ class SpaceMouseSource final : public RateSource {
   [[nodiscard]] std::string description() const override { return description_; }
 
  private:
-  void Take(const SpnavEvent& event, Time now);
+  void Take(const spnav_event& event, Time now);
 
-  SpnavApi api_;
   std::string description_;
   Eigen::Vector3d counts_{0, 0, 0};  // frame M
   double full_scale_ = 350;          // counts at full deflection; grows with what was seen
@@ -64,8 +34,5 @@ class SpaceMouseSource final : public RateSource {
   Time moved_at_{};                  // of the last motion
   bool gone_ = false, unplugged_ = false;
 };
-
-// The row of the table of drivers.
-Driver SpaceMouseDriver();
 
 }  // namespace palpate

@@ -17,8 +17,6 @@ constexpr unsigned short kPriority = 65535;  // the highest
 constexpr unsigned kSecondButton = 2;
 constexpr auto kWait = std::chrono::microseconds(200);
 
-const std::vector<UsbId> kUsbIds{{0x2988, 0}, {0x0301, 0x2988}};
-
 Eigen::Vector3d Triple(const HdApi& api, unsigned parameter) {
   std::array<double, 3> values{};
   api.get_doubles(parameter, values.data());
@@ -287,16 +285,9 @@ Driver TouchDriver() {
             DriverReport report;
             const LibrarySearch search = HdSearch({});
             AddLibrary(search, SharedLibrary(search), &report);
-            report.searched.emplace_back("USB 2988 as /dev/hidraw*, /dev/ttyACM*; Ethernet");
-            AddNodes(FindHid(kUsbIds), "plugdev", &report);
-            AddNodes(FindSerial(kUsbIds), "plugdev", &report);
-            for (const std::string& name : LinkLocalInterfaces()) {
-              report.found.push_back("network interface " + name +
-                                     " with a link-local address, as a Touch X needs");
-            }
             if (report.missing.empty()) {
               AddOpened(TouchDriver(), &report);
-            } else if (report.next.empty()) {
+            } else {
               report.next =
                   "install OpenHaptics and the Touch driver of 3D Systems, set GTDD_HOME to its "
                   "folder, and pair the device with the vendor's setup program";

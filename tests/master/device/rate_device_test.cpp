@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "master/device/gamepad/gamepad_source.h"
+#include "master/device/rate/rumble_pace.h"
 
 namespace palpate {
 namespace {

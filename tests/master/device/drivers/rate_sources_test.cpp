@@ -1,10 +1,9 @@
-// SpaceMouse and gamepad through the fakes of libspnav and SDL.
+// SpaceMouse and gamepad, linked to the fakes of libspnav and SDL.
 #include <gtest/gtest.h>
 
 #include "master/device/gamepad/gamepad_source.h"
 #include "master/device/spacemouse/spacemouse_source.h"
 #include "tests/master/device/fakes/fake_library.h"
-#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -45,16 +44,6 @@ void Hold(const fakes::Library& fake, double x, double y, double z) {
   fake.follow(&knot, 1);
 }
 
-std::unique_ptr<SpaceMouseSource> OpenSpaceMouse() {
-  return std::make_unique<SpaceMouseSource>(
-      std::vector<std::filesystem::path>{BinaryPath("/fakes/spnav")});
-}
-
-std::unique_ptr<GamepadSource> OpenGamepad() {
-  return std::make_unique<GamepadSource>(
-      std::vector<std::filesystem::path>{BinaryPath("/fakes/sdl")});
-}
-
 class SpaceMouseTest : public testing::Test {
  protected:
   Bench bench_{"spnav", "libspnav.so"};
@@ -62,7 +51,7 @@ class SpaceMouseTest : public testing::Test {
 
 // Reference: full deflection is full speed for 1 s. The button numbers of a real device have holes.
 TEST_F(SpaceMouseTest, MovesWhileAnyFirstButtonIsHeld) {
-  bench_.Use(OpenSpaceMouse());
+  bench_.Use(std::make_unique<SpaceMouseSource>());
   Hold(bench_.fake, 0.002, 0, 0.002);
   EXPECT_FALSE(bench_.Run(500).engaged);
   bench_.fake.press(23, 1, 0);
@@ -79,7 +68,7 @@ TEST_F(SpaceMouseTest, MovesWhileAnyFirstButtonIsHeld) {
 }
 
 TEST_F(SpaceMouseTest, UnpluggingEndsTheMotionAndIsReported) {
-  bench_.Use(OpenSpaceMouse());
+  bench_.Use(std::make_unique<SpaceMouseSource>());
   Hold(bench_.fake, 0.002, 0, 0);
   bench_.fake.press(23, 1, 0);
   ASSERT_TRUE(bench_.Run(500).engaged);
@@ -98,7 +87,7 @@ class GamepadTest : public testing::Test {
 
 // Reference: full deflection is full speed. What a stick reports at rest moves nothing.
 TEST_F(GamepadTest, SticksMoveWhileTheSouthButtonIsHeld) {
-  bench_.Use(OpenGamepad());
+  bench_.Use(std::make_unique<GamepadSource>());
   bench_.fake.press(0, 1, 0);
   const Eigen::Vector3d before = bench_.Run(500).p_M;
   EXPECT_NEAR(before.norm(), 0, 1e-9) << "drift";
@@ -111,7 +100,7 @@ TEST_F(GamepadTest, SticksMoveWhileTheSouthButtonIsHeld) {
 }
 
 TEST_F(GamepadTest, RumbleShowsTheForceAndEndsWithIt) {
-  bench_.Use(OpenGamepad());
+  bench_.Use(std::make_unique<GamepadSource>());
   bench_.Run(20);
   bench_.force = {0, 6, 0};  // half of the largest
   bench_.Run(300);
@@ -126,7 +115,7 @@ TEST_F(GamepadTest, RumbleShowsTheForceAndEndsWithIt) {
 }
 
 TEST_F(GamepadTest, UnpluggingDisengages) {
-  bench_.Use(OpenGamepad());
+  bench_.Use(std::make_unique<GamepadSource>());
   bench_.fake.press(0, 1, 0);
   ASSERT_TRUE(bench_.Run(100).engaged);
   bench_.fake.unplug();
