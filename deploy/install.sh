@@ -54,7 +54,7 @@ done
 fail() { echo "install.sh: $1" >&2; exit 1; }
 system=$(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") || system=
 [ "$system" = "debian 12" ] ||
-  fail "this system is '${system:-unknown}': expected Debian 12, whose packages are named here. deploy/guides/other-machines.md lists what else runs"
+  fail "this system is '${system:-unknown}': expected Debian 12, whose packages are named here. deploy/guides/install.md lists what else runs"
 
 missing=()
 for package in "${packages[@]}"; do
