@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
-# usage: deploy/install.sh [insertion] [films] [openni] [devices] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [packages] [tests] [bare] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [films] [devices] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, the browser of its tests, and the tool that joins images
 #   plots: matplotlib of palpate.plot   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
 #   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
@@ -14,7 +14,6 @@ packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc li
           libzstd-dev libnats-dev ccache)
 # palpate-films.so: films, cameras, pictures other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
 films=(libopencv-videoio-dev gstreamer1.0-plugins-base)
-openni=(libopenni2-dev)               # palpate-openni.so: depth cameras
 devices=(libsdl2-dev libspnav-dev)    # palpate-devices.so: gamepad and SpaceMouse; 54 packages come with them
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 insertion=(python3)                   # motion and figures of the embryo demo
@@ -33,7 +32,6 @@ for part in "$@"; do
     view) want_npm ;;
     page) packages+=(chromium webp); want_npm ;;
     films) packages+=("${films[@]}") ;;
-    openni) packages+=("${openni[@]}") ;;
     devices) packages+=("${devices[@]}") ;;
     calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
@@ -41,22 +39,22 @@ for part in "$@"; do
     plots) packages+=("${plots[@]}") ;;
     training) packages+=("${training[@]}") ;;
     tests)
-      packages+=("${films[@]}" "${openni[@]}" "${devices[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
-                 clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial iproute2 git openssl universal-ctags chromium
+      packages+=("${films[@]}" "${devices[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
+                 clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl universal-ctags chromium
                  nats-server "${plots[@]}")
       want_npm ;;
     packages) packages+=(python3 dpkg-dev file) ;;
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: expected insertion, films, openni, devices, calibration, clouds, mesher, training, view, page, plots, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: expected insertion, films, devices, calibration, clouds, mesher, training, view, page, plots, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 
 fail() { echo "install.sh: $1" >&2; exit 1; }
 system=$(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-}") || system=
 [ "$system" = "debian 12" ] ||
-  fail "this system is '${system:-unknown}': expected Debian 12, whose packages are named here. deploy/guides/other-machines.md lists what else runs"
+  fail "this system is '${system:-unknown}': expected Debian 12, whose packages are named here. deploy/guides/install.md lists what else runs"
 
 missing=()
 for package in "${packages[@]}"; do

@@ -8,6 +8,7 @@ Programs: PALPATE_BIN, default build/release/bin. The reference of scene keys, d
 the slave itself reads.
 """
 import argparse
+import collections
 import difflib
 import os
 import pathlib
@@ -35,10 +36,6 @@ def anchor(title):
     return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
 
 
-def contents(titles):
-    return "".join(f"- [{title}](#{anchor(title)})\n" for title in titles)
-
-
 # ---- options
 
 class Option(NamedTuple):
@@ -56,7 +53,6 @@ class Help(NamedTuple):
     description: str
     options: list  # positionals and options
     commands: list
-    notes: str  # what follows the options, without examples and exit codes
 
 
 HELP_COLUMN = 30  # where CLI11 begins to describe an option
@@ -64,29 +60,24 @@ TITLES = ("Positionals", "Options", "Subcommands")
 
 
 def parse_help(text):
-    """A help text of CLI11."""
+    """A help text of CLI11; what follows its tables is left out."""
     lines = text.splitlines()
-    entries, notes, part = {title: [] for title in TITLES}, [], None
+    entries, part = {title: [] for title in TITLES}, None
     for line, after in zip(lines[1:], lines[2:] + [""]):
         title = line.removesuffix(":")
         if title in TITLES and line.endswith(":"):
             part = title
-        elif line.startswith("Usage:"):
-            part = "Usage"
         elif part in TITLES and line.startswith(" " * HELP_COLUMN):
             entries[part][-1][1] += line.strip()
         elif part in TITLES and line.startswith("  "):
             # What is wider than its column has its description on the next line.
             column = len(line) if after.startswith(" " * HELP_COLUMN) else HELP_COLUMN
             entries[part].append([line[:column].strip(), line[column:].strip()])
-        elif line or part == "Notes":
-            part = "Notes"
-            notes.append(line)
+        elif line:
+            part = None
     options = [option_of(left, meaning) for title in TITLES[:2] for left, meaning in entries[title]]
-    paragraphs = "\n".join(notes).strip().split("\n\n")
-    kept = [one_of for one_of in paragraphs if not re.match(r"Examples?:|Exit codes:", one_of)]
-    return Help(lines[0].strip(), options, [left for left, _ in entries["Subcommands"]],
-                re.sub(r"\n?Exit codes:.*", "", "\n\n".join(kept)).strip())
+    options = [option for option in options if not re.search("`(-h|--help|--version)`", option.name)]
+    return Help(lines[0].strip(), options, [left for left, _ in entries["Subcommands"]])
 
 
 def option_of(left, meaning):
@@ -141,31 +132,38 @@ def argument_text(text):
 OPTIONS_INTRO = """# Options
 
 `palpate-slave` observes and computes; `palpate-master` renders; `palpate-simulator` simulates object and devices. The tables follow the `--help` texts of the built programs.
-Every command also accepts `--help`, and all programs accept `--version`. Exit codes: 0 done, 1 failed, 2 unusable arguments or scene.
+Every command also accepts `--help`, which adds files, limits and examples, and all programs accept `--version`. Exit codes: 0 done, 1 failed, 2 unusable arguments or scene.
 
 """
+SHARED = "Options of several commands"
+MOST_COPIES = 2  # an option that more commands have alike is described once
 
 
-def options_section(title, parsed):
-    rows = [option for option in parsed.options if not re.search("`(-h|--help|--version)`", option.name)]
-    text = f"\n## {title}\n\n{parsed.description.rstrip('.')}.\n\n"
-    text += table(["option", "argument", "default", "meaning"], rows)
-    return text + (f"\n```text\n{parsed.notes}\n```\n" if parsed.notes else "")
+def options_section(title, parsed, shared):
+    own = [option for option in parsed.options if option not in shared]
+    also = ", ".join(option.name for option in parsed.options if option in shared)
+    text = f"\n## {title}\n\n{parsed.description.rstrip('.')}.\n"
+    if also:
+        text += f"[Also](#{anchor(SHARED)}): {also}.\n"
+    return text + ("\n" + options_table(own) if own else "")
+
+
+def options_table(rows):
+    return table(["option", "argument", "default", "meaning"], rows)
 
 
 def options_text():
-    text, titles = "", []
-    for program in ("palpate-slave", "palpate-master"):
-        for command in parse_help(help_of(program)).commands:
-            titles.append(f"{program} {command}")
-            text += options_section(titles[-1], parse_help(help_of(program, command)))
-    titles.append("palpate-simulator")
-    simulator = parse_help(help_of(titles[-1]))
-    text += options_section(titles[-1], simulator)
-    for command in simulator.commands:
-        titles.append(f"palpate-simulator {command}")
-        text += options_section(titles[-1], parse_help(help_of("palpate-simulator", command)))
-    return MARK + OPTIONS_INTRO + contents(titles) + text
+    parsed = {f"{program} {command}": parse_help(help_of(program, command)) for program in ("palpate-slave", "palpate-master")
+              for command in parse_help(help_of(program)).commands}
+    simulator = "palpate-simulator"
+    parsed[simulator] = parse_help(help_of(simulator))
+    for command in parsed[simulator].commands:
+        parsed[f"{simulator} {command}"] = parse_help(help_of(simulator, command))
+    counts = collections.Counter(option for help_text in parsed.values() for option in help_text.options)
+    shared = [option for option, count in counts.items() if count > MOST_COPIES]
+    text = f"\n## {SHARED}\n\n{options_table(shared)}"
+    text += "".join(options_section(title, help_text, shared) for title, help_text in parsed.items())
+    return MARK + OPTIONS_INTRO.rstrip("\n") + "\n" + text
 
 
 # ---- writing and checking

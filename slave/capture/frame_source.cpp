@@ -312,10 +312,6 @@ std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
   }
   if (const auto* depth = scene.sense.Find<DepthPictures>()) {
     if (depth->source != DepthPictures::Source::kEye) return OpenDepth(*depth, paced);
-    if (depth->eye.kind == Eye::Kind::kOpenNi) {
-      RequireRate(depth->rate);
-      return PairsOf({InputOf(depth->eye, {}, depth->rate, depth->unit)}, PairLayout::kDepth, 0);
-    }
     return OpenCameras({depth->eye}, PairLayout::kDepth, {}, depth->rate, 0, paced);
   }
   const auto* stereo = scene.sense.Find<StereoCameras>();

@@ -302,26 +302,7 @@ std::string LiveCameras::description() const {
   return names;
 }
 
-namespace {
-
-void RequireUnit(const std::string& name, double is, double accepted) {
-  if (is == 0 || std::abs(is / accepted - 1) < 1e-6) return;
-  throw std::runtime_error(
-      fmt::format("{}: one count is {:g} mm: expected the value of sense.camera.unit, {:g} mm",
-                  name, 1e3 * is, 1e3 * accepted));
-}
-
-}  // namespace
-
-CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate, double unit) {
-  if (eye.kind == Eye::Kind::kOpenNi) {
-    const std::string name = fmt::format("OpenNI2 depth camera {}", eye.device);
-    return {name, [name, eye, unit] {
-              auto film = OpenDepthCamera(eye.device);
-              if (film) RequireUnit(name, film->unit(), unit);
-              return film;
-            }};
-  }
+CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate) {
   const Films& films = LoadFilms();
   if (eye.kind == Eye::Kind::kDevice) {
     return {fmt::format("camera {}", eye.device),

@@ -1,4 +1,4 @@
-// Cameras and streams that OpenCV or OpenNI2 reads, one thread each: the newest image counts, two
+// Cameras and streams that OpenCV reads, one thread each: the newest image counts, two
 // free-running cameras are paired by the arrival times of their images, and an unplugged camera
 // reconnects on its own.
 #pragma once
@@ -27,7 +27,7 @@ struct CameraInput {
 // Inputs of the scene's cameras. `unit`: depth of a count [m]; a camera that reports another unit
 // is rejected when it is opened. Throws std::runtime_error if the module that reads it is not
 // installed.
-CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate, double unit = 0);
+CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate);
 
 // Thread-safe. The timestamp is the slave's clock at the arrival of an image, for a pair the middle
 // of both: exposure and transfer are before it, and a rolling shutter captures its lines at

@@ -1,62 +1,22 @@
-// Recorded fingertips' poses, and a recording as a source of frames.
+// A recording as a source of frames.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <condition_variable>
-#include <limits>
 #include <mutex>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
-#include "shared/text/csv.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/statistics/robust.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kFarthest = 10;         // [m]; beyond, these are millimetres
-constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
-
-constexpr std::array kNumbers{"x", "y", "z", "qw", "qx", "qy", "qz"};
-using NumberColumns = std::array<std::size_t, kNumbers.size()>;
-
-NumberColumns FindNumbers(const CsvTable& rows) {
-  NumberColumns columns{};
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const auto found = rows.Find(kNumbers[i]);
-    if (!found) {
-      rows.Fail(std::string("column ") + kNumbers[i] +
-                " is missing: expected t,finger,x,y,z,qw,qx,qy,qz");
-    }
-    columns[i] = *found;
-  }
-  return columns;
-}
-
-Eigen::Isometry3d ReadPose(const CsvTable& rows, const NumberColumns& columns) {
-  std::array<double, kNumbers.size()> v{};
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = rows.Number(columns[i]);
-  if (const double far = Eigen::Vector3d(v[0], v[1], v[2]).cwiseAbs().maxCoeff(); far > kFarthest) {
-    rows.Fail(
-        fmt::format("x,y,z is {:.6g} m from the origin: expected up to {:g} m", far, kFarthest));
-  }
-  const Eigen::Quaterniond q_SF(v[3], v[4], v[5], v[6]);
-  if (!(std::abs(q_SF.norm() - 1) <= kUnitTolerance)) {
-    rows.Fail("qw,qx,qy,qz of length " + std::to_string(q_SF.norm()) +
-              ": expected a unit quaternion");
-  }
-  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
-  X_SF.translate(Eigen::Vector3d(v[0], v[1], v[2])).rotate(q_SF.normalized());
-  return X_SF;
-}
-
 constexpr double kSameRate = 0.1;    // relative difference of periods below which none is resampled
 constexpr double kSlowest = 4;       // periods of the scene from one recorded sample to the next
 constexpr double kJitter = 0.02;     // relative, of the recorded period
 constexpr double kLongestPause = 3;  // periods; a longer one is a gap
-constexpr double kHeldPose = 3;      // periods before the first and after the last pose
 constexpr double kRounding = 1e-6;   // periods that a sample may be late and still count
 
 // The median of the times between two samples [s]; 0: fewer than two samples.
@@ -103,10 +63,6 @@ class RecordedTactile final : public TactileSource {
     for (const Finger& finger : tactile.fingers) wanted.push_back(finger.name);
     recording_ = ReadTactileRecording(tactile.file, wanted, tactile.channels);
     const double period = 1 / tactile.rate;
-    if (!tactile.poses.empty()) {
-      poses_.emplace(tactile.poses, tactile.fingers, kHeldPose * period);
-      poses_->RequireWithin(recording_.t.front(), recording_.t.back());
-    }
     const double recorded = MedianPeriod(recording_.t);
     if (recorded > kSlowest * (1 + kJitter) * period) {
       throw std::runtime_error(fmt::format("{}: {:.3g} Hz: expected {:g} Hz or more for {:g} Hz",
@@ -131,7 +87,6 @@ class RecordedTactile final : public TactileSource {
       const FingerReading& after = samples[instant.after];
       frame.fingers[i] =
           instant.share < 1 ? Between(samples[instant.after - 1], after, instant.share) : after;
-      if (poses_) frame.fingers[i].X_SF = poses_->At(tactile_.fingers[i].name, instant.t);
     }
     if (paced_ && !WaitUntil(frame.sensed_at, stop)) return std::nullopt;
     return frame;
@@ -158,7 +113,6 @@ class RecordedTactile final : public TactileSource {
   Tactile tactile_;
   bool paced_;
   TactileRecording recording_;
-  std::optional<FingerPoses> poses_;
   bool is_resampled_ = false;
   std::vector<Instant> instants_;
   std::size_t next_ = 0;
@@ -195,49 +149,6 @@ Eigen::Isometry3d Between(const Eigen::Isometry3d& from, const Eigen::Isometry3d
   between.translation() = (1 - share) * from.translation() + share * to.translation();
   between.linear() = q_from.slerp(share, q_to).normalized().toRotationMatrix();
   return between;
-}
-
-FingerPoses::FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers,
-                         double hold)
-    : file_(file), hold_(hold) {
-  CsvTable rows(file);
-  const std::size_t time = FindTimeColumn(rows);
-  const NumberColumns columns = FindNumbers(rows);
-  const auto name = rows.Find("finger");
-  while (rows.Next()) {
-    const Eigen::Isometry3d X_SF = ReadPose(rows, columns);
-    for (const Finger& finger : fingers) {
-      if (name && rows.Text(*name) != finger.name) continue;
-      auto& poses = poses_[finger.name];
-      const double t = ReadTime(rows, time, poses.empty() ? nullptr : &poses.back().t);
-      poses.push_back({t, X_SF});
-    }
-  }
-  if (poses_.empty()) rows.Fail("no pose: expected one row or more with a finger of the scene");
-}
-
-std::optional<Eigen::Isometry3d> FingerPoses::At(std::string_view finger, double t) const {
-  const auto found = poses_.find(finger);
-  if (found == poses_.end()) return std::nullopt;
-  const std::vector<Pose>& poses = found->second;
-  if (t < poses.front().t - hold_ || t > poses.back().t + hold_) return std::nullopt;
-  const auto after = std::ranges::upper_bound(poses, t, {}, &Pose::t);
-  const Pose& to = after == poses.end() ? poses.back() : *after;
-  const Pose& from = after == poses.begin() ? to : *std::prev(after);
-  return to.t > from.t ? Between(from.X_SF, to.X_SF, (t - from.t) / (to.t - from.t)) : to.X_SF;
-}
-
-void FingerPoses::RequireWithin(double begin, double end) const {
-  double first = std::numeric_limits<double>::infinity(), last = -first;
-  for (const auto& [finger, poses] : poses_) {
-    if (poses.front().t <= end + hold_ && poses.back().t >= begin - hold_) return;
-    first = std::min(first, poses.front().t);
-    last = std::max(last, poses.back().t);
-  }
-  throw std::runtime_error(
-      fmt::format("{}: poses from {:.6g} to {:.6g} s: expected poses in the time base of the "
-                  "recording, {:.6g} to {:.6g} s",
-                  file_.string(), first, last, begin, end));
 }
 
 // A recording as a source of frames.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "shared/text/csv.h"
 
 namespace palpate {
@@ -12,11 +14,18 @@ namespace {
 
 constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
 
+constexpr double kFarthest = 10;         // [m]; beyond, these are millimetres
+constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
+
+constexpr std::array kPoseNames{"x", "y", "z", "qw", "qx", "qy", "qz"};
+using PoseColumns = std::array<std::size_t, kPoseNames.size()>;
+
 // Where one finger is in the file.
 struct FingerColumns {
   std::string prefix;  // of its columns: empty, or `rf_`
   std::vector<std::size_t> channels;
   std::optional<std::size_t> pac, pdc;
+  std::optional<PoseColumns> pose;
 };
 
 // The number of `E7`, `ele7` or `c7`, 1 or more; 0: no channel.
@@ -82,10 +91,43 @@ std::vector<std::string> ChoosePrefixes(const CsvTable& rows, std::span<const st
   return chosen;
 }
 
+// The columns of the finger's pose; nullopt: it has none.
+std::optional<PoseColumns> FindPose(const CsvTable& rows, const std::string& prefix) {
+  if (!rows.Find(prefix + "qw")) return std::nullopt;
+  PoseColumns columns{};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const auto found = rows.Find(prefix + kPoseNames[i]);
+    if (!found) {
+      rows.Fail("column " + prefix + kPoseNames[i] + " is missing: expected x, y, z, qw, qx, qy, " +
+                "qz of the pose");
+    }
+    columns[i] = *found;
+  }
+  return columns;
+}
+
+Eigen::Isometry3d ReadPose(const CsvTable& rows, const PoseColumns& columns) {
+  std::array<double, kPoseNames.size()> v{};
+  for (std::size_t i = 0; i < v.size(); ++i) v[i] = rows.Number(columns[i]);
+  if (const double far = Eigen::Vector3d(v[0], v[1], v[2]).cwiseAbs().maxCoeff(); far > kFarthest) {
+    rows.Fail(
+        fmt::format("x,y,z is {:.6g} m from the origin: expected up to {:g} m", far, kFarthest));
+  }
+  const Eigen::Quaterniond q_SF(v[3], v[4], v[5], v[6]);
+  if (!(std::abs(q_SF.norm() - 1) <= kUnitTolerance)) {
+    rows.Fail("qw,qx,qy,qz of length " + std::to_string(q_SF.norm()) +
+              ": expected a unit quaternion");
+  }
+  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
+  X_SF.translate(Eigen::Vector3d(v[0], v[1], v[2])).rotate(q_SF.normalized());
+  return X_SF;
+}
+
 FingerColumns FindFinger(const CsvTable& rows, const std::string& prefix,
                          const TactileChannels& channels) {
   FingerColumns columns;
   columns.prefix = prefix;
+  columns.pose = FindPose(rows, prefix);
   const auto find = [&](int channel) {
     const std::string name = prefix + channels.NameOf(channel);
     if (!channels.are_electrodes()) {
@@ -157,6 +199,7 @@ FingerReading ReadSample(const CsvTable& rows, const FingerColumns& columns) {
   }
   if (columns.pac) reading.pac = counts(*columns.pac);
   if (columns.pdc) reading.pdc = counts(*columns.pdc);
+  if (columns.pose) reading.X_SF = ReadPose(rows, *columns.pose);
   return reading;
 }
 

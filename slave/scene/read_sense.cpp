@@ -101,23 +101,14 @@ std::optional<TipTracking> ReadTip(Section& sense, const SceneContext& context) 
 }
 
 void ReadStart(Section& section, ContourTracking* contour) {
-  constexpr const char* kStart = "auto, {circle: {centre, radius}} or {polygon: [[x, y], ...]}";
+  constexpr const char* kStart = "auto or {polygon: [[x, y], ...]}";
   const DocumentNode* node = section.Has("start") ? section.node()->Find("start") : nullptr;
   if (node == nullptr || node->text == "auto") return;
   if (node->kind != DocumentNode::Kind::kMap) return section.Refuse("start", kStart);
   Section start = section.Open("start");
-  const bool has_circle = start.Has("circle");
-  const bool has_polygon = start.Has("polygon");
-  if (has_circle == has_polygon) return section.Refuse("start", kStart);
-  if (has_circle) {
-    Section circle = start.Open("circle");
-    const Eigen::Vector2d centre = circle.Vector2("centre");
-    contour->start = ContourTracking::Circle{centre, circle.Number("radius")};
-    return;
-  }
-  ContourTracking::Polygon polygon{start.Points("polygon")};
-  if (polygon.points.size() < 3) start.Refuse("polygon", "three points [x, y] or more");
-  contour->start = std::move(polygon);
+  if (!start.Has("polygon")) return section.Refuse("start", kStart);
+  contour->start = start.Points("polygon");
+  if (contour->start.size() < 3) start.Refuse("polygon", "three points [x, y] or more");
 }
 
 std::optional<ContourTracking> ReadContour(Section& sense) {

@@ -77,27 +77,25 @@ std::string ReadDepthPipeline(Section& section) {
   return pipeline;
 }
 
-// One of `device`, `file`, `url`, of depth `openni` or `url`, below `section`; refused where none
-// or several are given.
+// One of `device`, `file` and `url` below `section`, of depth `url`; refused where none or several
+// are given.
 Eye ReadCameraSource(Section& section, const SceneContext& context, bool is_depth) {
-  constexpr std::array kKeys{"device", "file", "url", "openni"};
+  constexpr std::array kKeys{"device", "file", "url"};
   const auto has = [&](const char* key) { return section.Has(key); };
   const auto named = std::ranges::count_if(kKeys, has);
-  const bool is_wrong_kind = is_depth ? has("device") || has("file") : has("openni");
+  const bool is_wrong_kind = is_depth && !has("url");
   Eye source;
   if (named != 1 || is_wrong_kind) {
     const auto key = std::ranges::find_if(kKeys, has);
     section.Refuse(key == kKeys.end() ? "device" : *key,
-                   is_depth ? "exactly one of `openni: NUMBER` and `url`, a GStreamer pipeline"
+                   is_depth ? "`url`, a GStreamer pipeline, or `source: stream`"
                             : "exactly one of `device: NUMBER`, `file` (a video) and `url`");
   } else if (section.Has("url")) {
     source = {Eye::Kind::kUrl, 0, is_depth ? ReadDepthPipeline(section) : ReadAddress(section)};
   } else if (section.Has("file")) {
     source = {Eye::Kind::kVideo, 0, ReadExistingFile(section, "file", context).string()};
   } else {
-    const bool is_openni = section.Has("openni");
-    source.kind = is_openni ? Eye::Kind::kOpenNi : Eye::Kind::kDevice;
-    source.device = section.Integer(is_openni ? "openni" : "device");
+    source.device = section.Integer("device");
   }
   return source;
 }

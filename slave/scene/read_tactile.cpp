@@ -1,8 +1,10 @@
 // `sense.tactile`: fingertips, where their samples come from and how they are read.
 #include <algorithm>
+#include <stdexcept>
 #include <system_error>
 
 #include "shared/state/slave_state.h"
+#include "shared/text/csv.h"
 #include "slave/scene/sections.h"
 
 namespace palpate {
@@ -146,6 +148,20 @@ TactileChannels ReadChannels(Section& section, Tactile::Source source) {
   return channels;
 }
 
+// Whether the recording has the pose of a fingertip in each row: a column `qw` or `NAME_qw`.
+bool HasPoseColumns(const Tactile& tactile) {
+  if (tactile.source != Tactile::Source::kRecording) return false;
+  const auto is_pose = [](std::string_view title) {
+    return title == "qw" || title.ends_with("_qw");
+  };
+  try {
+    CsvLines lines(tactile.file);
+    return lines.Next() && std::ranges::any_of(lines.cells(), is_pose);
+  } catch (const std::runtime_error&) {  // no such file, no table: its reader says so
+    return false;
+  }
+}
+
 void ReadWays(Section& section, Tactile* tactile) {
   tactile->hold = section.OneOf<Tactile::Hold>(
       "hold", {{"force", Tactile::Hold::kForce}, {"displacement", Tactile::Hold::kDisplacement}});
@@ -171,10 +187,7 @@ std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context) 
   tactile.electrodes = ReadExistingFile(section, "electrodes", context);
   ReadMeasures(section, &tactile);
   ReadWays(section, &tactile);
-  tactile.poses = ReadExistingFile(section, "poses", context);
-  if (section.Has("poses") && tactile.source != Tactile::Source::kRecording) {
-    section.Refuse("poses", "nothing here: only a recording has poses in a file");
-  }
+  tactile.has_recorded_poses = HasPoseColumns(tactile);
   return tactile;
 }
 

@@ -52,7 +52,7 @@ struct ToInputs {
   void operator()(const DepthPictures& depth) const { AddPictures(depth.pattern); }
   void operator()(const PointTracking& points) const { Add(points.layout); }
   void operator()(const Tactile& tactile) const {
-    for (const auto& file : {tactile.file, tactile.poses, tactile.network, tactile.electrodes}) {
+    for (const auto& file : {tactile.file, tactile.network, tactile.electrodes}) {
       Add(file);
     }
     if (!tactile.network.empty()) Add(tactile.network / "network.json");
@@ -186,7 +186,7 @@ Outline OutlineOf(const Geometry& geometry) {
 
 bool MeetsObject(const Scene& scene) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
-  return tactile.source == Tactile::Source::kSimulated || !tactile.poses.empty() ||
+  return tactile.source == Tactile::Source::kSimulated || tactile.has_recorded_poses ||
          std::ranges::any_of(tactile.fingers, &Finger::has_pose);
 }
 

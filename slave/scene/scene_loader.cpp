@@ -196,7 +196,7 @@ class CrossCheck {
   void CheckFingers() {
     const auto* box = std::get_if<BoxGeometry>(&scene_.object.geometry);
     const auto* tactile = scene_.sense.Find<Tactile>();
-    if (box == nullptr || !tactile || !tactile->poses.empty()) return;
+    if (box == nullptr || !tactile || tactile->has_recorded_poses) return;
     for (const Finger& finger : tactile->fingers) {
       const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * finger.X_SF.translation();
       const bool is_inside = (p_O.array() > 0).all() && (p_O.array() < box->size.array()).all();

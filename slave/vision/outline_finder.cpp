@@ -124,7 +124,7 @@ FoundOutline FindOutlineNear(const cv::Mat& image, CurveView near) {
   const GreyFormat format(image);
   ContourTracking options;
   if (!near.empty()) {
-    options.start = ContourTracking::Polygon{{near.begin(), near.end()}};
+    options.start.assign(near.begin(), near.end());
     options.control_points =
         std::clamp(static_cast<int>(CurveLength(near) / kPointSpacing), kFewestPoints, kMostPoints);
   }

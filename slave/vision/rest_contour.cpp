@@ -30,19 +30,9 @@ constexpr double kLeastClosed = 0.7;    // of an edge around a start that a pers
 constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
 // Roundness of the outline: 0.64 and more of real embryos, up to 0.61 of flares, rims, rings and
 // torn shells.
-// [-] [tuned: StartsFromACircleOrAPolygonOfTheScene]
+// [-] [tuned: StartsFromAPolygonOfTheScene]
 constexpr double kLeastClear = 0.625;
 constexpr double kLeastSettled = 0.4, kMostSettled = 2.0;
-
-Curve CircleCurve(const ContourTracking::Circle& circle) {
-  Curve curve;
-  for (int k = 0; k < 360; ++k) {
-    const double angle = k * std::numbers::pi / 180;
-    curve.push_back(circle.centre +
-                    circle.radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-  }
-  return curve;
-}
 
 // 8 bit grey, for the search at start.
 cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
@@ -63,14 +53,8 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
                              " x " + std::to_string(first.rows) + " px: expected edges of " +
                              std::to_string(kLeastPicture) + " px or more");
   }
-  Curve start;
-  if (const auto* circle = std::get_if<ContourTracking::Circle>(&options.start)) {
-    start = CircleCurve(*circle);
-  } else if (const auto* polygon = std::get_if<ContourTracking::Polygon>(&options.start)) {
-    start = polygon->points;
-  } else {
-    start = FindObject(AsGrey8(first, format), tool_width);
-  }
+  const bool given = !options.start.empty();
+  Curve start = given ? options.start : FindObject(AsGrey8(first, format), tool_width);
   for (const Eigen::Vector2d& p : start) {
     const bool inside = p.x() >= 0 && p.y() >= 0 && p.x() <= first.cols - 1 &&
                         p.y() <= first.rows - 1;  // false for NaN
@@ -81,7 +65,6 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
                              std::to_string(options.control_points) + " control points");
   }
   std::vector<Curve> starts = {std::move(start)};
-  const bool given = !std::holds_alternative<std::monostate>(options.start);
   if (given && !CrossesItself(starts.front())) {
     EdgePath around = FollowEdgeAround(AsGrey8(first, format), starts.front());
     if (around.closedness > kLeastClosed) starts.push_back(std::move(around.curve));
@@ -131,7 +114,7 @@ Curve MeasureClearEdge(const cv::Mat& first, const GreyFormat& format, CurveView
 RestContour FindRestContour(const ContourTracking& options, const cv::Mat& first,
                             const GreyFormat& format, double tool_width, bool clockwise_I) {
   const std::vector<Curve> starts = StartCurves(options, first, format, tool_width, clockwise_I);
-  const bool given = !std::holds_alternative<std::monostate>(options.start);
+  const bool given = !options.start.empty();
   const cv::Mat grey8 = AsGrey8(first, format);
   RestContour best;
   double most = -1;

@@ -49,8 +49,7 @@ Eigen::Vector2d GivenDirection(const Scene& scene, const CameraView& view) {
 
 // Nothing but the picture tells the outline, and nobody stated where in the picture it is.
 bool IsOnlySeen(const Scene& scene) {
-  const bool found =
-      std::holds_alternative<std::monostate>(scene.sense.Find<ContourTracking>()->start);
+  const bool found = scene.sense.Find<ContourTracking>()->start.empty();
   return found && std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
 }
 

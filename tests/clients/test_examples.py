@@ -161,6 +161,18 @@ class Python(Examples):
     def test_feeding(self):
         self.check_feeding(["--size", "640x480"], "--check")
 
+    def test_depth_camera(self):
+        """A camera of OpenNI2, by a stand-in for the package `openni`, before an untouched membrane."""
+        import palpate
+        depth = ("sense.camera={depth: {source: stream}, rate: 30 Hz, unit: 0.02 mm, sigma: 0.2 mm, fx: 400, fy: 400, cx: 159.5, "
+                 "cy: 119.5, pose: {translation: [0, 0, -250 mm]}}")
+        packages = {"PYTHONPATH": f"{PACKAGE}:{HERE / 'openni'}"}
+        with Slave(str(ROOT / "deploy/scenes/rubber-membrane.yaml"), "--override", depth, "--override", "sense.points={track: surface}",
+                   simulates=False) as server, palpate.connect(server.address) as slave:
+            text = self.run_example("feed_openni", server.address, "--count", "30", environment=packages)
+            self.assertIn("30 of 30 images accepted", text)
+            self.assertTrue(any(state.valid for state in slave.states(rate=30, seconds=1)), slave.status())
+
     def test_driving(self):
         self.check_driving("--duration", "1", "--home", HOME)
 
@@ -504,7 +516,7 @@ class Python(Examples):
         mypy = shutil.which("mypy", path=BARE["PATH"])
         if mypy is None:
             self.skipTest("no mypy (apt-get install mypy)")
-        paths = {**BARE, "MYPYPATH": f"{PACKAGE}:{HERE / 'ros'}"}
+        paths = {**BARE, "MYPYPATH": f"{PACKAGE}:{HERE / 'ros'}:{HERE / 'openni'}"}
         check = [mypy, "--config-file", ROOT / "deploy/python/mypy.ini", "--cache-dir", self.out / "cache"]
         for arguments in (["-p", "palpate"], *([path] for path in EXAMPLES.glob("*.py"))):
             done = run(*check, *arguments, env=paths)

@@ -1,6 +1,5 @@
-// Takes the place of palpate-films.so and palpate-openni.so beside the slave, under either name:
-// cameras whose pictures come by TCP. PALPATE_FAKE_CAMERA says from where and how large:
-// `PORT WIDTH HEIGHT`, rows of 8 bit grey; of a depth camera `PORT WIDTH HEIGHT`, of 16 bit.
+// Takes the place of palpate-films.so beside the slave: a camera whose images come by TCP.
+// PALPATE_FAKE_CAMERA states port and size: `PORT WIDTH HEIGHT`, rows of 8 bit grey.
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -17,7 +16,7 @@ namespace {
 
 class FakeCamera final : public Film {
  public:
-  explicit FakeCamera(int type) : type_(type) {
+  FakeCamera() {
     int port = 0;
     const char* const setting = std::getenv("PALPATE_FAKE_CAMERA");
     if (setting == nullptr || std::sscanf(setting, "%d %d %d", &port, &width_, &height_) != 3)
@@ -32,7 +31,7 @@ class FakeCamera final : public Film {
 
   [[nodiscard]] bool is_there() const { return is_there_; }
   cv::Mat Next() override {
-    cv::Mat picture(height_, width_, type_);
+    cv::Mat picture(height_, width_, CV_8UC1);
     const std::size_t size = picture.total() * picture.elemSize();
     for (std::size_t got = 0; got < size;) {
       const auto part = recv(socket_, picture.data + got, size - got, 0);
@@ -43,16 +42,10 @@ class FakeCamera final : public Film {
   }
 
  private:
-  const int type_;
   const int socket_ = socket(AF_INET, SOCK_STREAM, 0);
   int width_ = 0, height_ = 0;
   bool is_there_ = false;
 };
-
-std::unique_ptr<Film> Open(int type) {
-  auto camera = std::make_unique<FakeCamera>(type);
-  return camera->is_there() ? std::move(camera) : nullptr;
-}
 
 class FakeFilms final : public Films {
  public:
@@ -61,7 +54,8 @@ class FakeFilms final : public Films {
   }
   [[nodiscard]] std::unique_ptr<Film> OpenDevice(int /*device*/, const cv::Size& /*size*/,
                                                  double /*rate*/) const override {
-    return Open(CV_8UC1);
+    auto camera = std::make_unique<FakeCamera>();
+    return camera->is_there() ? std::move(camera) : nullptr;
   }
   [[nodiscard]] std::unique_ptr<Film> OpenUrl(
       const std::string& /*address*/, std::chrono::milliseconds /*patience*/) const override {
@@ -76,8 +70,4 @@ class FakeFilms final : public Films {
 extern "C" const palpate::Films* palpate_films() {
   static const palpate::FakeFilms films;
   return &films;
-}
-
-extern "C" palpate::Film* palpate_openni(int /*device*/) {
-  return palpate::Open(CV_16UC1).release();
 }

@@ -6,17 +6,10 @@ usage: test_plug_paths.py [NAME...]   of silicone-block, rubber-membrane, foam-c
 Prints a table: by each path the error of the force in the same slow press, rms in parts of its peak, against
 the true force as long before as it agrees best with; and how long that is, which is what the path takes in time.
 """
-import array
-import contextlib
-import itertools
-import random
 import re
 import shutil
-import socket
 import subprocess
 import sys
-import threading
-import time
 import unittest
 
 from force_error import force_error
@@ -86,12 +79,12 @@ class Paths(Plugged):
             return player
         return self.press(name, overrides=[*PLUGGED, *settings], beside=[feeder, lambda: self.arm(home)])
 
-    def fake_camera(self, module="palpate-films.so"):
-        """The slave beside a module that is a fake camera: what `device` opens, or `openni`."""
+    def fake_camera(self):
+        """The slave beside a module that is a fake camera: what `device` opens."""
         folder = self.out / "fake"
         folder.mkdir()
         shutil.copy(BIN / "palpate-slave", folder)
-        shutil.copy(BIN / "fake_cameras.so", folder / module)
+        shutil.copy(BIN / "fake_cameras.so", folder / "palpate-films.so")
         return folder / "palpate-slave"
 
     def table(self, name, paths):
@@ -103,43 +96,6 @@ class Paths(Plugged):
         for path, (error, _, ticks) in errors.items():
             self.assertGreater(ticks, LEAST, path)
             self.assertLess(error, errors["in-process"][0] + MOST, path)
-
-    def test_depth_camera(self):
-        """One of OpenNI2, a fake at the seam of its module: an untouched membrane, 250 mm away, then unplugged and back."""
-        name = self.wanted("rubber-membrane")
-        depth = ("sense.camera={depth: {openni: 0}, rate: 30 Hz, unit: 0.02 mm, sigma: 0.2 mm, fx: 400, fy: 400, cx: 159.5, "
-                 "cy: 119.5, pose: {translation: [0, 0, -250 mm]}}")
-        random.seed(1)
-        pictures = [array.array("H", (round(12500 + random.gauss(0, 10)) for _ in range(320 * 240))).tobytes() for _ in range(12)]
-        door = socket.create_server(("127.0.0.1", 0))
-        self.addCleanup(door.close)
-        stop, unplugged = threading.Event(), threading.Event()
-
-        def show():
-            while not stop.is_set():
-                reader = door.accept()[0]
-                with reader, contextlib.suppress(OSError):
-                    for picture in itertools.cycle(pictures):
-                        if unplugged.is_set() or stop.is_set():
-                            break
-                        reader.sendall(picture)
-                        time.sleep(1 / 30)
-                while unplugged.is_set():
-                    time.sleep(0.05)
-        camera = threading.Thread(target=show, daemon=True)
-        camera.start()
-        slave = self.fake_camera("palpate-openni.so")
-        command = ["/usr/bin/env", f"PALPATE_FAKE_CAMERA={door.getsockname()[1]} 320 240", slave, "serve",
-                   SCENES / f"{name}.yaml", "--listen", "127.0.0.1:0", "--override", depth, "--override", "sense.points={track: surface}"]
-        with Slave(command=[str(word) for word in command]) as self.slave:
-            self.stub = self.connect()
-            self.assertTrue(self.ready(), self.status())
-            unplugged.set()
-            gone = "OpenNI2 depth camera 0: disconnected"
-            self.assertTrue(wait_until(lambda: any(gone in alarm for alarm in self.status().alarms)), self.status())
-            unplugged.clear()
-            self.assertTrue(self.ready(), self.status())
-            stop.set()
 
     def wanted(self, name):
         if name not in NAMES:

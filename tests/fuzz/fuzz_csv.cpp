@@ -32,9 +32,6 @@ void Read(std::size_t kind, const std::filesystem::path& file) {
     case 3:
       static_cast<void>(ReadContourFile(file));
       return;
-    case 4:
-      static_cast<void>(FingerPoses(file, {{.name = "rf"}}, 0.1));
-      return;
     default:
       Playback hand(file);
       for (int i = 0; i < 5; ++i) hand.Read(Time(std::chrono::milliseconds(100 * i)));
@@ -46,7 +43,7 @@ void Read(std::size_t kind, const std::filesystem::path& file) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace palpate;
-  const fuzz::Input input(data, size, 6);
+  const fuzz::Input input(data, size, 5);
   const auto file = fuzz::Write("a.csv", input.bytes);
   // A contour that bounds nothing is an invalid argument; the others tell of the file.
   fuzz::Try<std::invalid_argument>(

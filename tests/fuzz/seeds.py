@@ -94,8 +94,8 @@ def tables(folder):
           f"\n0,{row},{row}\n", 1)
     write(folder, "csv", "layout", "".join(f"E{i},-{i},0,-3,0,0.6,-0.8\n" for i in range(1, 20)), 2)
     write(folder, "csv", "contour", "x,y\n0,0\n1,0\n1,1\n", 3)
-    write(folder, "csv", "poses", "t,finger,x,y,z,qw,qx,qy,qz\n0,rf,0,0,0,1,0,0,0\n1,rf,0,0,1,1,0,0,0\n", 4)
-    write(folder, "csv", "hand", "time_s,x,y,z\n0,0,0,0\n0.5,0.1,0,0\n", 5)
+    write(folder, "csv", "poses", f"t,{names},x,y,z,qw,qx,qy,qz\n0,{row},0,0,0,1,0,0,0\n1,{row},0,0,1,1,0,0,0\n", 1)
+    write(folder, "csv", "hand", "time_s,x,y,z\n0,0,0,0\n0.5,0.1,0,0\n", 4)
     dictionary(folder, "csv", ["case", "width", "rel_time_s", "timestamp", "finger", "pac0", "pac1", "pdc", "E19", "fx",
                                "nan", "inf", "1e999", "#", ",", "\n", "\ufeff".encode().decode("latin-1")])
 

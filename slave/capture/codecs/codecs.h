@@ -58,8 +58,6 @@ class Film {
   Film& operator=(const Film&) = delete;
   // The next image, with its own memory; empty: there is none.
   virtual cv::Mat Next() = 0;
-  // Depth of one count [m]; 0: unknown.
-  [[nodiscard]] virtual double unit() const { return 0; }
 };
 
 class Films {
@@ -87,10 +85,5 @@ class Films {
 // Loads the module at the first call. Throws std::runtime_error: it is not installed, or cannot be
 // loaded (why).
 const Films& LoadFilms();
-
-// Depth images of the OpenNI2 camera `device`, one channel of 16 bit, not mirrored, through the
-// module palpate-openni, loaded at the first call. nullptr: no such camera, or it measures no
-// depth. Throws std::runtime_error as LoadFilms does.
-std::unique_ptr<Film> OpenDepthCamera(int device);
 
 }  // namespace palpate

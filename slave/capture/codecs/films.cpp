@@ -9,32 +9,23 @@
 namespace palpate {
 namespace {
 
-struct Module {
-  const char* file;
-  const char* symbol;
-  const char* what;
-  const char* built_where;
-};
-constexpr Module kFilms{"palpate-films.so", "palpate_films",
-                        "videos, cameras and images other than PNG and JPEG",
-                        "OpenCV's videoio and imgcodecs are installed (package palpate-cameras, or "
-                        "deploy/install.sh films)"};
-constexpr Module kOpenNi{
-    "palpate-openni.so", "palpate_openni", "depth cameras of OpenNI2",
-    "OpenNI2 is installed (package palpate-cameras, or deploy/install.sh openni)"};
+constexpr const char* kModule = "palpate-films.so";
 
-void* Load(const Module& module) {
-  const auto refuse = [&](const std::string& why) {
-    throw std::runtime_error(std::string(module.what) + " need " + module.file + ", " + why);
+// The function `palpate_films` of the module.
+void* LoadSymbol() {
+  const auto refuse = [](const std::string& why) {
+    throw std::runtime_error("videos, cameras and images other than PNG and JPEG need " +
+                             std::string(kModule) + ", " + why);
   };
-  const auto file = FindPart(module.file);
+  const auto file = FindPart(kModule);
   if (file.empty()) {
-    refuse(std::string("which is not installed next to this program; the build makes it where ") +
-           module.built_where);
+    refuse(
+        "which is not installed next to this program; the build makes it where OpenCV's videoio "
+        "and imgcodecs are installed (package palpate-cameras, or deploy/install.sh films)");
   }
   void* const loaded = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (loaded == nullptr) refuse(std::string("which cannot be loaded: ") + dlerror());
-  void* const symbol = dlsym(loaded, module.symbol);
+  void* const symbol = dlsym(loaded, "palpate_films");
   if (symbol == nullptr) refuse("which is not a module of this program: " + file.string());
   return symbol;
 }
@@ -44,7 +35,7 @@ const Films* LoadFilmsModule() {
   // seconds for a camera that froze.
   setenv("OPENCV_IO_MAX_IMAGE_PIXELS", std::to_string(kMostPixels).c_str(), 0);
   setenv("OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT", "1", 0);
-  return reinterpret_cast<const Films* (*)()>(Load(kFilms))();
+  return reinterpret_cast<const Films* (*)()>(LoadSymbol())();
 }
 
 }  // namespace
@@ -52,11 +43,6 @@ const Films* LoadFilmsModule() {
 const Films& LoadFilms() {
   static const Films* const films = LoadFilmsModule();
   return *films;
-}
-
-std::unique_ptr<Film> OpenDepthCamera(int device) {
-  static void* const open = Load(kOpenNi);
-  return std::unique_ptr<Film>(reinterpret_cast<Film* (*)(int)>(open)(device));
 }
 
 }  // namespace palpate

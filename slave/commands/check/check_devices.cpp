@@ -20,10 +20,8 @@ std::string InWords(const Eye& eye) {
     case Eye::Kind::kUrl:
       return (eye.address.find('!') == std::string::npos ? "stream " : "GStreamer pipeline ") +
              eye.address;
-    case Eye::Kind::kOpenNi:
-      break;
   }
-  return fmt::format("OpenNI2 depth camera {}", eye.device);
+  return {};
 }
 
 std::string InWords(const StereoCameras& pair) {

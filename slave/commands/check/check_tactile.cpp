@@ -38,7 +38,7 @@ void PrintFingers(const Scene& scene) {
     std::string where =
         fmt::format("{} at home at ({}, {}, {}), {}", finger.name, LengthInWords(p.x()),
                     LengthInWords(p.y()), LengthInWords(p.z()), MotionInWords(finger));
-    if (!tactile.poses.empty()) where = finger.name + ", its poses from " + tactile.poses.string();
+    if (tactile.has_recorded_poses) where = finger.name + ", its poses from the recording";
     if (!MeetsObject(scene)) where = finger.name + ", no pose: only its force is reported";
     PrintLine("fingertip", where);
   }

@@ -209,7 +209,7 @@ void TactileEstimator::Locate(std::size_t i, const FingerReading& reading,
                               const Vector3d& p_S_tip) noexcept {
   FingerEstimate& finger = fingers_[i];
   const Finger& stated = tactile_.fingers[i];
-  finger.has_pose = reading.X_SF.has_value() || (stated.has_pose && tactile_.poses.empty());
+  finger.has_pose = reading.X_SF.has_value() || stated.has_pose;
   if (reading.X_SF) {
     finger.X_SF = *reading.X_SF;
   } else if (finger.has_pose && p_S_tip.allFinite()) {
@@ -247,12 +247,6 @@ void TactileEstimator::EstimateFinger(std::size_t i,
   if (finger.force && finger.has_pose) {
     const double across = tactile_.pose_tolerance * finger.force->norm();
     finger.sigma = std::hypot(finger.sigma, across, across);
-  }
-  if (!tactile_.poses.empty() && !finger.has_pose) {  // the force has no direction in S
-    finger.force.reset();
-    finger.sigma = 0;
-    finger.Add(
-        {Validity::kTrackingLost, FailedCheck::kPose, "the poses file has no pose for this time"});
   }
   finger.p_S_contact.reset();
   if (contact.has_place()) finger.p_S_contact = object_.X_SO() * contact.p_O();

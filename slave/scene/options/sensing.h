@@ -55,15 +55,8 @@ struct TipTracking {
 struct ContourTracking {
   int control_points = 60;
   double alpha = 1.0, beta = 1.0, gamma = 1.2;  // continuity, curvature, image (paper A, eq. 2)
-  // Initial shape in the image [px]; monostate: found automatically.
-  struct Circle {
-    Eigen::Vector2d centre;
-    double radius = 0;
-  };
-  struct Polygon {
-    std::vector<Eigen::Vector2d> points;
-  };
-  std::variant<std::monostate, Circle, Polygon> start;
+  // Corners of the initial polygon in the image [px]; empty: found automatically.
+  std::vector<Eigen::Vector2d> start;
 };
 // One fingertip. Frame F is the frame of the electrodes: finger axis x with the tip at +x, pad
 // towards -z, origin at the centre of the sphere at the tip. The manipulator moves the apex of the
@@ -81,7 +74,8 @@ struct Finger {
 struct Tactile {
   enum class Source : std::uint8_t { kRecording, kStream, kSimulated } source = Source::kRecording;
   std::filesystem::path file;        // file of the recording
-  std::filesystem::path poses;       // CSV of fingertip poses; empty: they follow the manipulator
+  bool has_recorded_poses = false;   // the recording has columns of poses; else they follow the
+                                     // manipulator
   double rate = 100;                 // rate of the samples [Hz]
   TactileChannels channels;          // of each finger
   std::vector<Finger> fingers;       // 1 to 5; the operator moves the first
@@ -91,7 +85,6 @@ struct Tactile {
   std::string localise = "auto";     // auto, paper or pressure-weighted
   // Smallest change of an active electrode [counts], or of a channel [noise at rest].
   double threshold = 5;
-  double full_scale = 200;        // change of full intensity, for `paper` [counts]; no key
   double finger_radius = 7e-3;    // radius of sphere and cylinder of the fingertip [m]
   double pose_tolerance = 0.035;  // one sigma of a finger's pose about each axis [rad]
   double gate =
@@ -106,13 +99,12 @@ struct DepthCamera {
   double focal = 525;                 // [px]
   double noise = 0.002;               // one sigma along the ray [m]
 };
-// One camera that OpenCV or OpenNI2 reads: its number, or an address.
+// One camera that OpenCV reads: its number, or an address.
 struct Eye {
   enum class Kind : std::uint8_t {
     kDevice,
     kVideo,  // finite, read at the scene's rate
-    kUrl,
-    kOpenNi  // depth only
+    kUrl
   } kind = Kind::kDevice;
   int device = 0;
   std::string address;  // video, URL or GStreamer pipeline

@@ -35,7 +35,7 @@ double BeyondPressure(const TactileSignals& change, std::size_t electrode) noexc
   return static_cast<double>(change[electrode]) - kPressureShare * pressure;
 }
 
-// Width of the transition between formulas [rad]. [tuned: FormulasOfDirectionsErrLess]
+// Width of the transition between formulas [rad]. [tuned: TheDefaultErrsLessThanThePaper]
 constexpr double kBlend = 8 * std::numbers::pi / 180;
 constexpr double kCancelled = 1e-9;  // of the intensities
 

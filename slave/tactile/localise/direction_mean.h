@@ -48,7 +48,7 @@ class SignalCheck {
 // and even a soft contact, under which hardly an electrode falls, shows where they rise least. The
 // share is between the best for presses on a plate (0.10) and for others of that sensor
 // (0.15); on the authors' soft recording, another sensor, the electrodes' mean is 0.17.
-// [counts / count]. [tuned: FormulasOfDirectionsErrLess]
+// [counts / count]. [tuned: TheDefaultErrsLessThanThePaper]
 inline constexpr double kPressureShare = 0.13;
 
 struct Intensities {

@@ -28,6 +28,9 @@ double PressureWeightedSigma(double counts) noexcept {
   return std::clamp(kSigmaOfOneCount / std::sqrt(counts), kLeastSigma, kLargestSigma);
 }
 
+// Change of full intensity [counts]. [paper: B, III.A.2]
+constexpr double kFullScale = 200;
+
 // Paper B, equations (1) to (4), as the paper and its authors' code compute them. Active are the
 // electrodes that fell by more than the threshold; intensity is how far, over full scale, at most
 // 1. Flawed also where all of several active electrodes are beyond full scale: their intensities
@@ -38,8 +41,7 @@ class PaperLocaliser final : public Localiser {
       : layout_(layout),
         surface_{tactile.finger_radius},
         check_(layout, tactile.threshold),
-        threshold_(tactile.threshold),
-        full_scale_(tactile.full_scale) {}
+        threshold_(tactile.threshold) {}
 
   [[nodiscard]] TouchPlace Locate(const TactileSignals& change,
                                   const FingerReading& raw) const noexcept override {
@@ -51,9 +53,9 @@ class PaperLocaliser final : public Localiser {
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
       const double fall = -static_cast<double>(change[i]);
       if (!(fall > threshold_)) continue;
-      clipped += fall >= full_scale_ ? 1 : 0;
+      clipped += fall >= kFullScale ? 1 : 0;
       p_F[active] = layout_.p_F[i];
-      intensity[active] = std::min(fall / full_scale_, 1.0);
+      intensity[active] = std::min(fall / kFullScale, 1.0);
       ++active;
     }
     const auto point =
@@ -70,7 +72,7 @@ class PaperLocaliser final : public Localiser {
   ElectrodeLayout layout_;
   FingerSurface surface_;
   SignalCheck check_;
-  double threshold_, full_scale_;  // [counts]
+  double threshold_;  // [counts]
 };
 
 // DirectionMean with the intensities of PressureWeighted.

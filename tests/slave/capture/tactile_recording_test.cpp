@@ -229,46 +229,40 @@ TEST(RecordedTactileTest, AStopEndsTheWait) {
 
 constexpr double kHalf = 0.70710678118654752;  // a quarter turn's quaternion
 
-// Reference: half of a quarter turn about z is 45 degrees; half of the way is the middle.
-TEST(FingerPosesTest, LieBetweenTheRecordedOnes) {
-  const Scratch scratch;
-  Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01, 1.02, 1.03, 1.04})));
-  scene.sense.Find<Tactile>()->poses =
-      scratch.Write("poses.csv",
-                    "t,finger,x,y,z,qw,qx,qy,qz\n1.01,rf,0,0,0.5,1,0,0,0\n1.01,th,9,9,9,1,0,0,0\n"
-                    "1.03,rf,0.25,0,0.5," +
-                        std::to_string(kHalf) + ",0,0," + std::to_string(kHalf) + "\n");
-  const auto frames = AllFrames(scene);
-  ASSERT_EQ(frames.size(), 5U);
-  const auto at = [&](std::size_t i) { return frames[i].fingers[0].X_SF.value(); };
-  EXPECT_TRUE(at(0).isApprox(at(1), 1e-12));  // the first one holds before
-  EXPECT_TRUE(at(4).isApprox(at(3), 1e-12));  // the last one after
-  EXPECT_TRUE(at(2).translation().isApprox(Eigen::Vector3d(0.125, 0, 0.5), 1e-9));
-  EXPECT_LT((at(2).linear() * Eigen::Vector3d::UnitX() - Eigen::Vector3d(kHalf, kHalf, 0)).norm(),
-            1e-6);
-  EXPECT_NEAR(at(3).linear().determinant(), 1, 1e-12);
+// Two samples of `rf` with poses, 0.02 s apart: the second one is moved and turned by a quarter.
+std::string PosedRecording(const std::string& quaternion) {
+  std::string head = "t", counts;
+  for (int i = 1; i <= 19; ++i) head += ",rf_E" + std::to_string(i), counts += ",3000";
+  return head + ",rf_x,rf_y,rf_z,rf_qw,rf_qx,rf_qy,rf_qz\n1" + counts + ",0,0,0.5,1,0,0,0\n1.02" +
+         counts + ",0.25,0,0.5," + quaternion + "\n";
 }
 
-TEST(FingerPosesTest, MistakesAreRefusedWithTheirLine) {
+// Reference: half of a quarter turn about z is 45 degrees; half of the way is the middle.
+TEST(RecordedPoseTest, LiesBetweenTheRecordedOnes) {
   const Scratch scratch;
-  Scene scene = SceneOf(scratch.Write("touch.csv", Recording({1, 1.01})));
-  const std::string head = "t,finger,x,y,z,qw,qx,qy,qz\n";
-  const struct {
-    std::string text;
-    const char* message;
-  } kRows[] = {
-      {"t,finger,x,y,z,qw,qx,qy\n", "poses.csv:1: column qz is missing"},
-      {head, "poses.csv:1: no pose"},
-      {head + "0,rf,0,0,0,1,1,0,0\n", "poses.csv:2: qw,qx,qy,qz of length 1.414214: expected"},
-      {head + "0,rf,0,0,nan,1,0,0,0\n", "poses.csv:2: z = nan: expected a finite number"},
-      {head + "0,rf,0,0,0,1,0,0\n", "poses.csv:2: 8 cells: expected 9"},
-      {head + "1,rf,0,0,0,1,0,0,0\n0.5,rf,0,0,0,1,0,0,0\n", "poses.csv:3: t = 0.5: expected a"},
+  const std::string quarter = std::to_string(kHalf) + ",0,0," + std::to_string(kHalf);
+  const auto frames = AllFrames(SceneOf(scratch.Write("touch.csv", PosedRecording(quarter))));
+  ASSERT_EQ(frames.size(), 3U);  // resampled from 50 to 100 Hz
+  const auto at = [&](std::size_t i) { return frames[i].fingers[0].X_SF.value(); };
+  EXPECT_TRUE(at(0).translation().isApprox(Eigen::Vector3d(0, 0, 0.5), 1e-9));
+  EXPECT_TRUE(at(1).translation().isApprox(Eigen::Vector3d(0.125, 0, 0.5), 1e-9));
+  EXPECT_LT((at(1).linear() * Eigen::Vector3d::UnitX() - Eigen::Vector3d(kHalf, kHalf, 0)).norm(),
+            1e-6);
+  EXPECT_NEAR(at(2).linear().determinant(), 1, 1e-12);
+}
+
+TEST(RecordedPoseTest, MistakesAreRefusedWithTheirLine) {
+  const Scratch scratch;
+  const auto mistake = [&](const std::string& text) {
+    const Scene scene = SceneOf(scratch.Write("touch.csv", text));
+    return Thrown<std::runtime_error>([&] { OpenTactileRecording(scene, false); });
   };
-  for (const auto& row : kRows) {
-    scene.sense.Find<Tactile>()->poses = scratch.Write("poses.csv", row.text);
-    EXPECT_THAT(Thrown<std::runtime_error>([&] { OpenTactileRecording(scene, false); }),
-                HasSubstr(row.message));
-  }
+  EXPECT_THAT(mistake(PosedRecording("1,1,0,0")),
+              HasSubstr("touch.csv:3: qw,qx,qy,qz of length 1.414214: expected"));
+  EXPECT_THAT(mistake(PosedRecording("nan,0,0,0")), HasSubstr("touch.csv:3: rf_qw = nan"));
+  std::string incomplete = PosedRecording("1,0,0,0");
+  incomplete.replace(incomplete.find("rf_qz"), 5, "other");
+  EXPECT_THAT(mistake(incomplete), HasSubstr("touch.csv:1: column rf_qz is missing"));
 }
 
 // --- the real ones

@@ -75,7 +75,7 @@ TEST_F(StereoSceneTest, WhatGivesNoDepthOf16BitIsReported) {
   EXPECT_THAT(mistake("{url: \"tcp://127.0.0.1:5000\"}"),
               HasSubstr("expected a GStreamer pipeline that ends in"));
   EXPECT_THAT(mistake("{url: \"v4l2src ! appsink\"}"), HasSubstr("format=GRAY16_LE"));
-  EXPECT_THAT(mistake("{device: 0}"), HasSubstr("expected exactly one of `openni: NUMBER`"));
+  EXPECT_THAT(mistake("{device: 0}"), HasSubstr("expected `url`, a GStreamer pipeline"));
   EXPECT_EQ(mistake("{url: \"v4l2src ! video/x-raw,format=GRAY16_LE ! appsink\"}"), "");
 }
 

@@ -39,7 +39,7 @@ std::string Tactile8(const std::string& keys, const std::string& geometry = kBox
 class TactileSceneTest : public ::testing::Test {
  protected:
   TactileSceneTest() {
-    for (const char* name : {"rh_tactile.csv", "layout.csv", "fitted.json", "poses.csv"}) {
+    for (const char* name : {"rh_tactile.csv", "layout.csv", "fitted.json"}) {
       folder_.Write(name, "");
     }
     std::filesystem::create_directory(folder_.path() / "net");
@@ -58,8 +58,8 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
   const Scene scene = Load(Tactile8(
       "source: rh_tactile.csv, finger: th, pose: {translation: [0, 0, 50 mm], rotation: [0, 0, 90 "
       "deg]}, network: net, rest: first 7, rate: 0.2 kHz, electrodes: layout.csv, localise: "
-      "paper, threshold: 3, radius: 6 mm, pose_tolerance: 1 deg, patch: 8 mm, hold: displacement, "
-      "poses: poses.csv"));
+      "paper, threshold: 3, radius: 6 mm, pose_tolerance: 1 deg, patch: 8 mm, hold: "
+      "displacement"));
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   const Finger& finger = tactile.fingers.at(0);
   EXPECT_EQ(finger.name, "th");
@@ -75,7 +75,14 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
   EXPECT_NEAR(tactile.pose_tolerance, 0.0174533, 1e-7);
   EXPECT_DOUBLE_EQ(tactile.patch, 8e-3);
   EXPECT_EQ(tactile.hold, Tactile::Hold::kDisplacement);
-  EXPECT_EQ(tactile.poses, folder_.path() / "poses.csv");
+  EXPECT_FALSE(tactile.has_recorded_poses);
+}
+
+TEST_F(TactileSceneTest, ARecordingMayHaveThePosesOfItsFingers) {
+  folder_.Write("rh_tactile.csv", "t,rf_E1,rf_x,rf_y,rf_z,rf_qw,rf_qx,rf_qy,rf_qz\n");
+  const Scene scene = Load(Tactile8("source: rh_tactile.csv, finger: rf"));
+  EXPECT_TRUE(scene.sense.Find<Tactile>()->has_recorded_poses);
+  EXPECT_TRUE(MeetsObject(scene));
 }
 
 // Reference: sections.h; the object is a box of 60 x 40 x 20 mm.
@@ -138,8 +145,6 @@ const BadTactile kBad[] = {
      "no file"},
     {"NoSuchNetwork", "source: stream, network: none",
      "sense.tactile.network = none: expected a folder with network.json; there"},
-    {"PosesOfAStream", "source: stream, poses: poses.csv",
-     "sense.tactile.poses = poses.csv: expected nothing here: only a recording"},
     {"RestAsNumber", "source: stream, rest: 50",
      "sense.tactile.rest = 50: expected `first N`, N from 1 to 10000 samples"},
     {"FingerAndFingers", "source: stream, finger: rf, fingers: {rf: {}}",

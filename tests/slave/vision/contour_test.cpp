@@ -176,42 +176,44 @@ INSTANTIATE_TEST_SUITE_P(, ContourSizes,
                                          std::tuple(cv::Size(1280, 960), 120, CV_16UC3),
                                          std::tuple(cv::Size(751, 499), 61, CV_8UC1)));
 
-TEST(RestContourTest, StartsFromACircleOrAPolygonOfTheScene) {
+// A regular polygon of 360 corners [px].
+std::vector<Eigen::Vector2d> Round(const Eigen::Vector2d& centre, double radius) {
+  std::vector<Eigen::Vector2d> corners;
+  for (int k = 0; k < 360; ++k) {
+    const double angle = k * std::numbers::pi / 180;
+    corners.push_back(centre + radius * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return corners;
+}
+
+TEST(RestContourTest, StartsFromAPolygonOfTheScene) {
   const cv::Mat image = Embryo().Render();
   ContourTracking options;
-  options.start = ContourTracking::Circle{{322, 297}, 97};
+  options.start = Round({322, 297}, 97);
   EXPECT_GT(FindRestContour(options, image, GreyFormat(image), 0, false).edge.size(), 130U);
-  options.start = ContourTracking::Polygon{{{420, 300},
-                                            {391, 371},
-                                            {320, 400},
-                                            {249, 371},
-                                            {220, 300},
-                                            {249, 229},
-                                            {320, 200},
-                                            {391, 229}}};
+  options.start = {{420, 300}, {391, 371}, {320, 400}, {249, 371},
+                   {220, 300}, {249, 229}, {320, 200}, {391, 229}};
   EXPECT_GT(FindRestContour(options, image, GreyFormat(image), 0, false).edge.size(), 130U);
 }
 
 TEST(RestContourTest, StartsThatLeadNowhereAreRefused) {
   const cv::Mat image = Embryo().Render();
-  const auto message = [&](const auto& start, const cv::Mat& first) {
+  const auto message = [&](const std::vector<Eigen::Vector2d>& start, const cv::Mat& first) {
     ContourTracking options;
     options.start = start;
     return Thrown<std::runtime_error>(
         [&] { FindRestContour(options, first, GreyFormat(first), 0, false); });
   };
-  using Circle = ContourTracking::Circle;
-  using Polygon = ContourTracking::Polygon;
-  EXPECT_THAT(message(Circle{{600, 300}, 90}, image), testing::HasSubstr("outside the image"));
-  EXPECT_THAT(message(Circle{{NAN, 300}, 90}, image), testing::HasSubstr("outside the image"));
-  EXPECT_THAT(message(Circle{{320, 300}, 2}, image), testing::HasSubstr("too small"));
-  EXPECT_THAT(message(Polygon{{{0, 0}, {9, 9}}}, image), testing::HasSubstr("too small"));
+  EXPECT_THAT(message(Round({600, 300}, 90), image), testing::HasSubstr("outside the image"));
+  EXPECT_THAT(message(Round({NAN, 300}, 90), image), testing::HasSubstr("outside the image"));
+  EXPECT_THAT(message(Round({320, 300}, 2), image), testing::HasSubstr("too small"));
+  EXPECT_THAT(message({{0, 0}, {9, 9}}, image), testing::HasSubstr("too small"));
   const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(100));
-  EXPECT_THAT(message(Circle{{320, 300}, 90}, flat), testing::HasSubstr("contour"));
-  EXPECT_THAT(message(std::monostate{}, flat), testing::HasSubstr("no contour found"));
-  EXPECT_THAT(message(std::monostate{}, cv::Mat(1, 1, CV_8UC1, cv::Scalar(0))),
-              testing::HasSubstr("1 x 1 px"));
-  const Polygon eight{{{230, 210}, {410, 390}, {410, 210}, {230, 390}, {150, 300}}};
+  EXPECT_THAT(message(Round({320, 300}, 90), flat), testing::HasSubstr("contour"));
+  EXPECT_THAT(message({}, flat), testing::HasSubstr("no contour found"));
+  EXPECT_THAT(message({}, cv::Mat(1, 1, CV_8UC1, cv::Scalar(0))), testing::HasSubstr("1 x 1 px"));
+  const std::vector<Eigen::Vector2d> eight{
+      {230, 210}, {410, 390}, {410, 210}, {230, 390}, {150, 300}};
   EXPECT_THAT(message(eight, image), testing::HasSubstr("intersected itself"));
 }
 
@@ -226,7 +228,7 @@ TEST(RestContourTest, AStartMayBeOffByFortyPercentInRadius) {
     const cv::Mat image = picture.Render();
     for (const double off : {0.6, 0.8, 1.0, 1.25, 1.4}) {
       ContourTracking options;
-      options.start = ContourTracking::Circle{body.centre + Eigen::Vector2d(6, -5), off * radius};
+      options.start = Round(body.centre + Eigen::Vector2d(6, -5), off * radius);
       const RestContour contour =
           FindRestContour(options, image, GreyFormat(image), disc ? 0 : 17, false);
       EXPECT_NEAR(std::abs(CurveArea(contour.edge)) / area, 1, disc ? 0.02 : 0.05)

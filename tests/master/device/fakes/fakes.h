@@ -4,10 +4,8 @@
 // one device of that library. Positions are in metres, forces in newtons, in the vendor's frame,
 // whatever units the vendor's calls have. Functions may be called from any thread.
 //
-// hd     libHD.so, OpenHaptics HDAPI: x right, y up, z to the user
-// dhd    libdhd.so, Force Dimension: x to the user, y right, z up
-// spnav  libspnav.so, SpaceMouse: 2 mm are full deflection; makes no force
-// sdl    libSDL2.so, one game controller: 10 mm are full deflection; force is {low, high} of 0..1
+// hd   libHD.so, OpenHaptics HDAPI: x right, y up, z to the user
+// dhd  libdhd.so, Force Dimension: x to the user, y right, z up
 //
 // They lie in build/release/fakes/<fake>. Their options are listed in the sources' comments, at
 // `Defaults`; all have the resolution of what the vendor's calls report [m]. The handle is where
