@@ -9,6 +9,7 @@
 #include "slave/commands/check/check.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/mesh/mesh_check.h"
 #include "slave/study/auto_model.h"
@@ -62,10 +63,13 @@ Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progr
       PrintLine("contact", "no solution: " + row.reason);
       return solution;
     }
-    PrintLine("contact", fmt::format("{:.4g} N for an indentation of {} at ({}, {}, {}), {} wide",
+    const std::string tool = IsTouchedRound(scene)
+                                 ? "by a round tool of radius " + LengthInWords(scene.tool->radius)
+                                 : LengthInWords(question.width) + " wide";
+    PrintLine("contact", fmt::format("{:.4g} N for an indentation of {} at ({}, {}, {}), {}",
                                      row.answers.front().full.value, LengthInWords(question.depth),
                                      LengthInWords(press.p_O.x()), LengthInWords(press.p_O.y()),
-                                     LengthInWords(press.p_O.z()), LengthInWords(question.width)));
+                                     LengthInWords(press.p_O.z()), tool));
     if (ReportCollector* report = ReportCollector::present()) {
       report->contact = {question.depth, row.answers.front().full.value,
                          study::StatedOf(row).update};
