@@ -1,5 +1,3 @@
-#include "slave/mechanics/factory/tool_press.h"
-
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -7,6 +5,7 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
 
@@ -19,6 +18,10 @@ using Eigen::Vector3d;
 // point: c^2 (1 + 2 ln(l / c)) / l^2. [derived]
 constexpr double kWidestRing = 0.06;
 constexpr double kDeepestSink = 0.02;  // of the deflection
+
+bool HasMiddles(const Scene& scene, const ModelKind& kind) {
+  return kind.has_tets && scene.model.fem.element == FemOptions::Element::kTet10;
+}
 
 }  // namespace
 
@@ -47,7 +50,7 @@ ToolPress::ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mes
     places = TouchablePlaces(outline_);
   } else {
     surface_ = SurfaceOf(mesh);
-    places = TouchableNodes(surface_);
+    places = HasMiddles(scene, kind) ? TouchableMiddles(surface_) : TouchableNodes(surface_);
   }
   indenter_.emplace(std::move(places), tool.radius, scene.model.contact);
 }
