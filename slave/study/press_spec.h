@@ -43,7 +43,8 @@ struct PressSpec {
                            // tool or by cameras [m]
   double load = 0;  // for loaded contacts the load that reaches about `depth` [N]; a share of it at
                     // the small depth
-  double size = 0;  // larger side of the bounding box, the radius of a membrane [m]
+  double plane_error = 0;  // PlaneError of the tool, where its extent is stated; of no row [-]
+  double size = 0;         // larger side of the bounding box, the radius of a membrane [m]
 };
 
 // The scene's own contacts. Planar objects: at the boundary nearest to the tool's home. Membranes:

@@ -63,34 +63,38 @@ bool Answer(const std::vector<Contact>& contacts, DeformationModel* model, Solut
   return solution->responses().front().validity != Validity::kFailed;
 }
 
-// The round tools of the rows, the last one kept.
-class RoundTools {
+// The tools of the rows; of round ones the last is kept.
+class RowTools {
  public:
   // Both must outlive this.
-  RoundTools(const Scene& scene, const ObjectMesh& mesh) : scene_(scene), mesh_(mesh) {}
+  RowTools(const Scene& scene, const ObjectMesh& mesh) : scene_(scene), mesh_(mesh) {}
 
-  ContactResponse Press(const SolveRow& row, DeformationModel* model, Solution* solution) {
-    if (!press_ || radius_ != row.tool.radius) {
-      press_.emplace(scene_, row.tool, mesh_);
-      radius_ = row.tool.radius;
-    }
+  ContactResponse PressRound(const SolveRow& row, DeformationModel* model, Solution* solution) {
+    const bool same = radius_ == row.tool.radius && depth_ == row.tool.depth;
+    if (!press_ || !same) press_.emplace(scene_, row.tool, mesh_);
+    radius_ = row.tool.radius;
+    depth_ = row.tool.depth;
     return press_->Press(row.contact, model, solution);
+  }
+  void Judge(SolveRow* row) const {
+    ToolDomain(scene_, row->tool, mesh_).Judge(row->contact, &row->response);
   }
 
  private:
   const Scene& scene_;
   const ObjectMesh& mesh_;
-  double radius_ = 0;  // of press_ [m]
+  double radius_ = 0;            // of press_ [m]
+  std::optional<double> depth_;  // likewise
   std::optional<ToolPress> press_;
 };
 
 // The rows of one case, answered. False: it has no answer; the rows say so.
-bool SolveAtRest(const Case& one, RoundTools* round, DeformationModel* model,
+bool SolveAtRest(const Case& one, RowTools* tools, DeformationModel* model,
                  std::vector<SolveRow>* rows, Solution* solution) {
   if (SolveRow& row = (*rows)[one.front()]; IsPressedRound(row)) {
     model->Reset();
     const auto start = std::chrono::steady_clock::now();
-    row.response = round->Press(row, model, solution);
+    row.response = tools->PressRound(row, model, solution);
     row.solve_us = 1e6 * SecondsSince(start);
     return row.response.validity != Validity::kFailed;
   }
@@ -101,8 +105,10 @@ bool SolveAtRest(const Case& one, RoundTools* round, DeformationModel* model,
   model->Prefetch(contacts);
   const bool solved = Answer(contacts, model, solution, &solve_us);
   for (std::size_t k = 0; k < one.size(); ++k) {
-    (*rows)[one[k]].response = solution->responses()[k];
-    (*rows)[one[k]].solve_us = solve_us;
+    SolveRow& row = (*rows)[one[k]];
+    row.response = solution->responses()[k];
+    row.solve_us = solve_us;
+    tools->Judge(&row);
   }
   return solved;
 }
@@ -236,7 +242,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   const auto [model, field] = Build(scene, mesh, options.field, &progress);
   progress.Clear();
   PrintModelInfo(model->info());
-  RoundTools round(scene, mesh);
+  RowTools tools(scene, mesh);
   std::vector<SolveRow> answers;
   Solution solution;
   bool all_solved = true;
@@ -245,7 +251,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
       const std::string& name = rows[one.front()].case_name;
       const bool solved = dynamic
                               ? SolveInTime(one, rows, model.get(), &progress, &answers, &solution)
-                              : SolveAtRest(one, &round, model.get(), &rows, &solution);
+                              : SolveAtRest(one, &tools, model.get(), &rows, &solution);
       if (!solved) {
         all_solved = false;
         progress.Clear();

@@ -31,6 +31,7 @@ CsvTable OpenTable(const std::filesystem::path& file, const Axes& value, bool pl
                                         {value[1], true, prescribed},
                                         {value[2], !planar, prescribed},
                                         {"width", false, length}};
+  if (planar && value == kMoved) columns.push_back({"depth", false, length});
   if (dynamic) columns.push_back({"t", false, Quantity::kTime});
   if (!dynamic && value == kMoved) columns.push_back({"radius", false, length});
   return CsvTable(file, std::move(columns));
@@ -54,7 +55,7 @@ void RefuseOtherAxes(const CsvTable& table, const Axes& axes, const ObjectMesh& 
 }
 
 // The row's tool: the scene's with what the columns say. `radius` makes it round, or flat if 0;
-// `width` is that of a flat one.
+// `width` is that of a flat one, `depth` its extent through the thickness of a planar object.
 void ReadTool(const CsvTable& table, const RowRules& rules, double largest, SolveRow* row) {
   const bool moved = row->contact.kind == Contact::Kind::kDisplacement;
   const bool has_width = !table.IsAbsent("width"), has_radius = !table.IsAbsent("radius");
@@ -75,6 +76,9 @@ void ReadTool(const CsvTable& table, const RowRules& rules, double largest, Solv
   if (row->contact.width < 0 || row->contact.width > largest) {
     table.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
   }
+  if (!table.IsAbsent("depth")) row->tool.depth = table.Number("depth");
+  if (row->tool.depth && !(*row->tool.depth > 0)) table.Refuse("depth", "a length > 0");
+  if (row->tool.shape == Tool::Shape::kFlat) row->tool.width = row->contact.width;
   if (!moved || row->tool.shape == Tool::Shape::kFlat) return;
   if (has_width && row->contact.width > 0) {
     table.Refuse("width",

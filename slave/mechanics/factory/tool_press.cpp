@@ -1,3 +1,5 @@
+#include "slave/mechanics/factory/tool_press.h"
+
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -5,7 +7,6 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
 
@@ -29,7 +30,8 @@ bool IsTouchedRound(const Scene& scene) {
   return scene.tool && scene.tool->shape == Tool::Shape::kRound && !IsSkin(scene.object.geometry);
 }
 
-ToolPress::ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh) {
+ToolPress::ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh)
+    : domain_(scene, tool, mesh) {
   const ModelKind& kind = KindOf(scene);
   if (tool.shape != Tool::Shape::kRound || kind.shapes_tools) return;
   if (MovesInTime(scene)) {
@@ -70,6 +72,13 @@ Vector3d ToolPress::NormalAt(const Contact& contact) const noexcept {
 
 ContactResponse ToolPress::Press(const Contact& contact, DeformationModel* model,
                                  Solution* solution) noexcept {
+  ContactResponse response = Answer(contact, model, solution);
+  domain_.Judge(contact, &response);
+  return response;
+}
+
+ContactResponse ToolPress::Answer(const Contact& contact, DeformationModel* model,
+                                  Solution* solution) noexcept {
   if (indenter_) {
     const Vector3d n = NormalAt(contact);
     if (n.isZero(0)) return {};

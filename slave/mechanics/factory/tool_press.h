@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/factory/tool_domain.h"
 #include "slave/mechanics/indenter/round_indenter.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/scene.h"
@@ -41,12 +42,13 @@ class ToolPress {
   [[nodiscard]] ContactResponse Press(const Contact& contact, DeformationModel* model,
                                       Solution* solution) noexcept;
 
-  [[nodiscard]] bool grows() const { return indenter_.has_value(); }
-
  private:
+  [[nodiscard]] ContactResponse Answer(const Contact& contact, DeformationModel* model,
+                                       Solution* solution) noexcept;
   [[nodiscard]] Eigen::Vector3d NormalAt(const Contact& contact) const noexcept;
   void CheckPoint(ContactResponse* response) const noexcept;
 
+  ToolDomain domain_;
   BoundaryMesh outline_;  // of a planar object under a growing contact, else empty
   SurfaceMesh surface_;   // of a volume, likewise
   std::optional<RoundIndenter> indenter_;
