@@ -122,8 +122,8 @@ int Main(int argc, char** argv) {
   auto* solve_command =
       add_command("solve", "Run the model alone on the contacts and loads of CSV files", &solve);
   Add(solve_command, "--contacts", &solve.contacts, "FILE",
-      "CSV case,x,y,z,dx,dy,dz[,width][,t]; rows of one case act together; planar scenes need no "
-      "z");
+      "CSV case,x,y,z,dx,dy,dz[,width][,depth][,radius][,t]; rows of one case act together; planar "
+      "scenes need no z");
   solve_command->add_flag("--independent", solve.independent,
                           "Each row acts alone, also where rows have the same case");
   Add(solve_command, "--loads", &solve.loads, "FILE",

@@ -1,5 +1,6 @@
 // Operator, manipulator, tool, link, simulated environment and study of a scene.
 #include <cmath>
+#include <limits>
 
 #include "slave/scene/sections.h"
 
@@ -151,6 +152,15 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
 
 namespace {
 
+// A length, or `whole`; nullopt: it is not stated.
+std::optional<double> ReadExtent(Section& section) {
+  if (!section.Has("depth")) return std::nullopt;
+  if (section.node()->Find("depth")->text == "whole") {
+    return std::numeric_limits<double>::infinity();
+  }
+  return section.Number("depth");
+}
+
 // Tools other than flat ones have a width, a radius or both. One follows from the other.
 void ReadEnd(Section& section, const Rule& width, Tool* tool) {
   if (tool->shape == Tool::Shape::kCapsule) {
@@ -189,6 +199,8 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
                                                     {"round", Tool::Shape::kRound},
                                                     {"capsule", Tool::Shape::kCapsule}});
   ReadEnd(section, width, &tool);
+  tool.depth = ReadExtent(section);
+  tool.presses_evenly = section.OneOf<bool>("load", {{"rigid", false}, {"even", true}});
   const Eigen::Vector2d usual = TowardsBox(box, home);
   const Eigen::Vector2d direction = section.Vector2("direction", usual);
   if (direction.norm() < kSmallest && !usual.isZero(0))

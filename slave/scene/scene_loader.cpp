@@ -113,8 +113,17 @@ class CrossCheck {
     }
   }
 
-  // A model that knows flat and round tools alone would compute another one.
+  // A model that knows flat and round tools alone would compute another one, and a key that no
+  // model of the object uses would be believed.
   void CheckTool() {
+    const Geometry& geometry = scene_.object.geometry;
+    if (IsPresent("tool", "depth") && !IsPlanar(geometry)) {
+      Refuse("tool.depth", "nothing here: only a planar object has a thickness to reach through");
+    }
+    if (IsPresent("tool", "load") && !(ClassOf(geometry) == ObjectClass::kMembrane &&
+                                       scene_.tool->shape == Tool::Shape::kFlat)) {
+      Refuse("tool.load", "nothing here: only a flat tool on a flat membrane has a load");
+    }
     if (!scene_.tool || scene_.tool->shape != Tool::Shape::kCapsule) return;
     const ModelKind* kind = FindModelKind(scene_.model.kind);
     if (kind == nullptr || !kind->shapes_tools) {

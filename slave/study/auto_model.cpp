@@ -26,10 +26,6 @@ std::string Unfit(const Scene& scene, const StudyRow& row) {
   if (!kind->takes_friction && scene.model.contact == ContactLaw::kFrictionless) {
     return "its contacts are bonded";
   }
-  const bool is_flat = !scene.tool || scene.tool->shape == Tool::Shape::kFlat;
-  if (kind->shapes_tools && !is_flat && !HasStereoOrDepth(scene.sense)) {
-    return "it would press with the tool's shape, the study pressed with a flat one";
-  }
   return {};
 }
 

@@ -195,7 +195,7 @@ void AddGreen(const Division& d, FemOptions::Element element, const CandidateLim
   if (c.dof <= limits.dof) candidates->push_back(std::move(c));
 }
 
-// All presses of a study are those of a flat disc that sticks or slides.
+// All presses of a study are those of a tool that sticks or slides.
 void AddZone(const Division& d, const CandidateLimits& limits, std::vector<Candidate>* candidates) {
   Candidate c = Start(d, "fem-zone", "fem-zone");
   ModelOptions& model = c.scene.model;
@@ -203,7 +203,6 @@ void AddZone(const Division& d, const CandidateLimits& limits, std::vector<Candi
   model.fem.law = FemOptions::Law::kNeoHookean;
   model.fem.time = FemOptions::Time::kStatic;
   if (model.contact == ContactLaw::kFriction) model.contact = ContactLaw::kBonded;
-  if (c.scene.tool) c.scene.tool->shape = Tool::Shape::kFlat;
   c.dof = 3 * d.nodes;
   c.linear = false;
   c.expected_s = SparseSeconds(c.dof, 40 + 8 * d.presses);
@@ -273,6 +272,12 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
       d.presses = static_cast<double>(question.presses.size());
       AddVolume(d, limits, &candidates);
     }
+  }
+  if (scene.tool && scene.tool->shape == Tool::Shape::kCapsule) {
+    std::erase_if(candidates, [](const Candidate& c) {
+      const ModelKind* kind = FindModelKind(c.scene.model.kind);
+      return kind == nullptr || !kind->shapes_tools;
+    });
   }
   if (!limits.families.empty()) {
     std::erase_if(candidates, [&](const Candidate& c) {

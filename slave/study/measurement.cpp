@@ -14,6 +14,7 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
@@ -67,11 +68,15 @@ PatchBasis LoadBasisOf(const ModelOptions& model) {
   return HasMidnodes(model) ? PatchBasis::kLoadedTriangles10 : PatchBasis::kLoadedTriangles;
 }
 
-// Whether the slave corrects the model's answers for the shape of the tool: with one camera, and
-// under a round tool always.
+// Whether the slave corrects the model's answers for the width that the mesh gives the tool: with
+// one camera.
 bool CorrectsForTool(const Scene& scene) {
-  const bool camera = IsPlanar(scene.object.geometry) && scene.sense.Find<Camera>() != nullptr;
-  return scene.tool && (camera || IsTouchedRound(scene));
+  return scene.tool && IsPlanar(scene.object.geometry) && scene.sense.Find<Camera>() != nullptr;
+}
+
+// A scene without a tool is pressed by a flat one.
+Tool ToolOf(const Scene& scene, const PressSpec& question) {
+  return scene.tool.value_or(Tool{.width = question.width});
 }
 
 class Trial {
@@ -84,6 +89,8 @@ class Trial {
                                                   std::move(made_))
                    : nullptr),
         model_(touch_ ? *touch_->deformation : *made_),
+        tool_(candidate.scene, ToolOf(candidate.scene, question), mesh),
+        grows_(IsTouchedRound(candidate.scene)),
         options_(candidate.scene.model),
         kind_(FindModelKind(options_.kind)),
         steps_(candidate.linear ? 1 : kSteps),
@@ -171,7 +178,8 @@ class Trial {
   ContactResponse Respond(const Contact& contact) {
     ContactResponse response;
     if (!touch_) {
-      model_.Respond(std::span(&contact, 1), std::span(&response, 1));
+      response = tool_.Press(contact, &model_, &pressed_);
+      response.takes_width = response.takes_width || grows_;
       return response;
     }
     BoundaryPlace place;
@@ -253,7 +261,7 @@ class Trial {
   // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
   // tell. Not asked where nothing is to be corrected: a plate takes the width as it is.
   double SlopeOf(const Press& press) {
-    if (touch_ || TakesWidthAsItIs(mesh_)) return 0;
+    if (touch_ || grows_ || TakesWidthAsItIs(mesh_)) return 0;
     const auto seen = [&](double share, const study::Answer& answer) {
       if (press.loaded || answer.takes_width) return share;
       return share * (1 + WidthMismatch(mesh_, options_, press, share * question_.width));
@@ -268,6 +276,9 @@ class Trial {
   std::unique_ptr<DeformationModel> made_;
   std::unique_ptr<TouchModel> touch_;  // null: the model's answers are the slave's
   DeformationModel& model_;
+  ToolPress tool_;
+  const bool grows_;  // the contact of the tool, with its depth
+  Solution pressed_;
   const ModelOptions& options_;
   const ModelKind* kind_;
   const int steps_;

@@ -10,6 +10,7 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/mesh/index.h"
 #include "slave/study/volume_stiffness.h"
@@ -190,10 +191,6 @@ class Cut {
 
 }  // namespace
 
-bool IsTouchedRound(const Scene& scene) {
-  return IsPlanar(scene.object.geometry) && scene.tool && scene.tool->shape == Tool::Shape::kRound;
-}
-
 PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places) {
   const std::vector<Vector3d>& places = asked_places.empty() ? scene.study_contacts : asked_places;
   PressSpec question;
@@ -218,8 +215,12 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
     const SurfaceMesh surface = SurfaceOf(MeshObject(scene, std::nullopt));
     question.size = LargerSide(surface.nodes);
     question.presses = OnVolume(scene, surface, places);
-    const bool loaded = asked_places.empty() && !HasVolumeStiffness(scene);
+    const bool loaded =
+        asked_places.empty() && !HasVolumeStiffness(scene) && !IsTouchedRound(scene);
     for (Press& press : question.presses) press.loaded = loaded;
+  }
+  if (IsPlanar(scene.object.geometry) && scene.tool && scene.tool->depth) {
+    question.plane_error = PlaneError(scene, *scene.tool, MeshOutline(scene, std::nullopt));
   }
   question.width = scene.tool ? scene.tool->width : kToolPerSize * question.size;
   question.depth = scene.tool ? std::min(scene.operator_options.press_depth, 0.5 * question.size)

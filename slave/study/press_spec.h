@@ -43,19 +43,18 @@ struct PressSpec {
                            // tool or by cameras [m]
   double load = 0;  // for loaded contacts the load that reaches about `depth` [N]; a share of it at
                     // the small depth
-  double size = 0;  // larger side of the bounding box, the radius of a membrane [m]
+  double plane_error = 0;  // PlaneError of the tool, where its extent is stated; of no row [-]
+  double size = 0;         // larger side of the bounding box, the radius of a membrane [m]
 };
 
 // The scene's own contacts. Planar objects: at the boundary nearest to the tool's home. Membranes:
 // under home. Volumes: on the surface opposite to the fixed part; loaded where VolumeStiffness does
 // not apply (a rigid disc on whole nodes differs so much from mesh to mesh that no solution
-// converges). If given, `places` [m] are used instead, each moved to the surface, with a rigid
-// tool; without them those of the scene. A scene without a tool gets one as wide as a fifteenth of
-// the object. Throws std::invalid_argument: an outline that needs an image, a point off the object.
+// converges; a round tool is never loaded). If given, `places` [m] are used instead, each moved to
+// the surface, with a rigid tool; without them those of the scene. A scene without a tool gets one
+// as wide as a fifteenth of the object. Throws std::invalid_argument: an outline that needs an
+// image, a point off the object.
 PressSpec AskedOf(const Scene& scene, const std::vector<Eigen::Vector3d>& places = {});
-
-// Whether the tool's contact grows with the depth, as RoundIndenter has it.
-bool IsTouchedRound(const Scene& scene);
 
 // A uniform load over a disc on a triangulated surface, the same on every mesh: no whole triangles,
 // no whole nodes.

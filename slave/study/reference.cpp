@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "shared/text/text.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/plate/plate_law.h"
 #include "slave/reference/planar/patch_solution.h"
 #include "slave/reference/planar/round_touch.h"
@@ -45,9 +46,9 @@ double Stiffness(const Scene& scene, const Press& press, double width,
 // Under a round tool: at this displacement, since its contact grows with it.
 double RoundForce(const Scene& scene, const Press& press, double depth) {
   const site::TrueBody body(scene);
-  const auto solution = site::SolveUnderRound(body, scene.object.material.poisson_ratio,
-                                              scene.model.plane, body.Nearest(press.p_O.head<2>()),
-                                              {scene.tool->width, scene.tool->radius});
+  const auto solution =
+      site::SolveUnderRound(body, scene.object.material.poisson_ratio, scene.model.plane,
+                            body.Nearest(press.p_O.head<2>()), *scene.tool);
   const Eigen::Vector2d way = press.inward_O.head<2>();
   return scene.object.material.young_modulus * ThicknessOf(scene.object.geometry) *
          way.dot(site::Touched(*solution.round, depth * way, 0).total());
@@ -147,13 +148,20 @@ const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) 
   return second;
 }
 
-// By finite elements graded for the press, as fine as a study has time for; of many presses rough,
-// and finer for a check. A box is `WithFewCells`.
-std::optional<double> Graded(const Scene& scene, const Press& press, double width, bool many,
-                             bool check) {
+// Force by depth of finite elements graded for the press, as fine as a study has time for; of many
+// presses rough, and finer for a check. A box is `WithFewCells`.
+std::optional<double> Graded(const Scene& scene, const Press& press, const PressSpec& question,
+                             bool many, bool check) {
+  const double width = question.width;
   if (press.loaded) return std::nullopt;
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
+    if (IsTouchedRound(scene)) {
+      const int across = many == check ? 6 : many ? 4 : 8;
+      const auto force =
+          VolumeRoundForce(scene, press, question.depth, across, many && !check ? kRoughGrowth : 1);
+      return force ? std::optional(*force / question.depth) : std::nullopt;
+    }
     if (check) return VolumeStiffness(scene, press, width, width / (many ? 3 : 4), many ? 1.5 : 1);
     return many ? VolumeStiffness(scene, press, width, width / 2, kRoughGrowth)
                 : VolumeStiffness(scene, press, width, width / 5);
@@ -201,12 +209,22 @@ Estimate Finer(const std::vector<double>& ratios) {
   return {mean, std::max(half_step, std::sqrt(scatter / std::max(count - 1, 1.0)))};
 }
 
-// How much stiffer than linear the object is at full depth.
-Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t press, double depths) {
+// The force at full depth of the linear model on the same elements; NaN: none.
+double LinearForce(const std::vector<StudyRow>& rows, const StudyRow& large, std::size_t press) {
+  const auto linear = std::ranges::find_if(rows, [&](const StudyRow& row) {
+    return IsLinearAnswer(row) && row.element_size == large.element_size &&
+           FormulationOf(row) == FormulationOf(large);
+  });
+  return linear == rows.end() ? kUnknown : linear->answers[press].full.value;
+}
+
+// How much stiffer than linear the object is at full depth; `linear`: the linear force there.
+template <typename Linear>
+Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t press,
+                    const Linear& linear) {
   std::vector<MeshAnswer> ratios;
   for (const StudyRow* row : members) {
-    const PressAnswers& a = row->answers[press];
-    const double ratio = a.full.value / (a.small.value * depths);
+    const double ratio = row->answers[press].full.value / linear(*row);
     if (std::isfinite(ratio)) ratios.push_back({row->element_size, ratio});
   }
   if (ratios.empty()) return {};
@@ -310,7 +328,7 @@ ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
     membrane_ = *membrane;
   }
   if (!question.seen.empty()) return;
-  if (is_round_ && scene.model.contact == ContactLaw::kBonded) {
+  if (is_round_ && IsPlanar(scene.object.geometry) && scene.model.contact == ContactLaw::kBonded) {
     AddRound(scene);
     return;
   }
@@ -321,11 +339,11 @@ ReferenceFinder::ReferenceFinder(const Scene& scene, const PressSpec& question)
   std::vector<double> ratios;
   for (std::size_t i = 0; i < count; ++i) {
     const Press& press = question.presses[i];
-    const auto stiffness = Graded(few, press, question.width, many, false);
+    const auto stiffness = Graded(few, press, question, many, false);
     const double force = question.small_depth * stiffness.value_or(kUnknown);
     independent_.push_back({force, kUnknown});
     if (!stiffness || (many && i % (count / kChecked) != 0)) continue;
-    const auto other = Graded(few, press, question.width, many, true);
+    const auto other = Graded(few, press, question, many, true);
     if (!other) continue;
     ratios.push_back(*other / *stiffness);
     if (!many) independent_.back().bar = force * std::abs(ratios.back() - 1);
@@ -391,8 +409,11 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
   const double depths = question_.depth / question_.small_depth;
   Estimate stiffening{1, 0};
   for (const auto& [name, members] : families) {
-    if (is_round_ || !IsLargeDeformation(members.front()->model)) continue;
-    const Estimate found = Stiffening(members, press, depths);
+    if (!IsLargeDeformation(members.front()->model)) continue;
+    // A contact that grows has no force that is linear in the depth.
+    const Estimate found = Stiffening(members, press, [&](const StudyRow& row) {
+      return is_round_ ? LinearForce(rows, row, press) : row.answers[press].small.value * depths;
+    });
     if (std::isfinite(found.value)) stiffening = found;
   }
   const double excess =

@@ -43,7 +43,8 @@ struct References {
 // another formulation, beyond its own bar and distance to its limit. Full depth: the same, times
 // the stiffening there in a large-deformation model (von Karman, neo-Hookean) relative to the small
 // depth, one if none has a solution; of a membrane less what the plate's law leaves out. Round
-// tools and presses that cameras see: at full depth only, by the true contact and by a hyperelastic
+// tools: at full depth only, by the true contact, and the large-deformation model relative to the
+// linear one of the same elements. Presses that cameras see: at full depth only, by a hyperelastic
 // solid.
 class ReferenceFinder {
  public:

@@ -70,8 +70,9 @@ struct StudyRow : Trait {
   // Relative error of the contact force: what nine of ten contacts stay within, of fewer than ten
   // the largest. It is the distance from the reference, but at least its own bar. For
   // fewer than three contacts, at least the effect of the tool's width on the mesh, because errors
-  // may cancel at one point by chance. At the full and at the small depth. The bar of `error`
-  // includes the reference's own and, for three contacts and more, the sampling uncertainty.
+  // may cancel at one point by chance. At the full and at
+  // the small depth. The bar of `error` includes the reference's own and, for three contacts and
+  // more, the sampling uncertainty.
   Estimate error, error_small;
   double bound =
       kUnknown;  // what nine of ten of all places stay within, with 95 %: BeyondBound [-]

@@ -12,10 +12,13 @@
 #include <vector>
 
 #include "shared/mesh/disc_patch.h"
+#include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/fem/green/rest_stiffness.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/mesh/index.h"
 #include "slave/study/mesh_division.h"
+#include "slave/study/study_row.h"
 #include "slave/study/width_mismatch.h"
 
 namespace palpate::study {
@@ -25,6 +28,7 @@ using Eigen::Vector3d;
 using Edge = std::pair<int, int>;
 using Around = std::map<Edge, std::vector<std::size_t>>;  // the tetrahedra of each edge
 
+constexpr std::size_t kMostTets = 50'000;  // 100,000 take 8 GB and many minutes
 constexpr std::array<std::array<std::size_t, 2>, 6> kEdges{
     {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
@@ -203,7 +207,6 @@ bool HasVolumeStiffness(const Scene& scene) {
 std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, double width,
                                       double finest, double growth) {
   if (HoldsByNumber(scene)) return std::nullopt;  // new nodes between them would be free
-  constexpr std::size_t kMostTets = 50'000;       // 100,000 take 8 GB and many minutes
   try {
     const SolidMesh mesh = GradedUnder(scene, press, width, finest, growth);
     if (mesh.tets.size() > kMostTets) return std::nullopt;
@@ -234,6 +237,33 @@ std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, do
                          EnergyOf(stiffness, given) / seen;
     return force > 0 && std::isfinite(force) ? std::optional(force) : std::nullopt;
   } catch (const std::exception&) {  // the formulation has limits of its own; others remain
+    return std::nullopt;
+  }
+}
+
+std::optional<double> VolumeRoundForce(const Scene& scene, const Press& press, double depth,
+                                       int across, double growth) {
+  if (HoldsByNumber(scene)) return std::nullopt;
+  try {
+    const double R = scene.tool->radius, width = 2 * std::sqrt(R * std::min(depth, R));
+    const SolidMesh mesh = GradedUnder(scene, press, width, width / across, growth);
+    if (mesh.tets.size() > kMostTets) return std::nullopt;
+    Scene graded = scene;
+    graded.model.kind = "fem-green";
+    graded.model.fem.element = FemOptions::Element::kTet10;
+    graded.model.fem.time = FemOptions::Time::kStatic;
+    graded.model.cache.clear();
+    graded.object.material.relaxation.clear();
+    const auto model = MakeModel(graded, mesh);
+    Solution solution;
+    const ContactResponse response =
+        ToolPress(graded, *scene.tool, mesh)
+            .Press({.p_O = press.p_O, .prescribed_O = depth * press.inward_O}, model.get(),
+                   &solution);
+    const double force = press.inward_O.dot(response.force_O);
+    const bool known = IsForceKnown(response.validity) && force > 0 && std::isfinite(force);
+    return known ? std::optional(force) : std::nullopt;
+  } catch (const std::exception&) {  // as above
     return std::nullopt;
   }
 }

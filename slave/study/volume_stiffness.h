@@ -29,4 +29,10 @@ bool HasVolumeStiffness(const Scene& scene);
 std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, double width,
                                       double finest, double growth = kFineGrowth);
 
+// Force of the scene's round tool along its direction at `depth` [N], small strain: quadratic
+// tetrahedra on a mesh with `across` edges across Hertz's contact, 2 sqrt(R depth), and the places
+// that touch by RoundIndenter. nullopt: as above.
+std::optional<double> VolumeRoundForce(const Scene& scene, const Press& press, double depth,
+                                       int across, double growth = kFineGrowth);
+
 }  // namespace palpate::study

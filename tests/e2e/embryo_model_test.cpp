@@ -42,14 +42,14 @@ class EmbryoModelTest : public testing::Test {
              "  fixed: {arc: {centre: "
           << kHeld << " deg, half_angle: " << kHalf
           << " deg}}\n"
-             "tool: {shape: flat, width: 60 um}\n"
+             "tool: {shape: flat, width: 60 um, depth: whole}\n"
              "sense:\n"
              "  camera: {file: \""
           << kPicture.string() << "\", rate: 60 Hz, pixel: " << kRadius / kRadius_px * 1e6
           << " um}\n"
              "  tip: {track: template, template: pipette.png, anchor: [17 px, 56 px]}\n"
              "  contour: {track: snake, control_points: 60}\n"
-             "model: {kind: bem2d, elements: 120, plane: strain}\n";
+             "model: {kind: bem2d, elements: 120, plane: strain, tolerance: 20 %}\n";
   }
 
   // Paints a copy of the picture with the pipette moved by `way` [px] over a patch of background.

@@ -83,7 +83,7 @@ def proposal(messages, camera_lines, rows, modulus="127 kPa", manipulator="none"
     lines = "".join(f"    {line}\n" for line in camera_lines.splitlines())
     scene = ("name: my-block\nobject:\n  geometry:\n    rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}\n"
              f"  material: {{young_modulus: {modulus}, poisson_ratio: 0.49}}\n  fixed: {{side: bottom}}\n"
-             f"tool: {{shape: flat, width: 5.87 mm}}\nmanipulator: {manipulator}\nsense:\n  camera:\n{lines}"
+             f"tool: {{shape: flat, width: 5.87 mm, depth: whole}}\nmanipulator: {manipulator}\nsense:\n  camera:\n{lines}"
              f"    pixel: {pixel}\n    pose: {{translation: [44 mm, 54 mm, 0]}}\n"
              f"  tip: {{track: template, template: tip.png, anchor: [{TIP[0] - left}, {TIP[1] - top}]}}\n"
              f"  contour: {{track: snake}}\nmodel: {model}\n")

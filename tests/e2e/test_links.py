@@ -108,7 +108,7 @@ class PlantedLinks(unittest.TestCase):
                          "  geometry: {contour: from-image, thickness: 9 mm}\n"
                          "  material: {young_modulus: 127 kPa, poisson_ratio: 0.49}\n"
                          "  fixed: {arc: {centre: 180 deg, half_angle: 20 deg}}\n"
-                         "tool: {shape: flat, width: 5.9 mm}\n"
+                         "tool: {shape: flat, width: 5.9 mm, depth: whole}\n"
                          "sense:\n"
                          "  camera: {file: bar.png, rate: 60 Hz, pixel: 0.35 mm}\n"
                          "  tip: {track: template, template: bar.png, anchor: [20 px, 20 px]}\n"

@@ -140,7 +140,7 @@ describe('a camera that goes silent while nobody operates', () => {
       return canvas.toDataURL('image/png').split(',')[1];
     }, [readFileSync(first).toString('base64'), left, top, right - left, bottom - top]);
     const scene = ['name: watched', 'object:', '  geometry:', '    rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}', '  material: {young_modulus: 127 kPa, poisson_ratio: 0.49}', '  fixed: {side: bottom}',
-      'tool: {shape: flat, width: 5.87 mm}', 'manipulator: none', 'sense:', '  camera:', ...camera.map((line) => `    ${line}`), '    pixel: 0.35 mm', '    pose: {translation: [44 mm, 54 mm, 0]}',
+      'tool: {shape: flat, width: 5.87 mm, depth: whole}', 'manipulator: none', 'sense:', '  camera:', ...camera.map((line) => `    ${line}`), '    pixel: 0.35 mm', '    pose: {translation: [44 mm, 54 mm, 0]}',
       `  tip: {track: template, template: tip.png, anchor: [${u - left}, ${v - top}]}`, '  contour: {track: snake}', 'model: {kind: bem2d, plane: stress, elements: 60}', ''].join('\n');
     const answer = await stage.page.evaluate(async (body) => (await fetch('/setup/use', { method: 'POST', body })).text(), JSON.stringify({ scene, files: { 'tip.png': tip } }));
     assert.notEqual(typeof JSON.parse(answer).error, 'string', answer);

@@ -70,6 +70,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     await person.next();
 
     await person.fill('tool.width', '5,87');
+    await person.choose('tool.by', 'whole');
     await person.drag([500, 60], [540, 130]);
     await person.shows('setup-problems', /No tool is seen in the box/);
     await person.boxTip(TIP, 5.87 / 0.35);
@@ -129,6 +130,7 @@ async function answerAll(person, { modulus = '127', identify = false } = {}) {
   await person.fill('material.modulus', modulus);
   await person.go('tool');
   await person.fill('tool.width', '5.87');
+  await person.choose('tool.by', 'whole');
   await person.boxTip(TIP, 5.87 / 0.35);
   await person.shows('setup-tool-fact', /^Tip found at/);
 }

@@ -45,7 +45,7 @@ function blockAnswers(off = 0, found = null) {
   answers.held = [0];
   answers.material = { ...answers.material, modulus: '127' };
   const box = [[tip[0] - 25, tip[1] - 60], [tip[0] + 25, tip[1] + 9]].map(click);
-  answers.tool = { box, width: '5.87', shape: 'flat', seen: findTip(grey, box, BLOCK, 5.87 / PIXEL) };
+  answers.tool = { box, width: '5.87', shape: 'flat', by: 'whole', depth: '', seen: findTip(grey, box, BLOCK, 5.87 / PIXEL) };
   return { answers, tip };
 }
 const edgeOf = (corners, random = noisy(3)) => corners.flatMap(([u, v], i) => Array.from({ length: 60 }, (_, k) => {
@@ -154,10 +154,12 @@ test('the scene of the silicone block is that of the hand-written one', () => {
   assert.ok(Math.hypot(x - 44, y - 54) < 0.1, scene);
   const [u, v] = figures(scene, 'tip'), [low] = answers.tool.seen.box;
   assert.ok(Math.hypot(u + low[0] - tip[0], v + low[1] - tip[1]) < 0.1, scene);
-  for (const words of ['rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}', 'fixed: [{side: bottom}]', 'source: stream', 'manipulator: none', 'young_modulus: 127 kPa']) assert.ok(scene.includes(words), words);
+  for (const words of ['rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}', 'fixed: [{side: bottom}]', 'source: stream', 'manipulator: none', 'young_modulus: 127 kPa', 'depth: whole']) assert.ok(scene.includes(words), words);
   const [, right, up] = scene.match(/direction: \[(\S+), (\S+)\]/);
   assert.ok(Math.abs(right) < 0.01 && Number(up) < -0.999, scene);
   assert.deepEqual(Object.keys(files), ['tip.png']);
+  const part = { ...answers, tool: { ...answers.tool, by: 'part', depth: '4' } };
+  assert.ok(sceneOf(part, [], new Uint8Array([1])).scene.includes('depth: 4 mm'));
 });
 
 test('a disc and an outline hold arcs that contain the held parts and no others', () => {
@@ -211,6 +213,8 @@ test('each wrong answer is reported at its step', () => {
     [...with_('material', { poisson: '0.6' }), /Poisson's ratio/],
     [...with_('material', { by: 'name' }), /Choose a material/],
     [...with_('tool', { width: '0' }), /Width of the tip/],
+    [...with_('tool', { by: '' }), /how far the tool reaches through the thickness/],
+    [...with_('tool', { by: 'part', depth: '' }), /in the direction of the thickness: expected/],
     [...with_('tool', { box: [] }), /Drag a box/],
     [...with_('tool', { seen: seen([[450, 60], [500, 130]]) }), /No tool is seen in the box/],
     [...with_('tool', { seen: seen([[tip[0] - 25, tip[1] - 60], [tip[0] + 25, tip[1] - 10]]) }), /end is not seen/],

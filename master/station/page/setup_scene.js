@@ -14,6 +14,7 @@ const TOOL_OFF = 0.12;  // of the tool's width, as the slave's check `scale`
 const LEAST_CLEAR = 0.5;  // part of an outline with an edge
 const SKEW_OFF = 0.03;  // of corners from a rectangle, in parts of its diagonal
 const DISC_PARTS = 12, ELEMENTS = 180;
+const PLANE_OFF = 10;  // of the force by a plane model, accepted; it is part of the uncertainty [%]
 export const GUESS_OFF = 50;  // of a modulus that is a first guess [%]
 // The rows of deploy/scenes/materials.md.
 export const MATERIALS = ['dragon-skin-10', 'ecoflex-00-10', 'ecoflex-00-30', 'ecoflex-00-50'];
@@ -23,7 +24,7 @@ export const emptyAnswers = () => ({
   name: 'my-object', image: null, scale: { by: 'clicks', points: [], length: '', columns: '9', rows: '6', square: '', board: null },
   object: { kind: 'rectangle', points: [], width: '', height: '', diameter: '', sides: '', thickness: '', plane: 'stress', found: null, clear: null },
   press: { held: null, reading: '', unit: 'g', resolution: '1', readings: [] },
-  held: [], material: { by: 'modulus', name: '', modulus: '', poisson: '0.49', tolerance: '5' }, tool: { box: [], width: '', shape: 'flat', seen: null },
+  held: [], material: { by: 'modulus', name: '', modulus: '', poisson: '0.49', tolerance: '5' }, tool: { box: [], width: '', shape: 'flat', by: '', depth: '', seen: null },
 });
 
 // Answers with a past for each step, so that a step can be undone alone.
@@ -215,8 +216,11 @@ const CHECKS = {
     return found.filter(Boolean);
   },
   tool(answers) {
-    const { box, width, seen } = answers.tool, wrong = positive(width, 'Width of the tip', 'mm');
+    const { box, width, by, depth, seen } = answers.tool, wrong = positive(width, 'Width of the tip', 'mm');
     if (wrong) return [wrong];
+    if (!by) return ['Choose how far the tool reaches through the thickness: the force depends on it.'];
+    const short = by === 'part' ? positive(depth, 'Size of the tip in the direction of the thickness', 'mm') : '';
+    if (short) return [short];
     if (box.length < 2) return ['Drag a box around the tip of the tool, from one corner to the opposite one.'];
     if (!seen || seen.why) return [seen?.why || 'The tip was not searched yet.'];
     const wide = seen.width * pixelOf(answers), outline = outlineOf(answers), found = [];
@@ -257,7 +261,7 @@ function thicknessProblems({ object }, outline) {
   const spans = [0, 1].map((k) => pixel * (Math.max(...outline.map((p) => p[k])) - Math.min(...outline.map((p) => p[k]))));
   const most = Math.max(...spans);
   return mm(object.thickness) < most * (object.plane === 'stress' ? 0.9 : 100) ? [] :
-    [`The thickness is ${digits(number(object.thickness), 3)} mm, as much as the width: thickness is measured towards the camera. For a body that is as deep as it is wide, choose "thick".`];
+    [`The thickness is ${digits(number(object.thickness), 3)} mm, as much as the width: thickness is measured towards the camera. A body that is as deep as it is wide is neither thin nor thick, and its forces are flagged.`];
 }
 
 // Modulus, density and tolerance by name are the slave's; Poisson's ratio is that of the field.
@@ -288,14 +292,14 @@ export function sceneOf(answers, cameraLines, template) {
     ...(Math.abs(frame.turn) > 1e-6 ? [`  pose: {rotation: [0, 0, ${digits(frame.turn, 8)} rad]}`] : []),
     `  material: ${materialText(answers.material)}`,
     `  fixed: [${fixedOf(answers, frame).join(', ')}]`,
-    `tool: {shape: ${tool.shape}, width: ${length(mm(tool.width))}, direction: [${digits(direction[0], 4)}, ${digits(-direction[1] || 0, 4)}]}`,
+    `tool: {shape: ${tool.shape}, width: ${length(mm(tool.width))}, depth: ${tool.by === 'whole' ? 'whole' : length(mm(tool.depth))}, direction: [${digits(direction[0], 4)}, ${digits(-direction[1] || 0, 4)}]}`,
     'sense:', '  camera:', ...cameraLines.map((line) => `    ${line}`),
     `    pixel: ${digits(1e3 * pixel, 8)} mm`,
     `    pixel_tolerance: ${digits(pixelToleranceOf(answers), 2)}`,
     `    pose: {translation: [${centre.map((value) => `${digits(1e3 * value, 8)} mm`).join(', ')}, 0]}`,
     `  tip: {track: template, template: ${TEMPLATE}, anchor: [${tip.map((value, k) => `${digits(value - box[0][k], 7)} px`).join(', ')}], roi: ${Math.max(64, Math.max(...size) + 20)} px}`,
     `  contour: {track: snake, start: {polygon: [${outline.map((p) => `[${p.map((value) => `${digits(value, 5)} px`).join(', ')}]`).join(', ')}]}}`,
-    `model: {kind: bem2d, elements: ${ELEMENTS}, plane: ${object.plane}, contact: bonded}`,
+    `model: {kind: bem2d, elements: ${ELEMENTS}, plane: ${object.plane}, contact: bonded, tolerance: ${PLANE_OFF} %}`,
     'manipulator: none',
   ];
   const files = { [TEMPLATE]: template };

@@ -9,6 +9,7 @@
 #include "slave/commands/check/check.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/mesh/mesh_check.h"
 #include "slave/study/auto_model.h"
@@ -25,11 +26,14 @@ void PrintMeshFile(const MeshFileGeometry& geometry) {
   for (const auto& line : Lines(report)) PrintLine("mesh", line);
 }
 
-// Error and rate: the decision's, which is that of many contacts, if `auto` made one.
-void PrintVerdicts(const Scene& scene, const study::StudyRow& row) {
+// Error and rate: the decision's, which is that of many contacts, if `auto` made one. A study
+// compares models of one plane; what the plane leaves out of a solid is added.
+void PrintVerdicts(const Scene& scene, const study::StudyRow& row, double plane_error) {
   const bool decided = !scene.model.decision.reason.empty();
   ModelDecision stated = scene.model.decision;
   if (!decided) stated = study::StatedOf(row);
+  stated.error += plane_error;
+  stated.bound += plane_error;
   PrintLine("update",
             fmt::format("{:.3g} us, of a hundred the slowest: {} the requested {:g} Hz",
                         1e6 * stated.update, ToString(OnRate(stated.update, scene.model.rate)),
@@ -38,9 +42,13 @@ void PrintVerdicts(const Scene& scene, const study::StudyRow& row) {
     return PrintLine("error", "not known from this model alone; `study` compares several");
   }
   PrintLine("error",
-            fmt::format("about {:.2g} % of the contact force, as `study` finds it{}: {} the "
+            fmt::format("about {:.2g} % of the contact force, as `study` finds it{}{}: {} the "
                         "requested {:g} %",
                         100 * stated.error, decided ? "" : " at this contact",
+                        plane_error > 0 ? fmt::format(", {:.2g} % of them by the plane model of a "
+                                                      "solid",
+                                                      100 * plane_error)
+                                        : "",
                         ToString(OnTolerance(stated.error, stated.bound, scene.model.tolerance)),
                         100 * scene.model.tolerance));
 }
@@ -62,10 +70,13 @@ Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progr
       PrintLine("contact", "no solution: " + row.reason);
       return solution;
     }
-    PrintLine("contact", fmt::format("{:.4g} N for an indentation of {} at ({}, {}, {}), {} wide",
+    const std::string tool = IsTouchedRound(scene)
+                                 ? "by a round tool of radius " + LengthInWords(scene.tool->radius)
+                                 : LengthInWords(question.width) + " wide";
+    PrintLine("contact", fmt::format("{:.4g} N for an indentation of {} at ({}, {}, {}), {}",
                                      row.answers.front().full.value, LengthInWords(question.depth),
                                      LengthInWords(press.p_O.x()), LengthInWords(press.p_O.y()),
-                                     LengthInWords(press.p_O.z()), LengthInWords(question.width)));
+                                     LengthInWords(press.p_O.z()), tool));
     if (ReportCollector* report = ReportCollector::present()) {
       report->contact = {question.depth, row.answers.front().full.value,
                          study::StatedOf(row).update};
@@ -80,7 +91,7 @@ Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progr
                                      100 * row.stated_error,
                                      row.stated_error * row.answers.front().full.value));
     }
-    PrintVerdicts(scene, row);
+    PrintVerdicts(scene, row, question.plane_error);
   } catch (const std::invalid_argument& reason) {
     PrintLine("contact", std::string("not computed: ") + reason.what());
   }

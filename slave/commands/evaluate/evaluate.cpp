@@ -1,5 +1,6 @@
 #include "slave/commands/evaluate/evaluate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "slave/commands/scene_remarks.h"
 #include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/scene/scene_loader.h"
@@ -37,7 +39,15 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
   Solution solution;
   model->Reset();
   model->Prefetch(contacts);
-  model->Solve(contacts, &solution);
+  const bool round = std::ranges::any_of(rows, IsPressedRound) && !KindOf(scene).shapes_tools;
+  if (round && rows.size() > 1) {
+    throw std::invalid_argument("a round tool together with other rows: expected one row");
+  }
+  if (round) {
+    ToolPress(scene, rows.front().tool, mesh).Press(contacts.front(), model.get(), &solution);
+  } else {
+    model->Solve(contacts, &solution);
+  }
   if (solution.responses().front().validity == Validity::kFailed) {
     throw std::invalid_argument("the model has no solution for the tables: " +
                                 std::string(model->failure()));
@@ -147,7 +157,7 @@ study::EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem
   shape.estimate_S = shape.rest_S;
   shape.state = "at rest";
   std::vector<SolveRow> rows;
-  const RowRules rules{.tool_width = ToolWidthOf(scene)};
+  const RowRules rules = RulesOf(still);
   if (!contacts.empty()) {
     AppendRows(contacts, Contact::Kind::kDisplacement, mesh, rules, &rows);
   }

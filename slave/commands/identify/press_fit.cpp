@@ -12,6 +12,7 @@
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
 
 namespace palpate {
@@ -91,7 +92,11 @@ VectorXd Stacked(const std::vector<Press>& presses) {
 std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>& presses,
                                PressFit* fit, Progress* progress) {
   scene.object.material.poisson_ratio = nu;
-  const auto model = MakeModel(scene, MeshObject(scene, std::nullopt), progress);
+  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+  const auto model = MakeModel(scene, mesh, progress);
+  std::optional<ToolPress> round;
+  if (IsTouchedRound(scene)) round.emplace(scene, *scene.tool, mesh);
+  Solution solution;
   fit->kind = model->info().kind;
   fit->extrapolated = 0;
   std::vector<double> all;
@@ -99,7 +104,15 @@ std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>&
   for (const Press& press : presses) {
     responses.assign(press.contacts.size(), {});
     model->Reset();
-    model->Respond(press.contacts, responses);
+    if (round && press.contacts.front().kind == Contact::Kind::kDisplacement) {
+      if (press.contacts.size() > 1) {
+        throw std::invalid_argument("press: case " + press.name +
+                                    ": a round tool together with other contacts: expected one");
+      }
+      responses.front() = round->Press(press.contacts.front(), model.get(), &solution);
+    } else {
+      model->Respond(press.contacts, responses);
+    }
     if (responses.front().validity == Validity::kFailed) return std::nullopt;
     if (responses.front().validity != Validity::kValid) ++fit->extrapolated;
     for (std::size_t i = 0; i < responses.size(); ++i) {
@@ -150,6 +163,35 @@ void RequireStatic(const Scene& scene, const char* kind) {
     throw std::invalid_argument(std::string(kind) +
                                 ": expected a body without object.regions, of one modulus");
   }
+}
+
+// The modulus whose forces fit best under a tension at rest, which is part of them and no part of
+// the modulus: Gauss-Newton, from the scene's. `by_modulus`: the change of the forces with it, at
+// the end [N/Pa].
+VectorXd FitUnderTension(Scene scene, const std::vector<Press>& presses, const VectorXd& measured,
+                         PressFit* fit, VectorXd* by_modulus, Progress* progress) {
+  constexpr int kMostSteps = 30;
+  constexpr double kEqual = 1e-6, kVaried = 1e-3, kFarthest = 5;
+  double& E = scene.object.material.young_modulus;
+  const auto forces = [&] {
+    auto answer = Answer(scene, fit->poisson_ratio, presses, fit, progress);
+    if (!answer) throw std::runtime_error("identify: the model has no solution for a contact");
+    return *std::move(answer);
+  };
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double at = E;
+    const VectorXd modelled = forces();
+    E = at * (1 + kVaried);
+    *by_modulus = (forces() - modelled) / (at * kVaried);
+    const double step =
+        by_modulus->dot(measured - modelled) / std::max(by_modulus->squaredNorm(), 1e-300);
+    E = std::clamp(at + step, at / kFarthest, at * kFarthest);
+    fit->young_modulus = at;
+    if (std::abs(E - at) <= kEqual * at) return modelled;
+  }
+  throw InputError(
+      "identify: no modulus fits these forces under model.prestress: expected larger ones, or a "
+      "smaller tension");
 }
 
 // The scene's modulus, until the modelled displacements are as large as the measured ones.
@@ -217,6 +259,19 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
   PressFit fit{.poisson_ratio = scene.object.material.poisson_ratio,
                .sought_poisson = seek_poisson,
                .presses = static_cast<int>(presses.size())};
+  if (scene.model.prestress > 0) {
+    if (seek_poisson) {
+      throw std::invalid_argument("press: expected poisson without model.prestress");
+    }
+    VectorXd by_modulus;
+    const VectorXd modelled =
+        FitUnderTension(scene, presses, measured, &fit, &by_modulus, progress);
+    const double misfit = (modelled - measured).squaredNorm();
+    const auto rows = static_cast<double>(measured.size());
+    fit.sigma_modulus = std::sqrt(misfit / std::max(1.0, rows - 2) / by_modulus.squaredNorm());
+    fit.rms = std::sqrt(misfit / rows) / measured.cwiseAbs().maxCoeff();
+    return fit;
+  }
   const auto scale_at = [&](double nu) {
     const auto modelled = Answer(scene, nu, presses, &fit, progress);
     if (!modelled) throw std::runtime_error("identify: the model has no solution for a contact");

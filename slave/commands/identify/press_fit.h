@@ -1,6 +1,7 @@
 // Young's modulus, and optionally Poisson's ratio, of a scene's object from contacts with a known
 // force, or from its sag under gravity and known loads. Static forces are proportional to E, so one
-// solution per contact is enough; a sag is nearly so to 1 / E.
+// solution per contact is enough, unless the body is under tension at rest; a sag is nearly so to
+// 1 / E.
 #pragma once
 
 #include <filesystem>

@@ -18,10 +18,10 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/solve/field_file.h"
-#include "slave/commands/solve/solve_round.h"
 #include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_press.h"
 
 namespace palpate {
 namespace {
@@ -63,13 +63,38 @@ bool Answer(const std::vector<Contact>& contacts, DeformationModel* model, Solut
   return solution->responses().front().validity != Validity::kFailed;
 }
 
+// The tools of the rows; of round ones the last is kept.
+class RowTools {
+ public:
+  // Both must outlive this.
+  RowTools(const Scene& scene, const ObjectMesh& mesh) : scene_(scene), mesh_(mesh) {}
+
+  ContactResponse PressRound(const SolveRow& row, DeformationModel* model, Solution* solution) {
+    const bool same = radius_ == row.tool.radius && depth_ == row.tool.depth;
+    if (!press_ || !same) press_.emplace(scene_, row.tool, mesh_);
+    radius_ = row.tool.radius;
+    depth_ = row.tool.depth;
+    return press_->Press(row.contact, model, solution);
+  }
+  void Judge(SolveRow* row) const {
+    ToolDomain(scene_, row->tool, mesh_).Judge(row->contact, &row->response);
+  }
+
+ private:
+  const Scene& scene_;
+  const ObjectMesh& mesh_;
+  double radius_ = 0;            // of press_ [m]
+  std::optional<double> depth_;  // likewise
+  std::optional<ToolPress> press_;
+};
+
 // The rows of one case, answered. False: it has no answer; the rows say so.
-bool SolveAtRest(const Case& one, const RoundTools& round, DeformationModel* model,
+bool SolveAtRest(const Case& one, RowTools* tools, DeformationModel* model,
                  std::vector<SolveRow>* rows, Solution* solution) {
-  if (SolveRow& row = (*rows)[one.front()]; row.radius > 0) {
+  if (SolveRow& row = (*rows)[one.front()]; IsPressedRound(row)) {
     model->Reset();
     const auto start = std::chrono::steady_clock::now();
-    row.response = round.Press(row, model, solution);
+    row.response = tools->PressRound(row, model, solution);
     row.solve_us = 1e6 * SecondsSince(start);
     return row.response.validity != Validity::kFailed;
   }
@@ -80,8 +105,10 @@ bool SolveAtRest(const Case& one, const RoundTools& round, DeformationModel* mod
   model->Prefetch(contacts);
   const bool solved = Answer(contacts, model, solution, &solve_us);
   for (std::size_t k = 0; k < one.size(); ++k) {
-    (*rows)[one[k]].response = solution->responses()[k];
-    (*rows)[one[k]].solve_us = solve_us;
+    SolveRow& row = (*rows)[one[k]];
+    row.response = solution->responses()[k];
+    row.solve_us = solve_us;
+    tools->Judge(&row);
   }
   return solved;
 }
@@ -193,17 +220,16 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   }
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const bool dynamic = MovesInTime(scene);
-  RowRules rules{ToolWidthOf(scene), {}, dynamic};
-  if (KindOf(scene).shapes_tools) {
-    const bool is_round = scene.tool && scene.tool->shape == Tool::Shape::kRound;
-    rules.shaped_radius = is_round ? scene.tool->radius : 0;
-  }
+  const RowRules rules = RulesOf(scene);
   std::vector<SolveRow> rows = ReadRows(options, mesh, rules);
   const std::vector<Case> cases = GroupByCase(rows, options.independent);
   if (dynamic && options.independent) {
     throw InputError("--independent: only with a static model, whose rows are no history");
   }
-  if (!options.independent) RequireAlone(rows);
+  if (!options.independent && !rules.shaped) RequireAlone(rows);
+  if (dynamic && !rules.shaped && std::ranges::any_of(rows, IsPressedRound)) {
+    throw InputError("solve: tool.shape = round: expected flat with a model that moves in time");
+  }
   if (!dynamic) ReportTogether(rows, cases);
   std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
   inputs.insert(inputs.end(), {options.contacts, options.loads});
@@ -216,7 +242,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   const auto [model, field] = Build(scene, mesh, options.field, &progress);
   progress.Clear();
   PrintModelInfo(model->info());
-  const RoundTools round(scene, mesh);
+  RowTools tools(scene, mesh);
   std::vector<SolveRow> answers;
   Solution solution;
   bool all_solved = true;
@@ -225,7 +251,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
       const std::string& name = rows[one.front()].case_name;
       const bool solved = dynamic
                               ? SolveInTime(one, rows, model.get(), &progress, &answers, &solution)
-                              : SolveAtRest(one, round, model.get(), &rows, &solution);
+                              : SolveAtRest(one, &tools, model.get(), &rows, &solution);
       if (!solved) {
         all_solved = false;
         progress.Clear();

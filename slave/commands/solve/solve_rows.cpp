@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "shared/text/csv.h"
+#include "slave/mechanics/factory/make_model.h"
 
 namespace palpate {
 namespace {
@@ -30,6 +31,7 @@ CsvTable OpenTable(const std::filesystem::path& file, const Axes& value, bool pl
                                         {value[1], true, prescribed},
                                         {value[2], !planar, prescribed},
                                         {"width", false, length}};
+  if (planar && value == kMoved) columns.push_back({"depth", false, length});
   if (dynamic) columns.push_back({"t", false, Quantity::kTime});
   if (!dynamic && value == kMoved) columns.push_back({"radius", false, length});
   return CsvTable(file, std::move(columns));
@@ -52,24 +54,36 @@ void RefuseOtherAxes(const CsvTable& table, const Axes& axes, const ObjectMesh& 
   }
 }
 
-// The radius of a round tool, whose width follows from its depth. A model that computes such
-// contacts itself has one tool, that of the scene.
-void ReadRadius(const CsvTable& table, const ObjectMesh& mesh, const RowRules& rules,
-                double largest, SolveRow* row) {
-  if (!table.Has("radius")) return;
-  row->radius = table.Number("radius");
-  if (rules.shaped_radius && row->radius > 0) {
-    if (row->radius != *rules.shaped_radius) {
-      table.Refuse("radius", "that of the scene's round tool with this kind of model, or 0");
+// The row's tool: the scene's with what the columns say. `radius` makes it round, or flat if 0;
+// `width` is that of a flat one, `depth` its extent through the thickness of a planar object.
+void ReadTool(const CsvTable& table, const RowRules& rules, double largest, SolveRow* row) {
+  const bool moved = row->contact.kind == Contact::Kind::kDisplacement;
+  const bool has_width = !table.IsAbsent("width"), has_radius = !table.IsAbsent("radius");
+  row->tool = rules.tool;
+  if (has_radius) {
+    const double radius = table.Number("radius");
+    if (radius < 0 || radius > 10 * largest) {
+      table.Refuse("radius", Formatted("0 to %.4g m, ten times the object", 10 * largest));
     }
-    row->radius = 0;
+    if (rules.shaped && radius != rules.tool.radius) {
+      table.Refuse("radius", Formatted("%.9g m, that of the scene's tool, with this kind of model",
+                                       rules.tool.radius));
+    }
+    if (!rules.shaped) row->tool.shape = radius > 0 ? Tool::Shape::kRound : Tool::Shape::kFlat;
+    row->tool.radius = radius;
   }
-  if (row->radius < 0 || row->radius > 10 * largest) {
-    table.Refuse("radius", Formatted("0 to %.4g m, ten times the object", 10 * largest));
+  row->contact.width = has_width ? table.Number("width") : rules.tool.width;
+  if (row->contact.width < 0 || row->contact.width > largest) {
+    table.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
   }
-  if (row->radius > 0 && row->contact.width > 0) table.Refuse("width", "0 under a round tool");
-  if (row->radius > 0 && std::holds_alternative<MembraneDisc>(mesh)) {
-    table.Refuse("radius", "0 on a membrane");
+  if (!table.IsAbsent("depth")) row->tool.depth = table.Number("depth");
+  if (row->tool.depth && !(*row->tool.depth > 0)) table.Refuse("depth", "a length > 0");
+  if (row->tool.shape == Tool::Shape::kFlat) row->tool.width = row->contact.width;
+  if (!moved || row->tool.shape == Tool::Shape::kFlat) return;
+  if (has_width && row->contact.width > 0) {
+    table.Refuse("width",
+                 "none under a round tool or a capsule, whose contact grows with the "
+                 "depth; radius 0 is a flat contact");
   }
 }
 
@@ -87,8 +101,8 @@ void WriteVector(std::ofstream* stream, const Eigen::Vector3d& v, bool known) {
 
 }  // namespace
 
-double ToolWidthOf(const Scene& scene) {
-  return scene.tool ? scene.tool->width : 0;
+RowRules RulesOf(const Scene& scene) {
+  return {scene.tool.value_or(Tool{}), KindOf(scene).shapes_tools, MovesInTime(scene)};
 }
 
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
@@ -109,12 +123,7 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
     }
     const auto refusal = surface.Refuse(row.contact.p_O);
     if (refusal) table.Refuse("x", *refusal);
-    row.contact.width = table.Number("width");
-    if (row.contact.width < 0 || row.contact.width > largest) {
-      table.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
-    }
-    ReadRadius(table, mesh, rules, largest, &row);
-    if (row.radius == 0 && table.IsAbsent("width")) row.contact.width = rules.tool_width;
+    ReadTool(table, rules, largest, &row);
     row.contact.prescribed_O = Vector(table, value);
     RefuseOtherAxes(table, value, mesh, row.contact.prescribed_O);
     if (table.Has("t")) row.t = table.Number("t");
@@ -123,9 +132,21 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
   }
 }
 
+void RequireAlone(const std::vector<SolveRow>& rows) {
+  std::map<std::string_view, int> rows_of;
+  for (const SolveRow& row : rows) ++rows_of[row.case_name];
+  for (const SolveRow& row : rows) {
+    if (IsPressedRound(row) && rows_of[row.case_name] > 1) {
+      throw InputError("solve: case " + row.case_name +
+                       ": a round tool together with other rows: expected a separate case, or "
+                       "--independent");
+    }
+  }
+}
+
 void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows) {
   const auto points = std::ranges::count_if(
-      rows, [](const SolveRow& row) { return row.contact.width == 0 && row.radius == 0; });
+      rows, [](const SolveRow& row) { return row.contact.width == 0 && row.tool.radius == 0; });
   if (points == 0 || std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
     return;
   }

@@ -22,25 +22,34 @@ struct SolveRow {
   std::optional<double> t;  // [s], histories only
   ContactResponse response;
   double solve_us = 0;
-  double radius = 0;  // of a round tool's end [m]; 0: the contact's width
+  // What presses a prescribed displacement: the scene's tool with the dimensions of the row. A load
+  // is even over its width, whatever the tool.
+  Tool tool{};
 };
+
+// Whether a round tool presses the row.
+inline bool IsPressedRound(const SolveRow& row) {
+  return row.contact.kind == Contact::Kind::kDisplacement && row.tool.shape == Tool::Shape::kRound;
+}
 
 // How the rows of a file are read.
 struct RowRules {
-  double tool_width = 0;  // of rows that give neither width nor radius [m]
-  // Radius of the scene's round tool where the model computes its contact itself [m]; 0: another
-  // tool.
-  std::optional<double> shaped_radius{};
+  Tool tool;  // of the scene; a flat one without width: it has none
+  // The model computes the contact of that tool itself: rows have no other.
+  bool shaped = false;
   bool dynamic = false;  // a column `t` is read
 };
-// The width of the scene's tool [m]; 0: there is none.
-double ToolWidthOf(const Scene& scene);
+// Throws std::invalid_argument: no kind of model.
+RowRules RulesOf(const Scene& scene);
 
 // Appends the rows of `file` (contracts, `solve`). Throws
 // InputError: what CsvTable rejects, a position without a surface, a negative width or time, a
-// value along an axis that the object does not have, a history for a static model.
+// value along an axis that the object does not have, a dimension that the row's tool does not have.
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
                 const RowRules& rules, std::vector<SolveRow>* rows);
+
+// Throws InputError: a round tool shares its case with other rows.
+void RequireAlone(const std::vector<SolveRow>& rows);
 
 // Prints a warning on standard error if rows touch an outline or a volume at a point.
 void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows);

@@ -99,16 +99,6 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
                                          scene.model.fem.step);
 }
 
-RigidTool ToolOf(const Scene& scene) {
-  if (!scene.tool || scene.tool->shape == Tool::Shape::kFlat) return {};
-  const Tool& tool = *scene.tool;
-  const bool capsule = tool.shape == Tool::Shape::kCapsule;
-  return {.shape = capsule ? RigidTool::Shape::kCapsule : RigidTool::Shape::kSphere,
-          .radius = tool.radius,
-          .length = tool.length,
-          .axis_O = tool.axis_O};
-}
-
 // With a folder for it, everything that contacts of the scene's width need is computed beforehand.
 std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMesh& mesh,
                                               Progress* progress) {
@@ -133,7 +123,7 @@ std::unique_ptr<FemZoneModel> MakeZoneModel(const Scene& scene, const SolidMesh&
   const FemZoneModel::Options options{.tolerance = model.tolerance,
                                       .contact = model.contact,
                                       .friction = model.friction,
-                                      .tool = ToolOf(scene),
+                                      .tool = scene.tool.value_or(Tool{}),
                                       .deadline = model.deadline,
                                       .cache = model.cache};
   const Material& material = scene.object.material;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -65,6 +66,21 @@ std::vector<TouchablePlace> TouchableNodes(const SurfaceMesh& mesh) {
   std::vector<TouchablePlace> places;
   for (std::size_t node = 0; node < mesh.nodes.size(); ++node) {
     if (triangle_at[node] >= 0) places.push_back({mesh.nodes[node], triangle_at[node]});
+  }
+  return places;
+}
+
+std::vector<TouchablePlace> TouchableMiddles(const SurfaceMesh& mesh) {
+  std::set<std::pair<int, int>> seen;  // edges
+  std::vector<TouchablePlace> places;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& corners = mesh.triangles[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto edge = std::minmax(corners[k], corners[(k + 1) % 3]);
+      if (!seen.emplace(edge).second) continue;
+      places.push_back({0.5 * (mesh.nodes[Index(edge.first)] + mesh.nodes[Index(edge.second)]),
+                        static_cast<int>(i)});
+    }
   }
   return places;
 }

@@ -35,6 +35,10 @@ struct TouchablePlace {
 // The elements of an outline by their midpoints, the nodes of a surface.
 std::vector<TouchablePlace> TouchablePlaces(const BoundaryMesh& mesh);
 std::vector<TouchablePlace> TouchableNodes(const SurfaceMesh& mesh);
+// The middles of the edges of a surface, where the nodes of ten-node tetrahedra are that carry its
+// load: an even pressure on a quadratic triangle puts a third on each middle and nothing on the
+// corners.
+std::vector<TouchablePlace> TouchableMiddles(const SurfaceMesh& mesh);
 
 // Where the tool is. Frame O.
 struct ToolIndentation {

@@ -82,6 +82,8 @@ void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   touch_ = std::move(touch);
   rules_.Adopt(scene);
   pixel_tolerance_ = scene.sense.Find<Camera>()->pixel_tolerance;
+  const bool is_plane = IsSimulated(scene) || scene.simulator_connects;
+  plane_error_ = is_plane ? 0 : touch_->domain.error();
   cue_.Adopt(scene.model.puncture_from);
   forecast_.Adopt();
   press_.place = {};
@@ -364,8 +366,8 @@ void Estimator::SetPressForce(const BoundaryPlace& place, const ContactResponse&
   DetectPuncture(estimate_.depth);
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
   // The depth is known in pixels, and the force is proportional to it.
-  const double relative =
-      std::hypot(touch_->WidthAt(place).sigma, touch_->RoundSigma(), pixel_tolerance_);
+  const double relative = std::hypot(std::hypot(touch_->WidthAt(place).sigma, touch_->RoundSigma()),
+                                     pixel_tolerance_, plane_error_);
   const double relative_error = relative * response.force_O.norm();
   rules_.SetForce(-(X_SO.linear() * response.force_O),
                   std::hypot(stiffness * std::hypot(sigma, touch_->FaceGap(place)), relative_error),

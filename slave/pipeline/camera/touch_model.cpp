@@ -32,6 +32,7 @@ TouchModel::TouchModel(const Scene& scene, BoundaryMesh outline,
     : law(scene.model.contact),
       mesh(std::move(outline)),
       deformation(model ? std::move(model) : MakeModel(scene, mesh, progress)),
+      domain(scene, *scene.tool, mesh),
       contact(std::make_unique<BoundaryContact>(mesh)),
       probe(std::make_unique<BoundaryContact>(mesh)),
       held(HeldVertices(scene, mesh)),
@@ -45,6 +46,14 @@ TouchModel::TouchModel(const Scene& scene, BoundaryMesh outline,
 
 ContactResponse TouchModel::Solve(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
                                   Solution* solution) noexcept {
+  ContactResponse response = Answer(place, displacement_O, solution);
+  domain.Judge({.p_O = Planar(place.p_O), .width = tool_width_}, &response);
+  return response;
+}
+
+ContactResponse TouchModel::Answer(const BoundaryPlace& place,
+                                   const Eigen::Vector3d& displacement_O,
+                                   Solution* solution) noexcept {
   if (!indenter) return SolveFlat(place, displacement_O, solution);
   const ToolIndentation at{Planar(place.p_O), Planar(place.normal_O), displacement_O};
   return indenter->Press(at, deformation.get(), solution);

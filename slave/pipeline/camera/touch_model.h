@@ -10,6 +10,7 @@
 
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/factory/tool_domain.h"
 #include "slave/mechanics/indenter/round_indenter.h"
 #include "slave/mesh/outline.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
@@ -63,6 +64,7 @@ struct TouchModel final : PreparedModel {
   ContactLaw law = ContactLaw::kBonded;
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;
+  ToolDomain domain;                        // of the scene's tool on this mesh
   Solution pressed;                         // of the last Press
   std::unique_ptr<RoundIndenter> indenter;  // null: the tool is flat
   std::unique_ptr<BoundaryContact> contact;
@@ -73,6 +75,9 @@ struct TouchModel final : PreparedModel {
   [[nodiscard]] ContactResponse Solve(const BoundaryPlace& place,
                                       const Eigen::Vector3d& displacement_O,
                                       Solution* solution) noexcept;
+  [[nodiscard]] ContactResponse Answer(const BoundaryPlace& place,
+                                       const Eigen::Vector3d& displacement_O,
+                                       Solution* solution) noexcept;
   [[nodiscard]] ContactResponse SolveFlat(const BoundaryPlace& place,
                                           const Eigen::Vector3d& displacement_O,
                                           Solution* solution) noexcept;

@@ -87,7 +87,7 @@ Eigen::MatrixXd Condensed(const ElasticSolution& solution, const std::vector<int
 }  // namespace
 
 PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane plane,
-                              const BoundaryPlace& place, const RoundEnd& tool) {
+                              const BoundaryPlace& place, const Tool& tool) {
   const double unit = body.larger_side();
   const auto patch = body.Patch(place, tool.width);
   const TaggedOutline outline = Divide(body, place.loop, patch, unit);

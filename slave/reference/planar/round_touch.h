@@ -8,25 +8,21 @@
 #include <Eigen/Core>
 
 #include "slave/reference/planar/patch_solution.h"
+#include "slave/scene/scene.h"
 
 namespace palpate::site {
-
-// The tool's end: a circle of `radius`, 0: a straight face; `width` across [m].
-struct RoundEnd {
-  double width = 0, radius = 0;
-};
 
 // `nodes`: that may touch, relative to the first contact point of the apex, at rest [m].
 struct RoundTouch {
   Eigen::MatrixXd stiffness;  // K / (E t) [-]: force on node i (x, y) by displacement of j (x, y)
   std::vector<Eigen::Vector2d> nodes;
   Eigen::Vector2d normal_O{0, 0};  // outward, unit: the axis of a tool that is not tilted
-  RoundEnd tool;
+  Tool tool;
 };
 
-// Like SolvePatch, with `round`. Cost: a tenth of a second or some.
+// Like SolvePatch, with `round`. The tool is flat or round. Cost: a tenth of a second or some.
 PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane plane,
-                              const BoundaryPlace& place, const RoundEnd& tool);
+                              const BoundaryPlace& place, const Tool& tool);
 
 // Displacements of the nodes under an apex that has moved by `displacement_O` [m] since its first
 // contact, or is before it; the tool is turned by `tilt` [rad] about the apex, counter-clockwise.

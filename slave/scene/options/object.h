@@ -131,6 +131,8 @@ Object Relaxed(Object object);
 double RelativeModulus(const Object& object, const Eigen::Vector3d& p_O);
 
 // --- tool
+// A rigid tool: flat (its width, and its extent through a planar object), round (its radius), or a
+// capsule. The one type of every model, command, simulator and reference.
 struct Tool {
   enum class Shape : std::uint8_t {
     kFlat,
@@ -138,6 +140,10 @@ struct Tool {
     kCapsule  // of models that shape tools, see ModelKind
   } shape = Shape::kFlat;
   double width = 0;  // width; of a flat tool the contact width [m], > 0
+  // Extent through the thickness of a planar object [m]; infinite: through all of it; nullopt: the
+  // scene does not state it.
+  std::optional<double> depth{};
+  bool presses_evenly = false;  // a flat one on a membrane: an even pressure, not a rigid face
   double radius =
       0;  // of the end of a round tool, or of a capsule [m]; its contact grows with depth
   double length = 0;                // of a capsule's straight part [m]

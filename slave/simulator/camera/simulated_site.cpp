@@ -31,10 +31,6 @@ constexpr double kGoesAhead = 0.7;  // cosine to where it points
 constexpr double kFarthest = 1e6;   // tips farther away are no tips, in parts of the larger side
 constexpr int kStepsPerPicture = 16;  // of a script: the tool's path is followed, not jumped
 
-double RadiusOf(const Tool& tool) {
-  return tool.shape == Tool::Shape::kRound ? tool.radius : 0;
-}
-
 // See SiteOptions.
 double LampLight(double span, Time now) {
   constexpr double kDim = 0.9;
@@ -63,7 +59,7 @@ struct SimulatedSite::State {
       : body(scene),
         direction_O(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
-        tool{scene.tool->width, RadiusOf(*scene.tool)},
+        tool(*scene.tool),
         ahead(body, scene.object.material.poisson_ratio, scene.model.plane, tool,
               scene.site.hand.has_value()),
         painter(scene, body),
@@ -118,7 +114,7 @@ struct SimulatedSite::State {
   const site::TrueBody body;
   const Eigen::Vector2d direction_O;  // along which the tool points
   const double force_scale;           // E t [N/m]
-  const site::RoundEnd tool;
+  const Tool tool;
   site::SolutionsAhead ahead;
   site::Painter painter;  // TakePicture's thread only
   const CameraView view;

@@ -16,7 +16,7 @@ constexpr std::size_t kKept = 8;
 }  // namespace
 
 SolutionsAhead::SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane,
-                               const RoundEnd& tool, bool tilts)
+                               const Tool& tool, bool tilts)
     : body_(body),
       poisson_ratio_(poisson_ratio),
       plane_(plane),

@@ -15,7 +15,7 @@ class SolutionsAhead {
  public:
   // `body` must outlive this. `tilts`: the tool may be turned, so its contact changes like that of
   // a round one.
-  SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane, const RoundEnd& tool,
+  SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane, const Tool& tool,
                  bool tilts);
 
   // Requests a solution near `place`. Returns at once; the newest request counts.
@@ -39,7 +39,7 @@ class SolutionsAhead {
   const TrueBody& body_;
   double poisson_ratio_;
   Plane plane_;
-  RoundEnd tool_;
+  Tool tool_;
   bool tilts_;
   double raster_;                  // [m]
   SolvedAhead<Contact> contacts_;  // last: its thread uses everything above

@@ -309,6 +309,30 @@ TEST_F(IdentifyCommand, FindsASimulatedBlockAgain) {
   EXPECT_NEAR(report.at("press").at("poisson_ratio").get<double>(), 0.33, 0.01);
 }
 
+// The force of a membrane is that of its tension at rest and that of its modulus: the scene starts
+// at half the modulus of the presses.
+TEST_F(IdentifyCommand, FindsAMembranesModulusBesideItsTension) {
+  const auto scene = [&](const char* name, const char* E) {
+    return Write(name,
+                 std::string("name: membrane\nobject:\n  geometry: {membrane: {radius: 39 "
+                             "mm, thickness: 1 mm}}\n  material: {young_modulus: ") +
+                     E +
+                     ", poisson_ratio: 0.45}\n  fixed: {side: rim}\ntool: {width: 4 mm, load: "
+                     "even}\nmodel: {kind: plate-large, prestress: 2 kN/m}\n");
+  };
+  const path contacts = Write("contacts.csv",
+                              "case,x,y,z,dx,dy,dz\n"
+                              "a,0,0,0,0,0,-0.001\nb,0,0,0,0,0,-0.002\nc,0,0,0,0,0,-0.003\n");
+  ASSERT_EQ(RunSolve({.scene = scene("truth.yaml", "54.4 MPa"),
+                      .contacts = contacts,
+                      .out = folder_ / "answers.csv"}),
+            0);
+  const json fit = Run({.data = {"press=" + (folder_ / "answers.csv").string()},
+                        .scene = scene("start.yaml", "27.2 MPa")})
+                       .at("press");
+  EXPECT_NEAR(fit.at("young_modulus_Pa").get<double>() / 54.4e6, 1, 1e-3);
+}
+
 // Reference: Timoshenko's cantilever under its weight q and a load F at its tip, without Poisson's
 // effect at the clamp: w = q L^4 / 8 E I + q L^2 / 2 k G A + F L^3 / 3 E I + F L / k G A, k = 5/6.
 TEST_F(IdentifyCommand, FindsABeamsModulusFromItsSag) {

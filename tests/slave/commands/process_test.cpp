@@ -57,7 +57,7 @@ object:
   material: {young_modulus: 127 kPa, poisson_ratio: 0.49}
   fixed: {side: bottom}
 model: {kind: bem2d}
-tool: {shape: flat, width: 5.87 mm}
+tool: {shape: flat, width: 5.87 mm, depth: whole}
 sense:
   camera: {file: "frames/%d.png", pixel: 0.35 mm}
   tip: {track: template}

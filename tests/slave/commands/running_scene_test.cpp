@@ -19,7 +19,7 @@ object:
   geometry: {rectangle: {width: 88 mm, height: 88 mm, thickness: 9 mm}}
   material: {young_modulus: 127 kPa, poisson_ratio: 0.49}
   fixed: {side: bottom}
-tool: {shape: flat, width: 5.87 mm}
+tool: {shape: flat, width: 5.87 mm, depth: whole}
 model: {kind: auto, tolerance: 10 %}
 )";
 

@@ -43,6 +43,11 @@ constexpr std::size_t kKept = 256;  // of contacts, for how they bend the body
 
 constexpr std::string_view kStretched =
     "an element is stretched: expected a longest edge of at most 50 heights";
+// [measured: bench_zone, and a round tool without friction 18 % off at an estimate of zero]
+constexpr std::string_view kSeveralContacts =
+    "several contacts at once: the estimated error of fem-zone does not hold";
+constexpr std::string_view kNoFriction =
+    "a tool without friction: the estimated error of fem-zone does not hold";
 constexpr std::string_view kTooNonlinear =
     "the body outside the contact's zone is not linear enough for the tolerance";
 
@@ -361,6 +366,10 @@ std::string_view FemZoneModel::DoubtOf(std::size_t contact, const ContactRespons
     return kCoarsePatch;
   }
   const bool loaded = set_->part(static_cast<int>(contact)).contact().loaded;
+  const bool slips = options_.contact == ContactLaw::kFrictionless ||
+                     (options_.contact == ContactLaw::kFriction && !(options_.friction > 0));
+  if (touches_.size() > 1) return kSeveralContacts;
+  if (slips && !loaded) return kNoFriction;
   const double size = loaded ? response.displacement_O.norm() : response.force_O.norm();
   const double bound = loaded ? response.displacement_error : response.force_error;
   if (!(bound <= options_.tolerance * size)) return kTooNonlinear;

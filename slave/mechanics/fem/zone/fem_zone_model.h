@@ -36,7 +36,7 @@ class FemZoneModel final : public DeformationModel {
     double tolerance = 0.05;  // of the force's bound, by the force [-]
     ContactLaw contact = ContactLaw::kBonded;
     double friction = 0;      // Coulomb's coefficient, with kFriction [-]
-    RigidTool tool{};         // of every kDisplacement contact with a width, or that is round
+    Tool tool{};              // of every kDisplacement contact with a width, or that is round
     double least_radius = 0;  // of every zone [m]
     double deadline = 0;  // of an update, after which the best answer so far is given [s]; 0: none
     std::filesystem::path cache{};                    // folder for Green's functions; empty: none

@@ -19,7 +19,7 @@ constexpr double kSettled = 1e-5;  // change of a force in a sweep, by the large
 
 }  // namespace
 
-ToolContact::ToolContact(const RigidTool& tool, const Placement& placement, double friction,
+ToolContact::ToolContact(const Tool& tool, const Placement& placement, double friction,
                          std::vector<Vector3d> rest, const MatrixXd& compliance)
     : tool_(tool),
       placement_(placement),
@@ -43,7 +43,7 @@ void ToolContact::FindGaps(const VectorXd& u) noexcept {
   for (std::size_t k = 0; k < points_.size(); ++k) {
     Point& point = points_[k];
     const Vector3d at = point.rest + u.segment<3>(3 * static_cast<int>(k));
-    if (tool_.shape == RigidTool::Shape::kFlat) {
+    if (tool_.shape == Tool::Shape::kFlat) {
       // By the last accepted state: a point at the rim does not come and go within one update.
       const Vector3d from = point.rest + point.anchor - placement_.p;
       point.normal = -placement_.normal;
@@ -52,7 +52,7 @@ void ToolContact::FindGaps(const VectorXd& u) noexcept {
       point.least = point.normal.dot(apex - point.rest);
     } else {
       Vector3d centre = apex + tool_.radius * placement_.normal;
-      if (tool_.shape == RigidTool::Shape::kCapsule) {
+      if (tool_.shape == Tool::Shape::kCapsule) {
         const double half = 0.5 * tool_.length;
         centre += std::clamp(tool_.axis_O.dot(at - centre), -half, half) * tool_.axis_O;
       }

@@ -19,7 +19,7 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
-#include "slave/mechanics/fem/zone/rigid_tool.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 
@@ -31,7 +31,7 @@ class ToolContact {
     double width = 0;                 // of a flat tool
   };
   // `friction`: mu; infinite: bonded. `rest`: the points. `compliance`: W, symmetric.
-  ToolContact(const RigidTool& tool, const Placement& placement, double friction,
+  ToolContact(const Tool& tool, const Placement& placement, double friction,
               std::vector<Eigen::Vector3d> rest, const Eigen::MatrixXd& compliance);
 
   void Reset();
@@ -80,7 +80,7 @@ class ToolContact {
                                           const Eigen::Vector3d& force, State* state,
                                           Eigen::Vector3d* drag) const noexcept;
 
-  RigidTool tool_;
+  Tool tool_;
   Placement placement_;
   double friction_;
   std::vector<Point> points_;

@@ -20,7 +20,7 @@ struct ZoneContact {
   std::vector<Point> points;
   bool loaded = false;  // the force on its only point is prescribed
   // A rigid tool that the points, single nodes, may touch; otherwise they are moved as prescribed.
-  std::optional<RigidTool> tool{};
+  std::optional<Tool> tool{};
   ToolContact::Placement placement{};  // of the tool
   double friction = 0;                 // Coulomb's coefficient; infinite: bonded
 

@@ -71,11 +71,11 @@ int ZoneTouches::NodeNear(const Vector3d& p_O) const {
 // For the part of the surface that the tool may touch at such a depth: half its width, or where a
 // sphere would cut the undeformed surface, which is farther out than it touches.
 double ZoneTouches::ToolRadius(double width, double depth) const {
-  const RigidTool& tool = params_.tool;
-  if (tool.shape == RigidTool::Shape::kFlat) return 0.5 * width;
+  const Tool& tool = params_.tool;
+  if (tool.shape == Tool::Shape::kFlat) return 0.5 * width;
   const double capped = std::clamp(depth, 0.0, tool.radius);
   const double cut = std::sqrt(capped * (2 * tool.radius - capped));
-  return cut + (tool.shape == RigidTool::Shape::kCapsule ? 0.5 * tool.length : 0);
+  return cut + (tool.shape == Tool::Shape::kCapsule ? 0.5 * tool.length : 0);
 }
 
 void ZoneTouches::AddToolPoints(double edge, ZoneSet::Touch* touch) const {
@@ -111,7 +111,7 @@ std::string_view ZoneTouches::Make(const Contact& contact, const ContactPlace& a
   if (near < 0) return "no surface at a contact point";
   touch->centre_O = contact.p_O;
   touch->contact.loaded = contact.kind == Contact::Kind::kForce;
-  const bool round = params_.tool.shape != RigidTool::Shape::kFlat;
+  const bool round = params_.tool.shape != Tool::Shape::kFlat;
   const bool bonded = std::isinf(params_.friction);
   if (!touch->contact.loaded && (round || (contact.width > 0 && !bonded))) {
     return MakeTool(contact, near, touch);

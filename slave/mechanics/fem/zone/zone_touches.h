@@ -19,7 +19,7 @@ class ZoneTouches {
  public:
   struct Params {
     double friction = 0;      // Coulomb's coefficient [-]; infinite: bonded
-    RigidTool tool{};         // of every contact that is none of VolumeContacts
+    Tool tool{};              // of every contact that is none of VolumeContacts
     double least_radius = 0;  // of every zone [m]
   };
   // Keeps references.

@@ -29,7 +29,7 @@ class FemZone : public testing::Test {
 
 // Discs, a node, a point inside a triangle, pressed deep. Alone they are within 3 %; together,
 // where neighbours leave each other small zones, within the tolerance of 5 %. A mesh too coarse for
-// a disc is flagged as the full model flags it, and nothing else is. The true error is within the
+// a disc is flagged as the full model flags it, and several contacts at once are. The true error is within the
 // bound that the answer states; alone, where no neighbour adds to it, the bound is within five
 // times the error.
 TEST_F(FemZone, ForcesAreThoseOfTheFullModelWithinTheirBound) {
@@ -46,7 +46,9 @@ TEST_F(FemZone, ForcesAreThoseOfTheFullModelWithinTheirBound) {
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       ASSERT_NE(got[i].validity, Validity::kFailed) << zone_.failure();
       const double error = (got[i].force_O - expected[i].force_O).norm();
-      EXPECT_EQ(got[i].validity, expected[i].validity) << got[i].doubt;
+      const bool alone = contacts.size() == 1;
+      EXPECT_EQ(got[i].validity, alone ? expected[i].validity : Validity::kExtrapolated)
+          << got[i].doubt;
       EXPECT_LT(error, (contacts.size() == 1 ? 0.03 : 0.05) * expected[i].force_O.norm());
       EXPECT_LE(error, got[i].force_error);
       if (contacts.size() == 1) EXPECT_LT(got[i].force_error, 5 * error);

@@ -28,7 +28,7 @@ class FineGel : public testing::Test {
     FemZoneModel::Options options;
     options.contact = friction > 0 ? ContactLaw::kFriction : ContactLaw::kFrictionless;
     options.friction = friction;
-    options.tool = {.shape = RigidTool::Shape::kSphere, .radius = radius};
+    options.tool = {.shape = Tool::Shape::kRound, .radius = radius};
     options.memory_limit = std::size_t{1} << 33;
     model_ = std::make_unique<FemZoneModel>(
         mesh_, FixedWhere(mesh_, [&](const Vector3d& p) { return p.z() < -0.004 + 1e-9; }), 1e5,

@@ -50,7 +50,7 @@ class HalfSpaceContact : public testing::Test {
   const SphereOnHalfSpace exact_{kRadius, kDepth, 0.5, kFriction};
   const std::vector<Vector3d> cells_ = CellsWithin(1.25, kSide);
   const Eigen::MatrixXd W_ = ComplianceOf(cells_, kSide);
-  ToolContact contact_{{.shape = RigidTool::Shape::kSphere, .radius = kRadius},
+  ToolContact contact_{{.shape = Tool::Shape::kRound, .radius = kRadius},
                        {.p = Vector3d::Zero(), .normal = {0, 0, 1}},
                        kFriction,
                        cells_,
@@ -99,7 +99,7 @@ TEST(FineSlab, ASphereSlipsAsCattaneoAndMindlinHaveIt) {
       std::size_t{1} << 33, {});
   ZoneSet::Touch touch;
   touch.radius = 0.65;  // small strains: nonlinear enough
-  touch.contact.tool = RigidTool{.shape = RigidTool::Shape::kSphere, .radius = 50 / unit};
+  touch.contact.tool = Tool{.shape = Tool::Shape::kRound, .radius = 50 / unit};
   touch.contact.friction = exact.mu;
   for (int n = 0; n < static_cast<int>(mesh.nodes.size()); ++n) {
     const Vector3d& p = mesh.nodes[Index(n)];

@@ -19,7 +19,7 @@ using namespace zone_tests;  // NOLINT(google-build-using-namespace): its helper
 constexpr double kNu = 0.4;
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
-FemZoneModel::Options Rough(double friction, const RigidTool& tool) {
+FemZoneModel::Options Rough(double friction, const Tool& tool) {
   FemZoneModel::Options options;
   options.contact = std::isinf(friction) ? ContactLaw::kBonded : ContactLaw::kFriction;
   options.friction = std::isinf(friction) ? 0 : friction;
@@ -78,7 +78,7 @@ TEST(Block, SticksBelowCoulombsForceAndSlidesAtItInEveryDirection) {
 TEST(ClosedPath, GivesNoEnergyWhateverTheFriction) {
   constexpr int kSteps = 150;
   const Slab slab(12, kNu);
-  const RigidTool sphere{.shape = RigidTool::Shape::kSphere, .radius = 0.02};
+  const Tool sphere{.shape = Tool::Shape::kRound, .radius = 0.02};
   Contact contact{.p_O = {0.04, 0.04, 0.04}};
   for (const double friction : {0.0, 0.3, 1.0, kEndless}) {
     FemZoneModel model(slab.mesh, slab.held, kModulus, kNu, Rough(friction, sphere));
@@ -136,7 +136,7 @@ TEST_P(Rubbing, HasNoStepBeyondItsBoundWhereZonesChange) {
   constexpr double kStep = 1e-4, kDepth = 2e-3, kHistory = 5e-4;  // [m], [m], [-]
   const SolidMesh mesh = MeshBox({0.12, 0.04, 0.02}, {24, 8, 4});
   const HeldNodes held = FixedWhere(mesh, [](const Vector3d& p) { return p.z() == 0; });
-  FemZoneModel::Options options = Rough(0.3, {.shape = RigidTool::Shape::kSphere, .radius = 0.01});
+  FemZoneModel::Options options = Rough(0.3, {.shape = Tool::Shape::kRound, .radius = 0.01});
   FemZoneModel zone(mesh, held, kModulus, kNu, options);
   options.least_radius = 1;
   FemZoneModel whole(mesh, held, kModulus, kNu, options);

@@ -1,0 +1,100 @@
+#include "slave/mechanics/factory/tool_domain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <variant>
+
+#include <Eigen/Geometry>
+
+namespace palpate {
+namespace {
+
+// Width of a round tool's contact at a tenth of its radius deep, by that of its shaft. [by Hertz]
+constexpr double kRoundWidth = 0.3;
+constexpr double kNarrowest = 1e-3;  // of a contact, by l: a point has no width
+constexpr double kUnsure = 0.15;     // of g [measured: plane_thickness.py]
+// A rigid flat tool on a plate: its width by the diameter, its place by the radius. [measured: a
+// rim of 5 % that is not glued takes 2 % more than an even load at the centre, 12 % at half the
+// radius]
+constexpr double kWidest = 0.03, kBesideCentre = 0.05;
+
+struct Lengths {
+  double larger = 0, smaller = 0;  // L, l [m]
+};
+Lengths LengthsOf(const BoundaryMesh& mesh) {
+  Eigen::AlignedBox2d box;
+  double area = 0, perimeter = 0;
+  for (const BoundaryElement& e : mesh.elements) {
+    box.extend(e.a);
+    area += 0.5 * (e.a.x() * e.b.y() - e.b.x() * e.a.y());
+    perimeter += e.length();
+  }
+  return {box.sizes().maxCoeff(), std::min(box.sizes().minCoeff(), 4 * std::abs(area) / perimeter)};
+}
+
+// R under a contact of `width` l.
+double PlaneShare(double nu, double width, double slenderness) {
+  const double y = 0.13 * slenderness * (std::pow(width, 0.6) + 0.6 * std::pow(width, 1.5));
+  const double layer = 1 - (1 - 2 * nu) / ((1 - nu) * (1 - nu));
+  return std::min(nu * nu + (layer - nu * nu) * y / (1 + y), 0.99);
+}
+
+// The largest error for thickness shares g within kUnsure, by T / b.
+double LargestError(Plane plane, double g, double R, double narrower) {
+  double largest = 0;
+  for (const double share : {g * (1 - kUnsure), g * (1 + kUnsure)}) {
+    for (const double by : {1.0, narrower}) {
+      double ratio = (1 - share * R) * std::pow(by, share);
+      if (plane == Plane::kStrain) ratio /= 1 - R;
+      largest = std::max(largest, std::abs(ratio - 1));
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
+double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh) {
+  const auto* outline = std::get_if<BoundaryMesh>(&mesh);
+  if (outline == nullptr) return 0;
+  if (!tool.depth) return std::numeric_limits<double>::infinity();
+  const Lengths lengths = LengthsOf(*outline);
+  const double l = lengths.smaller, T = ThicknessOf(scene.object.geometry);
+  const double shaft = tool.width > 0 ? tool.width : 2 * tool.radius;
+  const double contact = tool.shape == Tool::Shape::kRound ? kRoundWidth * shaft : shaft;
+  const double width = std::max(contact / l, kNarrowest);
+  const double R = PlaneShare(scene.object.material.poisson_ratio, width, lengths.larger / l);
+  const double x = 0.53 * std::pow(T / l, 0.8) / std::cbrt(width);
+  return LargestError(scene.model.plane, x / (1 + x), R, std::max(1.0, T / *tool.depth));
+}
+
+ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& mesh)
+    : error_(PlaneError(scene, tool, mesh)) {
+  if (error_ > scene.model.tolerance) {
+    Tool through = tool;
+    through.depth = std::numeric_limits<double>::infinity();
+    const bool thick = PlaneError(scene, through, mesh) > scene.model.tolerance;
+    doubt_ = !tool.depth ? kExtentUnknown : thick ? kNeitherThinNorThick : kExtentTooSmall;
+  }
+  const auto* disc = std::get_if<MembraneDisc>(&mesh);
+  const bool rigid = tool.shape == Tool::Shape::kFlat && !tool.presses_evenly;
+  if (disc != nullptr && rigid) plate_radius_ = disc->radius;
+}
+
+void ToolDomain::Judge(const Contact& contact, ContactResponse* response) const noexcept {
+  if (contact.kind != Contact::Kind::kDisplacement) return;
+  if (response->validity != Validity::kValid) return;
+  std::string_view doubt = doubt_;
+  const double place = contact.p_O.head<2>().norm();
+  const bool is_plate = plate_radius_ > 0 && contact.width > 0;
+  if (is_plate &&
+      (contact.width > 2 * kWidest * plate_radius_ || place > kBesideCentre * plate_radius_)) {
+    doubt = kRigidOnPlate;
+  }
+  if (doubt.empty()) return;
+  response->validity = Validity::kExtrapolated;
+  response->doubt = doubt;
+}
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+// Where the force of a model under a tool was compared with that of a solid; elsewhere it is
+// `extrapolated`. What leaves out a dimension has such a domain:
+//
+// Plane models. A body of thickness T under a tool that reaches b <= T through it is neither in
+// plane stress nor in plane strain. With R the share by which plane stress is softer than plane
+// strain, bricks in space have, within 15 % of g (tests/slave/mechanics/plane_thickness.py),
+//
+//   K_stress / K = (1 - g R) (T / b)^g,   K_strain / K = (1 - g R) / (1 - R) (T / b)^g
+//   g = x / (1 + x),   x = 0.53 (T / l)^0.8 (l / w)^(1/3)
+//   R = nu^2 + (R_layer - nu^2) y / (1 + y),   R_layer = 1 - (1 - 2 nu) / (1 - nu)^2
+//   y = 0.13 L / l ((w / l)^0.6 + 0.6 (w / l)^1.5)
+//
+// for a contact of width w; L: the larger side of the outline's box; l: the smaller one, or 4 A / P
+// where that is less. R is nu^2 on a half-plane, R_layer in a thin layer under a wide tool. A tool
+// that is narrower than the body is thick is rated no better than one through all of it: there two
+// errors of opposite sign meet.
+//
+// Plates. A rigid flat tool touches a plate with its rim, off the centre with part of it. The plate
+// models spread its force evenly.
+#pragma once
+
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+inline constexpr std::string_view kExtentUnknown =
+    "the scene does not state how far the tool reaches through the thickness: set tool.depth";
+inline constexpr std::string_view kExtentTooSmall =
+    "the tool is narrower than the object is thick: a plane model is too stiff under it";
+inline constexpr std::string_view kNeitherThinNorThick =
+    "the object is too thick for plane stress or too thin for plane strain: model.tolerance is "
+    "below the error";
+inline constexpr std::string_view kRigidOnPlate =
+    "a rigid flat tool on a plate is known up to a width of 3 % of the diameter, at the centre";
+
+// Error of a plane model's force by what it leaves out of a solid, relative [-]; infinite: the
+// tool's extent is not stated. 0 for other objects.
+double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
+
+class ToolDomain {
+ public:
+  ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
+
+  // Of a contact that the tool moves: kValid becomes kExtrapolated outside. Loads are even, and
+  // stay as they are. Noexcept, no allocation.
+  void Judge(const Contact& contact, ContactResponse* response) const noexcept;
+  // What the force may be off inside, relative [-].
+  [[nodiscard]] double error() const { return doubt_.empty() ? error_ : 0; }
+  [[nodiscard]] std::string_view doubt() const { return doubt_; }  // at every place
+
+ private:
+  std::string_view doubt_;
+  double error_ = 0;
+  double plate_radius_ = 0;  // under a rigid flat tool [m]; 0: no plate
+};
+
+}  // namespace palpate

@@ -1,0 +1,108 @@
+#include "slave/mechanics/factory/tool_press.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <variant>
+
+#include "shared/mesh/disc_patch.h"
+#include "slave/mechanics/factory/make_model.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+// A ring of this share of l has a deflection under its load that differs by 2 % from that of a
+// point: c^2 (1 + 2 ln(l / c)) / l^2. [derived]
+constexpr double kWidestRing = 0.06;
+constexpr double kDeepestSink = 0.02;  // of the deflection
+
+bool HasMiddles(const Scene& scene, const ModelKind& kind) {
+  return kind.has_tets && scene.model.fem.element == FemOptions::Element::kTet10;
+}
+
+}  // namespace
+
+bool IsTouchedRound(const Scene& scene) {
+  return scene.tool && scene.tool->shape == Tool::Shape::kRound && !IsSkin(scene.object.geometry);
+}
+
+ToolPress::ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh)
+    : domain_(scene, tool, mesh) {
+  const ModelKind& kind = KindOf(scene);
+  if (tool.shape != Tool::Shape::kRound || kind.shapes_tools) return;
+  if (MovesInTime(scene)) {
+    throw std::invalid_argument(
+        "tool.shape = round: expected flat with a model that moves in time: only fem-zone follows "
+        "a round tool");
+  }
+  if (std::holds_alternative<MembraneDisc>(mesh)) {
+    const auto& disc = std::get<MembraneDisc>(mesh);
+    const double nu = scene.object.material.poisson_ratio;
+    const double modulus = scene.object.material.young_modulus / (1 - nu * nu);
+    plate_ = {disc.radius, modulus * std::pow(disc.thickness, 3) / 12, modulus, tool.radius};
+    return;
+  }
+  std::vector<TouchablePlace> places;
+  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
+    outline_ = *outline;
+    places = TouchablePlaces(outline_);
+  } else {
+    surface_ = SurfaceOf(mesh);
+    places = HasMiddles(scene, kind) ? TouchableMiddles(surface_) : TouchableNodes(surface_);
+  }
+  indenter_.emplace(std::move(places), tool.radius, scene.model.contact);
+}
+
+Vector3d ToolPress::NormalAt(const Contact& contact) const noexcept {
+  if (surface_.triangles.empty()) {
+    const int element =
+        contact.element >= 0 ? contact.element : FindElement(outline_, contact.p_O.head<2>());
+    if (element < 0) return Vector3d::Zero();
+    const Eigen::Vector2d n = outline_.elements[Index(element)].normal();
+    return {n.x(), n.y(), 0};
+  }
+  if (contact.element >= 0) return Normal(surface_, contact.element);
+  const auto place = FindPlace(surface_, contact.p_O);
+  return place ? Normal(surface_, place->triangle) : Vector3d(Vector3d::Zero());
+}
+
+ContactResponse ToolPress::Press(const Contact& contact, DeformationModel* model,
+                                 Solution* solution) noexcept {
+  ContactResponse response = Answer(contact, model, solution);
+  domain_.Judge(contact, &response);
+  return response;
+}
+
+ContactResponse ToolPress::Answer(const Contact& contact, DeformationModel* model,
+                                  Solution* solution) noexcept {
+  if (indenter_) {
+    const Vector3d n = NormalAt(contact);
+    if (n.isZero(0)) return {};
+    return indenter_->Press({contact.p_O, n, contact.prescribed_O}, model, solution);
+  }
+  Contact touch = contact;
+  if (plate_) touch.width = 0;
+  model->Solve({&touch, 1}, solution);
+  ContactResponse response = solution->responses().front();
+  if (plate_) CheckPoint(&response);
+  return response;
+}
+
+void ToolPress::CheckPoint(ContactResponse* response) const noexcept {
+  if (response->validity != Validity::kValid) return;
+  const double force = std::abs(response->force_O.z()),
+               depth = std::abs(response->displacement_O.z());
+  const double ring =
+      std::exp(-4 * std::numbers::pi * plate_->rigidity / (force * plate_->tool_radius));
+  const double sunk =
+      std::cbrt(9 * force * force / (16 * plate_->modulus * plate_->modulus * plate_->tool_radius));
+  if (ring <= kWidestRing && sunk <= kDeepestSink * depth) return;
+  response->validity = Validity::kExtrapolated;
+  response->doubt = kPointOnPlate;
+}
+
+}  // namespace palpate

@@ -1,0 +1,63 @@
+// A rigid tool pressed into a scene's object. Every command presses through this class, so that a
+// tool is the same body in all of them, whatever the kind of model.
+//
+//   flat     a contact of the tool's width
+//   round    bem2d, fem, fem-green: a contact that grows with the depth (RoundIndenter)
+//            plate, plate-large: a point, see kPointOnPlate
+//   fem-zone computes the contact of its scene's tool itself
+#pragma once
+
+#include <optional>
+
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/factory/tool_domain.h"
+#include "slave/mechanics/indenter/round_indenter.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// Why a round tool on a plate is kExtrapolated. A plate that bends touches a sphere of radius R in
+// a point until its curvature there is 1 / R: then it wraps the tool, along a ring of radius
+//
+//   c = l exp(-4 pi D / (F R)),   l: the radius, or sqrt(D / N) of a plate under the tension N
+//
+// (Timoshenko and Woinowsky-Krieger, art. 19: the moment inside a loaded ring). And the tool sinks
+// into the thickness, which no plate has, by (9 F^2 (1 - nu^2)^2 / (16 E^2 R))^(1/3) (Hertz).
+inline constexpr std::string_view kPointOnPlate =
+    "the plate wraps the round tool, or the tool sinks into it: its contact is no point";
+
+// Whether the force of the scene's tool is that of a contact that grows with the depth.
+[[nodiscard]] bool IsTouchedRound(const Scene& scene);
+
+class ToolPress {
+ public:
+  // The scene's model presses `tool`, which is flat or round; with fem-zone it must be the scene's.
+  // Throws std::invalid_argument: see RoundIndenter; a round tool with a model in time.
+  ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
+
+  // The tool's middle touches first at `contact.p_O` and has moved by `contact.prescribed_O` since.
+  // `contact.width` counts for a flat tool only. `solution`: the contacts of the model, one or, of
+  // a growing contact, each place that is touched. kFailed without a surface there.
+  [[nodiscard]] ContactResponse Press(const Contact& contact, DeformationModel* model,
+                                      Solution* solution) noexcept;
+
+ private:
+  [[nodiscard]] ContactResponse Answer(const Contact& contact, DeformationModel* model,
+                                       Solution* solution) noexcept;
+  [[nodiscard]] Eigen::Vector3d NormalAt(const Contact& contact) const noexcept;
+  void CheckPoint(ContactResponse* response) const noexcept;
+
+  ToolDomain domain_;
+  BoundaryMesh outline_;  // of a planar object under a growing contact, else empty
+  SurfaceMesh surface_;   // of a volume, likewise
+  std::optional<RoundIndenter> indenter_;
+  struct Plate {
+    double radius = 0, rigidity = 0;  // a [m], D [N m]
+    double modulus = 0;               // E / (1 - nu^2) [Pa]
+    double tool_radius = 0;           // [m]
+  };
+  std::optional<Plate> plate_;  // under a round tool
+};
+
+}  // namespace palpate

@@ -1,0 +1,139 @@
+#include "slave/mechanics/factory/tool_domain.h"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "slave/scene/scene_loader.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kWhole = std::numeric_limits<double>::infinity();
+
+struct Measured {
+  double nu, height, thickness, width, extent;  // the last by the thickness, others by the length
+  double stress, strain;                        // K_plane / K
+};
+
+// By bricks in space: plane_thickness.py.
+const std::vector<Measured> kMeasured{{0.49, 1, 0.05, 1. / 15, 1, 0.972, 1.308},
+                                      {0.49, 1, 0.1, 1. / 15, 1, 0.956, 1.287},
+                                      {0.49, 1, 0.2, 1. / 15, 1, 0.932, 1.256},
+                                      {0.49, 1, 0.5, 1. / 15, 1, 0.891, 1.200},
+                                      {0.49, 1, 1, 1. / 15, 1, 0.854, 1.150},
+                                      {0.49, 1, 2, 1. / 15, 1, 0.817, 1.101},
+                                      {0.49, 1, 4, 1. / 15, 1, 0.784, 1.056},
+                                      {0.49, 1, 0.1, 1. / 15, 0.75, 0.987, 1.329},
+                                      {0.49, 1, 1, 1. / 15, 0.75, 0.966, 1.301},
+                                      {0.49, 1, 0.1, 1. / 15, 0.5, 1.056, 1.422},
+                                      {0.49, 1, 1, 1. / 15, 0.5, 1.242, 1.672},
+                                      {0.49, 1, 0.1, 1. / 15, 0.1, 1.419, 1.911},
+                                      {0.49, 1, 1, 1. / 15, 0.1, 3.276, 4.411},
+                                      {0.49, 1, 0.1, 0.2, 1, 0.968, 1.328},
+                                      {0.49, 1, 1, 0.2, 1, 0.867, 1.191},
+                                      {0.49, 1, 4, 0.2, 1, 0.778, 1.067},
+                                      {0.49, 0.3, 0.05, 1. / 15, 1, 0.955, 1.430},
+                                      {0.49, 0.3, 0.1, 1. / 15, 1, 0.928, 1.389},
+                                      {0.49, 0.3, 0.1, 1. / 15, 0.9, 0.942, 1.410},
+                                      {0.49, 0.3, 0.5, 1. / 15, 1, 0.804, 1.204},
+                                      {0.3, 1, 0.1, 1. / 15, 1, 0.987, 1.080},
+                                      {0.3, 1, 1, 1. / 15, 1, 0.953, 1.043},
+                                      {0.3, 1, 4, 0.2, 1, 0.930, 1.018}};
+
+Scene Block(const Measured& at, Plane plane) {
+  Scene scene;
+  scene.object.geometry = RectangleGeometry{1, at.height, at.thickness};
+  scene.object.material.young_modulus = 1;
+  scene.object.material.poisson_ratio = at.nu;
+  scene.model.plane = plane;
+  scene.tool = Tool{.width = at.width, .depth = at.extent * at.thickness};
+  return scene;
+}
+
+ContactResponse Valid() {
+  ContactResponse response;
+  response.validity = Validity::kValid;
+  return response;
+}
+
+// Reference: the bricks. An estimate is never below what they have, and not more than twice it and
+// four percent, so that thin bodies stay valid; a narrow tool is rated no better than a wide one.
+TEST(ToolDomain, AnErrorIsNeverBelowThatOfASolid) {
+  for (const Measured& at : kMeasured) {
+    for (const auto& [plane, ratio] :
+         {std::pair{Plane::kStress, at.stress}, std::pair{Plane::kStrain, at.strain}}) {
+      const Scene scene = Block(at, plane);
+      const double error = PlaneError(scene, *scene.tool, MeshRectangle(1, at.height, 120));
+      EXPECT_GE(error, std::abs(ratio - 1)) << at.thickness << ' ' << at.extent;
+      if (at.extent == 1) {
+        EXPECT_LE(error, 2 * std::abs(ratio - 1) + 0.04) << at.thickness;
+      }
+    }
+  }
+}
+
+// Reference: the errors above and the accepted one, 5 %.
+TEST(ToolDomain, ForcesAreFlaggedOutside) {
+  const BoundaryMesh mesh = MeshRectangle(1, 1, 120);
+  const Contact press{.p_O = {0.5, 1, 0}, .width = 1. / 15};
+  const auto doubt = [&](double thickness, std::optional<double> extent, Plane plane) {
+    Scene scene = Block({0.49, 1, thickness, 1. / 15, 1, 0, 0}, plane);
+    scene.tool->depth = extent;
+    ContactResponse response = Valid();
+    ToolDomain(scene, *scene.tool, mesh).Judge(press, &response);
+    EXPECT_EQ(response.validity == Validity::kValid, response.doubt.empty());
+    return response.doubt;
+  };
+  EXPECT_EQ(doubt(0.05, kWhole, Plane::kStress), "");
+  EXPECT_EQ(doubt(0.05, 0.05, Plane::kStress), "");
+  EXPECT_EQ(doubt(0.05, std::nullopt, Plane::kStress), kExtentUnknown);
+  EXPECT_EQ(doubt(0.05, 0.005, Plane::kStress), kExtentTooSmall);
+  EXPECT_EQ(doubt(1, kWhole, Plane::kStress), kNeitherThinNorThick);
+  EXPECT_EQ(doubt(1, kWhole, Plane::kStrain), kNeitherThinNorThick);
+  EXPECT_EQ(doubt(0.05, kWhole, Plane::kStrain), kNeitherThinNorThick);
+  Scene scene = Block({0.49, 1, 1, 1. / 15, 0.1, 0, 0}, Plane::kStress);
+  ContactResponse load = Valid();
+  Contact even = press;
+  even.kind = Contact::Kind::kForce;
+  ToolDomain(scene, *scene.tool, mesh).Judge(even, &load);
+  EXPECT_EQ(load.validity, Validity::kValid) << "a load is what it is";
+}
+
+// Reference: a rim that is not glued on a clamped plate, from a width of 5 % of the diameter 2 % at
+// the centre and 12 % at half the radius beyond an even load.
+TEST(ToolDomain, ARigidFaceOnAPlateIsFlaggedWhereItIsNoEvenLoad) {
+  Scene scene;
+  scene.object.geometry = MembraneGeometry{.radius = 0.04, .thickness = 1e-3};
+  const auto is_valid = [&](double width, double x, bool even) {
+    const Tool tool{.width = width, .presses_evenly = even};
+    ContactResponse response = Valid();
+    ToolDomain(scene, tool, MembraneDisc{0.04, 1e-3})
+        .Judge({.p_O = {x, 0, 0}, .width = width}, &response);
+    return response.validity == Validity::kValid;
+  };
+  EXPECT_TRUE(is_valid(0.002, 0, false));
+  EXPECT_FALSE(is_valid(0.004, 0, false));
+  EXPECT_FALSE(is_valid(0.002, 0.02, false));
+  EXPECT_TRUE(is_valid(0.008, 0, true));
+  EXPECT_TRUE(is_valid(0.004, 0.02, true));
+}
+
+// What ships stays valid.
+TEST(ToolDomain, ShippedScenesAreInside) {
+  for (const char* name : {"silicone-block", "zebrafish-embryo"}) {
+    const Scene scene = LoadScene(SourcePath("/deploy/scenes/" + std::string(name) + ".yaml"));
+    const ToolDomain domain(scene, *scene.tool, MeshObject(scene, std::nullopt));
+    EXPECT_EQ(domain.doubt(), "") << name;
+    EXPECT_GT(domain.error(), 0) << name;
+  }
+}
+
+}  // namespace
+}  // namespace palpate
