@@ -43,8 +43,9 @@ PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept;
 double PatchStiffness(const PatchCover& cover) noexcept;
 // More than a tenth off.
 bool IsPatchCoarse(const PatchCover& cover) noexcept;
-// By how much the compliance of such a disc is off, by its own [-]; 0: by less than a tenth. Nine
-// nodes of ten-node tetrahedra, five of four-node ones may be 20 % off, whatever their area.
+// By how much the compliance of such a disc is off, by its own [-]; 0: by less than a tenth.
+// Twenty-five nodes of ten-node tetrahedra, five of four-node ones may be 20 % off, whatever their
+// area.
 double PatchError(const PatchCover& cover) noexcept;
 // Whether a contact's stiffness is more than a tenth off because its patch is. The disc's own
 // compliance, 1 / (E width) on a half-space, is all of a contact's on a block and little of it on

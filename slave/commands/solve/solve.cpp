@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -22,12 +23,18 @@
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_press.h"
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
+#include "slave/pipeline/camera/tool_width.h"
 
 namespace palpate {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
 using Case = std::vector<std::size_t>;  // rows
+constexpr std::string_view kWholeElements =
+    "the elements under the tool are narrower or wider than it by more than model.tolerance takes "
+    "of the force: use more of them";
 
 // Cases in the order of their first rows.
 std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows, bool independent) {
@@ -76,11 +83,33 @@ class RowTools {
     depth_ = row.tool.depth;
     return press_->Press(row.contact, model, solution);
   }
-  void Judge(SolveRow* row) const {
+  // `model` is asked for two more contacts in the plane.
+  void Judge(SolveRow* row, DeformationModel* model) const {
     ToolDomain(scene_, row->tool, mesh_).Judge(row->contact, &row->response);
+    if (!IsFineUnder(*row, model) && row->response.validity == Validity::kValid) {
+      row->response.validity = Validity::kExtrapolated;
+      row->response.doubt = kWholeElements;
+    }
   }
 
  private:
+  // Whether the force of whole elements is that of the tool, within the tolerance. One camera
+  // corrects it (tool_width.h); the table is answered as it is asked.
+  [[nodiscard]] bool IsFineUnder(const SolveRow& row, DeformationModel* model) const {
+    const auto* outline = std::get_if<BoundaryMesh>(&mesh_);
+    const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
+    if (outline == nullptr || !moved || row.contact.width == 0) return true;
+    BoundaryPlace place;
+    place.p_O = row.contact.p_O.head<2>();
+    place.element = FindElement(*outline, place.p_O);
+    if (place.element < 0) return true;
+    place.normal_O = outline->elements[Index(place.element)].normal();
+    Scene pressed = scene_;
+    pressed.tool = row.tool;
+    const ToolWidth::Share share = ToolWidth(*outline, pressed).At(place, model);
+    return std::abs(share.factor - 1) + 2 * share.sigma <= scene_.model.tolerance;
+  }
+
   const Scene& scene_;
   const ObjectMesh& mesh_;
   double radius_ = 0;            // of press_ [m]
@@ -108,7 +137,7 @@ bool SolveAtRest(const Case& one, RowTools* tools, DeformationModel* model,
     SolveRow& row = (*rows)[one[k]];
     row.response = solution->responses()[k];
     row.solve_us = solve_us;
-    tools->Judge(&row);
+    tools->Judge(&row, model);
   }
   return solved;
 }

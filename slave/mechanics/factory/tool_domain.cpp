@@ -70,7 +70,7 @@ double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh) 
 }
 
 ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& mesh)
-    : error_(PlaneError(scene, tool, mesh)) {
+    : error_(PlaneError(scene, tool, mesh)), is_flat_(tool.shape == Tool::Shape::kFlat) {
   if (error_ > scene.model.tolerance) {
     Tool through = tool;
     through.depth = std::numeric_limits<double>::infinity();
@@ -78,17 +78,15 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     doubt_ = !tool.depth ? kExtentUnknown : thick ? kNeitherThinNorThick : kExtentTooSmall;
   }
   const auto* disc = std::get_if<MembraneDisc>(&mesh);
-  const bool rigid = tool.shape == Tool::Shape::kFlat && !tool.presses_evenly;
-  if (disc != nullptr && rigid) plate_radius_ = disc->radius;
+  if (disc != nullptr && is_flat_ && !tool.presses_evenly) plate_radius_ = disc->radius;
 }
 
 void ToolDomain::Judge(const Contact& contact, ContactResponse* response) const noexcept {
   if (contact.kind != Contact::Kind::kDisplacement) return;
-  if (response->validity != Validity::kValid) return;
+  if (response->validity != Validity::kValid || (is_flat_ && contact.width == 0)) return;
   std::string_view doubt = doubt_;
   const double place = contact.p_O.head<2>().norm();
-  const bool is_plate = plate_radius_ > 0 && contact.width > 0;
-  if (is_plate &&
+  if (plate_radius_ > 0 &&
       (contact.width > 2 * kWidest * plate_radius_ || place > kBesideCentre * plate_radius_)) {
     doubt = kRigidOnPlate;
   }

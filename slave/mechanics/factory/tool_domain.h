@@ -47,8 +47,8 @@ class ToolDomain {
  public:
   ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
 
-  // Of a contact that the tool moves: kValid becomes kExtrapolated outside. Loads are even, and
-  // stay as they are. Noexcept, no allocation.
+  // Of a contact that the tool moves: kValid becomes kExtrapolated outside. Loads are even and stay
+  // as they are, and so does a point, which is no tool. No allocation.
   void Judge(const Contact& contact, ContactResponse* response) const noexcept;
   // What the force may be off inside, relative [-].
   [[nodiscard]] double error() const { return doubt_.empty() ? error_ : 0; }
@@ -58,6 +58,7 @@ class ToolDomain {
   std::string_view doubt_;
   double error_ = 0;
   double plate_radius_ = 0;  // under a rigid flat tool [m]; 0: no plate
+  bool is_flat_ = true;
 };
 
 }  // namespace palpate

@@ -188,7 +188,8 @@ bool SurfaceFootprints::FindWiderDisc(const Contact& contact, PatchBasis basis,
     FindPatch(footprint->at, p_O, width);
     if (!IsWholeAndPlane(width)) return false;
     const PatchCover cover = CoverOf(patch_, basis);
-    if (IsPatchCoarse(cover)) continue;
+    // On quadratic faces few nodes are no disc, however large their area is.
+    if (quarters_ ? PatchError(cover) > 0 : IsPatchCoarse(cover)) continue;
     if (HoldsPatch()) return false;
     footprint->patch_error = 0;
     footprint->reach = width / 2;

@@ -134,7 +134,8 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press, DeformationMo
     whole.validity = Validity::kExtrapolated;
     whole.doubt = kPenetrates;
   }
-  if (presses && touched < kFewest && whole.validity == Validity::kValid) {
+  const int fewest = is_planar_ ? kFewest : kFewestInSpace;
+  if (presses && touched < fewest && whole.validity == Validity::kValid) {
     whole.validity = Validity::kExtrapolated;
     whole.doubt = kTooCoarse;
   }

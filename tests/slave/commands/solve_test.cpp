@@ -7,6 +7,7 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -119,6 +120,45 @@ TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {
     const Outcome bare = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-5e-3\n");
     EXPECT_EQ(bare.rows.at(0).at("fy"), outcome.rows[0].at("fy"));
     EXPECT_THAT(bare.message, testing::Not(HasSubstr("no width")));
+  }
+}
+
+// A scene's round tool presses the rows that name none of another shape, and its extent is that of
+// the scene unless a column states it.
+TEST_F(SolveTest, RowsArePressedByTheScenesTool) {
+  options_.scene =
+      Write("round.yaml", std::string(kBlock) + "tool: {shape: round, radius: 20 mm}\n");
+  options_.overrides = {"model.elements=360", "object.geometry.rectangle.thickness=4 mm"};
+  const std::string rest = ",0.044,0.088,0,-2e-3";
+  const Outcome scenes = RunContacts("case,x,y,dx,dy\nA" + rest + "\n");
+  const Outcome given = RunContacts("case,x,y,dx,dy,radius\nA" + rest + ",0.02\n");
+  ASSERT_EQ(scenes.rows.size(), 1U) << scenes.message;
+  EXPECT_EQ(scenes.rows[0].at("fy"), given.rows.at(0).at("fy"));
+  const Outcome flat = RunContacts("case,x,y,dx,dy,radius,width\nA" + rest + ",0,0.04\n");
+  EXPECT_GT(Number(flat, 0, "fy") / Number(scenes, 0, "fy"), 1.4) << "a flat face of its width";
+  EXPECT_THAT(RunContacts("case,x,y,dx,dy,width\nA" + rest + ",0.04\n").message,
+              HasSubstr("none under a round tool"));
+  EXPECT_THAT(RunContacts("case,x,y,dx,dy\nA" + rest + "\nA,0.02,0.088,0,-2e-3\n").message,
+              HasSubstr("--independent"));
+  EXPECT_THAT(scenes.message, HasSubstr("set tool.depth"));
+  EXPECT_EQ(scenes.rows[0].at("validity"), "extrapolated");
+  const Outcome whole = RunContacts("case,x,y,dx,dy,depth\nA" + rest + ",0.004\n");
+  EXPECT_EQ(whole.rows.at(0).at("validity"), "valid") << whole.message;
+}
+
+// Reference: its limit under refinement, 2.35 N by 9 mm of thickness; the one element under the
+// tool is 6 % off, three are exact by the division.
+TEST_F(SolveTest, ElementsThatAreNotTheToolAreFlagged) {
+  options_.scene = Write(
+      "tool.yaml", std::string(kBlock) + "tool: {shape: flat, width: 5.87 mm, depth: whole}\n");
+  for (const auto& [elements, validity] : {std::pair{60, "extrapolated"}, {180, "valid"}}) {
+    options_.overrides = {"model.elements=" + std::to_string(elements),
+                          "object.geometry.rectangle.thickness=4 mm"};
+    const Outcome outcome = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-5e-3\n");
+    ASSERT_EQ(outcome.rows.size(), 1U) << outcome.message;
+    EXPECT_EQ(outcome.rows[0].at("validity"), validity) << outcome.message;
+    const double off = std::abs(Number(outcome, 0, "fy") / (-2.35 * 4 / 9) - 1);
+    EXPECT_EQ(off > 0.05, elements == 60) << off;
   }
 }
 

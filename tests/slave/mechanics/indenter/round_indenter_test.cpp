@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -230,6 +231,26 @@ TEST(RoundIndenter3d, ASpheresForceOnFiniteElementsIsHertzs) {
     const ContactResponse response = tool.Press(Sphere3d::At(depth), &model, &solution);
     ASSERT_NE(response.validity, Validity::kFailed) << model.failure();
     EXPECT_NEAR(-response.force_O.z() / Sphere3d::Force(depth), 1, 0.15) << depth;
+  }
+}
+
+// Reference: bricks of another program, 0.233 N. Four middles of edges touch, and the force is a
+// quarter too low.
+TEST(RoundIndenter3d, AFewPlacesAreNoContact) {
+  const SolidMesh solid = MeshBox({0.06, 0.06, 0.03}, {6, 6, 3});
+  const HeldNodes held = FixedWhere(solid, [](const Vector3d& p) { return p.z() < 1e-9; });
+  FemGreenModel model(
+      solid, held, 30e3, 0.3,
+      {.element = FemOptions::Element::kTet10, .contact = ContactLaw::kFrictionless});
+  RoundIndenter tool(TouchableMiddles(SurfaceOf(solid)), 0.02, ContactLaw::kFrictionless);
+  Solution solution;
+  for (const auto& [depth, few] : {std::pair{0.001, true}, std::pair{0.002, false}}) {
+    const ContactResponse response =
+        tool.Press({{0.03, 0.03, 0.03}, {0, 0, 1}, {0, 0, -depth}}, &model, &solution);
+    EXPECT_EQ(response.validity == Validity::kExtrapolated, few) << solution.contacts().size();
+    if (!few) {
+      EXPECT_NEAR(-response.force_O.z() / 0.6634, 1, 0.1);
+    }
   }
 }
 
