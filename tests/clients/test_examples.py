@@ -168,10 +168,10 @@ class Python(Examples):
                  "cy: 119.5, pose: {translation: [0, 0, -250 mm]}}")
         packages = {"PYTHONPATH": f"{PACKAGE}:{HERE / 'openni'}"}
         with Slave(str(ROOT / "deploy/scenes/rubber-membrane.yaml"), "--override", depth, "--override", "sense.points={track: surface}",
-                   simulates=False) as server, palpate.connect(server.address) as slave:
-            text = self.run_example("feed_openni", server.address, "--count", "30", environment=packages)
-            self.assertIn("30 of 30 images accepted", text)
-            self.assertTrue(any(state.valid for state in slave.states(rate=30, seconds=1)), slave.status())
+                   simulates=False) as server, palpate.connect(server.address) as slave, futures.ThreadPoolExecutor() as pool:
+            feeding = pool.submit(self.run_example, "feed_openni", server.address, "--count", "150", environment=packages)
+            self.assertTrue(any(state.valid for state in slave.states(rate=30, seconds=PATIENCE)), slave.status())
+            self.assertIn("150 of 150 images accepted", feeding.result())
 
     def test_driving(self):
         self.check_driving("--duration", "1", "--home", HOME)

@@ -1,5 +1,6 @@
 """What feed_openni.py calls of the package `openni`: a camera 250 mm before a plane, in counts of 0.02 mm."""
 import array
+import itertools
 import random
 import time
 
@@ -9,7 +10,8 @@ WIDTH, HEIGHT = 320, 240
 class Frame:
     width, height = WIDTH, HEIGHT
 
-    def __init__(self, source: random.Random) -> None:
+    def __init__(self, seed: int) -> None:
+        source = random.Random(seed)
         self.depths = array.array("H", (round(12500 + source.gauss(0, 10)) for _ in range(WIDTH * HEIGHT)))
 
     def get_buffer_as_uint16(self) -> "array.array[int]":
@@ -18,7 +20,7 @@ class Frame:
 
 class DepthStream:
     def __init__(self) -> None:
-        self.source = random.Random(1)
+        self.frames = itertools.cycle([Frame(seed) for seed in range(6)])
         self.is_mirrored, self.is_started = True, False
 
     def set_mirroring_enabled(self, enabled: bool) -> None:
@@ -33,7 +35,7 @@ class DepthStream:
         if not self.is_started:
             raise RuntimeError("not started")
         time.sleep(1 / 30)
-        return Frame(self.source)
+        return next(self.frames)
 
     def stop(self) -> None:
         self.is_started = False
