@@ -1,11 +1,12 @@
-// palpate-train: the command line of `palpate-slave train`.
+// The command line of `palpate-slave train`.
 #include "slave/commands/command_program.h"
+#include "slave/commands/tools.h"
 #include "slave/simulator/presses/train.h"
 
 namespace palpate {
 namespace {
 
-void AddOptions(CLI::App* command, TrainOptions* options) {
+void AddTrainOptions(CLI::App* command, TrainOptions* options) {
   command->add_option("DATA", options->data, "simulated")->required();
   Add(command, "--out", &options->out, "DIR", "Folder for the CSV files, one per start")
       ->required();
@@ -14,9 +15,9 @@ void AddOptions(CLI::App* command, TrainOptions* options) {
 }
 
 }  // namespace
-}  // namespace palpate
 
-int main(int argc, char** argv) {
-  return palpate::RunCommandProgram(argc, argv, "train", palpate::kTrainHelp, palpate::AddOptions,
-                                    palpate::RunTrain);
+int TrainMain(int argc, char** argv) {
+  return RunCommandProgram(argc, argv, "train", kTrainHelp, AddTrainOptions, RunTrain);
 }
+
+}  // namespace palpate
