@@ -6,10 +6,11 @@ set(palpate_made ${CMAKE_BINARY_DIR}/package)  # what deploy/package.sh generate
 
 # palpate_unit(FILE FOLDER COMPONENT): a systemd unit that starts what stands below the prefix.
 function(palpate_unit file folder component)
+  cmake_path(GET file FILENAME name)
   install(CODE "
     file(READ \"${file}\" text)
     string(REPLACE \"=/usr/\" \"=\${CMAKE_INSTALL_PREFIX}/\" text \"\${text}\")
-    file(WRITE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/lib/systemd/${folder}/$<PATH:GET_FILENAME,${file}>\" \"\${text}\")"
+    file(WRITE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/lib/systemd/${folder}/${name}\" \"\${text}\")"
     COMPONENT ${component})
 endfunction()
 palpate_unit(${CMAKE_SOURCE_DIR}/deploy/palpate-slave.service system slave)

@@ -16,8 +16,8 @@ const CommandProgram* FindCommandProgram(std::string_view command) {
 }
 
 int Become(const CommandProgram& program, char** arguments) {
-  const std::string command(program.command), name = "palpate-" + command;
-  const std::filesystem::path file = FindPart(name);
+  const std::string command(program.command);
+  const std::filesystem::path file = FindPart(program.program);
   if (file.empty()) {
     const std::string install = *program.libraries == '\0' ? ""
                                                            : std::string("deploy/install.sh ") +
@@ -26,7 +26,7 @@ int Become(const CommandProgram& program, char** arguments) {
         stderr,
         "palpate-slave: %s needs %s, which is not installed next to this program. To build "
         "it: %sdeploy/build.sh release\n",
-        command.c_str(), name.c_str(), install.c_str());
+        command.c_str(), program.program, install.c_str());
     return kFailed;
   }
   execv(file.c_str(), arguments);

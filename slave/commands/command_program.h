@@ -13,22 +13,26 @@
 
 namespace palpate {
 
-// `palpate-slave COMMAND` becomes palpate-COMMAND. No other command contains or loads what it
-// needs.
+// `palpate-slave COMMAND` becomes this program. Those with libraries of their own are alone: no
+// other command loads these.
 struct CommandProgram {
   std::string_view command;
+  const char* program;
   const char* description;
   const char* libraries;  // argument of deploy/install.sh that installs what it needs; empty: none
 };
 inline constexpr CommandProgram kCommandPrograms[] = {
-    {"demo", "Run slave and master: a simulated operator presses a simulated object", ""},
-    {"study", "Measure speed and accuracy of every model that fits the scene", ""},
-    {"precompute", "Fill the cache of Green's functions of fem-green or fem-zone", ""},
-    {"identify", "Identify material constants from tables of tests", ""},
-    {"evaluate", "Compare the estimated shape with a measured point cloud", "clouds"},
-    {"verify", "Test force, sign, frame and sigma with known loads", ""},
-    {"calibrate", "Calibrate lens, stereo rig and pose of cameras from images of a board",
-     "calibration"}};
+    {"demo", "palpate-demo",
+     "Run slave and master: a simulated operator presses a simulated object", ""},
+    {"study", "palpate-tools", "Measure speed and accuracy of every model that fits the scene", ""},
+    {"precompute", "palpate-tools", "Fill the cache of Green's functions of fem-green or fem-zone",
+     ""},
+    {"identify", "palpate-tools", "Identify material constants from tables of tests", ""},
+    {"evaluate", "palpate-evaluate", "Compare the estimated shape with a measured point cloud",
+     "clouds"},
+    {"verify", "palpate-verify", "Test force, sign, frame and sigma with known loads", ""},
+    {"calibrate", "palpate-calibrate",
+     "Calibrate lens, stereo rig and pose of cameras from images of a board", "calibration"}};
 // nullptr: not one of these commands.
 const CommandProgram* FindCommandProgram(std::string_view command);
 
@@ -36,7 +40,7 @@ const CommandProgram* FindCommandProgram(std::string_view command);
 // Returns only if it fails: prints why, and returns the exit code.
 int Become(const CommandProgram& program, char** arguments);
 
-// The main function of palpate-COMMAND. `footer` follows the options of --help, `add_options`
+// The main function of a command. `footer` follows the options of --help, `add_options`
 // declares them, `run` returns the exit code and may throw (see ExitCode).
 int RunCommandProgram(int argc, char** argv, std::string_view command, const char* footer,
                       const std::function<void(CLI::App*)>& add_options,

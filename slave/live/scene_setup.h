@@ -13,6 +13,7 @@
 #include "slave/live/slave.h"
 #include "slave/program/progress.h"
 #include "slave/scene/scene_mistake.h"
+#include "slave/vision/outline_finder.h"
 
 namespace palpate {
 
@@ -72,6 +73,9 @@ class SceneSetup {
   // std::invalid_argument: the mistakes; std::runtime_error: it cannot be saved.
   virtual std::unique_ptr<PreparedScene> Prepare(const SceneProposal& proposal,
                                                  Progress* progress) = 0;
+  // The object's outline in `image` near the polygon `near` [px], as FindOutlineNear. Throws as it
+  // does.
+  virtual FoundOutline FindOutline(const cv::Mat& image, CurveView near) = 0;
   // Throws std::runtime_error: the board is not in the last image, or calibration is not installed;
   // std::invalid_argument: the images.
   virtual FoundBoard FindBoard(const BoardImages& board, Progress* progress) = 0;

@@ -11,8 +11,9 @@
 #include "shared/state/sample_trace.h"
 #include "shared/state/slave_state.h"
 #include "shared/state/surface_patch.h"
+#include "slave/capture/frame_source.h"
 #include "slave/manipulator/streamed_manipulator.h"
-#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/pipeline/base/sense_types.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -62,6 +63,8 @@ inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
 // Limits of scales and the force limit, so that quotients stay finite.
 inline constexpr double kLeastSetting = 1e-15;
 
+class PictureInbox;
+class Progress;
 class SceneSetup;
 class TactileInbox;
 

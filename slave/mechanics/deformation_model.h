@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 
 #include "shared/state/validity.h"
+#include "slave/mechanics/model_info.h"
 #include "slave/mesh/outline.h"
 
 namespace palpate {
@@ -60,20 +61,6 @@ struct ContactResponse {
   // it in 91 %, of single contacts in 86 %, of those flagged valid in 87 %.
   double force_error = 0, displacement_error = 0;
   bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
-};
-
-// Properties of a model.
-struct ModelInfo {
-  std::string kind;  // bem2d, ...
-  std::size_t dof = 0;
-  int elements = 0;
-  double precompute_s = 0;       // measured [s]
-  std::size_t memory_bytes = 0;  // kept after precompute
-  double condition = 0;  // estimated condition number of the reference system [-]; 0: not known
-  double range = 0;      // largest |displacement| / larger side before `extrapolated` [-]
-  double step = 0;       // of time, one per Respond [s]; 0: static
-  double update_us = 0;  // expected for one moved contact, measured after precompute; 0: not known
-  std::string remark;    // what a user should know of this choice, one clause; may be empty
 };
 
 // Where a displacement field is known. Frame O.

@@ -9,6 +9,7 @@
 
 #include "shared/text/text.h"
 #include "shared/tls/credentials.h"
+#include "shared/wire/errors.h"
 
 namespace palpate {
 namespace {

@@ -11,7 +11,6 @@
 #include "slave/service/messages.h"
 #include "slave/service/status.h"
 #include "slave/service/teleoperation_service.h"
-#include "slave/vision/outline_finder.h"
 
 namespace palpate {
 namespace {
@@ -133,7 +132,7 @@ grpc::Status TeleoperationService::FindOutline(grpc::ServerContext* context,
     ReportProgress(progress, "outline", 0.5);
     Curve near;
     for (const v1::ImagePoint& p : request->near()) near.push_back(FromProto(p));
-    const FoundOutline found = AsRequest([&] { return FindOutlineNear(image, near); });
+    const FoundOutline found = AsRequest([&] { return setup.FindOutline(image, near); });
     for (const Eigen::Vector2d& p : found.polygon) ToProto(p, reply->add_outline());
     reply->set_clear(found.clear);
     reply->set_width(static_cast<std::uint32_t>(image.cols));

@@ -51,7 +51,7 @@ class Death(FolderTest):
             self.assertTrue(self.pressed(since=known + 1000))
             master.send_signal(signal.SIGINT)
             report = self.finish(master)
-        self.assertEqual(report["reconnects"], 1)
+        self.assertGreaterEqual(report["reconnects"], 1)
         self.assertGreaterEqual(report["epochs"], 2)
         self.assertIn("ended", report["reasons"])
 

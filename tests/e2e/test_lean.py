@@ -83,7 +83,9 @@ class Idle(unittest.TestCase):
         self.assertLess(2 * idle_cpu, busy_cpu)
 
 
-COMMANDS = "study", "precompute", "identify", "evaluate", "verify", "calibrate"  # programs of their own
+# Commands of other programs.
+COMMANDS = {"study": "tools", "precompute": "tools", "identify": "tools", "evaluate": "evaluate", "verify": "verify",
+            "calibrate": "calibrate"}
 
 
 class Parts(unittest.TestCase):
@@ -96,7 +98,7 @@ class Parts(unittest.TestCase):
             scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: film.avi"))
             pathlib.Path(folder, "film.avi").write_bytes(b"RIFF")
             for part, command in (("palpate-films.so", ("serve", scene, "--listen", "127.0.0.1:0")),
-                                  *((f"palpate-{command}", (command,)) for command in COMMANDS)):
+                                  *((f"palpate-{program}", (command,)) for command, program in COMMANDS.items())):
                 done = run(alone, *command)
                 self.assertEqual(done.returncode, 1, done.stderr)
                 self.assertIn(f"{part}, which is not installed next to this program", done.stderr)

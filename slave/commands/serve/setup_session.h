@@ -24,6 +24,9 @@ class SetupSession final : public SceneSetup {
   ProposalReport Check(const SceneProposal& proposal, Progress* progress) override;
   std::unique_ptr<PreparedScene> Prepare(const SceneProposal& proposal,
                                          Progress* progress) override;
+  FoundOutline FindOutline(const cv::Mat& image, CurveView near) override {
+    return FindOutlineNear(image, near);
+  }
   FoundBoard FindBoard(const BoardImages& board, Progress* progress) override;
   [[nodiscard]] cv::Mat StartImage(const std::stop_token& stop) override;
 

@@ -20,7 +20,7 @@
 #include "slave/capture/frame_source.h"
 #include "slave/capture/pace.h"
 #include "slave/capture/picture_inbox.h"
-#include "slave/mechanics/deformation_model.h"
+#include "slave/pipeline/base/sense_types.h"
 #include "slave/program/progress.h"
 #include "slave/program/stopwatch.h"
 #include "slave/scene/model_kinds.h"
@@ -33,37 +33,14 @@ class LatencyHistogram;
 class GroundTruth;
 class TactileInbox;
 
-struct StageTimes {
-  std::string stage;
-  double p50_us = 0, p99_us = 0, max_us = 0;
-};
 // `times` as the stage called `name`.
 StageTimes TimesOf(const std::string& name, const LatencyHistogram& times);
 
-// A change of SetModel.
-struct ModelChange {
-  std::string kind;  // empty: unchanged
-};
 // `model` with the requested change. `object`: class whose kinds are accepted; nullopt: there is no
 // model. Throws std::invalid_argument with what is accepted.
 ModelOptions Changed(ModelOptions model, const ModelChange& change,
                      std::optional<ObjectClass> object);
 
-// The deformed boundary: its vertices, frame S [m].
-struct BoundaryShape {
-  std::uint64_t state_sequence = 0;
-  Time sensed_at{};
-  Validity validity = Validity::kFailed;
-  int nodes_per_element = 2;            // 2: lines of a planar object, 3: triangles
-  std::vector<std::uint32_t> elements;  // vertex indices, `nodes_per_element` at a time
-  std::vector<float> rest, positions;   // x, y, z per vertex
-  std::vector<float>
-      nodal_forces;  // x, y, z per vertex, of the tool on the object [N]; empty unless requested
-  // Pressure of the tool on the object per vertex [Pa], if the model provides more than nodal
-  // forces; otherwise empty, also unless requested.
-  std::vector<float> traction;
-  std::vector<std::uint32_t> fixed_nodes;  // vertices that the scene fixes along at least one axis
-};
 void Append(std::vector<float>* out, const Eigen::Vector3d& v);
 // A shape without vertices, of `estimated`.
 inline BoundaryShape ShapeAsOf(const ContactEstimate& estimated, int nodes_per_element) {
@@ -114,20 +91,6 @@ class PreparedModel {
  public:
   virtual ~PreparedModel() = default;
   [[nodiscard]] virtual const ModelInfo& info() const = 0;
-};
-
-// Description of the sensing, for people and for code that needs its limits.
-struct SenseInfo {
-  std::string source;   // of samples
-  std::string samples;  // kind of samples: images, pairs, samples
-  // sigma of the measured tip position [m]; 0: only the encoders measure it.
-  double tip_resolution = 0;
-  bool tells_force = true;            // false: only the object's position
-  ModelInfo model;                    // kind `none`: there is none
-  std::string reason;                 // why this model
-  std::vector<std::string> remarks;   // remarks before the first contact, one sentence each
-  std::optional<ObjectClass> object;  // class whose kinds SetModel accepts; nullopt: no model
-  bool is_awaited = false;            // no sample yet: model and remarks are unknown
 };
 
 // One line each, as `serve` and `process` print it.

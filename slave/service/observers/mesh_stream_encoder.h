@@ -7,7 +7,7 @@
 #include "palpate/v1/state.pb.h"
 #include "palpate/v1/teleoperation.pb.h"
 
-#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/pipeline/base/sense_types.h"
 
 namespace palpate {
 

@@ -44,7 +44,7 @@ TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
       [] { return false; }, [&](const SessionStatus&) { ++shown; });
   // By construction of the loop, on any machine: each period is a tick or missed.
   EXPECT_EQ(report.ticks + report.missed, std::llround(report.duration * 1000));
-  EXPECT_NEAR(report.duration, 0.5, 0.25);
+  EXPECT_GE(report.duration, options.duration - 1e-3);
   EXPECT_EQ(report.compute_us.count(), report.ticks);
   EXPECT_EQ(puppet.force.norm(), 0);
   EXPECT_GT(shown, 0);

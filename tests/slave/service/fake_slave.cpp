@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "slave/program/progress.h"
+
 namespace palpate {
 namespace {
 

@@ -32,6 +32,10 @@ class RecordedSetup final : public SceneSetup {
     if (while_prepared) while_prepared(progress);
     return std::make_unique<Prepared>(this);
   }
+  FoundOutline FindOutline(const cv::Mat& /*image*/, CurveView /*near*/) override {
+    ++calls;
+    return {};
+  }
   FoundBoard FindBoard(const BoardImages& /*board*/, Progress* /*progress*/) override {
     ++calls;
     return {};

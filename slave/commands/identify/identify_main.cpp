@@ -1,11 +1,12 @@
-// palpate-identify: the command line of `palpate-slave identify`.
+// The command line of `palpate-slave identify`.
 #include "slave/commands/command_program.h"
 #include "slave/commands/identify/identify.h"
+#include "slave/commands/tools.h"
 
 namespace palpate {
 namespace {
 
-void AddOptions(CLI::App* command, IdentifyOptions* options) {
+void AddIdentifyOptions(CLI::App* command, IdentifyOptions* options) {
   command->add_option("DATA", options->data, "Tables of tests; see below")->required();
   command->add_option("--out", options->out, "Folder for report.json")
       ->type_name("DIR")
@@ -43,9 +44,9 @@ void AddOptions(CLI::App* command, IdentifyOptions* options) {
 }
 
 }  // namespace
-}  // namespace palpate
 
-int main(int argc, char** argv) {
-  return palpate::RunCommandProgram(argc, argv, "identify", palpate::kIdentifyHelp,
-                                    palpate::AddOptions, palpate::RunIdentify);
+int IdentifyMain(int argc, char** argv) {
+  return RunCommandProgram(argc, argv, "identify", kIdentifyHelp, AddIdentifyOptions, RunIdentify);
 }
+
+}  // namespace palpate
