@@ -308,12 +308,20 @@ def whole_file(source: str, trust: bool) -> Any:
         return OwnLayers(archive, pickled[0]).load()
 
 
+def made_by(source: str, package: str, make: str) -> torch.nn.Module:
+    try:
+        module: torch.nn.Module = getattr(importlib.import_module(package), make)()
+        return module
+    except Exception as error:  # the user's code raises anything
+        raise InputError(f"{source}: {type(error).__name__}: {error}") from error
+
+
 def load(source: str, state: str | None, trust: bool = False) -> torch.nn.Module:
     try:
         if ":" in source and not pathlib.Path(source).exists():
             sys.path.insert(0, "")
             package, make = source.split(":", 1)
-            module = getattr(importlib.import_module(package), make)()
+            module = made_by(source, package, make)
             if state is None:
                 raise InputError(f"{source}: --state FILE.pt is missing")
             module.load_state_dict(torch.load(state, map_location="cpu", weights_only=True))
@@ -331,10 +339,14 @@ def load(source: str, state: str | None, trust: bool = False) -> torch.nn.Module
         if foreign:
             raise InputError(f"{failed}: {foreign}") from error
         if isinstance(error, zipfile.BadZipFile):
-            raise InputError(f"{failed}: no archive that torch.save wrote; one of PyTorch before 1.6 is read with --trust") from error
+            raise InputError(f"{failed}: no archive that torch.save wrote, or cut off; one of PyTorch before 1.6 is read with "
+                             "--trust") from error
         raise InputError(f"{failed}: cannot be loaded by PyTorch: {error}") from error
     if isinstance(module, dict):
         names = ", ".join(str(name) for name in list(module)[:4])
+        if not all(isinstance(value, torch.Tensor) for value in module.values()):
+            raise InputError(f"{source}: holds a checkpoint ({names}): expected a module; write the state_dict in it to a file of its own "
+                             "for --state")
         raise InputError(f"{source}: holds a state_dict ({names}), no module: expected PACKAGE.FILE:MAKE --state {source}, with the "
                          "function or class that makes the module")
     if not isinstance(module, torch.nn.Module):

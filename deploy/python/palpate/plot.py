@@ -27,11 +27,13 @@ AXES = "xyz"
 
 def read(file: pathlib.Path) -> Table:
     """The columns of a CSV file. Raises ValueError: no header, or a row of another length."""
+    if foreign := what_is(file):
+        raise ValueError(f"{file}: {foreign}: expected a CSV file")
     try:
         with file.open(newline="", encoding="utf-8-sig") as text:
             rows = list(csv.reader(text))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{file}: {what_is(file) or error}: expected a CSV file") from error
+        raise ValueError(f"{file}: {error}: expected a CSV file") from error
     if not rows or not rows[0]:
         raise ValueError(f"{file}: expected a CSV file with a header")
     for number, row in enumerate(rows[1:], 2):

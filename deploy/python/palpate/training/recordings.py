@@ -122,6 +122,8 @@ class Table:
         self.header = 1  # its line
         self.names: list[str] = []
         self.rows: list[list[str]] = []
+        if foreign := what_is(file):
+            raise InputError(f"{file}: {foreign}: expected a CSV file")
         try:
             with open(file, newline="", encoding="utf-8-sig") as stream:
                 for number, row in enumerate(csv.reader(stream), 1):
@@ -135,8 +137,7 @@ class Table:
                     self.rows.append(row)
                     self.lines.append(number)
         except (OSError, UnicodeDecodeError, csv.Error) as error:
-            foreign = what_is(file)
-            raise InputError(f"{file}: {foreign}: expected a CSV file" if foreign else f"{file}: cannot be read: {error}") from error
+            raise InputError(f"{file}: cannot be read: {error}") from error
         if not self.rows:
             raise InputError(f"{file}: no samples: expected a header and one row or more")
 
@@ -409,7 +410,8 @@ def require_presses(recordings: Sequence[Recording], rest_samples: int) -> None:
     along = force[touches, 2].mean() / size[touches].mean() if touches.any() else 0.0
     if along > REVERSED:
         raise InputError(f"{recordings[0].name}: contacts have fz > 0 (mean {force[touches, 2].mean():+.3g} N): expected the force of the "
-                         "fingertip on the object, whose fz is negative: the sign of this one is that of the reaction")
+                         "fingertip on the object, whose fz is negative: the sign of this one is that of the reaction, or the recording "
+                         "begins in contact")
     for r in recordings:
         if r.t[0] - r.baseline_time > OFFSET_TIME:
             continue  # a later piece of a recording with a gap
