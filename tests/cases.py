@@ -131,11 +131,12 @@ def faded(at_once, held, relative=0.03):
 
 
 def round_contact(result):
-    """The contact of a sphere grows with the depth: the force of twice the depth is about 2^1.5 times as large (Hertz)."""
+    """The contact of a sphere grows with the depth: the force of twice the depth is 2^1.5 times as large (Hertz), on a bonded layer of
+    20 mm 3.07 times (Dimitriadis et al., Biophys J 82, 2002); the mesh is coarse under the tool."""
     if result.status:
         return f"status {result.status}"
     one, two = (abs(force[2]) for force in forces_of(result.out / "answers.csv"))
-    return not 2.5 < two / one < 3.1 and f"force ratio {two / one:.3f}"
+    return abs(two / one / 3.07 - 1) > 0.1 and f"force ratio {two / one:.3f}"
 
 
 def forces_of(answers):

@@ -193,12 +193,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   }
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const bool dynamic = MovesInTime(scene);
-  RowRules rules{ToolWidthOf(scene), {}, dynamic};
-  if (KindOf(scene).shapes_tools) {
-    const bool is_round = scene.tool && scene.tool->shape == Tool::Shape::kRound;
-    rules.shaped_radius = is_round ? scene.tool->radius : 0;
-  }
-  std::vector<SolveRow> rows = ReadRows(options, mesh, rules);
+  std::vector<SolveRow> rows = ReadRows(options, mesh, RulesOf(scene));
   const std::vector<Case> cases = GroupByCase(rows, options.independent);
   if (dynamic && options.independent) {
     throw InputError("--independent: only with a static model, whose rows are no history");
@@ -243,6 +238,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   }
   progress.Clear();
   ReportWidths(scene, rows);
+  ReportPlaces("solve", mesh, rows);
   ReportFlags(dynamic ? answers : rows);
   const bool written = WriteRows(options.out, dynamic ? answers : rows, options.moments) &&
                        (!field || field->Write());

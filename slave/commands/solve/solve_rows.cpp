@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <map>
 #include <string_view>
 
 #include "shared/text/csv.h"
+#include "slave/mechanics/factory/make_model.h"
 
 namespace palpate {
 namespace {
@@ -18,25 +20,40 @@ constexpr Axes kPlace{"x", "y", "z"};
 constexpr Axes kMoved{"dx", "dy", "dz"};
 constexpr Axes kLoaded{"fx", "fy", "fz"};
 
-CsvTable OpenTable(const std::filesystem::path& file, const Axes& value, bool planar,
-                   bool dynamic) {
-  const auto length = Quantity::kLength;
-  const auto prescribed = value == kMoved ? length : Quantity::kForce;
-  std::vector<CsvTable::Column> columns{{"case"},
-                                        {kPlace[0], true, length},
-                                        {kPlace[1], true, length},
-                                        {kPlace[2], !planar, length},
-                                        {value[0], true, prescribed},
-                                        {value[1], true, prescribed},
-                                        {value[2], !planar, prescribed},
-                                        {"width", false, length}};
-  if (dynamic) columns.push_back({"t", false, Quantity::kTime});
-  if (!dynamic && value == kMoved) columns.push_back({"radius", false, length});
+// The columns of contacts or loads, and those of their answers as WriteRows writes them.
+CsvTable OpenTable(const std::filesystem::path& file, bool moved, bool planar,
+                   const RowRules& rules) {
+  const auto length = Quantity::kLength, force = Quantity::kForce;
+  const Axes &value = moved ? kMoved : kLoaded, &answer = moved ? kLoaded : kMoved;
+  std::vector<CsvTable::Column> columns{{"case"}};
+  const auto add = [&](const Axes& axes, bool required, Quantity quantity) {
+    for (const std::string_view axis : axes) {
+      columns.push_back({axis, required && !(planar && axis == axes[2]), quantity});
+    }
+  };
+  add(kPlace, true, length);
+  add(value, moved || !rules.has_free_points, moved ? length : force);
+  add(answer, rules.needs_answers, moved ? force : length);
+  columns.push_back({"width", false, length});
+  if (rules.dynamic) columns.push_back({"t", false, Quantity::kTime});
+  if (!rules.dynamic && moved && rules.takes_radius) columns.push_back({"radius", false, length});
+  for (const std::string_view name : {"solve_us", "validity", "mx", "my", "mz", "error"}) {
+    columns.push_back({name, false});
+  }
   return CsvTable(file, std::move(columns));
 }
 
 Eigen::Vector3d Vector(const CsvTable& table, const Axes& axes) {
   return {table.Number(axes[0]), table.Number(axes[1]), table.Number(axes[2])};
+}
+
+// NaN where there is no number.
+Eigen::Vector3d VectorOrNone(const CsvTable& table, const Axes& axes) {
+  Eigen::Vector3d v = Vector(table, axes);
+  for (const int axis : {0, 1, 2}) {
+    if (table.IsAbsent(axes[static_cast<std::size_t>(axis)])) v[axis] = std::nan("");
+  }
+  return v;
 }
 
 // A planar object moves in its plane, a membrane across it.
@@ -56,8 +73,8 @@ void RefuseOtherAxes(const CsvTable& table, const Axes& axes, const ObjectMesh& 
 // contacts itself has one tool, that of the scene.
 void ReadRadius(const CsvTable& table, const ObjectMesh& mesh, const RowRules& rules,
                 double largest, SolveRow* row) {
-  if (!table.Has("radius")) return;
-  row->radius = table.Number("radius");
+  const bool is_of_scene = table.IsAbsent("radius") && table.IsAbsent("width");
+  row->radius = is_of_scene ? rules.tool_radius : table.Number("radius");
   if (rules.shaped_radius && row->radius > 0) {
     if (row->radius != *rules.shaped_radius) {
       table.Refuse("radius", "that of the scene's round tool with this kind of model, or 0");
@@ -91,12 +108,24 @@ double ToolWidthOf(const Scene& scene) {
   return scene.tool ? scene.tool->width : 0;
 }
 
+RowRules RulesOf(const Scene& scene) {
+  const bool is_round = scene.tool && scene.tool->shape == Tool::Shape::kRound;
+  const double radius = is_round ? scene.tool->radius : 0;
+  RowRules rules{.tool_width = ToolWidthOf(scene), .dynamic = MovesInTime(scene)};
+  rules.takes_radius = !rules.dynamic;
+  if (KindOf(scene).shapes_tools) {
+    rules.shaped_radius = radius;
+  } else if (!std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
+    rules.tool_radius = radius;
+  }
+  return rules;
+}
+
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
                 const RowRules& rules, std::vector<SolveRow>* rows) {
   const bool moved = kind == Contact::Kind::kDisplacement;
   const Axes& value = moved ? kMoved : kLoaded;
-  CsvTable table =
-      OpenTable(file, value, std::holds_alternative<BoundaryMesh>(mesh), rules.dynamic);
+  CsvTable table = OpenTable(file, moved, std::holds_alternative<BoundaryMesh>(mesh), rules);
   const TouchableSurface surface(mesh);
   const double largest = SizeOf(mesh);
   while (table.Next()) {
@@ -109,14 +138,16 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
     }
     const auto refusal = surface.Refuse(row.contact.p_O);
     if (refusal) table.Refuse("x", *refusal);
+    row.off_surface = surface.Distance(row.contact.p_O);
     row.contact.width = table.Number("width");
     if (row.contact.width < 0 || row.contact.width > largest) {
       table.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
     }
-    ReadRadius(table, mesh, rules, largest, &row);
+    if (moved && rules.takes_radius) ReadRadius(table, mesh, rules, largest, &row);
     if (row.radius == 0 && table.IsAbsent("width")) row.contact.width = rules.tool_width;
     row.contact.prescribed_O = Vector(table, value);
     RefuseOtherAxes(table, value, mesh, row.contact.prescribed_O);
+    row.known_O = VectorOrNone(table, moved ? kLoaded : kMoved);
     if (table.Has("t")) row.t = table.Number("t");
     if (row.t && *row.t < 0) table.Refuse("t", "a time >= 0 [s]");
     rows->push_back(std::move(row));
@@ -134,6 +165,21 @@ void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows) {
                "refinement, its force depends on the mesh\n",
                static_cast<long>(points), rows.size(),
                scene.tool ? "" : " and the scene has no tool");
+}
+
+void ReportPlaces(const char* command, const ObjectMesh& mesh, const std::vector<SolveRow>& rows) {
+  constexpr double kNear = 0.01;  // of the object's size
+  const double near = kNear * SizeOf(mesh);
+  const auto is_off = [&](const SolveRow& row) { return row.off_surface > near; };
+  const auto count = std::ranges::count_if(rows, is_off);
+  if (count == 0) return;
+  const SolveRow& farthest = *std::ranges::max_element(rows, {}, &SolveRow::off_surface);
+  const Eigen::Vector3d& p = farthest.contact.p_O;
+  std::fprintf(stderr,
+               "%s: %ld of %zu rows lie off the surface, up to %.3g m (case %s at %.6g, %.6g, "
+               "%.6g): they act at the nearest place of it\n",
+               command, static_cast<long>(count), rows.size(), farthest.off_surface,
+               farthest.case_name.c_str(), p.x(), p.y(), p.z());
 }
 
 void ReportFlags(const std::vector<SolveRow>& rows) {
@@ -165,9 +211,12 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
   };
   const bool bounds =
       std::ranges::any_of(rows, [&](const SolveRow& row) { return bound_of(row.response) > 0; });
+  const bool is_round =
+      std::ranges::any_of(rows, [](const SolveRow& row) { return row.radius > 0; });
   std::ofstream stream(file);
   stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t" : "")
-         << (moments ? ",mx,my,mz" : "") << (bounds ? ",error\n" : "\n");
+         << (moments ? ",mx,my,mz" : "") << (bounds ? ",error" : "") << ",width"
+         << (is_round ? ",radius\n" : "\n");
   for (const auto& row : rows) {
     const bool known = row.response.validity != Validity::kFailed;
     const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
@@ -181,6 +230,8 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
     const auto& moment = row.response.moment_O;
     if (moments) WriteVector(&stream, moment.value_or(Eigen::Vector3d::Zero()), moment.has_value());
     if (bounds) stream << ',' << (known ? Formatted("%.17g", bound_of(row.response)) : "");
+    stream << ',' << Formatted("%.17g", row.radius > 0 ? 0 : row.contact.width);
+    if (is_round) stream << ',' << Formatted("%.17g", row.radius);
     stream << '\n';
   }
   stream.flush();

@@ -22,7 +22,10 @@ struct SolveRow {
   std::optional<double> t;  // [s], histories only
   ContactResponse response;
   double solve_us = 0;
-  double radius = 0;  // of a round tool's end [m]; 0: the contact's width
+  double radius = 0;       // of a round tool's end [m]; 0: the contact's width
+  double off_surface = 0;  // distance of the place in the table from the surface [m]
+  // The answer that the table has: force of a contact [N], displacement of a load [m]. NaN: none.
+  Eigen::Vector3d known_O{0, 0, 0};
 };
 
 // How the rows of a file are read.
@@ -31,12 +34,18 @@ struct RowRules {
   // Radius of the scene's round tool where the model computes its contact itself [m]; 0: another
   // tool.
   std::optional<double> shaped_radius{};
-  bool dynamic = false;  // a column `t` is read
+  bool dynamic = false;          // a column `t` is read
+  bool takes_radius = false;     // contacts of round tools are read
+  double tool_radius = 0;        // of contacts that give neither width nor radius [m]; 0: flat
+  bool needs_answers = false;    // the forces of contacts must be there
+  bool has_free_points = false;  // a load may be absent: a point that bears none
 };
+// Rows under the scene's tool, of a table that `solve` reads.
+RowRules RulesOf(const Scene& scene);
 // The width of the scene's tool [m]; 0: there is none.
 double ToolWidthOf(const Scene& scene);
 
-// Appends the rows of `file` (contracts, `solve`). Throws
+// Appends the rows of `file` (contracts, `solve`), which may be one that WriteRows wrote. Throws
 // InputError: what CsvTable rejects, a position without a surface, a negative width or time, a
 // value along an axis that the object does not have, a history for a static model.
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
@@ -45,11 +54,16 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
 // Prints a warning on standard error if rows touch an outline or a volume at a point.
 void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows);
 
+// Prints on standard error how many rows lie farther from the surface than a hundredth of the
+// object's size: they act at the nearest place of it.
+void ReportPlaces(const char* command, const ObjectMesh& mesh, const std::vector<SolveRow>& rows);
+
 // Prints on standard error how many rows are extrapolated and why: one line per reason, with the
 // first such row.
 void ReportFlags(const std::vector<SolveRow>& rows);
 
-// Writes one line per row with 17 significant digits, including `t` if present. `moments`: also the
+// Writes one line per row with 17 significant digits, including `t` if present, and the width or
+// radius that was pressed with, so that AppendRows reads the same contacts. `moments`: also the
 // moment of the force about the displaced centre of the contact, frame O [N m], empty where it is
 // unknown. Answers with a bound of their error get the column `bound`: of the force [N], of a
 // load's displacement [m]. False: the file cannot be written.
