@@ -394,6 +394,19 @@ std::optional<std::size_t> SecondStress(const RawTable& table, const MaterialTes
   return any ? found : std::nullopt;
 }
 
+// Tests that were joined by rows have a clock that runs back.
+void RemarkTime(const RawTable& table, MaterialTest* test) {
+  const auto time = table.Find({"t", "time", "step time", "test time", "elapsed time"});
+  if (!time) return;
+  for (std::size_t i = 1; i < table.rows.size(); ++i) {
+    if (!(table.rows[i][*time] < table.rows[i - 1][*time])) continue;
+    test->remarks.push_back(test->name + ": the time runs back in line " +
+                            std::to_string(table.lines[i]) +
+                            ": more than one test in a table? Write each into a file of its own");
+    return;
+  }
+}
+
 void AddRow(const RawTable& table, std::size_t i, const TestRow& row, MaterialTest* test) {
   CheckRow(table, i, *test, row);
   test->rows.push_back(row);
@@ -440,6 +453,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
     KeepFirstLoading(&test);
     TakeOffTravel(&test);
   }
+  RemarkTime(table, &test);
   if (request.kind == "compression" && !test.rows.empty()) MakeCompressive(&test);
   if (!test.rows.empty()) CheckUnitOfStrain(table, x, &test);
   if (specimen.from == 0 && !test.rows.empty()) {

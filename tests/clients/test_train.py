@@ -261,6 +261,12 @@ class TrainTest(unittest.TestCase):
         printed = self.refusal(self.changed("zero.csv", good, lambda *_: None, from_zero), "--unit", "kPa")
         self.assertIn("zero.csv:1: column c0: channels are counted from c1", printed)
 
+    def test_names_that_occur_twice_are_refused(self):
+        good = self.write_channels("good.csv", 4, 1)
+        for name, other in (("c4", "c3"), ("fx", "fz"), ("c4", "t")):
+            twice = self.changed("twice.csv", good, lambda *_: None, lambda names: names.replace(name, other))
+            self.assertRegex(self.refusal(twice, "--unit", "kPa"), r"twice.csv:1: column \w+ (occurs twice|is a second fz)")
+
     def test_a_force_in_another_unit_is_converted_where_it_is_named_and_remarked_where_not(self):
         good = self.write_channels("good.csv", 4, 1)
 

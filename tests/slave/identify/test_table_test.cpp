@@ -307,6 +307,13 @@ TEST_F(TestTable, NamesThatOccurTwiceAreRefusedUnlessTheyAreTheSameNumbers) {
   EXPECT_DOUBLE_EQ(both.rows[3].measured[0], 3000);
 }
 
+TEST_F(TestTable, AClockThatRunsBackIsRemarked) {
+  const std::string head = "time (s),strain,stress (kPa)\n", rows = "1,.1,1\n2,.2,2\n3,.3,3\n";
+  EXPECT_THAT(Read("tension", head + "0,0,0\n" + rows).remarks, testing::IsEmpty());
+  EXPECT_THAT(Read("tension", head + "0,0,0\n" + rows + "0,0,0\n" + rows).remarks,
+              Contains(HasSubstr("the time runs back in line 6")));
+}
+
 // As instruments write it: a row of units with some that no column needs.
 TEST_F(TestTable, ARowOfUnitsBelowTheNamesIsNoRowOfNames) {
   const std::string head =

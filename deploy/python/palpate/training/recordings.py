@@ -142,8 +142,13 @@ class Table:
             raise InputError(f"{file}: no samples: expected a header and one row or more")
 
     def find(self, *names: str) -> int | None:
-        """Index of the first of these columns that exists."""
-        return next((self.names.index(name) for name in names if name in self.names), None)
+        """Index of the first of these columns that exists. Raises InputError: it occurs twice."""
+        for name in names:
+            if self.names.count(name) > 1:
+                raise InputError(f"{self.file}:{self.header}: column {name} occurs twice: expected one recording in a table")
+            if name in self.names:
+                return self.names.index(name)
+        return None
 
     def numbers(self, column: int) -> Array:
         values = np.empty(len(self.rows))
@@ -265,7 +270,9 @@ def _channels(table: Table, finger: str, sensor: Sensor) -> Array:
             continue
         if match[3] is not None and match[3] != sensor.unit:
             raise InputError(f"{where}: column {title}: expected the unit [{sensor.unit}]")
-        found.setdefault(match[1], {})[int(match[2])] = column
+        if int(match[2]) in found.setdefault(match[1], {}):
+            raise InputError(f"{where}: column {title} occurs twice: expected one recording in a table")
+        found[match[1]][int(match[2])] = column
     if not found:
         raise InputError(f"{where}: no column {own}{sensor.prefix}1: expected {own}{sensor.prefix}1 to {own}{sensor.prefix}N")
     if len(found) > 1:
@@ -293,8 +300,10 @@ def _force_columns(table: Table) -> list[tuple[int, float]]:
     found: dict[str, tuple[int, float]] = {}
     for column, title in enumerate(table.names):
         match = re.fullmatch(r"f([xyz])(?: ?[\[(] ?(.*?) ?[\])]|_(\w+))?", title)
-        if not match or match[1] in found:
+        if not match:
             continue
+        if match[1] in found:
+            raise InputError(f"{table.file}:{table.header}: column {title} is a second f{match[1]}: expected one force in a table")
         unit = match[2] if match[2] is not None else match[3] or "N"
         if unit not in FORCE_UNITS:
             raise InputError(f"{table.file}:{table.header}: column {title}: expected a force in {', '.join(FORCE_UNITS)}")
