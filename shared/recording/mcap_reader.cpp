@@ -24,7 +24,7 @@ McapReader::McapReader(const std::filesystem::path& file)
   std::string magic;
   if (!ReadBytes(std::min<std::uint64_t>(size_, kMcapMagic.size()), &magic) ||
       magic != kMcapMagic) {
-    const std::string foreign = ForeignFormat(file);
+    const std::string foreign = ForeignFile(file);
     throw InputError(file.string() + ": is " + (foreign.empty() ? "no MCAP file" : foreign) +
                      ": expected a recording (.mcap)");
   }

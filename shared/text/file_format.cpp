@@ -101,7 +101,7 @@ std::string ForeignFormat(std::string_view beginning) {
   return TextFormat(beginning);
 }
 
-std::string ForeignFormat(const std::filesystem::path& file) {
+std::string ForeignFile(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::string beginning(kLooked, '\0');
   if (!stream) return {};

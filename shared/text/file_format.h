@@ -10,6 +10,6 @@ namespace palpate {
 // `a workbook (.xlsx): save the table as CSV`, by up to 512 bytes. Empty: text, or unknown.
 std::string ForeignFormat(std::string_view beginning);
 // Of a file. Empty also where it cannot be read.
-std::string ForeignFormat(const std::filesystem::path& file);
+std::string ForeignFile(const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -75,7 +75,7 @@ MeshFile ReadMeshFile(const std::filesystem::path& file, double unit) {
   for (const auto& [known, read] : kReaders) {
     if (extension == known) return read(file, unit);
   }
-  const std::string foreign = ForeignFormat(file);
+  const std::string foreign = ForeignFile(file);
   throw std::invalid_argument(file.string() + ": " +
                               (foreign.empty() ? "unknown kind of file" : "is " + foreign) +
                               ": expected .veg .node .ele .msh, for a "

@@ -48,7 +48,7 @@ bool IsCutOff(const std::filesystem::path& file, const pcl::PCLPointCloud2& head
 
 // Of a file without PCD's header: of another program, or rows of numbers.
 std::string WhatIs(const std::filesystem::path& file) {
-  if (const std::string foreign = ForeignFormat(file); !foreign.empty()) return "is " + foreign;
+  if (const std::string foreign = ForeignFile(file); !foreign.empty()) return "is " + foreign;
   std::string first;
   std::ifstream(file) >> first;
   if (first == "ply") return "is a PLY cloud: pcl_ply2pcd converts it";

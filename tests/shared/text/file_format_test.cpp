@@ -38,7 +38,7 @@ TEST(FileFormatTest, TextAndFilesOfPalpateAreNotForeign) {
         "solid cube\n"sv, "ply\nformat ascii 1.0\n"sv, "\xEF\xBB\xBFt,x\n"sv, ""sv}) {
     EXPECT_EQ(ForeignFormat(text), "") << text;
   }
-  EXPECT_EQ(ForeignFormat(std::filesystem::path("/nowhere")), "");
+  EXPECT_EQ(ForeignFile("/nowhere"), "");
 }
 
 }  // namespace
