@@ -56,7 +56,7 @@ std::vector<Leg> LegsOf(const MaterialTest& test) {
     const double since = size(i) - size(extreme);
     if (way == 0 && std::abs(since) > turn) way = since > 0 ? 1 : -1;
     if (way == 0) continue;
-    if (way * since >= 0) {
+    if (way * since > 0) {
       extreme = i;
     } else if (-way * since > turn) {
       legs.push_back({from, extreme + 1, way > 0});
@@ -118,8 +118,11 @@ void KeepFirstLoading(MaterialTest* test) {
   std::string moduli;
   for (const Leg& leg : legs) {
     if (leg.to - leg.from < 2) continue;
-    double& largest = leg.is_loading ? softening : hysteresis;
-    largest = std::max(largest, DistanceOf(*test, *first, leg));
+    if (leg.is_loading) {
+      softening = std::max(softening, DistanceOf(*test, *first, leg));
+    } else if (&leg != legs.data()) {  // the loading before it
+      hysteresis = std::max(hysteresis, DistanceOf(*test, *(&leg - 1), leg));
+    }
     moduli += Formatted("%s%s %.3g kPa", moduli.empty() ? "" : ", ",
                         leg.is_loading ? "loading" : "unloading",
                         1e-3 * std::abs(SlopeOf(*test, leg.from, leg.to)));
