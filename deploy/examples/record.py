@@ -34,5 +34,5 @@ def main() -> int:
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except palpate.Error as error:
+    except (palpate.Error, OSError, ValueError) as error:
         sys.exit(f"error: {error}")

@@ -1,38 +1,21 @@
 #include "master/device/playback.h"
 
 #include <algorithm>
-#include <array>
-#include <string_view>
 
 #include "shared/text/csv.h"
+#include "shared/text/plausible.h"
 
 namespace palpate {
 namespace {
 
-constexpr std::array<std::string_view, 4> kColumns{"time_s", "x", "y", "z"};
-constexpr double kFarthest = 100;     // [m]
 constexpr double kRemarkedGap = 0.5;  // [s]
 
-std::array<std::size_t, 4> FindColumns(const CsvLines& rows) {
-  std::array<std::size_t, 4> columns{};
-  for (std::size_t i = 0; i < kColumns.size(); ++i) {
-    const auto found = std::ranges::find(rows.cells(), kColumns[i]);
-    if (found == rows.cells().end()) {
-      rows.Fail("column " + std::string(kColumns[i]) +
-                " is missing: expected a header row with time_s, x, y, z");
-    }
-    columns[i] = static_cast<std::size_t>(found - rows.cells().begin());
+void RequireColumns(const CsvTable& table) {
+  for (const char* name : {"time_s", "x", "y", "z"}) {
+    if (table.Has(name)) continue;
+    table.Fail("column " + std::string(name) +
+               " is missing: expected a header row with time_s, x, y, z");
   }
-  return columns;
-}
-
-double Number(const CsvLines& row, std::size_t column, std::string_view name) {
-  const auto text = column < row.cells().size() ? row.cells()[column] : std::string_view{};
-  const auto value = ParseFinite(text);
-  if (!value) {
-    row.Fail(std::string(name) + " = '" + Shown(text) + "': expected a finite number");
-  }
-  return *value;
 }
 
 // A recorded hand feels nothing, and therefore has no limit of its own.
@@ -45,24 +28,23 @@ DeviceCapabilities WithoutForce() {
 }  // namespace
 
 Playback::Playback(const std::filesystem::path& file) : HapticDevice(WithoutForce()), file_(file) {
-  CsvLines lines(file);
-  if (!lines.Next()) lines.Fail("empty: expected a header row with time_s, x, y, z");
-  const auto columns = FindColumns(lines);
-  while (lines.Next()) {
-    std::array<double, 4> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      values[i] = Number(lines, columns[i], kColumns[i]);
-    }
-    const Row row{values[0], {values[1], values[2], values[3]}};
+  CsvTable table(file);
+  RequireColumns(table);
+  while (table.Next()) {
+    const Row row{table.Number("time_s"),
+                  {table.Number("x"), table.Number("y"), table.Number("z")}};
     if (!rows_.empty() && !(row.t > rows_.back().t)) {
-      lines.Fail("time_s = " + std::to_string(row.t) + " s: expected more than the row before");
+      table.Fail("time_s = " + std::to_string(row.t) + " s: expected more than the row before");
     }
-    if (!(row.p.norm() <= kFarthest)) lines.Fail("position beyond 100 m: expected less");
+    const double farthest = row.p.cwiseAbs().maxCoeff();
+    if (const auto remark = ImplausibleRemark("position", farthest, Plausible::kHandPosition)) {
+      table.Fail(*remark + ": name the unit of a column that is not in metres, as in x (mm)");
+    }
     if (!rows_.empty()) longest_gap_ = std::max(longest_gap_, row.t - rows_.back().t);
     rows_.push_back(row);
   }
   if (rows_.size() < 2) {
-    lines.Fail(std::to_string(rows_.size()) + " rows: expected at least 2");
+    table.Fail(std::to_string(rows_.size()) + " rows: expected at least 2");
   }
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "shared/recording/chunk_codec.h"
+#include "shared/text/file_format.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -23,7 +24,9 @@ McapReader::McapReader(const std::filesystem::path& file)
   std::string magic;
   if (!ReadBytes(std::min<std::uint64_t>(size_, kMcapMagic.size()), &magic) ||
       magic != kMcapMagic) {
-    throw InputError(file.string() + ": is no MCAP file: expected a recording (.mcap)");
+    const std::string foreign = ForeignFile(file);
+    throw InputError(file.string() + ": is " + (foreign.empty() ? "no MCAP file" : foreign) +
+                     ": expected a recording (.mcap)");
   }
   if (!ReadRecord()) return;
   if (kind_ == McapRecord::kHeader) {
@@ -96,6 +99,28 @@ bool McapReader::ReadRecord() {
   return false;
 }
 
+// The summary, the footer and the closing magic end a file.
+void McapReader::LookBehind() {
+  std::string bytes;
+  while (size_ - at_ >= kMcapRecordHead && ReadBytes(kMcapRecordHead, &bytes)) {
+    McapUnpacker numbers(bytes);
+    const auto kind = static_cast<McapRecord>(numbers.Number<std::uint8_t>());
+    const auto size = numbers.Number<std::uint64_t>();
+    if (size > size_ - at_) return;
+    Skip(size);
+    if (kind == McapRecord::kFooter) break;
+  }
+  const std::uint64_t end = at_ + kMcapMagic.size();
+  if (size_ <= end) return;
+  Skip(kMcapMagic.size());
+  record_at_ = at_;
+  const bool is_joined = size_ - at_ >= kMcapMagic.size() && ReadBytes(kMcapMagic.size(), &bytes) &&
+                         bytes == kMcapMagic;
+  Damage((is_joined ? "another recording follows: its " : "behind its end are ") +
+         std::to_string(size_ - record_at_) + " bytes" +
+         (is_joined ? " are not read. Separate the files" : " that are not read"));
+}
+
 bool McapReader::Next(McapMessage* message) {
   while (true) {
     while (!rest_.empty()) {
@@ -134,7 +159,9 @@ bool McapReader::Take(McapRecord kind, std::string_view content, McapMessage* me
       return false;
     }
     case McapRecord::kDataEnd:
-      is_over_ = is_whole_ = true;
+      is_whole_ = true;
+      LookBehind();
+      is_over_ = true;
       return false;
     case McapRecord::kMessage:
       message->channel = numbers.Number<std::uint16_t>();

@@ -73,6 +73,8 @@ class McapReader {
   void TakeChannel(std::string_view content);
   void TakeChunk(std::string_view content);
   void TakeAttachment(std::string_view content);
+  // Behind the data: reports what follows the end of the file.
+  void LookBehind();
   void Damage(const std::string& what);
 
   const std::filesystem::path file_;

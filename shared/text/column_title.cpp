@@ -47,9 +47,13 @@ constexpr std::array kUnits{
     Unit{"nm", Quantity::kLength, 1e-9},
     Unit{"in", Quantity::kLength, kInch},
     Unit{"inch", Quantity::kLength, kInch},
+    Unit{"thou", Quantity::kLength, 1e-3 * kInch},
+    Unit{"mil", Quantity::kLength, 1e-3 * kInch},
     Unit{"s", Quantity::kTime, 1},
     Unit{"sec", Quantity::kTime, 1},
     Unit{"ms", Quantity::kTime, 1e-3},
+    Unit{"us", Quantity::kTime, 1e-6},
+    Unit{"ns", Quantity::kTime, 1e-9},
     Unit{"min", Quantity::kTime, 60},
     Unit{"h", Quantity::kTime, 3600},
     Unit{"%", Quantity::kNumber, 0.01},
@@ -146,7 +150,7 @@ std::string InWords(Quantity quantity) {
     case Quantity::kStress:
       return "a stress in Pa kPa MPa GPa N/mm2 N/cm2 bar psi ksi";
     case Quantity::kTime:
-      return "a time in s ms min h";
+      return "a time in s ms us ns min h";
   }
   return {};
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "shared/text/column_title.h"
+#include "shared/text/file_format.h"
 
 namespace palpate {
 namespace {
@@ -43,6 +44,16 @@ std::optional<std::string> WithPoint(std::string_view cell) {
   return ParseFinite(point) ? std::optional(point) : std::nullopt;
 }
 
+// What is expected of a number beyond `limit`. Since 1970 1e18 to 1e19 ns have passed by 2001 to
+// 2286.
+std::string InRange(double value, double limit) {
+  std::string words = Formatted("a finite number up to %.3g", limit);
+  if (value >= 1e18 && value < 1e19) {
+    words += ". As a time, these are nanoseconds since 1970: name their unit, as in t (ns)";
+  }
+  return words;
+}
+
 std::string Names(std::span<const CsvTable::Column> columns) {
   std::string names;
   for (const auto& [name, required, quantity] : columns) {
@@ -70,6 +81,9 @@ CsvLines::CsvLines(const std::filesystem::path& file, char comment)
     throw InputError(file.string() + ": cannot be read: expected a CSV file");
   }
   Fill();
+  if (const std::string foreign = ForeignFormat(std::string_view(buffer_)); !foreign.empty()) {
+    throw InputError(file.string() + ": is " + foreign + ": expected a CSV file");
+  }
   ChooseDialect();
 }
 
@@ -284,7 +298,7 @@ void CsvTable::TakeHeader(Header header) {
     const ColumnTitle parts = is_known  ? ColumnTitle{std::string(title)}
                               : is_free ? SplitFreeTitle(title)
                                         : SplitTitle(title);
-    if (!parts.unknown_unit.empty() && !columns_.empty() && !is_free) {
+    if (!parts.unknown_unit.empty() && !columns_.empty()) {
       Fail("column " + Shown(title) + ": unit " + Shown(parts.unknown_unit) +
            " is not understood: expected " + InWords(Quantity::kLength) + ", " +
            InWords(Quantity::kForce) + " or " + InWords(Quantity::kTime));
@@ -292,9 +306,10 @@ void CsvTable::TakeHeader(Header header) {
     const std::string name = parts.to_si || is_free ? parts.name : std::string(title);
     const bool is_repeated = !name.empty() && Find(name);
     if (is_repeated && columns_.empty()) {
-      Fail("column " + Shown(name) + " appears twice: expected once");
+      Fail("column " + Shown(name) + " appears twice: expected " +
+           (ParseFinite(name) ? "a header row above the numbers" : "once"));
     }
-    const bool is_wanted = columns_.empty() || is_free || name.empty() ||
+    const bool is_wanted = columns_.empty() || name.empty() ||
                            std::ranges::find(columns_, name, &Column::name) != columns_.end();
     if (is_repeated || !is_wanted) {
       Fail("column = " + Shown(title) + CodesIn(title) + (is_repeated ? " again" : "") +
@@ -366,8 +381,10 @@ std::string CsvTable::Text(std::string_view column) const {
 
 double CsvTable::Number(std::size_t column, double limit) const {
   const auto value = ParseFinite(Text(column));
-  if (!value || !(std::abs(*value) <= limit)) Refuse(column, "a finite number");
-  return to_si_[column] * *value;
+  if (!value) Refuse(column, "a finite number");
+  const double si = to_si_[column] * *value;
+  if (!(std::abs(si) <= limit)) Refuse(column, InRange(*value, limit));
+  return si;
 }
 
 double CsvTable::Number(std::string_view column) const {

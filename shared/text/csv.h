@@ -75,7 +75,7 @@ class CsvTable : public CsvLines {
     std::optional<Quantity> quantity{};  // that its unit must be of; nullopt: any
   };
   // kOptional: a table that begins with a number has the known columns, in their order and all of
-  // them; a header may have further ones and capital letters.
+  // them; a header may have capital letters.
   enum class Header { kRequired, kOptional };
   // Reads the header. `columns`: those that are known, in any order, where lines of # are no
   // comments if a header is required; empty: any. Throws InputError if unreadable, empty, or with
@@ -97,7 +97,7 @@ class CsvTable : public CsvLines {
   // Throws InputError for an empty cell.
   [[nodiscard]] std::string Text(std::string_view column) const;
   [[nodiscard]] double to_si(std::size_t column) const { return to_si_[column]; }
-  // In SI. Throws InputError unless the cell is a finite number of magnitude `limit` or less.
+  // In SI. Throws InputError unless that is a finite number of magnitude `limit` or less.
   [[nodiscard]] double Number(std::size_t column, double limit = 1e300) const;
   // 0 if an optional column or its cell is absent.
   [[nodiscard]] double Number(std::string_view column) const;

@@ -13,6 +13,7 @@
 #include <fnmatch.h>
 #include <opencv2/core.hpp>
 
+#include "shared/text/file_format.h"
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 
@@ -135,7 +136,10 @@ cv::Mat WithoutAlpha(const cv::Mat& image) {
 class OtherPicture final : public CodedPicture {
  public:
   explicit OtherPicture(Bytes bytes) : image_(WithoutAlpha(LoadFilms().Decode(bytes))) {
-    if (image_.empty()) throw std::runtime_error("is not an image, or is damaged");
+    if (!image_.empty()) return;
+    const std::string_view beginning(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string foreign = ForeignFormat(beginning);
+    throw std::runtime_error(foreign.empty() ? "is not an image, or is damaged" : "is " + foreign);
   }
   [[nodiscard]] cv::Size size() const override { return image_.size(); }
   cv::Mat Decode() override { return image_; }

@@ -137,6 +137,11 @@ FingerColumns FindFinger(const CsvTable& rows, const std::string& prefix,
     const auto column = rows.Find(name);
     return column ? column : rows.Find(prefix + "ele" + std::to_string(channel + 1));
   };
+  const std::string before = prefix + (channels.are_electrodes() ? "E0" : "c0");
+  if (rows.Has(before)) {
+    rows.Fail("column " + before + ": channels are counted from 1: expected " + prefix +
+              channels.NameOf(0));
+  }
   const std::string all =
       prefix + channels.NameOf(0) + " to " + prefix + channels.NameOf(channels.count - 1);
   const std::string kind = channels.are_electrodes() ? "electrode " : "channel ";
@@ -254,7 +259,8 @@ std::size_t FindTimeColumn(const CsvTable& rows) {
 double ReadTime(const CsvTable& rows, std::size_t column, const double* before) {
   const auto number = ParseFinite(rows.Text(column));
   const double t = number ? rows.to_si(column) * *number : 0;
-  if (!number || std::abs(t) > kLatest) rows.Refuse(column, "a time in seconds");
+  if (!number || std::abs(t) > kLatest)
+    rows.Refuse(column, "a time in seconds, or its unit in the header, as in t (ns)");
   if (before != nullptr && t <= *before) {
     rows.Refuse(column, "a time that increases from row to row, after " + std::to_string(*before));
   }

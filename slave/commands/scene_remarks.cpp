@@ -5,6 +5,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "shared/text/plausible.h"
 #include "slave/mesh/files/mesh_file.h"
 #include "slave/mesh/mesh_check.h"
 #include "slave/scene/words.h"
@@ -16,8 +17,7 @@ namespace {
 using Eigen::Vector3d;
 using Remarks = std::vector<std::string>;
 
-constexpr double kLargestUsual = 2, kSmallestUsual = 2e-5;  // longest side of an object [m]
-constexpr double kLargestPixel = 5e-3;                      // [m]
+constexpr double kLargestPixel = 5e-3;  // [m]
 
 // Returns the size along the axes of O.
 Vector3d AddMesh(const MeshFileGeometry& geometry, Remarks* remarks) {
@@ -56,11 +56,25 @@ Vector3d SizeOf(const Geometry& geometry) {
 
 void AddSize(const Vector3d& size, Remarks* remarks) {
   const double longest = size.maxCoeff();
-  if (!(longest > 0) || (longest <= kLargestUsual && longest >= kSmallestUsual)) return;
+  const auto is_usual = !ImplausibleRemark("object.geometry", longest, Plausible::kBodySize);
+  if (!(longest > 0) || is_usual) return;
   remarks->push_back(fmt::format(
       "object.geometry is {} x {} large: {}", LengthInWords(size.x()), LengthInWords(size.y()),
       longest > 1 ? "probably millimetres; a length without a unit is in metres"
                   : "smaller than a cell; a length without a unit is in metres"));
+}
+
+void AddMaterial(const Scene& scene, Remarks* remarks) {
+  const auto add = [&](const char* key, double value, Plausible kind) {
+    if (auto remark = ImplausibleRemark(key, value, kind)) remarks->push_back(*std::move(remark));
+  };
+  const Material& material = scene.object.material;
+  add("object.material.young_modulus", material.young_modulus, Plausible::kYoungModulus);
+  if (material.density > 0) {
+    add("object.material.density", material.density, Plausible::kDensity);
+  }
+  const double gravity = scene.model.fem.gravity_O.norm();
+  if (gravity > 0) add("model.gravity", gravity, Plausible::kGravity);
 }
 
 void AddBaseline(const StereoCameras& cameras, const Object& object, Remarks* remarks) {
@@ -80,6 +94,7 @@ std::vector<std::string> RemarksOn(const Scene& scene) {
   Remarks remarks;
   const Geometry& geometry = scene.object.geometry;
   try {
+    AddMaterial(scene, &remarks);
     Vector3d size = Vector3d::Zero();
     if (const auto* mesh = std::get_if<MeshFileGeometry>(&geometry)) {
       size = AddMesh(*mesh, &remarks);  // which has a remark on its size

@@ -32,12 +32,34 @@ bool IsRow(const std::vector<std::string_view>& cells, std::size_t columns) {
   return begins || (cells.size() == columns && CountNumbers(cells) >= 2);
 }
 
-// Below the names: a unit, or brackets, in every cell that is not empty.
+// Below the names: short words, and a unit or brackets in half of them or more. Instruments also
+// write temperatures and the like.
 bool IsRowOfUnits(const std::vector<std::string_view>& cells, std::size_t columns) {
-  return cells.size() == columns && std::ranges::all_of(cells, [](std::string_view cell) {
-           return cell.empty() || cell.front() == '(' || cell.front() == '[' ||
-                  FindUnit(cell).has_value();
-         });
+  constexpr std::size_t kLongestUnit = 8;
+  if (cells.size() != columns) return false;
+  std::size_t words = 0, units = 0;
+  for (const std::string_view cell : cells) {
+    if (cell.empty()) continue;
+    const bool is_unit = cell.front() == '(' || cell.front() == '[' || FindUnit(cell).has_value();
+    if (!is_unit && cell.size() > kLongestUnit) return false;
+    ++words;
+    units += is_unit ? 1 : 0;
+  }
+  return units > 0 && 2 * units >= words;
+}
+
+// Of a name that occurs twice, as those of specimens side by side do. In SI the same numbers, as
+// those of one quantity in two units, are no second column.
+bool IsSame(const RawTable& table, std::size_t a, std::size_t b) {
+  constexpr double kRounding = 0.01;  // of the largest
+  const double of_a = table.columns[a].to_si.value_or(1), of_b = table.columns[b].to_si.value_or(1);
+  double largest = 0, off = 0;
+  for (const std::vector<double>& row : table.rows) {
+    if (!std::isfinite(row[a]) || !std::isfinite(row[b])) continue;
+    largest = std::max(largest, std::abs(of_a * row[a]));
+    off = std::max(off, std::abs(of_a * row[a] - of_b * row[b]));
+  }
+  return off <= kRounding * largest;
 }
 
 void TakeUnits(const std::vector<std::string_view>& cells, RawTable* table) {
@@ -72,7 +94,17 @@ void AddRow(const CsvLines& lines, RawTable* table) {
 std::optional<std::size_t> RawTable::Find(std::initializer_list<std::string_view> names) const {
   for (const std::string_view name : names) {
     const auto found = std::ranges::find(columns, name, &RawColumn::name);
-    if (found != columns.end()) return static_cast<std::size_t>(found - columns.begin());
+    if (found == columns.end()) continue;
+    const auto first = static_cast<std::size_t>(found - columns.begin());
+    for (std::size_t c = first + 1; c < columns.size(); ++c) {
+      if (columns[c].name != name || IsSame(*this, first, c)) continue;
+      throw InputError(
+          Formatted("%s: the name %s occurs twice, as column %zu and column %zu, with other "
+                    "numbers: expected "
+                    "one specimen in a table; write each into a file of its own",
+                    file.c_str(), Shown(columns[first].title).c_str(), first + 1, c + 1));
+    }
+    return first;
   }
   return std::nullopt;
 }

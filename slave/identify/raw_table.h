@@ -22,7 +22,8 @@ struct RawTable {
   std::vector<std::vector<double>> rows;  // NaN: no number
   std::vector<int> lines;                 // of the rows in the file
 
-  // The first column of one of these names, in the order of the names; nullopt: none.
+  // The first column of one of these names, in the order of the names; nullopt: none. Throws
+  // InputError: the name occurs twice with other numbers.
   [[nodiscard]] std::optional<std::size_t> Find(
       std::initializer_list<std::string_view> names) const;
   // The column with this title or name. Throws InputError naming those there are.

@@ -1,4 +1,5 @@
-// The beginning of a material test: slack, preload, an offset of the load, a toe.
+// The course of a material test: its cycles, and its beginning, which may have slack, preload,
+// offsets of load and travel, and a toe.
 #pragma once
 
 #include <cstddef>
@@ -13,6 +14,14 @@ inline constexpr std::size_t kLeastRows = 4;  // of a test that is used
 double StrainOf(const MaterialTest& test, const TestRow& row);
 // The largest size of it in the test [-].
 double LargestStrain(const MaterialTest& test);
+
+// Of cycles whose loading and unloading differ (hysteresis), or whose loadings differ (softening),
+// keeps the first loading and adds a remark with the moduli of the others. Cycles that agree stay.
+void KeepFirstLoading(MaterialTest* test);
+
+// Takes off the travel of a first row that bears no load. Adds a remark, also where the first row
+// has a load that fits neither the travel nor a rest: then the modulus may be off.
+void TakeOffTravel(MaterialTest* test);
 
 // Takes off what comes before the specimen is loaded: an offset or preload of the load at rest, and
 // slack, that is rows over which the load does not change. Between its last row and the next ones

@@ -394,6 +394,19 @@ std::optional<std::size_t> SecondStress(const RawTable& table, const MaterialTes
   return any ? found : std::nullopt;
 }
 
+// Tests that were joined by rows have a clock that runs back.
+void RemarkTime(const RawTable& table, MaterialTest* test) {
+  const auto time = table.Find({"t", "time", "step time", "test time", "elapsed time"});
+  if (!time) return;
+  for (std::size_t i = 1; i < table.rows.size(); ++i) {
+    if (!(table.rows[i][*time] < table.rows[i - 1][*time])) continue;
+    test->remarks.push_back(test->name + ": the time runs back in line " +
+                            std::to_string(table.lines[i]) +
+                            ": more than one test in a table? Write each into a file of its own");
+    return;
+  }
+}
+
 void AddRow(const RawTable& table, std::size_t i, const TestRow& row, MaterialTest* test) {
   CheckRow(table, i, *test, row);
   test->rows.push_back(row);
@@ -436,6 +449,11 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
     }
     AddRow(table, i, row, &test);
   }
+  if (specimen.from == 0 && !test.rows.empty()) {
+    KeepFirstLoading(&test);
+    TakeOffTravel(&test);
+  }
+  RemarkTime(table, &test);
   if (request.kind == "compression" && !test.rows.empty()) MakeCompressive(&test);
   if (!test.rows.empty()) CheckUnitOfStrain(table, x, &test);
   if (specimen.from == 0 && !test.rows.empty()) {
@@ -446,9 +464,21 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   return test;
 }
 
+// An instrument's relaxation modulus is E of a tension and G of a shear, a third of it.
+void RequireKnownKind(const RawTable& table, std::size_t strain, bool shear) {
+  const std::string& name = table.columns[strain].name;
+  const bool is_named = shear || name.find("tens") != std::string::npos ||
+                        name.find("compress") != std::string::npos ||
+                        name.find("stretch") != std::string::npos;
+  if (is_named || !table.Find({"relaxation modulus", "g(t)", "e(t)"})) return;
+  throw InputError(table.file.string() + ": column " + Shown(table.columns[strain].title) +
+                   ": of an instrument that writes a relaxation modulus it may be a shear: "
+                   "expected the name Shear strain, or Tensile strain or Compressive strain");
+}
+
 RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& specimen) {
   const RawTable table = ReadRawTable(request.file);
-  const auto time = table.Find({"t", "time"});
+  const auto time = table.Find({"t", "time", "step time", "test time", "elapsed time"});
   if (!time) {
     throw InputError(table.file.string() + ": no column time: there are " + table.Titles());
   }
@@ -461,6 +491,7 @@ RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& spec
                              .units_named = NamesUnit(table, y, specimen)};
   relaxation.shear =
       words.find("shear") != std::string::npos || words.find("gamma") != std::string::npos;
+  RequireKnownKind(table, x.column, relaxation.shear);
   const bool stretch = words.starts_with("stretch") || words.starts_with("lambda");
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double t = table.At(i, *time) * table.ToSi(*time, Quantity::kTime, 1);

@@ -192,6 +192,18 @@ bool Holds(const Fixed& fixed, const std::vector<Vector3d>& nodes, double near, 
   return listed != nullptr && std::ranges::find(listed->nodes, i) != listed->nodes.end();
 }
 
+// Throws std::invalid_argument: no node in the plane, naming the nearest ones.
+void RequireNodesIn(const Fixed& fixed, const std::vector<Vector3d>& nodes, double near) {
+  const auto* plane = std::get_if<FixedPlane>(&fixed.where);
+  if (plane == nullptr || nodes.empty()) return;
+  const auto distance = [&](const Vector3d& p) { return std::abs(p[plane->axis] - plane->at); };
+  const Vector3d& nearest = *std::ranges::min_element(nodes, {}, distance);
+  if (distance(nearest) <= near) return;
+  throw std::invalid_argument("object.fixed (" + Describe(fixed) + ") contains no node: " +
+                              Words("the nearest ones are at %.6g m, %.3g m away",
+                                    nearest[plane->axis], distance(nearest)));
+}
+
 // The components of `count` elements or nodes that object.fixed holds, whose entries hold what
 // `holds` says; throws where that is nothing, `no` being the rest of the sentence.
 template <std::size_t kComponents, class Holds>
@@ -250,6 +262,17 @@ double SizeOf(const ObjectMesh& mesh) {
 
 TouchableSurface::TouchableSurface(const ObjectMesh& mesh) : mesh_(mesh) {
   if (const auto* solid = std::get_if<SolidMesh>(&mesh)) skin_ = SurfaceOf(*solid);
+}
+
+double TouchableSurface::Distance(const Vector3d& p_O) const {
+  if (std::holds_alternative<SolidMesh>(mesh_)) {
+    const auto place = FindPlace(skin_, p_O);
+    return place ? place->distance : 0;
+  }
+  const auto* outline = std::get_if<BoundaryMesh>(&mesh_);
+  if (outline == nullptr) return 0;
+  const int element = FindElement(*outline, p_O.head<2>());
+  return element < 0 ? 0 : DistanceTo(outline->elements[Index(element)], p_O.head<2>());
 }
 
 std::optional<std::string> TouchableSurface::Refuse(const Vector3d& p_O) const {
@@ -318,6 +341,7 @@ std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const Boun
 
 HeldNodes FixedNodeDofs(const Scene& scene, const std::vector<Vector3d>& nodes) {
   const double near = kOnSide * Diagonal(nodes);
+  for (const Fixed& fixed : scene.object.fixed) RequireNodesIn(fixed, nodes, near);
   return HeldBy<3>(scene, static_cast<int>(nodes.size()),
                    "node: expected a plane that contains nodes, or their numbers",
                    [&](const Fixed& fixed, int i) { return Holds(fixed, nodes, near, i); });

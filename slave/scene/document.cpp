@@ -14,6 +14,7 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
+#include "shared/text/file_format.h"
 #include "shared/text/text.h"
 #include "slave/scene/units.h"
 
@@ -250,7 +251,8 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
     return std::nullopt;
   }
   if (!IsText(bytes)) {
-    mistakes->AddGeneral(0, "not text", "a YAML file");
+    const std::string foreign = ForeignFormat(std::string_view(bytes));
+    mistakes->AddGeneral(0, foreign.empty() ? "not text" : "is " + foreign, "a YAML file");
     return std::nullopt;
   }
   return bytes;

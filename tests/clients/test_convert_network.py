@@ -31,6 +31,27 @@ class Finger(torch.nn.Module):
         return self.last(torch.relu(self.hidden(states[:, -1])))
 
 
+class Skipping(torch.nn.Module):
+    """A sum of two paths, whose layers do not follow each other."""
+
+    def __init__(self):
+        super().__init__()
+        self.a, self.b, self.c = torch.nn.Linear(19, 19), torch.nn.Linear(19, 3), torch.nn.Linear(19, 3)
+
+    def forward(self, x):
+        return self.b(torch.relu(self.a(x))) + self.c(x)
+
+
+class Touching:
+    """Makes a file when it is unpickled, as code in a pickle can do anything."""
+
+    def __init__(self, file):
+        self.file = str(file)
+
+    def __reduce__(self):
+        return open, (self.file, "w")
+
+
 class ConvertTest(unittest.TestCase):
     def setUp(self):
         torch.manual_seed(1)
@@ -40,7 +61,7 @@ class ConvertTest(unittest.TestCase):
         """Exit code, the network or None, and what was printed."""
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-            code = convert_network.main([str(source), "--out", str(self.folder / "out"), *arguments])
+            code = convert_network.main([str(source), "--out", str(self.folder / "out"), *map(str, arguments)])
         file = self.folder / "out/network.json"
         return code, json.loads(file.read_text()) if file.exists() else None, printed.getvalue()
 
@@ -54,7 +75,7 @@ class ConvertTest(unittest.TestCase):
         return printed
 
     def test_recurrent_modules_become_layers_of_the_same_name(self):
-        code, network, printed = self.convert(self.saved(Finger(torch.nn.LSTM)), "--activation", "relu", "--window", "30")
+        code, network, printed = self.convert(self.saved(Finger(torch.nn.LSTM)), "--trust", "--activation", "relu", "--window", "30")
         self.assertEqual(code, 0, printed)
         self.assertEqual((network["architecture"], network["window"], len(network["lstm"])), ("rnn_21", 30, 2))
         self.assertEqual(np.array(network["lstm"][0]["kernel"]).shape, (29, 32))
@@ -72,7 +93,54 @@ class ConvertTest(unittest.TestCase):
         np.testing.assert_array_equal(weights, module[0].weight.detach().numpy().T)
 
     def test_a_forward_pass_with_other_functions_is_found_by_the_comparison(self):
-        self.assertIn("differs from PyTorch", self.refusal(Finger(torch.nn.LSTM)))
+        self.assertIn("differs from PyTorch", self.refusal(Finger(torch.nn.LSTM), "--trust"))
+
+    def test_layers_that_do_not_follow_each_other_are_refused(self):
+        self.assertIn("c takes 19 inputs and b gives 3: the forward pass is not the sequence of the layers",
+                      self.refusal(Skipping(), "--trust"))
+
+    def test_no_code_of_a_file_runs_without_trust(self):
+        touched = self.folder / "touched"
+        printed = self.refusal(Touching(touched))
+        self.assertIn("open, whose forward pass is code", printed)
+        self.assertIn("--trust", printed)
+        self.assertFalse(touched.exists())
+        self.assertIn("Finger, whose forward pass is code", self.refusal(Finger(torch.nn.LSTM)))
+        torch.save(Touching(touched), self.folder / "state.pt")
+        code, _, printed = self.convert("torch.nn:Identity", "--state", self.folder / "state.pt")
+        self.assertEqual(code, 2)
+        self.assertIn("state.pt: cannot be loaded", printed)
+        self.assertFalse(touched.exists())
+
+    def test_a_network_of_another_sensor_is_converted_with_its_channels_and_unit(self):
+        linear = torch.nn.Linear
+        module = torch.nn.Sequential(linear(15, 32), torch.nn.ReLU(), linear(32, 3))
+        self.assertIn("--channels 15 --unit U", self.refusal(module))
+        self.assertIn("--channels 16: the network takes 15 inputs",
+                      self.refusal(module, "--channels", "16", "--unit", "uT", "--noise", "1", "--sigma", "1", "1", "1"))
+        self.assertIn("--noise", self.refusal(module, "--channels", "15", "--unit", "uT"))
+        code, network, printed = self.convert(self.saved(module), "--channels", "15", "--unit", "uT", "--noise", "0.5", "--sigma", "0.1",
+                                              "0.1", "0.2")
+        self.assertEqual(code, 0, printed)
+        self.assertEqual((network["architecture"], network["unit"], network["noise"], network["sigma"]),
+                         ("dnn_15", "uT", 0.5, [0.1, 0.1, 0.2]))
+
+    def test_files_of_other_programs_are_named(self):
+        for name, content, expected in (("net.onnx", b"\x08\x07\x12\x07pytorch", "an ONNX network: convert the PyTorch module"),
+                                        ("net.h5", b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
+                                        ("net.safetensors", (70).to_bytes(8, "little") + b'{"a":{}}', "a safetensors file")):
+            (self.folder / name).write_bytes(content)
+            code, _, printed = self.convert(self.folder / name)
+            self.assertEqual(code, 2)
+            self.assertIn(expected, printed)
+        torch.save(torch.nn.Linear(19, 3).state_dict(), self.folder / "weights.pt")
+        code, _, printed = self.convert(self.folder / "weights.pt")
+        self.assertEqual(code, 2)
+        self.assertRegex(printed, r"holds a state_dict \(weight, bias\).*--state \S*weights\.pt")
+        torch.jit.script(torch.nn.Linear(19, 3)).save(str(self.folder / "scripted.pt"))
+        code, _, printed = self.convert(self.folder / "scripted.pt")
+        self.assertEqual(code, 2)
+        self.assertIn("a TorchScript module", printed)
 
     def test_what_cannot_be_converted_is_named(self):
         linear = torch.nn.Linear

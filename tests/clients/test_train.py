@@ -5,9 +5,11 @@ import json
 import math
 import os
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
+import zipfile
 
 try:
     import numpy as np
@@ -223,6 +225,71 @@ class TrainTest(unittest.TestCase):
         self.assertIn("--network: not with --unit", self.refusal(good, "--unit", "kPa", "--network", "all"))
         self.assertIn("--from: not with --unit", self.refusal(good, "--unit", "kPa", "--from", self.folder))
         self.assertIn("--normal scale: expected COLUMN=FACTOR", refused(lines, "--normal", "scale"))
+
+    def changed(self, name, file, change, header=lambda names: names):
+        """A copy of a table; `change` gets the rows of numbers, and which column has which name."""
+        names, *rows = file.read_text().splitlines()
+        values = np.array([[float(cell) for cell in row.split(",")] for row in rows])
+        columns = {title: i for i, title in enumerate(names.split(","))}
+        change(values, columns)
+        other = self.folder / name
+        other.write_text("\n".join([header(names), *(",".join(f"{x:.6g}" for x in row) for row in values)]) + "\n")
+        return other
+
+    def test_forces_of_the_reaction_and_a_beginning_in_contact_are_refused(self):
+        good = self.write_channels("good.csv", 4, 1)
+
+        def reverse(values, columns):
+            values[:, columns["fz"]] *= -1
+        printed = self.refusal(self.changed("reaction.csv", good, reverse), "--unit", "kPa")
+        self.assertIn("reaction.csv: contacts have fz > 0", printed)
+        self.assertIn("fingertip on the object", printed)
+
+        def touch(values, columns):
+            values[:20, columns["fz"]] -= 1
+        printed = self.refusal(self.changed("touched.csv", good, touch), "--unit", "kPa")
+        self.assertIn("touched.csv: the force changes by", printed)
+        self.assertIn("--rest", printed)
+
+    def test_channels_are_counted_from_one(self):
+        good = self.write_channels("good.csv", 4, 1)
+
+        def from_zero(names):
+            for k in range(1, 5):
+                names = names.replace(f"c{k}", f"c{k - 1}")
+            return names
+        printed = self.refusal(self.changed("zero.csv", good, lambda *_: None, from_zero), "--unit", "kPa")
+        self.assertIn("zero.csv:1: column c0: channels are counted from c1", printed)
+
+    def test_names_that_occur_twice_are_refused(self):
+        good = self.write_channels("good.csv", 4, 1)
+        for name, other in (("c4", "c3"), ("fx", "fz"), ("c4", "t")):
+            twice = self.changed("twice.csv", good, lambda *_: None, lambda names: names.replace(name, other))
+            self.assertRegex(self.refusal(twice, "--unit", "kPa"), r"twice.csv:1: column \w+ (occurs twice|is a second fz)")
+
+    def test_a_force_in_another_unit_is_converted_where_it_is_named_and_remarked_where_not(self):
+        good = self.write_channels("good.csv", 4, 1)
+
+        def thousandfold(values, columns):
+            values[:, columns["fz"]] *= 1000
+        newtons = self.changed("newtons.csv", good, thousandfold)
+        code, _, err = self.run_train(newtons, "--unit", "kPa", "--out", self.folder / "newtons")
+        self.assertEqual(code, 0, err)
+        peak = json.loads((self.folder / "newtons/network.json").read_text())["learnt_force"]
+        self.assertIn(f"in millinewtons these are {1e-3 * peak:.4g} N", err)
+        self.assertIn("fx [mN]", err)
+        named = self.changed("named.csv", good, thousandfold, lambda names: re.sub(r"\b(f[xyz])\b", r"\1 [mN]", names))
+        code, _, err = self.run_train(named, "--unit", "kPa", "--out", self.folder / "named")
+        self.assertEqual((code, err), (0, ""))
+        self.assertAlmostEqual(json.loads((self.folder / "named/network.json").read_text())["learnt_force"], 1e-3 * peak, places=5)
+        grams = self.changed("grams.csv", good, lambda *_: None, lambda names: names.replace("fz", "fz (g)"))
+        self.assertIn("grams.csv:1: column fz (g): expected a force in N, mN", self.refusal(grams, "--unit", "kPa"))
+
+    def test_a_file_of_another_program_is_named(self):
+        book = self.folder / "test.xlsx"
+        with zipfile.ZipFile(book, "w") as archive:
+            archive.writestr("[Content_Types].xml", "<Types/>")
+        self.assertIn("test.xlsx: a workbook (.xlsx): save the table as CSV", self.refusal(book, "--unit", "kPa"))
 
     # Reference: the scale under the sensor. Trials differ: a linear fit to one is off by 0.76 N and more on the other.
     @unittest.skipUnless((DATA / "tactile_eflesh").exists(), f"needs {DATA}/tactile_eflesh")

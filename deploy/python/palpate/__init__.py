@@ -15,10 +15,10 @@ from palpate.arm import Arm, ArmReading, Exchange
 from palpate.errors import Error, Interrupted, LeaseHeld
 from palpate.feeds import Image, TactileSample, paced, replayed
 from palpate.operator import Operator
-from palpate.recording import Recording, read_recording
+from palpate.recording import Recording, RecordingWarning, read_recording
 from palpate.slave import Slave, connect
 from palpate.state import Fingertip, Mesh, Phase, State, States, Validity, check_name
 
 __all__ = ["Arm", "ArmReading", "Error", "Exchange", "Fingertip", "Image", "Interrupted", "LeaseHeld", "Mesh", "Operator",
-           "Phase", "Recording", "Slave", "State", "States", "TactileSample", "Validity", "check_name", "connect", "paced",
+           "Phase", "Recording", "RecordingWarning", "Slave", "State", "States", "TactileSample", "Validity", "check_name", "connect", "paced",
            "read_recording", "replayed"]

@@ -4,16 +4,20 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import importlib
+import io
 import json
 import pathlib
+import pickle
 import sys
+import zipfile
 from typing import Any, Callable, Iterator, Sequence
 
 import numpy as np
 import torch
 
+from palpate.formats import what_is
 from palpate.training.networks import FORGET_BIAS, NETWORK_FILE, single_precision, write_document
-from palpate.training.recordings import RATE, WINDOW, Array, InputError
+from palpate.training.recordings import MOST_CHANNELS, RATE, WINDOW, Array, InputError
 
 TENSORS_FILE = "tensors.json"
 INPUTS = (21, 19)
@@ -29,11 +33,14 @@ FUNCTIONS: dict[str, Callable[[Array], Any]] = {"tanh": np.tanh, "relu": lambda 
              "identity": lambda y: y}
 
 EPILOG = """SOURCE is one of
-  FILE.pt             a whole module, written by torch.save(module, FILE.pt)
+  FILE.pt             a module of PyTorch's own layers, written by torch.save(module, FILE.pt); no code of the file runs.
+                      --trust also loads a module of another class, and runs the code that the file names
   PACKAGE.FILE:MAKE   a function or class that makes the module; --state FILE.pt holds its state_dict
   FOLDER              with tensors.json, the layout of the weights of paper B's authors
 The module gets [1, window, n] (recurrent) or [1, n] counts minus baseline, scaled by --input-mean and --input-scale, with
 n = 21 (E1 to E19, pac0, pdc) or 19. Its outputs begin with the force of the fingertip on the object, frame F [N].
+With --channels N --unit U it is the network of another sensor, of N channels in this unit minus their baseline. Such a network
+needs --sigma and --noise, which its slave uses: the errors of its forces, and the rms of a channel at rest.
 Accepted are LSTM layers, followed by linear layers with activations: tanh, relu, sigmoid, elu, leaky_relu.
 Activations that are functions of its forward pass are given by --activation. Before network.json is written, its forces are
 compared with those of PyTorch in 20 random windows.
@@ -41,6 +48,7 @@ compared with those of PyTorch in 20 random windows.
 Examples:
   python3 -m palpate.convert_network finger.pt --window 50 --out build/finger
   python3 -m palpate.convert_network my_network:Finger --state weights.pt --input-scale 100 --out build/finger
+  python3 -m palpate.convert_network skin.pt --channels 15 --unit uT --noise 0.5 --sigma 0.1 0.1 0.2 --out build/skin
 """
 
 
@@ -98,10 +106,19 @@ def leaves(module: torch.nn.Module, name: str = "") -> Iterator[tuple[str, torch
         yield from leaves(part, f"{name}.{child}" if name else child)
 
 
-def layers_of(module: torch.nn.Module, activation: str) -> Layers:
-    """`activation`: between linear layers without a module for it. Raises InputError naming the layer."""
+def layers_of(module: torch.nn.Module, activation: str, channels: int = 0) -> Layers:
+    """`activation`: between linear layers without a module for it. `channels`: of another sensor; 0: electrodes. Raises InputError
+    naming the layer."""
     layers = Layers()
+    width, before = 0, ""  # what the last layer gives, and its name
     for name, part in leaves(module):
+        if isinstance(part, (torch.nn.LSTM, torch.nn.Linear)):
+            takes, gives = ((part.input_size, part.hidden_size) if isinstance(part, torch.nn.LSTM)
+                            else (part.in_features, part.out_features))
+            if width and takes != width:
+                raise InputError(f"{name} takes {takes} inputs and {before} gives {width}: the forward pass is not the sequence of "
+                                 "the layers")
+            width, before = gives, name
         if isinstance(part, torch.nn.LSTM):
             recurrent_layers(name, part, layers)
         elif isinstance(part, torch.nn.Linear):
@@ -122,8 +139,11 @@ def layers_of(module: torch.nn.Module, activation: str) -> Layers:
         raise InputError("the module has no linear layer that gives the force")
     if len(layers.activations) == len(layers.dense):
         raise InputError("the module ends with an activation: expected a linear layer that gives the force")
-    if layers.inputs not in INPUTS:
-        raise InputError(f"the network takes {layers.inputs} inputs: a fingertip has 21 signals or 19")
+    if channels == 0 and layers.inputs not in INPUTS:
+        raise InputError(f"the network takes {layers.inputs} inputs: a fingertip has 21 signals or 19; that of another sensor is "
+                         f"converted with --channels {layers.inputs} --unit U")
+    if channels and layers.inputs != channels:
+        raise InputError(f"--channels {channels}: the network takes {layers.inputs} inputs")
     if len(layers.dense[-1][1]) < 3:
         raise InputError(f"the network has {len(layers.dense[-1][1])} outputs: expected 3 or more, the force first")
     return in_single_precision(layers)
@@ -177,7 +197,11 @@ def compare(module: torch.nn.Module, layers: Layers, window: int) -> float:
     random = np.random.default_rng(1)
     module = module.double().eval()
     windows = random.normal(size=(WINDOWS, window if layers.recurrent else 1, layers.inputs))
-    expected = np.array([output_of(module, layers, x) for x in windows])
+    try:
+        expected = np.array([output_of(module, layers, x) for x in windows])
+    except Exception as error:  # the module's own code raises anything
+        shape = (1, window, layers.inputs) if layers.recurrent else (1, layers.inputs)
+        raise InputError(f"the forward pass fails for an input of {list(shape)}: {type(error).__name__}: {error}") from error
     got = np.array([forward(layers, x) for x in windows])
     if expected.shape != got.shape:
         raise InputError(f"PyTorch gives {expected.shape[1]} numbers per window, the layers give {got.shape[1]}: "
@@ -243,23 +267,88 @@ class Chain(torch.nn.Module):
         return y
 
 
-def load(source: str, state: str | None) -> torch.nn.Module:
+class OwnLayers(pickle.Unpickler):
+    """Reads what torch.save wrote (its archive of PyTorch 1.6 and later) and makes tensors, containers and PyTorch's own layers
+    alone: no code that the file names runs."""
+
+    def __init__(self, archive: zipfile.ZipFile, name: str) -> None:
+        super().__init__(io.BytesIO(archive.read(name)), encoding="utf-8")
+        self.archive, self.folder = archive, name.rpartition("/")[0]
+
+    def find_class(self, module: str, name: str) -> Any:
+        is_tensor = module == "torch._utils" and name.startswith("_rebuild_") or module == "torch" and name.endswith("Storage")
+        if is_tensor or (module, name) in (("collections", "OrderedDict"), ("torch", "Size")):
+            return super().find_class(module, name)
+        if name == "set" and module in ("builtins", "__builtin__"):
+            return set
+        if module.startswith("torch.nn.modules."):
+            found = super().find_class(module, name)
+            if isinstance(found, type) and issubclass(found, torch.nn.Module):
+                return found
+        raise InputError(f"holds {module}.{name}, whose forward pass is code: expected PACKAGE.FILE:MAKE --state FILE.pt, or "
+                         "--trust if you trust the file")
+
+    def persistent_load(self, pid: Any) -> Any:
+        _, storage, key, _, _ = pid
+        return storage.from_buffer(self.archive.read(f"{self.folder}/data/{key}"), byte_order="little")
+
+
+def whole_file(source: str, trust: bool) -> Any:
+    """What torch.save wrote. Raises InputError for TorchScript, and without `trust` for code."""
+    if trust:
+        sys.path.insert(0, "")
+        return torch.load(source, map_location="cpu", weights_only=False)
+    with zipfile.ZipFile(source) as archive:
+        names = archive.namelist()
+        if any("/code/" in name for name in names):
+            raise InputError("a TorchScript module: expected one that torch.save wrote, or PACKAGE.FILE:MAKE --state FILE.pt")
+        pickled = [name for name in names if name.endswith("/data.pkl")]
+        if len(pickled) != 1:
+            raise InputError("no archive that torch.save wrote")
+        return OwnLayers(archive, pickled[0]).load()
+
+
+def made_by(source: str, package: str, make: str) -> torch.nn.Module:
+    try:
+        module: torch.nn.Module = getattr(importlib.import_module(package), make)()
+        return module
+    except Exception as error:  # the user's code raises anything
+        raise InputError(f"{source}: {type(error).__name__}: {error}") from error
+
+
+def load(source: str, state: str | None, trust: bool = False) -> torch.nn.Module:
     try:
         if ":" in source and not pathlib.Path(source).exists():
             sys.path.insert(0, "")
             package, make = source.split(":", 1)
-            module = getattr(importlib.import_module(package), make)()
+            module = made_by(source, package, make)
             if state is None:
                 raise InputError(f"{source}: --state FILE.pt is missing")
-            module.load_state_dict(torch.load(state, map_location="cpu"))
+            module.load_state_dict(torch.load(state, map_location="cpu", weights_only=True))
         elif pathlib.Path(source).is_dir():
             return authors_module(pathlib.Path(source) / TENSORS_FILE)
         else:
-            module = torch.load(source, map_location="cpu")
-    except InputError:
-        raise
+            module = whole_file(source, trust)
+    except InputError as error:
+        if str(error).startswith(source):
+            raise
+        raise InputError(f"{source}: {error}") from error
     except Exception as error:  # an unpickler raises anything
-        raise InputError(f"{source}: cannot be loaded by PyTorch: {error}") from error
+        failed = state if state is not None and ":" in source else source
+        foreign = what_is(failed)
+        if foreign:
+            raise InputError(f"{failed}: {foreign}") from error
+        if isinstance(error, zipfile.BadZipFile):
+            raise InputError(f"{failed}: no archive that torch.save wrote, or cut off; one of PyTorch before 1.6 is read with "
+                             "--trust") from error
+        raise InputError(f"{failed}: cannot be loaded by PyTorch: {error}") from error
+    if isinstance(module, dict):
+        names = ", ".join(str(name) for name in list(module)[:4])
+        if not all(isinstance(value, torch.Tensor) for value in module.values()):
+            raise InputError(f"{source}: holds a checkpoint ({names}): expected a module; write the state_dict in it to a file of its own "
+                             "for --state")
+        raise InputError(f"{source}: holds a state_dict ({names}), no module: expected PACKAGE.FILE:MAKE --state {source}, with the "
+                         "function or class that makes the module")
     if not isinstance(module, torch.nn.Module):
         raise InputError(f"{source}: expected a module written by torch.save, found {type(module).__name__}")
     return module
@@ -289,8 +378,9 @@ def document_of(layers: Layers, options: argparse.Namespace, authors: bool) -> d
                                    for kernel, bias in layers.dense]
     for layer, activation in zip(dense, layers.activations):
         layer["activation"] = activation
+    of_sensor = {"unit": options.unit, "noise": options.noise} if options.channels else {}
     return {
-        "palpate_force_network": 1, "architecture": f"{'rnn' if layers.recurrent else 'dnn'}_{inputs}", "inputs": inputs,
+        "palpate_force_network": 1, "architecture": f"{'rnn' if layers.recurrent else 'dnn'}_{inputs}", "inputs": inputs, **of_sensor,
         "window": options.window if layers.recurrent else 1, "outputs": outputs, "rate": options.rate,
         "learnt_force": options.learnt_force if options.learnt_force is not None else AUTHORS_FORCE if authors else 0.0,
         "sigma": options.sigma, "origin": origin,
@@ -306,6 +396,10 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("source", metavar="SOURCE", help="module or folder, see below")
     parser.add_argument("--out", required=True, type=pathlib.Path, metavar="DIR", help="folder of network.json")
     parser.add_argument("--state", metavar="FILE.pt", help="state_dict of the module")
+    parser.add_argument("--trust", action="store_true", help="run the code that FILE.pt names")
+    parser.add_argument("--channels", type=int, default=0, metavar="N", help="channels of a sensor without electrodes")
+    parser.add_argument("--unit", default="", metavar="U", help="of these channels, for example kPa")
+    parser.add_argument("--noise", type=float, default=0.0, metavar="X", help="rms of such a channel at rest, in its unit")
     parser.add_argument("--window", type=int, default=WINDOW, metavar="N", help="samples of a recurrent network (default: %(default)s)")
     parser.add_argument("--rate", type=float, default=RATE, metavar="HZ", help="samples per second (default: %(default)s)")
     parser.add_argument("--activation", choices=sorted(FUNCTIONS), default="identity",
@@ -319,13 +413,26 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+def require_sensor(options: argparse.Namespace) -> None:
+    """Raises InputError: an incomplete description of a sensor without electrodes."""
+    if not options.channels and not options.unit:
+        return
+    if not 1 <= options.channels <= MOST_CHANNELS or not 1 <= len(options.unit) <= 16:
+        raise InputError(f"--channels {options.channels} --unit {options.unit or '(none)'}: expected 1 to {MOST_CHANNELS} channels and "
+                         "their unit")
+    if not options.noise > 0 or not max(options.sigma) > 0 or min(options.sigma) < 0:
+        raise InputError("--channels N --unit U: expected --noise X, the rms of a channel at rest, and --sigma X Y Z, the errors of the "
+                         "forces, which a slave needs of such a network")
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     options = parse(arguments)
     try:
         if not 1 <= options.window <= LARGEST_WINDOW:
             raise InputError(f"--window {options.window}: expected 1 to {LARGEST_WINDOW}")
-        module = load(options.source, options.state)
-        layers = layers_of(module, options.activation)
+        require_sensor(options)
+        module = load(options.source, options.state, options.trust)
+        layers = layers_of(module, options.activation, options.channels)
         document = document_of(layers, options, pathlib.Path(options.source).is_dir())
         difference = compare(module, layers, options.window)
         options.out.mkdir(parents=True, exist_ok=True)

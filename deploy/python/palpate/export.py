@@ -17,11 +17,12 @@ import csv
 import pathlib
 import struct
 import sys
+import warnings
 from typing import Any
 
 import numpy as np
 
-from palpate.recording import attachments, messages
+from palpate.recording import RecordingWarning, attachments, messages, parsed
 from palpate.schemas_pb2 import CompressedImage
 from palpate.state import seconds, vector
 from palpate.v1 import recording_pb2, state_pb2
@@ -44,15 +45,15 @@ def export(file: pathlib.Path, out: pathlib.Path) -> tuple[int, int]:
     for topic, t, data in messages(file):
         first = t if first is None else first
         if topic == "/slave/state":
-            state = state_pb2.SlaveState.FromString(data)
+            state = parsed(state_pb2.SlaveState, data, file)
             by_sequence[state.sequence] = state
             images.offset = t - seconds(state.sent_at)
             _add(states, {"t": t - first, **_columns(state)})
         elif topic == "/master/tick":
-            tick = recording_pb2.ForceTick.FromString(data)
+            tick = parsed(recording_pb2.ForceTick, data, file)
             _add(ticks, _of_tick(t - first, tick, by_sequence.get(tick.state_sequence)))
         elif topic == "/slave/sense":
-            step = recording_pb2.SenseStep.FromString(data)
+            step = parsed(recording_pb2.SenseStep, data, file)
             kind = step.WhichOneof("step")
             if kind == "estimate":
                 state = step.estimate.state
@@ -62,12 +63,12 @@ def export(file: pathlib.Path, out: pathlib.Path) -> tuple[int, int]:
             elif kind == "images":
                 sample = step.images.sequence
         elif topic == "/slave/image":
-            images.add(CompressedImage.FromString(data), first)
+            images.add(parsed(CompressedImage, data, file), first)
         elif topic == "/slave/mesh":
-            meshes.add(t - first, state_pb2.MeshState.FromString(data))
+            meshes.add(t - first, parsed(state_pb2.MeshState, data, file))
         elif topic in ("/slave/left", "/slave/right"):
             folder = _made(out / topic.rpartition("/")[2])
-            (folder / f"{sample:06}.png").write_bytes(CompressedImage.FromString(data).data)
+            (folder / f"{sample:06}.png").write_bytes(parsed(CompressedImage, data, file).data)
     for name, content in attachments(file).items():
         _write_attached(out / "scene", name, content)
     images.finish()
@@ -240,7 +241,11 @@ def main() -> int:
     parser.add_argument("out", type=pathlib.Path, metavar="OUT")
     arguments = parser.parse_args()
     try:
-        ticks, states = export(arguments.file, arguments.out)
+        with warnings.catch_warnings(record=True) as damage:
+            warnings.simplefilter("always", RecordingWarning)
+            ticks, states = export(arguments.file, arguments.out)
+        for line in dict.fromkeys(str(warning.message) for warning in damage):
+            print(f"palpate.export: {line}", file=sys.stderr)
     except (ValueError, OSError) as error:
         print(f"palpate.export: {error}", file=sys.stderr)
         return 2

@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.formats import what_is
+
 Table = dict[str, list[str]]
 Numbers = NDArray[np.float64]
 AXES = "xyz"
@@ -25,8 +27,13 @@ AXES = "xyz"
 
 def read(file: pathlib.Path) -> Table:
     """The columns of a CSV file. Raises ValueError: no header, or a row of another length."""
-    with file.open(newline="", encoding="utf-8") as text:
-        rows = list(csv.reader(text))
+    if foreign := what_is(file):
+        raise ValueError(f"{file}: {foreign}: expected a CSV file")
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as text:
+            rows = list(csv.reader(text))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{file}: {error}: expected a CSV file") from error
     if not rows or not rows[0]:
         raise ValueError(f"{file}: expected a CSV file with a header")
     for number, row in enumerate(rows[1:], 2):

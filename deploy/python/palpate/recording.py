@@ -8,15 +8,27 @@ import functools
 import os
 import pathlib
 import struct
+import warnings
+import zlib
 from typing import Any, Iterator
 
 import numpy as np
 
+from google.protobuf.message import DecodeError, Message
+
+from palpate.formats import what_is
 from palpate.state import Array, State, States, vector
 from palpate.v1 import recording_pb2, state_pb2
 
 MAGIC = b"\x89MCAP0\r\n"
-CHANNEL, MESSAGE, CHUNK, ATTACHMENT = 4, 5, 6, 9  # opcodes of the records that matter here
+# Opcodes of the records that matter here.
+FOOTER, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA, DATA_END = 2, 4, 5, 6, 9, 12, 15
+LARGEST_CHUNK = 256 << 20  # uncompressed [bytes]
+PART_NOTE = "palpate.part"  # metadata that identifies the recording of a part, and its number
+
+
+class RecordingWarning(UserWarning):
+    """A part of a recording cannot be read; the text names file and byte."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -26,90 +38,198 @@ class Recording:
     tick_t: Array  # one per tick of the master's 1 kHz loop: time on the recorder's clock [s since 1970]
     device: Array  # device tip, frame M, n x 3 [m]
     sent: Array  # force sent to the device, frame M, n x 3 [N]
+    damage: tuple[str, ...] = ()  # what cannot be read, with file and byte; empty: the recording is whole
 
 
 def read_recording(file: str | os.PathLike[str]) -> Recording:
     """Reads a recording of `palpate-master connect --record` or `palpate-slave serve --record`.
 
-    What a cut file contains before the cut is read. Raises ValueError for a file of another kind.
+    What a cut file contains before the cut is read; what is damaged is left out. `damage` and a RecordingWarning say where.
+    Raises ValueError for a file of another kind.
     """
     states: list[State] = []
     ticks: list[tuple[float, Any]] = []
-    for topic, t, data in messages(file):
+    damage: list[str] = []
+    for topic, t, data in _read_messages(file, damage):
         if topic == "/slave/state":
-            states.append(State(state_pb2.SlaveState.FromString(data)))
+            states.append(State(parsed(state_pb2.SlaveState, data, file)))
         elif topic == "/master/tick":
-            ticks.append((t, recording_pb2.ForceTick.FromString(data)))
+            ticks.append((t, parsed(recording_pb2.ForceTick, data, file)))
         elif topic == "/slave/sense":
-            step = recording_pb2.SenseStep.FromString(data)
+            step = parsed(recording_pb2.SenseStep, data, file)
             if step.WhichOneof("step") == "estimate":
                 states.append(State(step.estimate.state))
+    _warn(damage)
     rows = [[vector(tick.p_M), vector(tick.sent)] for _, tick in ticks]
     pairs = np.array(rows, dtype=np.float64).reshape(-1, 2, 3)
-    return Recording(States.of(states), np.array([t for t, _ in ticks]), pairs[:, 0], pairs[:, 1])
+    return Recording(States.of(states), np.array([t for t, _ in ticks]), pairs[:, 0], pairs[:, 1], tuple(damage))
+
+
+def parsed(kind: type[Any], data: bytes, file: str | os.PathLike[str]) -> Any:
+    """The message of this kind. Raises ValueError naming the file."""
+    try:
+        message: Message = kind.FromString(data)
+    except DecodeError as error:
+        raise ValueError(f"{os.fspath(file)}: a {kind.DESCRIPTOR.name} is damaged") from error
+    return message
 
 
 def messages(file: str | os.PathLike[str]) -> Iterator[tuple[str, float, bytes]]:
-    """Yields (topic, time [s since 1970], data) of all messages of an MCAP file, or of its parts `FILE-0001.mcap`, ..."""
-    for data in _parts(file):
-        topics: dict[int, str] = {}
-        yield from _messages(data, topics)
+    """Yields (topic, time [s since 1970], data) of all messages of an MCAP file, or of its parts `FILE-0001.mcap`, ...
+
+    What is damaged or missing is left out, with a RecordingWarning at the end. Raises ValueError: no MCAP file.
+    """
+    damage: list[str] = []
+    yield from _read_messages(file, damage)
+    _warn(damage)
 
 
 def attachments(file: str | os.PathLike[str]) -> dict[str, bytes]:
-    """The attached files of a recording by name: the scene of a slave's recording, and the files it names."""
+    """The attached files of a recording by name: the scene of a slave's recording, and the files it names. Raises ValueError: one of
+    them is damaged."""
     found: dict[str, bytes] = {}
-    for data in _parts(file):
-        for opcode, record in _records(data):
+    for part in _parts(file):
+        for opcode, record, at in part.records():
             if opcode != ATTACHMENT:
                 continue
-            name, at = _text(record, 16)  # after the two times
-            _, at = _text(record, at)  # media type
-            length, = struct.unpack_from("<Q", record, at)
-            found[name] = bytes(record[at + 8:at + 8 + length])
+            try:
+                name, end = _text(record, 16)  # after the two times
+                _, end = _text(record, end)  # media type
+                length, = struct.unpack_from("<Q", record, end)
+                end += 8
+                crc, = struct.unpack_from("<I", record, end + length)
+            except (struct.error, UnicodeDecodeError):
+                raise ValueError(part.place(at, "an attached file is damaged")) from None
+            if crc not in (0, zlib.crc32(record[:end + length])):
+                raise ValueError(part.place(at, f"the attached file {name} is damaged"))
+            found[name] = bytes(record[end:end + length])
     return found
 
 
-def _parts(file: str | os.PathLike[str]) -> Iterator[memoryview]:
-    """The records of a file, or of its parts. Raises ValueError: no MCAP file."""
-    path = pathlib.Path(file)
-    parts = sorted(path.parent.glob(f"{path.stem}-[0-9][0-9][0-9][0-9]{path.suffix}"))
-    for part in [path] if path.exists() or not parts else parts:
-        data = part.read_bytes()
-        if not data.startswith(MAGIC):
-            raise ValueError(f"{part}: expected an MCAP file")
-        yield memoryview(data)[len(MAGIC):]
+def _warn(damage: list[str]) -> None:
+    for line in damage:
+        warnings.warn(line, RecordingWarning, stacklevel=3)
 
 
 def _text(record: memoryview, at: int) -> tuple[str, int]:
     """A text with its length before it, and where the next field begins."""
     length, = struct.unpack_from("<I", record, at)
+    if at + 4 + length > len(record):
+        raise struct.error
     return str(record[at + 4:at + 4 + length], "utf-8"), at + 4 + length
 
 
-def _messages(data: memoryview, topics: dict[int, str]) -> Iterator[tuple[str, float, bytes]]:
-    for opcode, record in _records(data):
+class _Part:
+    """One MCAP file. `damage` gets what cannot be read, with its place."""
+
+    def __init__(self, file: pathlib.Path, damage: list[str]) -> None:
+        self.file, self.damage = file, damage
+        self.note: dict[str, str] = {}  # identity and number of a part
+        data = file.read_bytes()
+        if not data.startswith(MAGIC):
+            foreign = what_is(file)
+            raise ValueError(f"{file}: {foreign or 'no MCAP file'}: expected a recording (.mcap)")
+        self.data = memoryview(data)
+
+    def place(self, at: int, what: str) -> str:
+        return f"{self.file}: at byte {at}: {what}"
+
+    def records(self) -> Iterator[tuple[int, memoryview, int]]:
+        """Opcode, content and place of each record up to the end of the data."""
+        at, is_whole = len(MAGIC), False
+        while at + 9 <= len(self.data):
+            opcode, length = struct.unpack_from("<BQ", self.data, at)
+            end = at + 9 + length
+            if end > len(self.data):
+                break
+            is_whole = is_whole or opcode == DATA_END
+            if not is_whole:
+                yield opcode, self.data[at + 9:end], at
+            at = end
+            if opcode == FOOTER:
+                self._look_behind(at + len(MAGIC))
+                return
+        if not is_whole:
+            left = len(self.data) - at
+            self.damage.append(self.place(at, f"it is truncated: the last {left} bytes are incomplete" if left else
+                                          "it was never closed: the last messages may be missing"))
+
+    def _look_behind(self, end: int) -> None:
+        rest = self.data[end:]
+        if bytes(rest[:len(MAGIC)]) == MAGIC:
+            self.damage.append(self.place(end, f"another recording follows: its {len(rest)} bytes are not read. Separate the files"))
+        elif rest:
+            self.damage.append(self.place(end, f"{len(rest)} bytes follow its end: they are not read"))
+
+    def messages(self) -> Iterator[tuple[str, float, bytes]]:
+        topics: dict[int, str] = {}
+        for opcode, record, at in self.records():
+            try:
+                yield from self._of_record(opcode, record, at, topics)
+            except (struct.error, UnicodeDecodeError):
+                self.damage.append(self.place(at, "a record is damaged"))
+
+    def _of_record(self, opcode: int, record: memoryview, at: int, topics: dict[int, str]) -> Iterator[tuple[str, float, bytes]]:
         if opcode == CHANNEL:
             number, _, length = struct.unpack_from("<HHI", record)
             topics[number] = str(record[8:8 + length], "utf-8")
         elif opcode == MESSAGE:
             channel, _, log_time = struct.unpack_from("<HIQ", record)
             yield topics.get(channel, ""), 1e-9 * log_time, bytes(record[22:])
+        elif opcode == METADATA:
+            name, begin = _text(record, 0)
+            begin, entries = begin + 4, {}
+            while begin < len(record):
+                key, begin = _text(record, begin)
+                entries[key], begin = _text(record, begin)
+            if name == PART_NOTE:
+                self.note = entries
         elif opcode == CHUNK:
-            _, _, size, _, length = struct.unpack_from("<QQQII", record)
-            how = str(record[32:32 + length], "utf-8")
-            packed = record[32 + length + 8:]
-            yield from _messages(memoryview(_unpacked(bytes(packed), size, how)), topics)
+            yield from self._of_chunk(record, at, topics)
+
+    def _of_chunk(self, record: memoryview, at: int, topics: dict[int, str]) -> Iterator[tuple[str, float, bytes]]:
+        first, last, size, crc = struct.unpack_from("<QQQI", record)
+        how, begin = _text(record, 28)
+        span = f"of {1e-9 * (last - first):.3f} s"
+        unpacked = _unpacked(bytes(record[begin + 8:]), size, how)
+        if unpacked is None or crc not in (0, zlib.crc32(unpacked)):
+            what = "is damaged" if how in ("", "zstd") else f"is compressed with {how}: expected zstd or no compression"
+            self.damage.append(self.place(at, f"a chunk {span} {what}; its messages are left out"))
+            return
+        inside, begin = memoryview(unpacked), 0
+        while begin + 9 <= len(inside):
+            opcode, length = struct.unpack_from("<BQ", inside, begin)
+            if begin + 9 + length > len(inside):
+                raise struct.error
+            if opcode != CHUNK:
+                yield from self._of_record(opcode, inside[begin + 9:begin + 9 + length], at, topics)
+            begin += 9 + length
 
 
-def _records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
-    at = 0
-    while at + 9 <= len(data):
-        opcode, length = struct.unpack_from("<BQ", data, at)
-        if at + 9 + length > len(data):
-            return  # the file was cut
-        yield opcode, data[at + 9:at + 9 + length]
-        at += 9 + length
+def _parts(file: str | os.PathLike[str], damage: list[str] | None = None) -> Iterator[_Part]:
+    """The file, or its parts. Raises ValueError: no MCAP file."""
+    path = pathlib.Path(file)
+    parts = sorted(path.parent.glob(f"{path.stem}-[0-9][0-9][0-9][0-9]{path.suffix}"))
+    for part in [path] if path.exists() or not parts else parts:
+        yield _Part(part, [] if damage is None else damage)
+
+
+def _read_messages(file: str | os.PathLike[str], damage: list[str]) -> Iterator[tuple[str, float, bytes]]:
+    """The messages of a file or of its parts, and in `damage` what is missing."""
+    identity, number = "", 0
+    for part in _parts(file, damage):
+        is_new = part.file != pathlib.Path(file)
+        for message in part.messages():
+            if is_new:
+                is_new = False
+                if part.note.get("recording", "") != (identity or part.note.get("recording")):
+                    damage.append(f"{part.file}: is not a part of this recording: it and the following parts are ignored")
+                    return
+                identity, own = part.note.get("recording", ""), int(part.note.get("number", number + 1))
+                if own != number + 1:
+                    damage.append(f"{part.file}: earlier messages are missing: there is no part {number + 1}")
+                number = own
+            yield message
 
 
 @functools.cache
@@ -121,12 +241,13 @@ def _zstd() -> ctypes.CDLL:
     return library
 
 
-def _unpacked(packed: bytes, size: int, how: str) -> bytes:
+def _unpacked(packed: bytes, size: int, how: str) -> bytes | None:
+    """None: damaged, or compressed with something else."""
     if how == "":
-        return packed
-    if how != "zstd":
-        raise ValueError(f"a chunk is compressed by {how}: expected zstd")
+        return packed if len(packed) == size else None
+    if how != "zstd" or size > LARGEST_CHUNK:
+        return None
     out = ctypes.create_string_buffer(size)
     if _zstd().ZSTD_decompress(out, size, packed, len(packed)) != size:
-        raise ValueError("a chunk is damaged")
+        return None
     return out.raw

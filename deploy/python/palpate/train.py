@@ -18,7 +18,7 @@ from palpate.training.errors import ErrorLaw, ForceErrors, compare_forces, force
 from palpate.training.networks import ARCHITECTURES, NETWORK_FILE, Network, Options
 from palpate.training.recordings import (WINDOW, Array, DataArgument, InputError, Recording, Sensor, Split, Stretch, Windows,
                                          last_samples, parse_arguments, read_recordings, refuse_repetitions,
-                                         require_same_channels, split_contacts, windows_of)
+                                         remarks_on, require_same_channels, split_contacts, windows_of)
 
 FEWEST_WINDOWS = 100  # one second of samples
 QUICK_TEST = 10_000  # windows that are tested after a stop
@@ -27,7 +27,7 @@ LEAST_CORRELATION = 0.5  # of fz, below which a gain is refused
 REST_TIME = 0.5  # at the beginning of a recording, without contact [s]
 
 EPILOG = """DATA is one of
-  TACTILE.csv              with force columns fx,fy,fz (or fx_N,fy_N,fz_N) [N]
+  TACTILE.csv              with force columns fx,fy,fz [N], or with their unit: fx_N, fx [mN], in N mN uN kN gf kgf lbf
   TACTILE.csv+WRENCH.csv   force from a second file, interpolated to the tactile times
   FOLDER                   all its CSV files, for example those of `palpate-slave train simulated`
 A file may end with @FROM:TO to use these seconds only. The force is that of the fingertip on the object, in the fingertip
@@ -82,6 +82,11 @@ class Data:
         return self.test or self.recordings
 
 
+def remark(recordings: Sequence[Recording]) -> None:
+    for line in remarks_on(recordings):
+        print(f"train: {line}", file=sys.stderr)
+
+
 def whole(recordings: Sequence[Recording]) -> list[Stretch]:
     return [Stretch(i, r.begin, r.end, 0) for i, r in enumerate(recordings)]
 
@@ -95,6 +100,7 @@ def require_signals(recordings: Sequence[Recording], name: str, inputs: int) -> 
 def read_data(arguments: argparse.Namespace, data: list[DataArgument], test: list[DataArgument]) -> Data:
     recordings = read_recordings(data, arguments.finger, arguments.rest)
     tested = read_recordings(test, arguments.finger, arguments.rest)
+    remark(recordings + tested)
     split = split_contacts(recordings, bool(test), arguments.seed)
     split.test += [Stretch(i, r.begin, r.end, r.begin) for i, r in enumerate(tested)]
     return Data(recordings, tested, split)
@@ -170,6 +176,7 @@ def train_channels(arguments: argparse.Namespace, names: str, data: list[DataArg
     recordings = read_recordings(data, arguments.finger, arguments.rest, sensor)
     tested = read_recordings(test, arguments.finger, arguments.rest, sensor)
     require_same_channels(recordings + tested)
+    remark(recordings + tested)
     network, errors, ridge = quadratic.train(recordings, tested, sensor)
     network.origin = f"palpate.train {names} --unit {arguments.unit}"
     network.training = {"data": names, "test": ", ".join(argument.name for argument in test), "ridge": ridge,
@@ -199,6 +206,7 @@ def fit_gain(arguments: argparse.Namespace, names: str, data: list[DataArgument]
     recordings = read_recordings(data, arguments.finger, arguments.rest)
     tested = read_recordings(test, arguments.finger, arguments.rest)
     require_signals(recordings + tested, str(arguments.source), network.inputs)
+    remark(recordings + tested)
     fz = np.concatenate([r.force[r.begin:r.end, 2] for r in recordings])
     if not float(np.ptp(fz)) > LEAST_FORCE:
         raise InputError("fz is the same in all samples: no gain can be fitted to it")

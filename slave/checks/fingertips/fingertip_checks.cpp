@@ -94,6 +94,11 @@ class RestContactCheck final : public Check<FingertipSample> {
                      "something touched the sensor while the baseline was measured, or it has "
                      "drifted");
     }
+    if (IsPulling(sample.tip)) {
+      findings->Fail(FailedCheck::kRestDrift,
+                     "the force pulls: something touched the sensor while the baseline was "
+                     "measured");
+    }
     const bool is_baseline = sample.tip.touch().is_baseline;
     if (is_baseline && !was_baseline_) was_inside_ = false;
     was_baseline_ = is_baseline;
@@ -104,6 +109,24 @@ class RestContactCheck final : public Check<FingertipSample> {
   }
 
  private:
+  // A sensor without a pressure shows a baseline that was taken in contact by its force alone: once
+  // it is free again it pulls, beyond the network's error, and for long. Then all forces are off
+  // until the next baseline.
+  bool IsPulling(const Fingertip& tip) noexcept {
+    const FingerTouch& touch = tip.touch();
+    const NetworkInfo& network = tip.network();
+    if (network.channels.are_electrodes()) return false;
+    if (touch.is_baseline) pulling_ = 0;
+    const double error = std::hypot(network.rest_sigma, network.sigma.z());
+    const bool pulls = touch.force_F && touch.force_F->z() > kPull * error;
+    const double patience = kPullTime * network.rate;
+    if (pulling_ < patience) pulling_ = pulls ? pulling_ + 1 : 0;
+    return pulls || pulling_ >= patience;
+  }
+
+  static constexpr double kPull = 5;        // [sigma]
+  static constexpr double kPullTime = 0.5;  // longer than a contact sticks as it opens [s]
+  double pulling_ = 0;                      // samples
   // Pressure above its baseline; five real fingers: -2 after a contact [counts].
   static constexpr double kBelowBaseline = -8;
   // Depth of a pose that is inside the object; foam raises the pressure from 1.7 mm on [m]. [tuned:

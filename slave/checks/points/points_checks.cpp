@@ -39,9 +39,14 @@ class DotsAtRestCheck final : public Check<PointsSample> {
 
 }  // namespace
 
-Checks<PointsSample> MakePointsChecks(const Scene& scene, const StereoRig& rig) {
+Checks<PointsSample> MakePointsChecks(const Scene& scene, const StereoRig& rig,
+                                      const SurfaceMesh& surface_O,
+                                      std::optional<RestSurface>* rest) {
   Checks<PointsSample> checks;
   checks.Add(std::make_unique<FrozenSourceCheck>());
+  if (!surface_O.triangles.empty()) {
+    checks.Add(std::make_unique<RestSurfaceCheck>(scene, surface_O, rest));
+  }
   const PointTracking& points = *scene.sense.Find<PointTracking>();
   if (const auto* depth = scene.sense.Find<DepthPictures>()) {
     checks.Add(std::make_unique<MembraneDistanceCheck>(scene, depth->X_SD));

@@ -24,6 +24,11 @@ struct PointsLimits {
   // Error of distances [-]. [tuned: distance of the dots wrong, depth scaled; forces rise with
   // the third power]
   static constexpr double kTrueSize = 0.015;
+  // Distance of a body's surface, by the size of the body, where that is less than kTrueSize of the
+  // distance [-]; its tilt [rad]. The edge that must be seen, by the middle [-], and sigmas.
+  static constexpr double kRestOffset = 0.1, kRestTilt = 0.05, kRestEdge = 0.6, kRestSigmas = 5;
+  // Depths err alike within patches of this edge [px], see DepthPoints.
+  static constexpr double kDepthPatch = 10;
   // Offset of the dots along the surface, by the distance of neighbours [-]. [tuned: rig
   // elsewhere than stated]
   static constexpr double kTruePlace = 0.25;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <numbers>
 #include <stop_token>
 #include <string>
 #include <variant>
@@ -22,6 +23,8 @@
 
 namespace palpate {
 namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;  // [deg/rad]
 
 std::string Size(const std::array<int, 2>& size) {
   return fmt::format("{} x {} px", size[0], size[1]);
@@ -206,6 +209,20 @@ std::string SeenInWords(const Scene& scene, const SurfacePointTracker& tracker,
   return words;
 }
 
+// The surface at rest against the scene's body.
+void PrintRest(const RestSurface& rest) {
+  if (rest.meets && rest.distance > 0) {
+    std::string words = fmt::format(
+        "{:.4g} +- {:.2g} mm from the camera, where the scene has the body at {:.4g} mm; tilted by "
+        "{:.2g} +- {:.2g} deg",
+        1e3 * (rest.distance + rest.off), 2e3 * rest.sigma_off, 1e3 * rest.distance,
+        rest.tilt * kDegrees, 2 * rest.sigma_tilt * kDegrees);
+    if (rest.edge < 1) words += fmt::format("; {:.0f} % of its edge are seen", 100 * rest.edge);
+    PrintLine("at rest", words);
+  }
+  if (!rest.fault.empty()) PrintLine("", "EXTRAPOLATED: " + std::string(rest.fault));
+}
+
 void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   if (TakesPictures(scene.sense)) {
     PrintLine("images", "none until a driver sends them (FeedImages)");
@@ -217,6 +234,7 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   PrintLine("images", source->description());
   const FirstLook look = FirstSample(scene, rig, *source, *tracker);
   PrintLine("detected", SeenInWords(scene, *tracker, look));
+  if (tracker->rest()) PrintRest(*tracker->rest());
   if (look.pictures < 2) return;
   const double rate = SensorRate(scene.sense);
   PrintLine("rate",

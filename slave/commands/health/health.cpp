@@ -1,15 +1,23 @@
 #include "slave/commands/health/health.h"
 
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include <grpcpp/create_channel.h>
 #include <grpcpp/generic/generic_stub.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
 
 #include "shared/link/loopback.h"
+#include "shared/text/text.h"
 #include "shared/tls/credentials.h"
 #include "slave/commands/program.h"
 
@@ -30,6 +38,36 @@ std::string ContentOf(const grpc::ByteBuffer& buffer) {
     bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
   }
   return bytes;
+}
+
+// What answers there in place of a slave, in words.
+std::string WhatAnswers(const Endpoint& endpoint) {
+  constexpr timeval kPatience{1, 0};
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (getaddrinfo(endpoint.host.c_str(), std::to_string(endpoint.port).c_str(), &hints, &found) !=
+      0) {
+    return "the name " + Shown(endpoint.host) + " has no address";
+  }
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owned(found, freeaddrinfo);
+  const int socket = ::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (socket < 0) return "no connection";
+  setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
+  setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
+  std::string words = "nothing listens there";
+  if (connect(socket, found->ai_addr, found->ai_addrlen) == 0) {
+    constexpr std::string_view kGet = "GET / HTTP/1.0\r\n\r\n";
+    std::array<char, 5> answer{};
+    const bool is_web = send(socket, kGet.data(), kGet.size(), MSG_NOSIGNAL) > 0 &&
+                        recv(socket, answer.data(), answer.size(), MSG_WAITALL) == answer.size() &&
+                        std::string_view(answer.data(), answer.size()) == "HTTP/";
+    words = is_web ? "a web server answers there, no palpate slave"
+                   : "another program answers there, or a slave with TLS where --tls is missing "
+                     "(or the reverse)";
+  }
+  close(socket);
+  return words;
 }
 
 }  // namespace
@@ -58,7 +96,8 @@ int RunHealth(const HealthOptions& options) {
   bool ok = false;
   queue.Next(&done, &ok);
   if (!status.ok()) {
-    throw std::runtime_error("health: " + options.target + ": " + status.error_message());
+    throw std::runtime_error("health: " + options.target + ": no answer of a slave in " +
+                             Formatted("%g s: ", options.wait) + WhatAnswers(endpoint));
   }
   const bool is_serving = ContentOf(answer) == kServing;
   std::puts(is_serving ? "SERVING" : "NOT_SERVING");

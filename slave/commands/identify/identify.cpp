@@ -182,17 +182,16 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
   }
 }
 
-// The scene's modulus, a number with a unit, and that of the tests are of one material.
-void CompareWithScene(const Scene& scene, const IdentifyReport& report) {
+// The scene's modulus, a number with a unit, and the one that was found are of one material.
+void CompareWithScene(const Scene& scene, const std::string& name, double found,
+                      const char* units) {
   constexpr double kTimes = 30;  // of another unit: from kPa to psi 7, from Pa to kPa 1000
   const double scenes = scene.object.material.young_modulus;
-  const double found = report.fits.front().law.YoungModulus();
   if (found < kTimes * scenes && scenes < kTimes * found) return;
   throw InputError(
       Formatted("%s: Young's modulus %.3g Pa, that of the scene is %.3g Pa: Check the "
-                "units: those of the header, --stress-unit, --height, --diameter and "
-                "--area",
-                report.tests.front().name.c_str(), found, scenes));
+                "units: %s",
+                name.c_str(), found, scenes, units));
 }
 
 void IdentifyRelaxation(const Requests& requests, const identify::Specimen& specimen,
@@ -218,10 +217,15 @@ void IdentifyOnScene(const Requests& requests, const IdentifyOptions& options, P
   if (!requests.press.empty()) {
     report->press = FitPress(scene, requests.press, options.width, options.fit_poisson, progress);
     note(requests.press, *report->press);
+    CompareWithScene(scene, requests.press.string(), report->press->young_modulus,
+                     "those of the header, and object.material.young_modulus");
   }
   if (!requests.loads.empty()) {
     report->loads = FitLoads(scene, requests.loads, options.width, progress);
     note(requests.loads, *report->loads);
+    CompareWithScene(
+        scene, requests.loads.string(), report->loads->young_modulus,
+        "those of the header, object.material.young_modulus and density, model.gravity");
   }
 }
 
@@ -270,7 +274,9 @@ int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
     IdentifyLaws(requests, specimen, options.to < kAllStrains, &progress, &report);
     IdentifyRelaxation(requests, specimen, &report);
     if (!options.scene.empty() && !report.fits.empty()) {
-      CompareWithScene(LoadScene(options.scene, options.overrides, SceneUse::kSolve), report);
+      CompareWithScene(LoadScene(options.scene, options.overrides, SceneUse::kSolve),
+                       report.tests.front().name, report.fits.front().law.YoungModulus(),
+                       "those of the header, --stress-unit, --height, --diameter and --area");
     }
     const bool nothing = report.tests.empty() && report.relaxations.empty() &&
                          requests.press.empty() && requests.loads.empty() &&

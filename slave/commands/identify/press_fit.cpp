@@ -7,12 +7,13 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
-#include "shared/text/csv.h"
 #include "shared/text/text.h"
+#include "slave/commands/solve/round_rows.h"
+#include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
 
 namespace palpate {
@@ -25,56 +26,47 @@ constexpr double kLowestPoisson = 0.0, kHighestPoisson = 0.499;
 constexpr int kGolden = 22;            // steps of the search for nu: 3e-5
 constexpr double kPoissonStep = 5e-3;  // for the curvature of the misfit
 
+// A contact at a point has no limit under refinement: its modulus is that of the mesh.
+void RequireWidths(const std::filesystem::path& file, const Scene& scene,
+                   const std::vector<SolveRow>& rows) {
+  if (std::holds_alternative<MembraneGeometry>(scene.object.geometry)) return;
+  const auto point = std::ranges::find_if(rows, [](const SolveRow& row) {
+    return row.contact.width == 0 && !IsPressedRound(row) && !row.contact.prescribed_O.isZero(0);
+  });
+  if (point == rows.end()) return;
+  throw InputError(file.string() + ": case " + Shown(point->case_name) +
+                   ": a contact without a width, whose force depends on the mesh: expected a "
+                   "column width or radius, a scene with a tool, or --width");
+}
+
 struct Press {
   std::string name;
-  std::vector<Contact> contacts;
-  std::vector<Vector3d> measured;  // forces, or displacements under loads; NaN: not measured
+  std::vector<SolveRow> rows;
 };
 
-// Only what `solve` would accept. `given`: the kind of what is prescribed.
+// The rows that `solve` reads under this scene's tool, with the answers that were measured.
+// `width`: of rows without one [m]; 0: the tool's.
 std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& scene, double width,
                                Contact::Kind given) {
+  RowRules rules = RulesOf(scene);
+  if (width > 0) {
+    rules.tool.shape = Tool::Shape::kFlat;
+    rules.tool.width = width;
+  }
+  rules.needs_answers = given == Contact::Kind::kDisplacement;
+  rules.has_free_points = !rules.needs_answers;
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
-  const TouchableSurface surface(mesh);
-  const double largest = SizeOf(mesh);
-  const bool moved = given == Contact::Kind::kDisplacement;
-  const auto length = Quantity::kLength, force = Quantity::kForce;
-  CsvTable rows(file,
-                {{"case"},
-                 {"x", true, length},
-                 {"y", true, length},
-                 {"z", false, length},
-                 {"dx", moved, length},
-                 {"dy", moved, length},
-                 {"dz", false, length},
-                 {"fx", moved, force},
-                 {"fy", moved, force},
-                 {"fz", false, force},
-                 {"width", false, length}},
-                CsvTable::Header::kOptional);
+  std::vector<SolveRow> rows;
+  AppendRows(file, given, mesh, rules, &rows);
+  if (!rules.shaped) RequireAlone(rows);
+  ReportPlaces("identify", mesh, rows);
+  RequireWidths(file, scene, rows);
   std::vector<Press> presses;
   std::map<std::string, std::size_t, std::less<>> known;
-  while (rows.Next()) {
-    const auto read = [&](const char* x, const char* y, const char* z) {
-      return Vector3d(rows.Number(x), rows.Number(y), rows.Number(z));
-    };
-    const auto [found, is_new] = known.try_emplace(rows.Text("case"), presses.size());
-    if (is_new) presses.push_back({.name = found->first, .contacts = {}, .measured = {}});
-    Press& press = presses[found->second];
-    const Vector3d moves = read("dx", "dy", "dz"), forces = read("fx", "fy", "fz");
-    press.contacts.push_back({.kind = given,
-                              .p_O = read("x", "y", "z"),
-                              .width = rows.IsAbsent("width") ? width : rows.Number("width"),
-                              .prescribed_O = moved ? moves : forces});
-    press.measured.push_back(moved ? forces : moves);
-    for (const auto& [axis, name] : {std::pair(0, "dx"), {1, "dy"}, {2, "dz"}}) {
-      if (!moved && rows.IsAbsent(name)) press.measured.back()[axis] = std::nan("");
-    }
-    const Contact& contact = press.contacts.back();
-    if (const auto refusal = surface.Refuse(contact.p_O)) rows.Refuse("x", *refusal);
-    if (contact.width < 0 || contact.width > largest) {
-      rows.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
-    }
+  for (SolveRow& row : rows) {
+    const auto [found, is_new] = known.try_emplace(row.case_name, presses.size());
+    if (is_new) presses.push_back({.name = found->first, .rows = {}});
+    presses[found->second].rows.push_back(std::move(row));
   }
   return presses;
 }
@@ -82,9 +74,25 @@ std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& s
 VectorXd Stacked(const std::vector<Press>& presses) {
   std::vector<double> all;
   for (const Press& press : presses) {
-    for (const Vector3d& f : press.measured) all.insert(all.end(), f.begin(), f.end());
+    for (const SolveRow& row : press.rows) {
+      all.insert(all.end(), row.known_O.begin(), row.known_O.end());
+    }
   }
   return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+// Of the rows of a case, which act together.
+std::vector<ContactResponse> AnswersOf(const Press& press, RoundRows* round,
+                                       DeformationModel* model, Solution* solution) {
+  model->Reset();
+  if (IsPressedRound(press.rows.front())) {
+    return {round->Press(press.rows.front(), model, solution)};
+  }
+  std::vector<Contact> contacts;
+  for (const SolveRow& row : press.rows) contacts.push_back(row.contact);
+  std::vector<ContactResponse> responses(contacts.size());
+  model->Respond(contacts, responses);
+  return responses;
 }
 
 // Forces of the presses, or displacements under the loads, on the scene's object with this nu.
@@ -94,29 +102,17 @@ std::optional<VectorXd> Answer(Scene scene, double nu, const std::vector<Press>&
   scene.object.material.poisson_ratio = nu;
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto model = MakeModel(scene, mesh, progress);
-  std::optional<ToolPress> round;
-  if (IsTouchedRound(scene)) round.emplace(scene, *scene.tool, mesh);
-  Solution solution;
+  RoundRows round(scene, mesh);
   fit->kind = model->info().kind;
   fit->extrapolated = 0;
   std::vector<double> all;
-  std::vector<ContactResponse> responses;
+  Solution solution;
   for (const Press& press : presses) {
-    responses.assign(press.contacts.size(), {});
-    model->Reset();
-    if (round && press.contacts.front().kind == Contact::Kind::kDisplacement) {
-      if (press.contacts.size() > 1) {
-        throw std::invalid_argument("press: case " + press.name +
-                                    ": a round tool together with other contacts: expected one");
-      }
-      responses.front() = round->Press(press.contacts.front(), model.get(), &solution);
-    } else {
-      model->Respond(press.contacts, responses);
-    }
+    const std::vector<ContactResponse> responses = AnswersOf(press, &round, model.get(), &solution);
     if (responses.front().validity == Validity::kFailed) return std::nullopt;
     if (responses.front().validity != Validity::kValid) ++fit->extrapolated;
     for (std::size_t i = 0; i < responses.size(); ++i) {
-      const bool moved = press.contacts[i].kind == Contact::Kind::kDisplacement;
+      const bool moved = press.rows[i].contact.kind == Contact::Kind::kDisplacement;
       const Vector3d& found = moved ? responses[i].force_O : responses[i].displacement_O;
       all.insert(all.end(), found.begin(), found.end());
     }
@@ -239,7 +235,7 @@ PressFit FitLoads(const Scene& scene, const std::filesystem::path& file, double 
   fit.rms = std::sqrt(best.misfit / count) / measured.cwiseAbs().maxCoeff();
   Eigen::Index at = 0;
   for (const Press& press : presses) {
-    const auto size = 3 * static_cast<Eigen::Index>(press.contacts.size());
+    const auto size = 3 * static_cast<Eigen::Index>(press.rows.size());
     const Scale own = BestScale(modelled.segment(at, size), measured.segment(at, size));
     fit.alone.emplace_back(press.name, fit.young_modulus / own.factor);
     at += size;

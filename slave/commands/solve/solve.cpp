@@ -19,10 +19,11 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/solve/field_file.h"
+#include "slave/commands/solve/round_rows.h"
 #include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/mechanics/factory/tool_press.h"
+#include "slave/mechanics/factory/tool_domain.h"
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
 #include "slave/pipeline/camera/tool_width.h"
@@ -70,18 +71,15 @@ bool Answer(const std::vector<Contact>& contacts, DeformationModel* model, Solut
   return solution->responses().front().validity != Validity::kFailed;
 }
 
-// The tools of the rows; of round ones the last is kept.
+// The tools of the rows.
 class RowTools {
  public:
   // Both must outlive this.
-  RowTools(const Scene& scene, const ObjectMesh& mesh) : scene_(scene), mesh_(mesh) {}
+  RowTools(const Scene& scene, const ObjectMesh& mesh)
+      : scene_(scene), mesh_(mesh), round_(scene, mesh) {}
 
   ContactResponse PressRound(const SolveRow& row, DeformationModel* model, Solution* solution) {
-    const bool same = radius_ == row.tool.radius && depth_ == row.tool.depth;
-    if (!press_ || !same) press_.emplace(scene_, row.tool, mesh_);
-    radius_ = row.tool.radius;
-    depth_ = row.tool.depth;
-    return press_->Press(row.contact, model, solution);
+    return round_.Press(row, model, solution);
   }
   // `model` is asked for two more contacts in the plane.
   void Judge(SolveRow* row, DeformationModel* model) const {
@@ -112,9 +110,7 @@ class RowTools {
 
   const Scene& scene_;
   const ObjectMesh& mesh_;
-  double radius_ = 0;            // of press_ [m]
-  std::optional<double> depth_;  // likewise
-  std::optional<ToolPress> press_;
+  RoundRows round_;
 };
 
 // The rows of one case, answered. False: it has no answer; the rows say so.
@@ -298,6 +294,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   }
   progress.Clear();
   ReportWidths(scene, rows);
+  ReportPlaces("solve", mesh, rows);
   ReportFlags(dynamic ? answers : rows);
   const bool written = WriteRows(options.out, dynamic ? answers : rows, options.moments) &&
                        (!field || field->Write());

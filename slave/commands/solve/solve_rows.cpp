@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <map>
@@ -19,26 +20,41 @@ constexpr Axes kPlace{"x", "y", "z"};
 constexpr Axes kMoved{"dx", "dy", "dz"};
 constexpr Axes kLoaded{"fx", "fy", "fz"};
 
-CsvTable OpenTable(const std::filesystem::path& file, const Axes& value, bool planar,
-                   bool dynamic) {
-  const auto length = Quantity::kLength;
-  const auto prescribed = value == kMoved ? length : Quantity::kForce;
-  std::vector<CsvTable::Column> columns{{"case"},
-                                        {kPlace[0], true, length},
-                                        {kPlace[1], true, length},
-                                        {kPlace[2], !planar, length},
-                                        {value[0], true, prescribed},
-                                        {value[1], true, prescribed},
-                                        {value[2], !planar, prescribed},
-                                        {"width", false, length}};
-  if (planar && value == kMoved) columns.push_back({"depth", false, length});
-  if (dynamic) columns.push_back({"t", false, Quantity::kTime});
-  if (!dynamic && value == kMoved) columns.push_back({"radius", false, length});
+// The columns of contacts or loads, and those of their answers as WriteRows writes them.
+CsvTable OpenTable(const std::filesystem::path& file, bool moved, bool planar,
+                   const RowRules& rules) {
+  const auto length = Quantity::kLength, force = Quantity::kForce;
+  const Axes &value = moved ? kMoved : kLoaded, &answer = moved ? kLoaded : kMoved;
+  std::vector<CsvTable::Column> columns{{"case"}};
+  const auto add = [&](const Axes& axes, bool required, Quantity quantity) {
+    for (const std::string_view axis : axes) {
+      columns.push_back({axis, required && !(planar && axis == axes[2]), quantity});
+    }
+  };
+  add(kPlace, true, length);
+  add(value, moved || !rules.has_free_points, moved ? length : force);
+  add(answer, rules.needs_answers, moved ? force : length);
+  columns.push_back({"width", false, length});
+  if (planar && moved) columns.push_back({"depth", false, length});
+  if (rules.dynamic) columns.push_back({"t", false, Quantity::kTime});
+  if (!rules.dynamic && moved) columns.push_back({"radius", false, length});
+  for (const std::string_view name : {"solve_us", "validity", "mx", "my", "mz", "error"}) {
+    columns.push_back({name, false});
+  }
   return CsvTable(file, std::move(columns));
 }
 
 Eigen::Vector3d Vector(const CsvTable& table, const Axes& axes) {
   return {table.Number(axes[0]), table.Number(axes[1]), table.Number(axes[2])};
+}
+
+// NaN where there is no number.
+Eigen::Vector3d VectorOrNone(const CsvTable& table, const Axes& axes) {
+  Eigen::Vector3d v = Vector(table, axes);
+  for (const int axis : {0, 1, 2}) {
+    if (table.IsAbsent(axes[static_cast<std::size_t>(axis)])) v[axis] = std::nan("");
+  }
+  return v;
 }
 
 // A planar object moves in its plane, a membrane across it.
@@ -72,15 +88,16 @@ void ReadTool(const CsvTable& table, const RowRules& rules, double largest, Solv
     if (!rules.shaped) row->tool.shape = radius > 0 ? Tool::Shape::kRound : Tool::Shape::kFlat;
     row->tool.radius = radius;
   }
-  row->contact.width = has_width ? table.Number("width") : rules.tool.width;
-  if (row->contact.width < 0 || row->contact.width > largest) {
+  const bool is_flat = !moved || row->tool.shape == Tool::Shape::kFlat;
+  const double width = has_width ? table.Number("width") : rules.tool.width;
+  if (width < 0 || width > largest) {
     table.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
   }
+  row->contact.width = is_flat ? width : rules.tool.width;
   if (!table.IsAbsent("depth")) row->tool.depth = table.Number("depth");
   if (row->tool.depth && !(*row->tool.depth > 0)) table.Refuse("depth", "a length > 0");
-  if (row->tool.shape == Tool::Shape::kFlat) row->tool.width = row->contact.width;
-  if (!moved || row->tool.shape == Tool::Shape::kFlat) return;
-  if (has_width && row->contact.width > 0) {
+  if (row->tool.shape == Tool::Shape::kFlat) row->tool.width = width;
+  if (!is_flat && has_width && width > 0) {
     table.Refuse("width",
                  "none under a round tool or a capsule, whose contact grows with the "
                  "depth; radius 0 is a flat contact");
@@ -102,15 +119,16 @@ void WriteVector(std::ofstream* stream, const Eigen::Vector3d& v, bool known) {
 }  // namespace
 
 RowRules RulesOf(const Scene& scene) {
-  return {scene.tool.value_or(Tool{}), KindOf(scene).shapes_tools, MovesInTime(scene)};
+  return {.tool = scene.tool.value_or(Tool{}),
+          .shaped = KindOf(scene).shapes_tools,
+          .dynamic = MovesInTime(scene)};
 }
 
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
                 const RowRules& rules, std::vector<SolveRow>* rows) {
   const bool moved = kind == Contact::Kind::kDisplacement;
   const Axes& value = moved ? kMoved : kLoaded;
-  CsvTable table =
-      OpenTable(file, value, std::holds_alternative<BoundaryMesh>(mesh), rules.dynamic);
+  CsvTable table = OpenTable(file, moved, std::holds_alternative<BoundaryMesh>(mesh), rules);
   const TouchableSurface surface(mesh);
   const double largest = SizeOf(mesh);
   while (table.Next()) {
@@ -123,9 +141,11 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
     }
     const auto refusal = surface.Refuse(row.contact.p_O);
     if (refusal) table.Refuse("x", *refusal);
+    row.off_surface = surface.Distance(row.contact.p_O);
     ReadTool(table, rules, largest, &row);
     row.contact.prescribed_O = Vector(table, value);
     RefuseOtherAxes(table, value, mesh, row.contact.prescribed_O);
+    row.known_O = VectorOrNone(table, moved ? kLoaded : kMoved);
     if (table.Has("t")) row.t = table.Number("t");
     if (row.t && *row.t < 0) table.Refuse("t", "a time >= 0 [s]");
     rows->push_back(std::move(row));
@@ -157,6 +177,21 @@ void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows) {
                scene.tool ? "" : " and the scene has no tool");
 }
 
+void ReportPlaces(const char* command, const ObjectMesh& mesh, const std::vector<SolveRow>& rows) {
+  constexpr double kNear = 0.01;  // of the object's size
+  const double near = kNear * SizeOf(mesh);
+  const auto is_off = [&](const SolveRow& row) { return row.off_surface > near; };
+  const auto count = std::ranges::count_if(rows, is_off);
+  if (count == 0) return;
+  const SolveRow& farthest = *std::ranges::max_element(rows, {}, &SolveRow::off_surface);
+  const Eigen::Vector3d& p = farthest.contact.p_O;
+  std::fprintf(stderr,
+               "%s: %ld of %zu rows lie off the surface, up to %.3g m (case %s at %.6g, %.6g, "
+               "%.6g): they act at the nearest place of it\n",
+               command, static_cast<long>(count), rows.size(), farthest.off_surface,
+               farthest.case_name.c_str(), p.x(), p.y(), p.z());
+}
+
 void ReportFlags(const std::vector<SolveRow>& rows) {
   struct FlagCount {
     std::size_t first = 0, count = 0;
@@ -186,9 +221,11 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
   };
   const bool bounds =
       std::ranges::any_of(rows, [&](const SolveRow& row) { return bound_of(row.response) > 0; });
+  const bool is_round = std::ranges::any_of(rows, IsPressedRound);
   std::ofstream stream(file);
   stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t" : "")
-         << (moments ? ",mx,my,mz" : "") << (bounds ? ",error\n" : "\n");
+         << (moments ? ",mx,my,mz" : "") << (bounds ? ",error" : "") << ",width"
+         << (is_round ? ",radius\n" : "\n");
   for (const auto& row : rows) {
     const bool known = row.response.validity != Validity::kFailed;
     const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
@@ -202,6 +239,9 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
     const auto& moment = row.response.moment_O;
     if (moments) WriteVector(&stream, moment.value_or(Eigen::Vector3d::Zero()), moment.has_value());
     if (bounds) stream << ',' << (known ? Formatted("%.17g", bound_of(row.response)) : "");
+    const bool is_flat = !moved || row.tool.shape == Tool::Shape::kFlat;
+    stream << ',' << Formatted("%.17g", is_flat ? row.contact.width : 0);
+    if (is_round) stream << ',' << Formatted("%.17g", IsPressedRound(row) ? row.tool.radius : 0);
     stream << '\n';
   }
   stream.flush();

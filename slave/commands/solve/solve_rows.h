@@ -25,6 +25,9 @@ struct SolveRow {
   // What presses a prescribed displacement: the scene's tool with the dimensions of the row. A load
   // is even over its width, whatever the tool.
   Tool tool{};
+  double off_surface = 0;  // distance of the place in the table from the surface [m]
+  // The answer that the table has: force of a contact [N], displacement of a load [m]. NaN: none.
+  Eigen::Vector3d known_O{0, 0, 0};
 };
 
 // Whether a round tool presses the row.
@@ -37,12 +40,15 @@ struct RowRules {
   Tool tool;  // of the scene; a flat one without width: it has none
   // The model computes the contact of that tool itself: rows have no other.
   bool shaped = false;
-  bool dynamic = false;  // a column `t` is read
+  bool dynamic = false;          // a column `t` is read
+  bool needs_answers = false;    // the forces of contacts must be there
+  bool has_free_points = false;  // a load may be absent: a point that bears none
 };
-// Throws std::invalid_argument: no kind of model.
+// Rows under the scene's tool, of a table that `solve` reads. Throws std::invalid_argument: no kind
+// of model.
 RowRules RulesOf(const Scene& scene);
 
-// Appends the rows of `file` (contracts, `solve`). Throws
+// Appends the rows of `file` (contracts, `solve`), which may be one that WriteRows wrote. Throws
 // InputError: what CsvTable rejects, a position without a surface, a negative width or time, a
 // value along an axis that the object does not have, a dimension that the row's tool does not have.
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
@@ -54,11 +60,16 @@ void RequireAlone(const std::vector<SolveRow>& rows);
 // Prints a warning on standard error if rows touch an outline or a volume at a point.
 void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows);
 
+// Prints on standard error how many rows lie farther from the surface than a hundredth of the
+// object's size: they act at the nearest place of it.
+void ReportPlaces(const char* command, const ObjectMesh& mesh, const std::vector<SolveRow>& rows);
+
 // Prints on standard error how many rows are extrapolated and why: one line per reason, with the
 // first such row.
 void ReportFlags(const std::vector<SolveRow>& rows);
 
-// Writes one line per row with 17 significant digits, including `t` if present. `moments`: also the
+// Writes one line per row with 17 significant digits, including `t` if present, and the width or
+// radius that was pressed with, so that AppendRows reads the same contacts. `moments`: also the
 // moment of the force about the displaced centre of the contact, frame O [N m], empty where it is
 // unknown. Answers with a bound of their error get the column `bound`: of the force [N], of a
 // load's displacement [m]. False: the file cannot be written.

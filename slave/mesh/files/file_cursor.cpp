@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "shared/text/file_format.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -78,6 +79,9 @@ FileCursor::FileCursor(std::filesystem::path file) : file_(std::move(file)) {
     text_ = ReadWholeFile(file_, kLargestFile, "a mesh file");
   } catch (const InputError& error) {
     throw std::invalid_argument(error.what());
+  }
+  if (const std::string foreign = ForeignFormat(std::string_view(text_)); !foreign.empty()) {
+    throw std::invalid_argument(file_.string() + ": is " + foreign + ": expected a mesh file");
   }
   constexpr std::string_view kUtf8 = "\xEF\xBB\xBF", kUtf16Little = "\xFF\xFE",
                              kUtf16Big = "\xFE\xFF";

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "shared/text/file_format.h"
 #include "shared/text/text.h"
 #include "slave/mesh/files/file_cursor.h"
 #include "slave/mesh/files/readers.h"
@@ -74,8 +75,10 @@ MeshFile ReadMeshFile(const std::filesystem::path& file, double unit) {
   for (const auto& [known, read] : kReaders) {
     if (extension == known) return read(file, unit);
   }
-  throw std::invalid_argument(file.string() +
-                              ": unknown kind of file: expected .veg .node .ele .msh, for a "
+  const std::string foreign = ForeignFile(file);
+  throw std::invalid_argument(file.string() + ": " +
+                              (foreign.empty() ? "unknown kind of file" : "is " + foreign) +
+                              ": expected .veg .node .ele .msh, for a "
                               "surface .stl .ply .msh; meshio converts others");
 }
 

@@ -11,6 +11,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mesh/files/mesh_file.h"
 #include "slave/program/stopwatch.h"
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
@@ -160,6 +162,33 @@ class DepthPointTracker final : public SurfacePointTracker {
   DepthPoints depths_;
 };
 
+// Frame O: of a body whose force is estimated, a box or a mesh.
+SurfaceMesh ComparedSurface(const Scene& scene) {
+  const Geometry& geometry = scene.object.geometry;
+  if (!IsHeld(scene.object) || !scene.tool || !IsVolume(geometry)) return {};
+  if (const auto* file = std::get_if<MeshFileGeometry>(&geometry)) {
+    MeshFile mesh = ReadMeshFile(file->file, file->unit);
+    if (auto* surface = std::get_if<SurfaceMesh>(&mesh.mesh)) return std::move(*surface);
+    return SurfaceOf(std::get<SolidMesh>(mesh.mesh));
+  }
+  const auto* box = std::get_if<BoxGeometry>(&geometry);
+  if (box == nullptr) return {};
+  SurfaceMesh surface;
+  for (int i = 0; i < 8; ++i) {
+    surface.nodes.push_back(Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2 & 1).cwiseProduct(box->size));
+  }
+  for (const auto& [a, b, c, d] : {std::array{0, 2, 3, 1},
+                                   {4, 5, 7, 6},
+                                   {0, 1, 5, 4},
+                                   {2, 6, 7, 3},
+                                   {0, 4, 6, 2},
+                                   {1, 3, 7, 5}}) {
+    surface.triangles.push_back({a, b, c});
+    surface.triangles.push_back({a, c, d});
+  }
+  return surface;
+}
+
 constexpr const char* kNoWindow =
     "no window of texture was found in both images: they may show too little texture, or a "
     "repeating one; left and right may be exchanged; the rig may be wrong; or the object may be "
@@ -170,6 +199,9 @@ std::string Size(const std::array<int, 2>& size) {
 }
 
 }  // namespace
+
+SurfacePointTracker::SurfacePointTracker(const Scene& scene, const StereoRig& rig)
+    : checks_(MakePointsChecks(scene, rig, ComparedSurface(scene), &rest_)) {}
 
 void SurfacePointTracker::Reset() {
   checked_ = {};

@@ -39,18 +39,22 @@ class SurfacePointTracker {
   [[nodiscard]] virtual int rest_pictures() const = 0;
   // Time of the checks of the last image, part of Process [us].
   [[nodiscard]] double checks_us() const { return checks_us_; }
+  // What the surface at rest is like against the scene's body; nullopt: not known yet, or not
+  // compared.
+  [[nodiscard]] const std::optional<RestSurface>& rest() const { return rest_; }
   // Name of the stage in reports: dots, texture, depth.
   [[nodiscard]] virtual std::string stage() const = 0;
 
  protected:
-  SurfacePointTracker(const Scene& scene, const StereoRig& rig)
-      : checks_(MakePointsChecks(scene, rig)) {}
+  // Throws std::runtime_error or std::invalid_argument: a mesh that cannot be read.
+  SurfacePointTracker(const Scene& scene, const StereoRig& rig);
 
   // `seen` as the observation of `pair`, with the results of the checks.
   const SurfaceObservation& Checked(const SurfaceObservation& seen, const StereoPair& pair);
   [[nodiscard]] const SurfaceObservation& checked() const { return checked_; }
 
  private:
+  std::optional<RestSurface> rest_;
   Checks<PointsSample> checks_;
   SurfaceObservation checked_;
   double checks_us_ = 0;

@@ -14,6 +14,7 @@
 #include <pcl/io/pcd_io.h>
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/text/file_format.h"
 #include "slave/statistics/robust.h"
 
 namespace palpate::study {
@@ -45,6 +46,21 @@ bool IsCutOff(const std::filesystem::path& file, const pcl::PCLPointCloud2& head
   return lines < points;
 }
 
+// Of a file without PCD's header: of another program, or rows of numbers.
+std::string WhatIs(const std::filesystem::path& file) {
+  if (const std::string foreign = ForeignFile(file); !foreign.empty()) return "is " + foreign;
+  std::string first;
+  std::ifstream(file) >> first;
+  if (first == "ply") return "is a PLY cloud: pcl_ply2pcd converts it";
+  const auto number = first.find_first_not_of("0123456789+-.eE,;");
+  const bool is_text = !first.empty() && number == std::string::npos;
+  return is_text
+             ? "is text x y z without PCD's header: CloudCompare saves it as PCD, or write the "
+               "header above the rows (VERSION 0.7, FIELDS x y z, SIZE 4 4 4, TYPE F F F, COUNT "
+               "1 1 1, WIDTH, HEIGHT 1, POINTS, DATA ascii)"
+             : "no PCD header";
+}
+
 pcl::PCLPointCloud2 ReadPoints(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) throw Refusal(file, "there is no such file");
@@ -56,7 +72,7 @@ pcl::PCLPointCloud2 ReadPoints(const std::filesystem::path& file) {
   unsigned begin = 0;
   if (reader.readHeader(file.string(), points, origin, orientation, version, form, begin) < 0 ||
       begin == 0 || points.fields.empty()) {
-    throw Refusal(file, "no PCD header: expected a file of the Point Cloud Library");
+    throw Refusal(file, WhatIs(file) + ": expected a PCD file of the Point Cloud Library");
   }
   const std::uint64_t promised = std::uint64_t{points.width} * points.height;
   if (IsCutOff(file, points, form, begin) || reader.read(file.string(), points) < 0) {

@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include <Eigen/Geometry>
+
 #include "shared/text/csv.h"
 
 namespace palpate {
@@ -57,6 +59,18 @@ void RequirePlace(const CsvLines& lines, const std::string& name, const std::opt
   if (!(std::abs(Eigen::Vector3d(nx, ny, nz).stableNorm() - 1) < kUnitTolerance)) {
     lines.Fail(name + ": nx,ny,nz is not a unit vector");
   }
+}
+
+// Throws std::runtime_error `file:line: ...`: all channels lie within a tenth of a millimetre, as
+// they do if the file is in metres.
+void RequireSize(const CsvLines& lines, const ElectrodeLayout& layout) {
+  constexpr double kSmallest = 1e-4;  // [m]
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : layout.p_F) box.extend(p);
+  const double size = box.sizes().maxCoeff();
+  if (layout.p_F.size() < 2 || size >= kSmallest) return;
+  lines.Fail(Formatted("the channels span %.3g mm, in metres %.3g mm: expected millimetres",
+                       size / kMillimetre, size / kMillimetre / kMillimetre));
 }
 
 // Where a simulated electrode sits. On the cylinder: `along` the axis from the origin in radii,
@@ -113,6 +127,7 @@ ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file,
     if (known[static_cast<std::size_t>(i)]) continue;
     lines.Fail(channels.NameOf(i) + " is missing: expected all of " + channels.Names());
   }
+  RequireSize(lines, layout);
   return layout;
 }
 

@@ -18,14 +18,18 @@
 //   R1, R2, P1, P2, Q              # of a calibration: its rectification, for other programs
 //
 // Files of one camera by ROS's camera_calibration are read as they are; a `distortion_model` must
-// be plumb_bob, the only one there is here.
+// be plumb_bob, the only one there is here. So are OpenCV's XML and JSON with the same names, and
+// ROS's message CameraInfo as text: width, height, K or k, D or d.
 #include <cmath>
+#include <initializer_list>
 #include <stdexcept>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
+#include <opencv2/core.hpp>
 #include <yaml-cpp/yaml.h>
 
+#include "shared/text/file_format.h"
 #include "shared/text/text.h"
 #include "slave/vision/stereo/rig.h"
 
@@ -45,12 +49,19 @@ class RigReader {
  public:
   explicit RigReader(const std::filesystem::path& file) : file_(file) {
     const std::string text = ReadWholeFile(file, kLargestFile, "a camera rig");
+    const bool is_xml = Trimmed(text).starts_with("<?xml");
     try {
-      root_ = YAML::Load(text);
+      root_ = is_xml ? LoadXml(text) : YAML::Load(text);
     } catch (const YAML::Exception& error) {
       Refuse(error.what());
+    } catch (const cv::Exception& error) {
+      Refuse("is no XML of OpenCV: " + error.err);
     }
-    if (!root_.IsMap()) Refuse("is not a map of keys (a camera rig in YAML)");
+    if (!root_.IsMap()) {
+      const std::string foreign = ForeignFormat(std::string_view(text));
+      Refuse(foreign.empty() ? "is not a map of keys (a camera rig in YAML)"
+                             : "is " + foreign + ": expected a camera rig in YAML");
+    }
   }
 
   StereoRig Read() const {
@@ -77,6 +88,35 @@ class RigReader {
  private:
   [[noreturn]] void Refuse(const std::string& why) const {
     throw std::runtime_error(file_.string() + ": " + why);
+  }
+  // Sequences and maps to a depth that no rig exceeds.
+  static YAML::Node FromOpenCv(const cv::FileNode& from, int depth = 0) {
+    constexpr int kDeepest = 8;
+    YAML::Node node;
+    if (depth > kDeepest) return node;
+    if (from.isInt() || from.isReal()) {
+      node = fmt::format("{:.17g}", static_cast<double>(from));
+    } else if (from.isString()) {
+      node = static_cast<std::string>(from);
+    }
+    if (!from.isMap() && !from.isSeq()) return node;
+    for (const cv::FileNode& child : from) {
+      if (from.isMap()) node[child.name()] = FromOpenCv(child, depth + 1);
+      if (from.isSeq()) node.push_back(FromOpenCv(child, depth + 1));
+    }
+    return node;
+  }
+  static YAML::Node LoadXml(const std::string& text) {
+    const cv::FileStorage storage(
+        text, cv::FileStorage::READ | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_XML);
+    return FromOpenCv(storage.root());
+  }
+  // The first of these names that the map has; the first of all if it has none.
+  static const char* OneOf(const YAML::Node& map, std::initializer_list<const char*> names) {
+    for (const char* name : names) {
+      if (Has(map, name)) return name;
+    }
+    return *names.begin();
   }
   static bool Has(const YAML::Node& map, const char* key) {
     return map.IsMap() && map[key].IsDefined();
@@ -127,9 +167,16 @@ class RigReader {
   Lens ReadLens(const YAML::Node& map, const std::string& at) const {
     CheckModel(map, at);
     Lens lens;
-    lens.size = {Pixels(map, "image_width", at + "image_width"),
-                 Pixels(map, "image_height", at + "image_height")};
-    const std::vector<double> K = Matrix(map, "camera_matrix", at + "camera_matrix");
+    const auto pixels = [&](std::initializer_list<const char*> names) {
+      const char* name = OneOf(map, names);
+      return Pixels(map, name, at + name);
+    };
+    const auto matrix = [&](std::initializer_list<const char*> names) {
+      const char* name = OneOf(map, names);
+      return Matrix(map, name, at + name);
+    };
+    lens.size = {pixels({"image_width", "width"}), pixels({"image_height", "height"})};
+    const std::vector<double> K = matrix({"camera_matrix", "K", "k"});
     if (K.size() != 9) Refuse(at + "camera_matrix: expected 3 x 3");
     lens.fx = K[0], lens.cx = K[2], lens.fy = K[4], lens.cy = K[5];
     const std::string name = at + "camera_matrix: ";
@@ -140,9 +187,10 @@ class RigReader {
     if (K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {
       Refuse(at + "camera_matrix: expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
     }
-    const std::vector<double> d =
-        Matrix(map, "distortion_coefficients", at + "distortion_coefficients");
-    if (d.size() < 4) Refuse(at + "distortion_coefficients: expected k1 k2 p1 p2 [k3]");
+    const std::vector<double> d = matrix({"distortion_coefficients", "D", "d"});
+    const bool is_message = Has(map, "width");  // where none are no distortion
+    if (d.size() < 4 && !(is_message && d.empty()))
+      Refuse(at + "distortion_coefficients: expected k1 k2 p1 p2 [k3]");
     for (std::size_t i = 0; i < d.size(); ++i) {
       if (i < lens.distortion.size()) {
         lens.distortion[i] = d[i];

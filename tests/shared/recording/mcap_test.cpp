@@ -85,6 +85,19 @@ TEST_F(McapTest, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(reader.schema(1)->data, "schema of A");
 }
 
+TEST_F(McapTest, WhatFollowsItsEndIsReportedWithItsPlace) {
+  const auto written = WriteSmall(file_);
+  const std::string one = ReadWholeFile(file_, 1 << 20, "a recording");
+  for (const auto& [more, words] : {std::pair{one, "another recording follows"},
+                                    {std::string("tail"), "behind its end are 4 bytes"}}) {
+    WriteBytes(other_, one + more);
+    McapReader reader(other_);
+    EXPECT_EQ(ReadAll(&reader), written);
+    EXPECT_TRUE(reader.is_whole());
+    EXPECT_THAT(reader.damage(), HasSubstr("at byte " + std::to_string(one.size()) + ": " + words));
+  }
+}
+
 // Whatever the byte, all that was flushed before it is there and nothing that was not written.
 TEST_F(McapTest, CutAtAnyByteItKeepsWhatWasFlushedBefore) {
   const auto written = WriteSmall(file_);

@@ -31,6 +31,7 @@ TEST(AppendNumberTest, UnknownNumbersAreEmptyAndZeroHasNoSign) {
   EXPECT_EQ(Written(0.25, 7), "0.25");
 }
 
+using testing::AllOf;
 using testing::EndsWith;
 using testing::HasSubstr;
 
@@ -75,7 +76,7 @@ TEST(CsvTableTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
   ASSERT_TRUE(rows.Next());
   EXPECT_EQ(rows.Number(*rows.Find("x"), 2), 1.5);
   EXPECT_THAT(Thrown<InputError>([&] { static_cast<void>(rows.Number(1, 1)); }),
-              EndsWith(".csv:2: x = +1.5: expected a finite number"));
+              EndsWith(".csv:2: x = +1.5: expected a finite number up to 1"));
   ASSERT_TRUE(rows.Next());
   EXPECT_THAT(Thrown<InputError>([&] { rows.Refuse(1, "a number"); }),
               EndsWith(":3: x = ?[2J: expected "
@@ -120,6 +121,31 @@ TEST(CsvTableTest, ANumberThatMayMeanTwoThingsIsRefused) {
   EXPECT_THAT(refusal("x;y\n1.234,5;2\n"), HasSubstr("a finite number"));
   EXPECT_THAT(refusal("x,y\n\"1,2\n"), HasSubstr("a quote that is not closed"));
   EXPECT_THAT(refusal("x (ft),y\n1,2\n"), HasSubstr("unit ft is not understood"));
+}
+
+TEST(CsvTableTest, AnUnknownUnitOrColumnIsRefusedWithAndWithoutARequiredHeader) {
+  for (const auto header : {CsvTable::Header::kRequired, CsvTable::Header::kOptional}) {
+    const auto refusal = [&](const std::string& text) {
+      return Thrown<InputError>([&] {
+        CsvTable(Write(text), {{"x", true, Quantity::kLength}, {"y"}}, header);
+      });
+    };
+    EXPECT_THAT(refusal("x (ells),y\n1,2\n"), HasSubstr("unit ells is not understood"));
+    EXPECT_THAT(refusal("x,y,w\n1,2,3\n"), HasSubstr("column = w: expected x,y"));
+    EXPECT_THAT(refusal("x (N),y\n1,2\n"), HasSubstr("a unit of another quantity"));
+  }
+  CsvTable table(Write("X / thou,y\n1000,2\n"), {{"x", true, Quantity::kLength}, {"y"}},
+                 CsvTable::Header::kOptional);
+  ASSERT_TRUE(table.Next());
+  EXPECT_DOUBLE_EQ(table.Number("x"), 0.0254);
+}
+
+TEST(CsvTableTest, TimesInNanosecondsAreConvertedWhereTheyAreNamedAndExplainedWhereNot) {
+  CsvTable plain(Write("t\n1762000000020000000\n")), named(Write("t (ns)\n1762000000020000000\n"));
+  ASSERT_TRUE(plain.Next() && named.Next());
+  EXPECT_THAT(Thrown<InputError>([&] { static_cast<void>(plain.Number(0, 1e12)); }),
+              AllOf(HasSubstr("nanoseconds since 1970"), HasSubstr("t (ns)")));
+  EXPECT_NEAR(named.Number(0, 1e12), 1762000000.02, 1e-6);
 }
 
 }  // namespace

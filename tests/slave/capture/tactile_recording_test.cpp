@@ -136,6 +136,8 @@ TEST(TactileRecordingTest, AnyNumberOfChannelsIsReadAndOthersAreRefused) {
               HasSubstr("pad.csv:1: channel c2 is missing: expected c1 to c2"));
   EXPECT_THAT(complaint("t,c1,c2,c3\n0,1,2,3\n"),
               HasSubstr("pad.csv:1: channel c3: expected c1 to c2"));
+  EXPECT_THAT(complaint("t,c0,c1,c2\n0,1,2,3\n"),
+              HasSubstr("pad.csv:1: column c0: channels are counted from 1: expected c1"));
   EXPECT_THAT(complaint("t,c1 [Pa],c2 [Pa]\n0,1,2\n"),
               HasSubstr("pad.csv:1: column c1 [Pa]: expected c1 [kPa]"));
   EXPECT_THAT(complaint("t,c1,c2\n0,1,\n"), HasSubstr("pad.csv:2: c2 = "));

@@ -294,17 +294,11 @@ TEST_F(IdentifyCommand, FindsASimulatedBlockAgain) {
                               "a,0.03,0.03,0.03,0,0,-0.003,0.02\n"
                               "b,0.02,0.03,0.03,0.001,0,-0.002,0.02\n"
                               "c,0.03,0.03,0.03,0,0,-0.006,0.05\n");
-  ASSERT_EQ(RunSolve({.scene = truth, .contacts = contacts, .out = folder_ / "answers.csv"}), 0);
-  // As `solve` writes it, without widths: they are put back.
-  std::ifstream answers(folder_ / "answers.csv");
-  std::string with_widths, line;
-  for (int row = 0; std::getline(answers, line); ++row) {
-    with_widths += line + (row == 0 ? ",width\n" : row == 3 ? ",0.05\n" : ",0.02\n");
-  }
+  const path answers = folder_ / "answers.csv";
+  ASSERT_EQ(RunSolve({.scene = truth, .contacts = contacts, .out = answers}), 0);
   const path start = scene("start.yaml", "5 kPa", "0.2");
-  const json report = Run({.data = {"press=" + Write("presses.csv", with_widths).string()},
-                           .scene = start,
-                           .fit_poisson = true});
+  const json report =
+      Run({.data = {"press=" + answers.string()}, .scene = start, .fit_poisson = true});
   EXPECT_NEAR(report.at("press").at("young_modulus_Pa").get<double>() / 23700, 1, 0.02);
   EXPECT_NEAR(report.at("press").at("poisson_ratio").get<double>(), 0.33, 0.01);
 }
@@ -333,6 +327,67 @@ TEST_F(IdentifyCommand, FindsAMembranesModulusBesideItsTension) {
   EXPECT_NEAR(fit.at("young_modulus_Pa").get<double>() / 54.4e6, 1, 1e-3);
 }
 
+// `identify` reads the contacts as `solve` does: the tool's width and roundness, units, columns.
+class PressTable : public IdentifyCommand {
+ protected:
+  path Scene(const std::string& E, const std::string& tool) {
+    return Write(
+        "gel.yaml",
+        "name: gel\nobject:\n  geometry: {box: {size: [40 mm, 40 mm, 20 mm], cells: [8, 8, "
+        "4]}}\n  material: {young_modulus: " +
+            E + ", poisson_ratio: 0.4}\n  fixed: {plane: {axis: z, at: 0 mm}}\n" + tool +
+            "model: {kind: fem}\n");
+  }
+  std::string Press(const std::string& header, const std::string& row) {
+    return "press=" + Write("press.csv", header + "\n" + row + "\n").string();
+  }
+  double Modulus(const path& scene, const std::string& data) {
+    return Run({.data = {data}, .scene = scene}).at("press").at("young_modulus_Pa");
+  }
+
+  const std::string header_ = "case,x,y,z,dx,dy,dz,fx,fy,fz";
+  const std::string row_ = "a,0.02,0.02,0.02,0,0,-0.001,0,0,-0.286";
+};
+
+// What `solve` answers under a tool is measured again under it, round or flat.
+TEST_F(PressTable, FindsTheModulusOfWhatSolveAnswersUnderTheScenesTool) {
+  const path contacts = Write("contacts.csv",
+                              "case,x,y,z,dx,dy,dz\na,0.02,0.02,0.02,0,0,-0.001\n"
+                              "b,0.02,0.02,0.02,0,0,-0.002\n");
+  for (const char* tool : {"tool: {shape: flat, width: 12 mm}\n",
+                           "tool: {shape: round, radius: 12 mm, width: 24 mm}\n"}) {
+    const path answers = folder_ / "answers.csv";
+    ASSERT_EQ(RunSolve({.scene = Scene("20 kPa", tool), .contacts = contacts, .out = answers}), 0);
+    EXPECT_NEAR(Modulus(Scene("9 kPa", tool), "press=" + answers.string()) / 20e3, 1, 1e-3) << tool;
+    // The answers contain width or radius: the tool of the second scene does not matter.
+    EXPECT_NEAR(Modulus(Scene("9 kPa", ""), "press=" + answers.string()) / 20e3, 1, 1e-3) << tool;
+  }
+}
+
+TEST_F(PressTable, RefusesAContactWithoutAWidthAndUnitsAndColumnsThatAreUnknown) {
+  const path scene = Scene("20 kPa", "");
+  const auto refusal = [&](const std::string& header, const std::string& row) {
+    return Refusal({.data = {Press(header, row)}, .scene = scene});
+  };
+  EXPECT_THAT(refusal(header_, row_), HasSubstr("a contact without a width"));
+  const std::string wide = ",width", width = ",0.012";
+  EXPECT_THAT(refusal("case,x,y,z,dx,dy,dz,fx,fy,fz (g)" + wide, row_ + width),
+              HasSubstr("unit g is not understood"));
+  EXPECT_THAT(refusal("case,x,y,z,dx,dy,dz,fx,fy,fz (mm)" + wide, row_ + width),
+              HasSubstr("a unit of another quantity"));
+  EXPECT_THAT(refusal(header_ + ",weight" + wide, row_ + ",1" + width),
+              HasSubstr("column = weight: expected case,x"));
+  EXPECT_THAT(refusal("case,x,y,z,dx,dy,dz,width", "a,0.02,0.02,0.02,0,0,-0.001,0.012"),
+              HasSubstr("no column fx"));
+  // Grams in a column without a unit.
+  EXPECT_THAT(refusal(header_ + wide, "a,0.02,0.02,0.02,0,0,-0.001,0,0,-28.6" + width),
+              HasSubstr("that of the scene is 2e+04 Pa: Check the units"));
+  EXPECT_NEAR(Modulus(scene, Press("case,x (mm),y (mm),z (mm),dx,dy,dz (mm),fx,fy,fz (gf),width",
+                                   "a,20,20,20,0,0,-1,0,0,-29.16,0.012")) /
+                  Modulus(scene, Press(header_ + wide, row_ + width)),
+              1, 1e-3);
+}
+
 // Reference: Timoshenko's cantilever under its weight q and a load F at its tip, without Poisson's
 // effect at the clamp: w = q L^4 / 8 E I + q L^2 / 2 k G A + F L^3 / 3 E I + F L / k G A, k = 5/6.
 TEST_F(IdentifyCommand, FindsABeamsModulusFromItsSag) {
@@ -342,7 +397,7 @@ TEST_F(IdentifyCommand, FindsABeamsModulusFromItsSag) {
   const double more = F * std::pow(L, 3) / (3 * E * I) + F * L / (5.0 / 6 * G * A);
   const path scene = Write("beam.yaml",
                            "name: beam\nobject:\n  geometry: {box: {size: [200 mm, 20 mm, 20 mm], "
-                           "cells: [10, 2, 2]}}\n  material: {young_modulus: 1 kPa, poisson_ratio: "
+                           "cells: [10, 2, 2]}}\n  material: {young_modulus: 5 kPa, poisson_ratio: "
                            "0, density: 1 g/cm3}\n  fixed: {plane: {axis: x, at: 0 m}}\nmodel: "
                            "{kind: fem, element: tet10, law: linear, gravity: [0, 0, -9.81]}\n");
   const std::string header = "case,x,y,z,fx,fy,fz,dx,dy,dz\n";

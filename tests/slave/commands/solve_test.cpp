@@ -162,6 +162,59 @@ TEST_F(SolveTest, ElementsThatAreNotTheToolAreFlagged) {
   }
 }
 
+// What is written is a table of the same contacts.
+TEST_F(SolveTest, ReadsTheContactsThatItWrote) {
+  const Outcome first = RunContacts(
+      "case,x,y,dx,dy,width\nA,0.044,0.088,0,-5e-3,5.87e-3\nB,0.044,0.088,0,-5e-3,0.01\n");
+  ASSERT_EQ(first.exit_code, 0) << first.message;
+  const Outcome again = RunContacts(first.text);
+  ASSERT_EQ(again.exit_code, 0) << again.message;
+  for (std::size_t row : {0U, 1U}) EXPECT_EQ(again.rows[row].at("fy"), first.rows[row].at("fy"));
+}
+
+constexpr const char* kGel = R"(name: gel
+object:
+  geometry: {box: {size: [40 mm, 40 mm, 20 mm], cells: [8, 8, 4]}}
+  material: {young_modulus: 20 kPa, poisson_ratio: 0.4}
+  fixed: {plane: {axis: z, at: 0 mm}}
+tool: {shape: round, radius: 12 mm, width: 24 mm}
+model: {kind: fem}
+)";
+
+// Reference: a sphere on a bonded layer of 20 mm, nu 0.4 (Dimitriadis et al., Biophys J 82, 2002):
+// 3.07 times the force at twice the depth. The force of a flat punch is proportional to the depth.
+TEST_F(SolveTest, RowsWithoutARadiusHaveThatOfTheScenesRoundTool) {
+  options_.scene = Write("gel.yaml", kGel);
+  const std::string rows = "a,0.02,0.02,0.02,0,0,-0.001\nb,0.02,0.02,0.02,0,0,-0.002\n";
+  const Outcome round = RunContacts(kHeader + rows);
+  ASSERT_EQ(round.rows.size(), 2U) << round.message;
+  EXPECT_NEAR(Number(round, 1, "fz") / Number(round, 0, "fz"), 3.07, 0.15);
+  EXPECT_EQ(Number(round, 0, "radius"), 0.012);
+  const Outcome given =
+      RunContacts("case,x,y,z,dx,dy,dz,radius\na,0.02,0.02,0.02,0,0,-0.001,0.012\n");
+  EXPECT_EQ(given.rows.at(0).at("fz"), round.rows[0].at("fz"));
+  const Outcome flat = RunContacts(
+      "case,x,y,z,dx,dy,dz,width\na,0.02,0.02,0.02,0,0,-0.001,0.024\n"
+      "b,0.02,0.02,0.02,0,0,-0.002,0.024\n");
+  EXPECT_NEAR(Number(flat, 1, "fz") / Number(flat, 0, "fz"), 2, 1e-6);
+}
+
+TEST_F(SolveTest, SaysWhichRowsLieOffTheSurface) {
+  options_.scene = Write("gel.yaml", kGel);
+  EXPECT_THAT(RunContacts("case,x,y,z,dx,dy,dz,width\na,0.02,0.02,0.0219,0,0,-0.001,0.012\n"
+                          "b,0.02,0.02,0.02,0,0,-0.001,0.012\n")
+                  .message,
+              HasSubstr("1 of 2 rows lie off the surface, up to 0.0019 m (case a"));
+}
+
+TEST_F(SolveTest, ThePlaneThatHoldsNoNodeNamesTheNearest) {
+  std::string scene = kGel;
+  scene.replace(scene.find("at: 0 mm"), 8, "at: -0.01 mm");
+  options_.scene = Write("off.yaml", scene);
+  EXPECT_THAT(RunContacts(std::string(kHeader) + "a,0.02,0.02,0.02,0,0,-0.001\n").message,
+              HasSubstr("contains no node: the nearest ones are at 0 m, 1e-05 m away"));
+}
+
 // Reference: linearity; numbers round-trip, so that the sum is exact to rounding.
 TEST_F(SolveTest, RowsOfACaseActTogetherAndCasesDoNot) {
   const Outcome outcome = RunContacts(

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <tuple>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,6 +17,7 @@
 namespace palpate::identify {
 namespace {
 
+using testing::Contains;
 using testing::HasSubstr;
 
 class TestTable : public FolderTest {
@@ -236,6 +238,100 @@ TEST_F(TestTable, OfTooFewRowsCanBeDistinguishedFromABadOne) {
   EXPECT_THROW(ReadRelaxation({"relaxation", Write(hold)}, {}), TooFewRows);
   const RelaxationTable table = ReadRelaxation({"relaxation", Write(hold + "3,.1,1\n")}, {});
   EXPECT_TRUE(table.shear);
+}
+
+// A specimen of 30 mm and 100 kPa, whose first row is `travel` mm and bears `load` N.
+std::string Travel(double travel, double load) {
+  std::string text = "Extension (mm),Load (N)\n";
+  for (int i = 0; i <= 30; ++i) {
+    text += Formatted("%.4f,%.6f\n", travel + 0.2 * i, load + 196.3495 * 0.2 * i / 30);
+  }
+  return text;
+}
+
+TEST_F(TestTable, TheTravelOfAFirstRowWithoutALoadIsTakenOff) {
+  const Specimen specimen{.height = 0.03, .diameter = 0.05};
+  for (const double travel : {0.2, 0.5, 1.0, 2.05, -0.4}) {
+    const MaterialTest test = Read("compression", Travel(travel, 0), specimen);
+    const auto last = static_cast<double>(test.rows.back().measured[0]);
+    EXPECT_NEAR(last / (test.rows.back().abscissa - 1), 1e5, 100) << travel;
+    EXPECT_THAT(test.remarks, Contains(HasSubstr("offset of the travel"))) << travel;
+  }
+  EXPECT_THAT(Read("compression", Travel(0, 0), specimen).remarks, testing::IsEmpty());
+  // A table that begins on the curve has no offset.
+  const MaterialTest later = Read("compression", Travel(0.2, 196.3495 * 0.2 / 30), specimen);
+  EXPECT_NEAR(later.rows.back().measured[0] / (later.rows.back().abscissa - 1), 1e5, 100);
+  EXPECT_THAT(later.remarks, testing::IsEmpty());
+  // Half the load: it cannot be known which of both is off.
+  EXPECT_THAT(Read("compression", Travel(1, 196.3495 * 0.45 / 30), specimen).remarks,
+              Contains(HasSubstr("which the table cannot tell")));
+}
+
+// Loading at 100 kPa, unloading below it, and a second loading that is softer.
+std::string Cycles(double hysteresis, double softening) {
+  std::string text = "strain,stress_kPa\n";
+  const auto leg = [&](bool loading, double softer) {
+    for (int i = 0; i <= 20; ++i) {
+      const double e = 0.01 * (loading ? i : 20 - i);
+      const double lower = loading ? 0 : hysteresis * e * (0.2 - e) / 0.01;
+      text += Formatted("%.4f,%.6f\n", e, 100 * e * (1 - softer) * (1 - lower));
+    }
+  };
+  leg(true, 0), leg(false, 0), leg(true, softening), leg(false, softening);
+  return text;
+}
+
+TEST_F(TestTable, CyclesThatDifferAreToldApart) {
+  const MaterialTest same = Read("tension", Cycles(0, 0));
+  EXPECT_EQ(same.rows.size(), 84U);
+  EXPECT_THAT(same.remarks, testing::IsEmpty());
+  for (const auto& [hysteresis, softening, words] :
+       {std::tuple{0.3, 0.0, "loading and unloading by"},
+        {0.0, 0.3, "loadings by"},
+        {0.3, 0.3, "loading and unloading, and loadings,"}}) {
+    const MaterialTest test = Read("tension", Cycles(hysteresis, softening));
+    EXPECT_EQ(test.rows.size(), 21U) << words;
+    EXPECT_NEAR(test.rows.back().measured[0] / 0.2, 1e5, 1) << words;
+    EXPECT_THAT(test.remarks, Contains(HasSubstr(words)));
+    EXPECT_THAT(test.remarks, Contains(HasSubstr("loading 100 kPa"))) << words;
+  }
+}
+
+TEST_F(TestTable, NamesThatOccurTwiceAreRefusedUnlessTheyAreTheSameNumbers) {
+  const std::string rows = "0,0,0,0\n.1,1,.1,2\n.2,2,.2,4\n.3,3,.3,6\n";
+  EXPECT_THAT(Complaint("tension", "strain,stress,strain,stress\n" + rows),
+              HasSubstr("the name stress occurs twice, as column 2 and column 4"));
+  const MaterialTest both = Read("tension",
+                                 "strain,stress (kPa),Strain,Stress (Pa)\n"
+                                 "0,0,0,0\n.1,1,.1,1000\n.2,2,.2,2000\n.3,3,.3,3000\n");
+  EXPECT_DOUBLE_EQ(both.rows[3].measured[0], 3000);
+}
+
+TEST_F(TestTable, AClockThatRunsBackIsRemarked) {
+  const std::string head = "time (s),strain,stress (kPa)\n", rows = "1,.1,1\n2,.2,2\n3,.3,3\n";
+  EXPECT_THAT(Read("tension", head + "0,0,0\n" + rows).remarks, testing::IsEmpty());
+  EXPECT_THAT(Read("tension", head + "0,0,0\n" + rows + "0,0,0\n" + rows).remarks,
+              Contains(HasSubstr("the time runs back in line 6")));
+}
+
+// As instruments write it: a row of units with some that no column needs.
+TEST_F(TestTable, ARowOfUnitsBelowTheNamesIsNoRowOfNames) {
+  const std::string head =
+      "Step time\tTemperature\tStress\tShear strain\tRelaxation modulus\n"
+      "s\t\xC2\xB0"
+      "C\tPa\t%\tPa\n";
+  std::string rows;
+  for (int i = 1; i <= 6; ++i) rows += Formatted("%d\t25\t%d\t2.0\t1\n", i, 100 - i);
+  const RelaxationTable table = ReadRelaxation({"relaxation", Write(head + rows)}, {});
+  EXPECT_TRUE(table.shear);
+  EXPECT_DOUBLE_EQ(table.strain.front(), 0.02);
+  EXPECT_DOUBLE_EQ(table.stress.front(), 99);
+  std::string plain = head;
+  plain.replace(plain.find("Shear s"), 7, "S");
+  EXPECT_THAT(Thrown<InputError>([&] {
+                (void)ReadRelaxation({"relaxation", Write(plain + rows)}, {});
+              }),
+              HasSubstr("it may be a shear: expected the name Shear strain"));
 }
 
 TEST_F(TestTable, SaysWhatIsWrongAndWhere) {

@@ -23,6 +23,12 @@ class MeanNetwork final : public ForceNetwork {
     info_.sigma.setConstant(sigma);
     info_.learnt_force = learnt_force;
   }
+  // Of a sensor without electrodes, with so many channels that may stay the same.
+  void BeOfChannels(int count) {
+    info_.inputs = count;
+    info_.channels = {count, "kPa"};
+    info_.longest_constant = 0;
+  }
   [[nodiscard]] const NetworkInfo& info() const override { return info_; }
   [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
     return std::make_unique<Estimate>(info_.window);

@@ -12,6 +12,8 @@ from typing import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from palpate.formats import what_is
+
 Array = npt.NDArray[np.float64]
 Windows = npt.NDArray[np.int64]  # n x 2: recording and last sample
 
@@ -21,13 +23,19 @@ SIGNALS = (*ELECTRODES, "pac0", "pdc")
 WINDOW = 50  # samples
 
 TIME_COLUMNS = ("rel_time_s", "time_s", "t_s", "t", "time", "timestamp")
-FORCE_COLUMNS = (("fx", "fy", "fz"), ("fx_N", "fy_N", "fz_N"), ("fx [N]", "fy [N]", "fz [N]"))
+FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.4482216152605}
 MOST_CHANNELS = 256
 LONGEST_CONSTANT = 5.0  # a channel that stays the same for longer says nothing about whether it works [s]
 LARGEST_FORCE_GAP = 0.1  # longer gaps of a force sensor are not interpolated [s]
 OFFSET_TIME = 0.5  # mean force of this time is the force sensor's offset [s]
 LARGEST_GAP = 3  # periods; a longer step is a gap
 SAME_PERIOD = 0.1  # relative difference up to which samples are used unchanged
+
+MOST_FORCE = 200.0  # a fingertip and its sensor bear less [N]
+REVERSED = 0.5  # mean fz by the mean size of the force in contact, above which the sign is that of the reaction
+PULLS = 0.1  # share of contact with fz > 0, above which it is remarked
+REST_CHANGE = 0.05  # of the largest force, which the force may change by within the rest
+REST_NOISES = 5  # rms of the force within the rest
 
 CONTACT_SHARE = 0.05  # contact: force above this share of the largest one
 PAUSE = 0.5  # shorter pauses belong to the contact [s]
@@ -114,6 +122,8 @@ class Table:
         self.header = 1  # its line
         self.names: list[str] = []
         self.rows: list[list[str]] = []
+        if foreign := what_is(file):
+            raise InputError(f"{file}: {foreign}: expected a CSV file")
         try:
             with open(file, newline="", encoding="utf-8-sig") as stream:
                 for number, row in enumerate(csv.reader(stream), 1):
@@ -132,8 +142,13 @@ class Table:
             raise InputError(f"{file}: no samples: expected a header and one row or more")
 
     def find(self, *names: str) -> int | None:
-        """Index of the first of these columns that exists."""
-        return next((self.names.index(name) for name in names if name in self.names), None)
+        """Index of the first of these columns that exists. Raises InputError: it occurs twice."""
+        for name in names:
+            if self.names.count(name) > 1:
+                raise InputError(f"{self.file}:{self.header}: column {name} occurs twice: expected one recording in a table")
+            if name in self.names:
+                return self.names.index(name)
+        return None
 
     def numbers(self, column: int) -> Array:
         values = np.empty(len(self.rows))
@@ -245,13 +260,19 @@ def _channels(table: Table, finger: str, sensor: Sensor) -> Array:
     """n x channels, in the unit of the sensor."""
     where, own = f"{table.file}:{table.header}", f"{finger}_" if finger else ""
     found: dict[str, dict[int, int]] = {}
+    for title in table.names:
+        if re.fullmatch(rf"(|\w+_){re.escape(sensor.prefix)}0\d*(?: ?[\[(].*[\])])?", title):
+            raise InputError(f"{where}: column {title}: channels are counted from {sensor.prefix}1, without leading zeros: expected "
+                             f"{own}{sensor.prefix}1 to {own}{sensor.prefix}N")
     for column, title in enumerate(table.names):
         match = re.fullmatch(rf"(|\w+_){re.escape(sensor.prefix)}([1-9]\d*)(?: ?[\[(](.*)[\])])?", title)
         if not match or (own and match[1] not in ("", own)):
             continue
         if match[3] is not None and match[3] != sensor.unit:
             raise InputError(f"{where}: column {title}: expected the unit [{sensor.unit}]")
-        found.setdefault(match[1], {})[int(match[2])] = column
+        if int(match[2]) in found.setdefault(match[1], {}):
+            raise InputError(f"{where}: column {title} occurs twice: expected one recording in a table")
+        found[match[1]][int(match[2])] = column
     if not found:
         raise InputError(f"{where}: no column {own}{sensor.prefix}1: expected {own}{sensor.prefix}1 to {own}{sensor.prefix}N")
     if len(found) > 1:
@@ -274,6 +295,25 @@ def _longest_constant(t: Array, values: Array) -> float:
     return longest
 
 
+def _force_columns(table: Table) -> list[tuple[int, float]]:
+    """Column and unit [N] of fx, fy and fz: `fx`, `fx_N`, `fx [mN]`. Raises InputError: none, or a unit that is no force."""
+    found: dict[str, tuple[int, float]] = {}
+    for column, title in enumerate(table.names):
+        match = re.fullmatch(r"f([xyz])(?: ?[\[(] ?(.*?) ?[\])]|_(\w+))?", title)
+        if not match:
+            continue
+        if match[1] in found:
+            raise InputError(f"{table.file}:{table.header}: column {title} is a second f{match[1]}: expected one force in a table")
+        unit = match[2] if match[2] is not None else match[3] or "N"
+        if unit not in FORCE_UNITS:
+            raise InputError(f"{table.file}:{table.header}: column {title}: expected a force in {', '.join(FORCE_UNITS)}")
+        found[match[1]] = column, FORCE_UNITS[unit]
+    if len(found) < 3:
+        raise InputError(f"{table.file}: no force columns: expected fx, fy, fz [N], or with another unit as in fx [mN], "
+                         "or a file with them: TACTILE.csv+WRENCH.csv")
+    return [found[axis] for axis in "xyz"]
+
+
 class ForceCurve:
     """What a force sensor recorded, less the mean of its first half second."""
 
@@ -290,14 +330,8 @@ class ForceCurve:
             self.force = np.stack([np.zeros_like(fz), np.zeros_like(fz), fz], axis=1)
             return
         self.t, first = np.unique(table.times(), return_index=True)
-        for names in FORCE_COLUMNS:
-            columns = [table.find(name) for name in names]
-            if None not in columns:
-                force = np.stack([table.numbers(c) for c in columns if c is not None], axis=1)[first]
-                self.force = force - force[self.t - self.t[0] < OFFSET_TIME].mean(axis=0)
-                return
-        raise InputError(f"{table.file}: no force columns: expected fx, fy, fz or fx_N, fy_N, fz_N [N], "
-                         "or a file with them: TACTILE.csv+WRENCH.csv")
+        force = np.stack([unit * table.numbers(column) for column, unit in _force_columns(table)], axis=1)[first]
+        self.force = force - force[self.t - self.t[0] < OFFSET_TIME].mean(axis=0)
 
     def at(self, t: Array) -> Array:
         """n x 3 [N]; NaN before the first sample, after the last one and in gaps."""
@@ -372,7 +406,48 @@ def read_recordings(arguments: Sequence[DataArgument], finger: str, rest_samples
                     sensor: Sensor = Sensor()) -> list[Recording]:
     recordings = [recording for data in arguments for recording in read_recording(data, finger, rest_samples, sensor)]
     require_same_channels(recordings)
+    if recordings:
+        require_presses(recordings, rest_samples)
     return recordings
+
+
+def require_presses(recordings: Sequence[Recording], rest_samples: int) -> None:
+    """Raises InputError for forces that are not those of the fingertip on the object, or a baseline that was taken in contact."""
+    force = np.concatenate([r.force[r.begin:r.end] for r in recordings])
+    size = np.linalg.norm(force, axis=1)
+    touches = size > CONTACT_SHARE * size.max()
+    along = force[touches, 2].mean() / size[touches].mean() if touches.any() else 0.0
+    if along > REVERSED:
+        raise InputError(f"{recordings[0].name}: contacts have fz > 0 (mean {force[touches, 2].mean():+.3g} N): expected the force of the "
+                         "fingertip on the object, whose fz is negative: the sign of this one is that of the reaction, or the recording "
+                         "begins in contact")
+    for r in recordings:
+        if r.t[0] - r.baseline_time > OFFSET_TIME:
+            continue  # a later piece of a recording with a gap
+        rest = r.force[:rest_samples]
+        third = len(rest) // 3
+        if third < 2:
+            continue
+        change = np.linalg.norm(rest[-third:].mean(axis=0) - rest[:third].mean(axis=0))
+        noise = np.linalg.norm(np.diff(rest, axis=0), axis=1).mean()
+        if change > REST_CHANGE * size.max() and change > REST_NOISES * noise:
+            raise InputError(f"{r.name}: the force changes by {change:.3g} N within the first {rest_samples} samples: expected a "
+                             "beginning without contact, or --rest N with fewer samples")
+
+
+def remarks_on(recordings: Sequence[Recording]) -> list[str]:
+    """What is possible, but seldom: forces in another unit, pulls."""
+    force = np.concatenate([r.force[r.begin:r.end] for r in recordings])
+    size = np.linalg.norm(force, axis=1)
+    remarks = []
+    if size.max() > MOST_FORCE:
+        remarks.append(f"forces up to {size.max():.4g} N: more than a fingertip bears; in millinewtons these are {1e-3 * size.max():.4g} N: "
+                       "then name the columns fx [mN], fy [mN], fz [mN], or divide FACTOR of --normal by 1000")
+    touches = size > CONTACT_SHARE * size.max()
+    pulls = float((force[touches, 2] > CONTACT_SHARE * size.max()).mean()) if touches.any() else 0.0
+    if pulls > PULLS:
+        remarks.append(f"fz > 0 in {100 * pulls:.0f} % of the contacts: a pull. A recording that begins in contact has such forces later")
+    return remarks
 
 
 def require_same_channels(recordings: Sequence[Recording]) -> None:

@@ -53,5 +53,38 @@ TEST_F(FingertipChecksTest, AFingertipBesideItsEncoderPoseIsFlaggedAtOnceAndForA
   EXPECT_EQ(CodeOf(sample), FailedCheck::kNone);
 }
 
+// Something pressed while the baseline was taken, by 2 N: once it is gone the force pulls. A
+// contact that sticks for a moment as it opens is flagged no longer than it does.
+TEST_F(FingertipChecksTest, AForceThatPullsTellsThatTheBaselineWasTakenInContact) {
+  Tactile tactile;
+  tactile.channels = {4, "kPa"};
+  tactile.rest_samples = 10;
+  testing_fakes::MeanNetwork network(1);
+  network.BeOfChannels(4);
+  const auto check_after = [&](double pull, int samples) {
+    checks_.Reset();
+    Fingertip tip(tactile, &network, localiser_);
+    const auto take = [&](double force, int count) {
+      FailedCheck code = FailedCheck::kNone;
+      FingerReading reading;
+      reading.present = true;
+      reading.channels.resize(4);
+      reading.channels.fill(100);
+      reading.channels[2] += static_cast<float>(force / testing_fakes::MeanNetwork::kPerCount);
+      for (int i = 0; i < count; ++i) {
+        tip.Estimate(reading, false, false);
+        code = CodeOf({tip, &consistency_});
+      }
+      return code;
+    };
+    EXPECT_EQ(take(0, 30), FailedCheck::kNone);
+    EXPECT_EQ(take(-2, 100), FailedCheck::kNone) << "a press";
+    EXPECT_EQ(take(pull, samples), FailedCheck::kRestDrift);
+    return take(-2, 10);
+  };
+  EXPECT_EQ(check_after(0.5, 20), FailedCheck::kNone);
+  EXPECT_EQ(check_after(2, 60), FailedCheck::kRestDrift) << "until the next baseline";
+}
+
 }  // namespace
 }  // namespace palpate

@@ -99,7 +99,7 @@ TEST_F(PcdFileTest, FarthestAndInfinitePointsAreDropped) {
 
 TEST_F(PcdFileTest, ComplaintsNameTheFileAndWhatIsExpected) {
   EXPECT_THAT(Complaint(""), HasSubstr("cloud.pcd: no PCD header"));
-  EXPECT_THAT(Complaint("\x89PNG\r\n\x1a\n...."), HasSubstr("no PCD header"));
+  EXPECT_THAT(Complaint("\x89PNG\r\n\x1a\n...."), HasSubstr("is a PNG image"));
   EXPECT_THAT(Complaint("VERSION 0.7\nFIELDS x y z\n"), HasSubstr("no PCD header"));
   EXPECT_THAT(Complaint(Header("ascii") + "1 2 3\n     \n"), HasSubstr("cut off"));
   EXPECT_THAT(Complaint(Header("binary") + "12345678"), HasSubstr("cut off: expected 2 points"));

@@ -59,6 +59,18 @@ TEST(ElectrodeLayoutTest, SaysWhatIsWrongAndInWhichLine) {
   EXPECT_THAT(ComplaintAbout(scratch.path()), HasSubstr("cannot be read"));
 }
 
+TEST(ElectrodeLayoutTest, ALayoutInMetresIsRefused) {
+  const Scratch scratch;
+  const auto complaint = [&](const char* text) {
+    return Thrown<std::runtime_error>([&] {
+      ReadElectrodeLayout(scratch.Write("layout.csv", text), {2, "kPa"});
+    });
+  };
+  EXPECT_EQ(complaint("c1,0,0,0,0,0,1\nc2,12,0,0,0,0,1\n"), "");
+  EXPECT_THAT(complaint("c1,0,0,0,0,0,1\nc2,0.012,0,0,0,0,1\n"),
+              HasSubstr("the channels span 0.012 mm, in metres 12 mm: expected millimetres"));
+}
+
 // What SimulatedLayout promises at any size: electrodes apart from each other, under the skin, on
 // the pad's side, mirrored about the plane y = 0, normals outward.
 TEST(ElectrodeLayoutTest, SimulatedElectrodesAreSpreadUnderTheSkinAtAnySize) {

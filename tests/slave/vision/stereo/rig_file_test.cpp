@@ -93,6 +93,46 @@ distortion_coefficients: {rows: 1, cols: 5, data: [-0.01, 0.003, 0.001, 0.002, 0
   EXPECT_EQ(ros.left.size[1], 576);
 }
 
+// OpenCV's calibration sample writes XML and JSON; `ros2 topic echo` prints CameraInfo.
+TEST_F(RigFileTest, XmlAndJsonOfOpenCvAndTheMessageOfRosAreRead) {
+  const StereoRig xml = ReadRig(Write(R"(<?xml version="1.0"?>
+<opencv_storage>
+<image_width>640</image_width>
+<image_height>480</image_height>
+<camera_matrix type_id="opencv-matrix">
+  <rows>3</rows><cols>3</cols><dt>d</dt>
+  <data>530. 0. 340. 0. 540. 230. 0. 0. 1.</data></camera_matrix>
+<distortion_coefficients type_id="opencv-matrix">
+  <rows>5</rows><cols>1</cols><dt>d</dt>
+  <data>-0.26 -0.038 0.0017 -0.00028 0.</data></distortion_coefficients>
+</opencv_storage>
+)"));
+  EXPECT_EQ(xml.left.size, (std::array<int, 2>{640, 480}));
+  EXPECT_EQ(xml.left.fy, 540);
+  EXPECT_EQ(xml.left.distortion, (std::array<double, 5>{-0.26, -0.038, 0.0017, -0.00028, 0}));
+  const StereoRig json = ReadRig(Write(R"({
+    "image_width": 640, "image_height": 480,
+    "camera_matrix": {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d",
+                      "data": [530.0, 0.0, 340.0, 0.0, 540.0, 230.0, 0.0, 0.0, 1.0]},
+    "distortion_coefficients": {"type_id": "opencv-matrix", "rows": 5, "cols": 1, "dt": "d",
+                                "data": [-0.26, -0.038, 0.0017, -0.00028, 0.0]}
+})"));
+  ExpectSame(json.left, xml.left);
+  for (const bool is_ros1 : {false, true}) {
+    const char* K = is_ros1 ? "K" : "k";
+    const char* D = is_ros1 ? "D" : "d";
+    const StereoRig ros = ReadRig(
+        Write(std::string("header: {frame_id: left}\nheight: 480\nwidth: 640\ndistortion_model: "
+                          "plumb_bob\n") +
+              D + ": [-0.26, -0.038, 0.0017, -0.00028, 0.0]\n" + K +
+              ": [530.0, 0.0, 340.0, 0.0, 540.0, 230.0, 0.0, 0.0, 1.0]\nbinning_x: 0\n---\n"));
+    ExpectSame(ros.left, xml.left);
+  }
+  EXPECT_THAT(Refusal("<?xml version=\"1.0\"?>\n<camera><fx>530</fx></camera>\n"),
+              HasSubstr("rig.yaml: "));
+  EXPECT_THAT(Refusal("<html></html>"), HasSubstr("is a web page: expected a camera rig"));
+}
+
 constexpr const char* kMatrix = "800, 0, 320, 0, 800, 240";
 
 // The file of one camera; `matrix`: the first two rows.

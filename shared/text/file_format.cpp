@@ -1,0 +1,113 @@
+#include "shared/text/file_format.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstddef>
+#include <fstream>
+
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::size_t kLooked = 512;  // [bytes]
+
+struct Format {
+  std::string_view magic;  // at `at`
+  std::size_t at;
+  std::string_view name, advice;
+};
+
+using namespace std::string_view_literals;
+constexpr std::string_view kAsCsv = "save the table as CSV";
+constexpr std::string_view kAsPng = "write each image as a 16-bit PNG, for depths in a whole unit";
+constexpr std::string_view kByMeshio = "meshio convert FILE OUT.msh";
+
+// By the documents of the formats.
+constexpr std::array kFormats{
+    Format{"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1", 0, "a workbook (.xls)", kAsCsv},
+    Format{"PAR1", 0, "a Parquet file", kAsCsv},
+    Format{"ARROW1", 0, "an Arrow file", kAsCsv},
+    Format{"FEA1", 0, "a Feather file", kAsCsv},
+    Format{"\x93NUMPY", 0, "a NumPy array (.npy)", "write it by numpy.savetxt with a header"},
+    Format{"\x89HDF\r\n\x1A\n", 0, "an HDF5 file", "write its arrays as CSV, meshes by meshio"},
+    Format{"MATLAB 5.0 MAT-file", 0, "a MATLAB file", "write its arrays by writematrix as CSV"},
+    Format{"SQLite format 3\0"sv, 0, "an SQLite database, such as a rosbag2 .db3",
+           "ros2 bag convert writes MCAP"},
+    Format{"#ROSBAG", 0, "a bag of ROS 1", "mcap convert writes MCAP"},
+    Format{"\x89MCAP0\r\n", 0, "an MCAP file",
+           "palpate-slave process reads those of palpate-slave serve --record"},
+    Format{"\x28\xB5\x2F\xFD", 0, "a file compressed by zstd", "zstd -d unpacks it"},
+    Format{"\x1F\x8B", 0, "a file compressed by gzip", "gunzip unpacks it"},
+    Format{"BZh", 0, "a file compressed by bzip2", "bunzip2 unpacks it"},
+    Format{"\xFD\x37zXZ", 0, "a file compressed by xz", "unxz unpacks it"},
+    Format{"7z\xBC\xAF\x27\x1C", 0, "a 7z archive", "7z x unpacks it"},
+    Format{"Rar!", 0, "a RAR archive", "unrar x unpacks it"},
+    Format{"II*\0"sv, 0, "a TIFF image", kAsPng},
+    Format{"MM\0*"sv, 0, "a TIFF image", kAsPng},
+    Format{"v/1\x01", 0, "an OpenEXR image", kAsPng},
+    Format{"\x89PNG\r\n", 0, "a PNG image", ""},
+    Format{"\xFF\xD8\xFF", 0, "a JPEG image", ""},
+    Format{"ftyp", 4, "a video", "name it as sense.camera.file"},
+    Format{"\x1A\x45\xDF\xA3", 0, "a video (Matroska)", "name it as sense.camera.file"},
+    Format{"%PDF", 0, "a PDF document", ""},
+    Format{"LASF", 0, "a LAS point cloud", "CloudCompare saves PCD"},
+    Format{"ASTM-E57", 0, "an E57 point cloud", "CloudCompare saves PCD"},
+    Format{"$NOD", 0, "a Gmsh mesh of format 1",
+           "gmsh FILE.msh -save -format msh2 -o OUT.msh converts it"},
+    Format{"# vtk DataFile", 0, "a VTK file", kByMeshio},
+    Format{"*HEADING", 0, "an Abaqus or CalculiX mesh", kByMeshio},
+    Format{"MeshVersionFormatted", 0, "a Medit mesh", kByMeshio},
+};
+
+// Of a ZIP archive by the names of its first members, which are not compressed.
+std::string ArchiveFormat(std::string_view beginning) {
+  const auto has = [&](std::string_view part) {
+    return beginning.find(part) != std::string_view::npos;
+  };
+  if (has("[Content_Types].xml") || has("xl/") || has("_rels/") || has("docProps/")) {
+    return "a workbook (.xlsx): " + std::string(kAsCsv);
+  }
+  if (has("opendocument.spreadsheet")) return "a workbook (.ods): " + std::string(kAsCsv);
+  if (has(".npy")) return "NumPy arrays (.npz): write them by numpy.savetxt with a header";
+  if (has("data.pkl")) {
+    return "a file of PyTorch: python3 -m palpate.convert_network writes network.json";
+  }
+  return "a ZIP archive: unzip it";
+}
+
+std::string TextFormat(std::string_view text) {
+  const std::string_view plain = Trimmed(text);
+  if (plain.starts_with("<?xml") || plain.starts_with("<VTKFile")) {
+    return plain.find("<VTKFile") != std::string_view::npos
+               ? "a VTK file in XML: " + std::string(kByMeshio)
+               : "an XML file";
+  }
+  const std::string head = Lowercase(plain.substr(0, 16));
+  if (head.starts_with("<!doctype html") || head.starts_with("<html")) return "a web page";
+  return {};
+}
+
+}  // namespace
+
+std::string ForeignFormat(std::string_view beginning) {
+  for (const auto& [magic, at, name, advice] : kFormats) {
+    if (beginning.size() < at || !beginning.substr(at).starts_with(magic)) continue;
+    if (at > 0 && beginning.front() != '\0') continue;  // a length before the name
+    return std::string(name) + (advice.empty() ? "" : ": ") + std::string(advice);
+  }
+  if (beginning.starts_with("PK\x03\x04")) return ArchiveFormat(beginning);
+  return TextFormat(beginning);
+}
+
+std::string ForeignFile(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string beginning(kLooked, '\0');
+  if (!stream) return {};
+  stream.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+  beginning.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, stream.gcount())));
+  return ForeignFormat(std::string_view(beginning));
+}
+
+}  // namespace palpate

@@ -1,0 +1,125 @@
+#include "slave/checks/points/rest_surface.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using testing::HasSubstr;
+
+constexpr int kColumns = 80, kRows = 60;
+constexpr double kDistance = 0.25, kTable = 0.31, kHalf = 0.03;  // of the top, its table [m]
+
+// A square of 60 mm, a quarter of a metre before a camera, in its frame.
+SurfaceMesh Square() {
+  SurfaceMesh surface;
+  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+    surface.nodes.emplace_back(kHalf * x, kHalf * y, kDistance);
+  }
+  surface.triangles = {{0, 2, 1}, {0, 3, 2}};
+  return surface;
+}
+
+// What a camera of another focal length (by `focal`), place and rotation about y measures of the
+// square on a table.
+std::vector<RestRay> Seen(double focal, double scale, double shift, double tilt, bool has_table) {
+  constexpr double kFocal = 150;
+  std::vector<RestRay> rays;
+  for (int v = 0; v < kRows; ++v) {
+    for (int u = 0; u < kColumns; ++u) {
+      const double x = (u - 0.5 * kColumns) / kFocal, y = (v - 0.5 * kRows) / kFocal;
+      const double X = std::tan(std::atan(x) + tilt) * kDistance - shift, Y = y * kDistance;
+      const bool on = std::abs(X) <= kHalf && std::abs(Y) <= kHalf;
+      // A plane whose depth grows across the image by the tilt.
+      const double z = kDistance / (1 - std::tan(tilt) * x);
+      rays.push_back({{x / focal, y / focal}, on ? scale * z : has_table ? kTable : 0});
+    }
+  }
+  return rays;
+}
+
+// About the middle of the square.
+std::vector<RestRay> Turned(double tilt) {
+  return Seen(1, 1, std::tan(tilt) * kDistance, tilt, true);
+}
+
+RestSurface Compare(const std::vector<RestRay>& rays) {
+  return CompareAtRest(Square(), rays, kColumns, 5e-4, 25);
+}
+
+std::string Fault(const RestSurface& rest) {
+  return std::string(FaultOf(rest, 2 * kHalf));
+}
+
+TEST(RestSurfaceTest, ASurfaceWhereTheSceneHasItIsAccepted) {
+  for (const bool has_table : {false, true}) {
+    const RestSurface rest = Compare(Seen(1, 1, 0, 0, has_table));
+    EXPECT_NEAR(rest.distance, kDistance, 1e-9);
+    EXPECT_NEAR(rest.off, 0, 1e-9);
+    EXPECT_NEAR(rest.tilt, 0, 1e-9);
+    EXPECT_GT(rest.edge, 0.95);
+    EXPECT_LT(rest.beyond, 0.05);
+    EXPECT_EQ(Fault(rest), "");
+  }
+}
+
+// Depths that are 10 % too long, and a camera 20 mm too high.
+TEST(RestSurfaceTest, AnotherDistanceIsNamed) {
+  for (const double scale : {1.1, 0.9, 0.27 / 0.25}) {
+    const RestSurface rest = Compare(Seen(1, scale, 0, 0, true));
+    EXPECT_NEAR(rest.off, (scale - 1) * kDistance, 1e-6);
+    EXPECT_THAT(Fault(rest), HasSubstr("nearer or farther")) << scale;
+  }
+}
+
+// Intrinsics of another stream make the body smaller or larger, whatever is around it; half an
+// image with those of the whole one, twice.
+TEST(RestSurfaceTest, IntrinsicsOfAnotherStreamAreNamed) {
+  for (const bool has_table : {false, true}) {
+    for (const double focal : {1.15, 1.3}) {
+      EXPECT_THAT(Fault(Compare(Seen(focal, 1, 0, 0, has_table))), HasSubstr("not extend as far"))
+          << focal;
+    }
+    EXPECT_NE(Fault(Compare(Seen(2, 1, 0, 0, has_table))), "") << "most of it sees the table";
+    for (const double focal : {0.85, 0.7}) {
+      EXPECT_THAT(Fault(Compare(Seen(focal, 1, 0, 0, has_table))), HasSubstr("extends farther"))
+          << focal;
+    }
+  }
+}
+
+TEST(RestSurfaceTest, ABodyBesideItsPlaceIsNamed) {
+  EXPECT_THAT(Fault(Compare(Seen(1, 1, 0.008, 0, true))), HasSubstr("not extend as far"));
+}
+
+TEST(RestSurfaceTest, ATiltIsNamed) {
+  const RestSurface rest = Compare(Turned(0.1));
+  EXPECT_NEAR(rest.tilt, 0.1, 0.02);
+  EXPECT_THAT(Fault(rest), HasSubstr("tilted"));
+  EXPECT_EQ(Fault(Compare(Turned(0.02))), "");
+}
+
+TEST(RestSurfaceTest, ACameraThatDoesNotSeeTheBodyIsNamed) {
+  std::vector<RestRay> rays = Seen(1, 1, 0, 0, false);
+  for (RestRay& ray : rays) ray.slope.x() += 5;
+  EXPECT_THAT(Fault(Compare(rays)), HasSubstr("no surface at rest"));
+  for (RestRay& ray : rays) ray.z = 0;
+  EXPECT_THAT(Fault(Compare(rays)), HasSubstr("no surface at rest"));
+}
+
+// Without rows there is no extent: points of a pair.
+TEST(RestSurfaceTest, PointsOfAPairShowDistanceAndTilt) {
+  const auto compare = [](double scale) {
+    return CompareAtRest(Square(), Seen(1, scale, 0, 0, true), 0, 0, 1);
+  };
+  EXPECT_EQ(Fault(compare(1)), "");
+  EXPECT_THAT(Fault(compare(1.05)), HasSubstr("nearer or farther"));
+}
+
+}  // namespace
+}  // namespace palpate
