@@ -91,7 +91,7 @@ def completion(program, helps):
 
 
 def certs_manual(version):
-    lines = [line.removeprefix("#").removeprefix(" ").rstrip() for line in (ROOT / "deploy/certs").read_text().splitlines()[1:10]]
+    lines = [line.removeprefix("#").removeprefix(" ").rstrip() for line in (ROOT / "deploy/certs").read_text().splitlines()[1:8]]
     first, _, rest = "\n".join(lines).partition("\n")
     return (f'.TH PALPATE-CERTS 1 "" "Palpate {version}" "Palpate"\n.SH NAME\npalpate-certs \\- make certificates for \\-\\-tls\n'
             f".SH DESCRIPTION\n{roff(first)}\n{example(rest)}")
