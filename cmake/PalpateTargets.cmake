@@ -135,8 +135,7 @@ endfunction()
 # executable per folder of tests, run by ctest as NAME. Those of its tests that a GoogleTest FILTER names are run as NAME_slow, with the
 # label `slow`: `tests/run.sh --full` alone runs them. Those that a FILTER names ALONE run in real time: as NAME_alone, beside no other test. SANITIZE: parses or speaks, so that every
 # `tests/run.sh` runs it under the address and undefined-behaviour sanitizers too; with `--full` they run everything.
-# FULL: of what no session runs on (simulated worlds, training, identification, reports of studies), of model kinds whose
-# answers test_reference holds, or long sweeps: built and run by `--full`. THREADS: runs threads, which `--full` has the thread sanitizer watch. RACES: so does every `tests/run.sh`.
+# FULL: of what no session runs on (simulated worlds, training, reports of studies), or long sweeps: built and run by `--full`. THREADS: runs threads, which `--full` has the thread sanitizer watch. RACES: so does every `tests/run.sh`.
 # COMPUTES: its own code, or templates of libraries in it, takes longer to run at -O0 than to compile at -O1.
 # PALPATE_SANITIZED_APART: tests with SANITIZE or RACES are left out here, because the sanitizers' builds run them.
 # PALPATE_SANITIZE_TESTS off: what tests call is watched, their own code is not.
