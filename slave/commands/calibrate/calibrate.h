@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "slave/vision/stereo/rig.h"
+
 namespace palpate {
 
 struct CalibrateOptions {
@@ -42,25 +44,28 @@ number in their names pairs left and right. For asymmetric circles --square is t
 rows.
 
 Images without the board, unreadable images and pairs that contradict the others are listed and not
-used. Exchanged sides are reported and corrected. A calibration is rejected, with the reason and
-exit code 1, if fewer than four different positions of the board are usable; if halves of the images
-disagree on the baseline (one camera: the focal length), so that one sigma exceeds 1 %; if the
-corner residual exceeds 1 px rms; if one sigma of the focal length in the fit exceeds 2 %; if the
-corners cover less than 15 % of an image; or if fewer than half of the images, or pairs, agree. A
-rejected calibration is written only with --force.
+used. Exchanged sides are reported and corrected. A calibration that may be wrong is rejected with
+the reason and exit code 1, and written only with --force.
 
 --register reads rows of the tip position in S [m] and in the image [px]. With u_right,v_right and a
 rig the positions are triangulated. With one lens the camera pose is fitted. With --plane, or with
 --size and no lens, pixel size and pose are fitted for a camera that looks straight down on z = 0.
-The lines for the scene's sense.camera go to standard output. A pose is rejected in the same way if
-fewer than two thirds of the positions agree, or fewer than four with a pair, five with one lens,
-three with --plane or --size; if they are on one line or mirror the image points; if the residual
-exceeds 5 % of their spread; if one sigma of the direction exceeds 2 degrees; with one lens, if a
-second pose fits nearly as well; with --plane or --size, if a position is off z = 0 by more than 5 %
-of the spread.)";
+The lines for the scene's sense.camera go to standard output. A pose is rejected in the same way.
+
+The guides of one camera and of two cameras list the reasons of a rejection.)";
 
 // Returns the exit code: 0 done, 1 rejected (nothing is written without `force`). Throws
 // std::invalid_argument: unusable options or data; std::runtime_error: the command failed.
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop);
+
+// Two positive counts `9x6`. Throws std::invalid_argument naming the option.
+std::array<int, 2> TwoCounts(const std::string& option, const std::string& text, int least,
+                             int most, const char* example);
+
+// The part --register of RunCalibrate. `rig`: the cameras, nullptr: only the image's size is known;
+// `lens_file`: of the one camera, for the scene's `intrinsics`. The table goes to standard error,
+// the lines to standard output and to `out` (empty: not).
+int RunRegister(const CalibrateOptions& options, const StereoRig* rig,
+                const std::filesystem::path& lens_file, const std::filesystem::path& out);
 
 }  // namespace palpate

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 #include <utility>
 
@@ -11,10 +13,8 @@
 #include <fmt/format.h>
 #include <opencv2/calib3d.hpp>
 
-#include "slave/vision/calibration/lens_calibration.h"
-#include "slave/vision/calibration/robust_fit.h"
-#include "slave/vision/stereo/lens_warp.h"
-#include "slave/vision/stereo/rig.h"
+#include "slave/statistics/robust.h"
+#include "slave/vision/calibration/calibration.h"
 
 namespace palpate {
 namespace {
@@ -23,21 +23,96 @@ namespace {
 // no more outliers than half of what fits.
 constexpr double kWidth = 0.05, kAngle = 2 * std::numbers::pi / 180, kScatter = 0.05;
 constexpr double kUsed = 2.0 / 3;
-// Two fits of the same places are alike where their misses differ by less than this factor.
-constexpr double kAlike = 2;
 
-Indices AllIndices(std::size_t count) {
-  Indices all(count);
-  for (std::size_t i = 0; i < count; ++i) all[i] = i;
-  return all;
+using Indices = std::vector<std::size_t>;
+using Points = std::vector<Eigen::Vector3d>;
+
+struct Guess {
+  Eigen::Isometry3d X_SC = Eigen::Isometry3d::Identity();
+  double pixel = 0;  // [m]
+};
+
+// A way to the camera pose; the image points are its own.
+struct Way {
+  std::size_t fewest = 0;  // positions that determine a pose
+  Indices usable;          // positions that have a ray, or an intersection
+  // The poses of least squares from the positions `which`, the best first; empty: none.
+  std::function<std::vector<Guess>(const Points& p_S, const Indices& which)> solve;
+  // Residual of position `i` [m]; NaN: unknown.
+  std::function<double(const Guess& guess, const Eigen::Vector3d& p_S, std::size_t i)> miss;
+};
+
+double RmsOf(const Way& way, const Guess& guess, const Points& p_S, const Indices& which) {
+  double sum = 0;
+  for (const std::size_t i : which) {
+    const double miss = way.miss(guess, p_S[i], i);
+    sum += std::isfinite(miss) ? miss * miss : HUGE_VAL;
+  }
+  return std::sqrt(sum / static_cast<double>(which.size()));
 }
 
-Indices UsedOf(const CameraRegistration& r) {
-  Indices used;
-  for (std::size_t i = 0; i < r.used.size(); ++i) {
-    if (r.used[i]) used.push_back(i);
+// Least median of squares over random subsets (fixed seed), then those within three robust sigma
+// (Rousseeuw and Leroy, Robust Regression and Outlier Detection, 1987, ch. 5). All of them where
+// too few are usable to tell an outlier.
+Indices AgreeingPlaces(const Way& way, const Points& p_S) {
+  constexpr int kSubsets = 400;
+  const std::size_t count = way.usable.size();
+  if (count < way.fewest + 2) return way.usable;
+  // What the subset fits exactly does not count as agreement.
+  const std::size_t rank = std::min((count + way.fewest + 1) / 2, count - 1);
+  const double factor = 3 * kSigmaPerMedian * (1 + 5 / static_cast<double>(count - way.fewest));
+  Indices best;
+  double least = HUGE_VAL;
+  std::mt19937 random(1987);
+  for (int k = 0; k < kSubsets; ++k) {
+    Indices subset = way.usable;
+    for (std::size_t i = 0; i < way.fewest; ++i) {
+      std::swap(subset[i], subset[i + random() % (count - i)]);
+    }
+    subset.resize(way.fewest);
+    const std::vector<Guess> guesses = way.solve(p_S, subset);
+    if (guesses.empty()) continue;
+    std::vector<std::pair<double, std::size_t>> misses;
+    for (const std::size_t i : way.usable) {
+      const double miss = way.miss(guesses.front(), p_S[i], i);
+      misses.emplace_back(std::isfinite(miss) ? miss : HUGE_VAL, i);
+    }
+    std::ranges::sort(misses);
+    if (misses[rank].first >= least) continue;
+    least = misses[rank].first;
+    best.clear();
+    for (const auto& [miss, i] : misses) {
+      if (miss <= factor * least + 1e-12) best.push_back(i);
+    }
   }
-  return used;
+  std::ranges::sort(best);
+  return best;
+}
+
+double LargestSigma(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+}
+
+// From the poses that are found without one of the positions each.
+void SetSigmas(const Way& way, const Points& p_S, const Indices& used, CameraRegistration* r) {
+  r->sigma_angle = r->sigma_place = HUGE_VAL;
+  if (used.size() <= way.fewest) return;
+  Eigen::Matrix3d angle = Eigen::Matrix3d::Zero(), place = Eigen::Matrix3d::Zero();
+  for (const std::size_t left_out : used) {
+    Indices rest = used;
+    std::erase(rest, left_out);
+    const std::vector<Guess> guesses = way.solve(p_S, rest);
+    if (guesses.empty()) return;
+    const Eigen::Isometry3d& X_SC = guesses.front().X_SC;
+    const Eigen::AngleAxisd turn(r->X_SC.linear().transpose() * X_SC.linear());
+    const Eigen::Vector3d shift = X_SC.translation() - r->X_SC.translation();
+    angle += turn.angle() * turn.angle() * turn.axis() * turn.axis().transpose();
+    place += shift * shift.transpose();
+  }
+  const auto count = static_cast<double>(used.size());
+  r->sigma_angle = LargestSigma((count - 1) / count * angle);
+  r->sigma_place = LargestSigma((count - 1) / count * place);
 }
 
 // Positions and their principal directions.
@@ -47,12 +122,12 @@ struct PlaceCloud {
   Eigen::Vector3d normal{0, 0, 1};   // the direction of the smallest extent
 };
 
-PlaceCloud CloudOf(const Indices& used, const std::vector<TipPlace>& places) {
+PlaceCloud CloudOf(const Points& p_S, const Indices& used) {
   PlaceCloud cloud;
-  for (const std::size_t i : used) cloud.mean += places[i].p_S / static_cast<double>(used.size());
+  for (const std::size_t i : used) cloud.mean += p_S[i] / static_cast<double>(used.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::size_t i : used) {
-    const Eigen::Vector3d d = places[i].p_S - cloud.mean;
+    const Eigen::Vector3d d = p_S[i] - cloud.mean;
     scatter += d * d.transpose() / static_cast<double>(used.size());
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
@@ -61,137 +136,35 @@ PlaceCloud CloudOf(const Indices& used, const std::vector<TipPlace>& places) {
   return cloud;
 }
 
-CameraRegistration RegistrationOf(const RobustFit& fit, bool in_pixels) {
-  CameraRegistration out;
-  out.X_SC = fit.guess.X_SC;
-  out.pixel = fit.guess.pixel;
-  out.in_pixels = in_pixels;
-  out.residuals = fit.residuals;
-  out.used = fit.used;
-  double sum = 0;
-  const Indices used = UsedOf(out);
-  for (const std::size_t i : used) sum += out.residuals[i] * out.residuals[i];
-  out.rms = std::sqrt(sum / static_cast<double>(used.size()));
-  return out;
+// Coplanar positions fit as well mirrored, with the camera on the other side of their plane.
+std::string SideWords(const PlaceCloud& cloud, const Eigen::Isometry3d& X_SC) {
+  int axis = 0;  // of S, the one the plane faces most
+  cloud.normal.cwiseAbs().maxCoeff(&axis);
+  const double distance = (X_SC.translation() - cloud.mean).dot(cloud.normal);
+  const bool is_greater = distance * cloud.normal[axis] > 0;
+  return fmt::format(
+      "the positions are coplanar: a table with a wrong sign or exchanged columns fits as well, "
+      "with the camera on the other side. Check that the camera is {:.3g} mm from the plane, on "
+      "the side where {} of S is {}, and looks towards {}{}",
+      1e3 * std::abs(distance), "xyz"[axis], is_greater ? "greater" : "smaller",
+      is_greater ? '-' : '+', "xyz"[axis]);
 }
 
-double SumOfSquares(const CameraRegistration& r) {
-  return r.rms * r.rms * static_cast<double>(UsedOf(r).size());
-}
-
-void SetSigmas(const PoseNoise& noise, CameraRegistration* r) {
-  const PoseNoise::Sigmas sigmas = noise.Of(SumOfSquares(*r));
-  r->sigma_angle = sigmas.angle;
-  r->sigma_place = sigmas.place;
-}
-
-// d p_C / d (turn, shift) of the camera.
-Eigen::Matrix<double, 3, 6> ByPose(const Eigen::Vector3d& p_C) {
-  Eigen::Matrix<double, 3, 6> J;
-  J.leftCols<3>() << 0, -p_C.z(), p_C.y(), p_C.z(), 0, -p_C.x(), -p_C.y(), p_C.x(), 0;
-  J.rightCols<3>().setIdentity();
-  return J;
-}
-
-// The images' noise is the same in all of them.
-PoseNoise NoiseOf(const Lens& lens, const std::vector<TipPlace>& places,
-                  const CameraRegistration& r) {
-  PoseNoise noise;
-  const Eigen::Isometry3d X_CS = r.X_SC.inverse();
-  for (const std::size_t i : UsedOf(r)) {
-    const Eigen::Vector3d p_C = X_CS * places[i].p_S;
-    Eigen::Vector2d at;
-    Eigen::Matrix<double, 2, 3> by_place;
-    if (!ProjectWithJacobian(lens, p_C, &at, &by_place)) continue;
-    noise.Add(by_place * ByPose(p_C), Eigen::Matrix2d::Identity());
+// `mirrored_rms`: residual of the used positions for the mirrored table [m].
+void CheckMirror(const PlaceCloud& cloud, double mirrored_rms, CameraRegistration* r) {
+  // Two fits of the same places are alike where their residuals differ by less than this factor.
+  constexpr double kAlike = 2, kExact = 1e-12;  // [m]: both fit without any residual
+  if (kAlike * mirrored_rms + kExact < r->rms) {
+    r->reasons.push_back(
+        "the positions are a mirror image of the image points: the sign of a column x, y or z is "
+        "wrong, or two columns are exchanged");
+  } else if (mirrored_rms <= kAlike * r->rms + kExact) {
+    r->warnings.push_back(SideWords(cloud, r->X_SC));
   }
-  return noise;
 }
 
-// Least squares by Eigen::umeyama: p_S = X_SC p_C of points [m], one column each.
-CameraGuess FitRigid(const Eigen::Matrix3Xd& p_C, const Eigen::Matrix3Xd& p_S) {
-  return {Eigen::Isometry3d(Eigen::umeyama(p_C, p_S, false)), 0};
-}
-
-// Least squares by Eigen::umeyama of a camera above z = 0: p_S = X_SC (pixel d), with `d_px` right
-// and up from the image's centre. nullopt: all image points are the same.
-std::optional<CameraGuess> FitSimilarity(const Eigen::Matrix2Xd& d_px,
-                                         const Eigen::Matrix2Xd& p_S) {
-  const Eigen::Matrix3d X = Eigen::umeyama(d_px, p_S, true);
-  CameraGuess guess;
-  guess.pixel = X.block<2, 1>(0, 0).norm();
-  if (!(guess.pixel > 0) || !X.allFinite()) return std::nullopt;
-  guess.X_SC.linear().topLeftCorner<2, 2>() = X.topLeftCorner<2, 2>() / guess.pixel;
-  guess.X_SC.translation().head<2>() = X.topRightCorner<2, 1>();
-  return guess;
-}
-
-// Places on a plane, seen from afar, may be tilted either way.
-void CheckOtherPose(const std::vector<LensPose>& poses, CameraRegistration* r) {
-  if (poses.size() < 2) return;
-  const Eigen::Matrix3d turn =
-      poses[0].guess.X_SC.linear().transpose() * poses[1].guess.X_SC.linear();
-  const double angle = Eigen::AngleAxisd(turn).angle();
-  constexpr double kSame = 1e-3;  // [rad]: two ways to the same minimum
-  const double spare = 2.0 * static_cast<double>(UsedOf(*r).size()) - 6;
-  // Accepted: the other one misses by three sigma more.
-  const double limit = poses[0].sum_of_squares * (1 + 9 / std::max(spare, 1.0)) + 1e-12;
-  if (angle < kSame || poses[1].sum_of_squares > limit) return;
-  r->reasons.push_back(
-      fmt::format("a second pose, rotated by {:.3g} deg, fits nearly as well ({:.3g} px rms): use "
-                  "positions that are not coplanar, or nearer to the camera",
-                  angle * 180 / std::numbers::pi,
-                  std::sqrt(poses[1].sum_of_squares / static_cast<double>(UsedOf(*r).size()))));
-}
-
-// The tips as the pair sees them; noise along the view counts several times that across it.
-struct SeenTips {
-  std::vector<Eigen::Vector3d> p_L;
-  std::vector<Eigen::Matrix3d> covariance;  // for one px of noise [m^2]
-  Indices usable;
-};
-
-SeenTips Triangulate(const StereoRig& rig, const std::vector<TipPlace>& places) {
-  SeenTips seen;
-  seen.p_L.resize(places.size(), Eigen::Vector3d::Zero());
-  seen.covariance.resize(places.size(), Eigen::Matrix3d::Zero());
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (!places[i].right_I) continue;
-    const auto point = Triangulate(rig, places[i].left_I, *places[i].right_I, 1);
-    if (!point) continue;
-    seen.p_L[i] = point->p_L;
-    seen.covariance[i] = point->covariance;
-    seen.usable.push_back(i);
-  }
-  return seen;
-}
-
-// Error of the places used, were the table their mirror image.
-template <typename Solve, typename Miss>
-double MirroredRms(const std::vector<TipPlace>& places, const Indices& used, const Solve& solve,
-                   const Miss& miss) {
-  std::vector<TipPlace> mirrored = places;
-  for (TipPlace& place : mirrored) place.p_S.x() *= -1;
-  const auto guess = solve(mirrored, used);
-  if (!guess) return HUGE_VAL;
-  double sum = 0;
-  for (const std::size_t i : used) {
-    const double m = miss(mirrored, *guess, i);
-    sum += std::isfinite(m) ? m * m : HUGE_VAL;
-  }
-  return std::sqrt(sum / static_cast<double>(used.size()));
-}
-
-void RefuseTooFew(std::size_t usable, std::size_t fewest) {
-  throw std::runtime_error(
-      fmt::format("usable positions: {}; they do not determine a camera pose: expected {} or "
-                  "more that are not collinear",
-                  usable, fewest + 1));
-}
-
-// Collinear, contradicting or few positions; `fewest` positions determine a pose.
-void CheckPlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r) {
-  const std::size_t used = UsedOf(*r).size();
+void CheckPlaces(const PlaceCloud& cloud, std::size_t used, std::size_t fewest,
+                 CameraRegistration* r) {
   if (used <= fewest) {
     r->reasons.push_back(
         fmt::format("{} positions are too few to check the result: expected {}", used, fewest + 1));
@@ -200,224 +173,196 @@ void CheckPlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegis
     r->reasons.push_back(
         fmt::format("only {} of {} positions agree with each other", used, r->used.size()));
   }
-  if (!(extents[1] > kWidth * extents[2])) {
-    r->reasons.push_back(
-        "the positions are collinear: the rotation about the line is not determined, and a mirror "
-        "image is not detected");
-  }
-}
-
-// `mirrored_rms`: residual of the used positions for the mirrored table, in the unit of r->rms.
-void CheckMirror(double mirrored_rms, const std::vector<TipPlace>& places, CameraRegistration* r) {
-  const PlaceCloud cloud = CloudOf(UsedOf(*r), places);
-  if (!(cloud.extents[1] > kWidth * cloud.extents[2])) return;  // on a line: stated already
-  constexpr double kExact = 1e-9;  // [m] or [px]: both fit without any miss
-  if (kAlike * mirrored_rms + kExact < r->rms) {
-    r->reasons.push_back(
-        "the positions are a mirror image of the image points: the sign of a column x, y or z is "
-        "wrong, or two columns are exchanged");
-    return;
-  }
-  if (mirrored_rms > kAlike * r->rms + kExact) return;
-  int axis = 0;  // of S, the one the plane faces most
-  cloud.normal.cwiseAbs().maxCoeff(&axis);
-  const Eigen::Vector3d camera = r->X_SC.translation() - cloud.mean;
-  const bool is_greater = camera.dot(cloud.normal) * cloud.normal[axis] > 0;
-  const char name = "xyz"[axis];
-  r->warnings.push_back(
-      fmt::format("the positions are coplanar: a table with a wrong sign or exchanged columns fits "
-                  "as well, with the camera on the other side. Check that the camera is {:.3g} mm "
-                  "from the plane, on the side where {} of S is {}, and looks towards {}{}",
-                  1e3 * std::abs(camera.dot(cloud.normal)), name,
-                  is_greater ? "greater" : "smaller", is_greater ? '-' : '+', name));
-}
-
-// The robust fit, and what speaks against the places themselves.
-template <typename Solve, typename Miss>
-CameraRegistration Register(const std::vector<TipPlace>& places, const Indices& usable,
-                            std::size_t fewest, const Solve& solve, const Miss& miss,
-                            bool in_pixels) {
-  const auto fit =
-      usable.size() < fewest
-          ? std::nullopt
-          : FitRobustly(
-                places.size(), usable, fewest,
-                [&](const Indices& which) { return solve(places, which); },
-                [&](const CameraGuess& guess, std::size_t i) { return miss(places, guess, i); });
-  if (!fit) RefuseTooFew(usable.size(), fewest);
-  CameraRegistration out = RegistrationOf(*fit, in_pixels);
-  const Indices used = UsedOf(out);
-  CheckPlaces(CloudOf(used, places).extents, fewest, &out);
-  CheckMirror(MirroredRms(places, used, solve, miss), places, &out);
-  return out;
-}
-
-void CheckScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r) {
   if (!(r->sigma_angle <= kAngle)) {
     r->reasons.push_back(
         fmt::format("the camera's direction has a sigma of {:.2g} deg: expected {:.2g}; use "
                     "positions that are farther apart",
                     r->sigma_angle * 180 / std::numbers::pi, kAngle * 180 / std::numbers::pi));
   }
-  if (!(rms_m <= kScatter * extents[2])) {
+  if (!(r->rms <= kScatter * cloud.extents[2])) {
     r->reasons.push_back(
         fmt::format("the residual of the positions is {:.3g} mm rms, more than {:.0f} % of their "
                     "spread of {:.3g} mm",
-                    1e3 * rms_m, 100 * kScatter, 1e3 * extents[2]));
+                    1e3 * r->rms, 100 * kScatter, 1e3 * cloud.extents[2]));
   }
 }
 
-// A position above the plane has the image of another point of the plane.
-void CheckHeights(const Indices& used, const std::vector<TipPlace>& places,
-                  const Eigen::Vector3d& extents, CameraRegistration* r) {
-  double highest = 0;
-  for (const std::size_t i : used) highest = std::max(highest, std::abs(places[i].p_S.z()));
-  if (highest <= kScatter * extents[2]) return;
-  r->reasons.push_back(
-      fmt::format("a position is {:.3g} mm off the plane z = 0 of S", 1e3 * highest));
+// Places on a plane, seen from afar, may be tilted either way.
+void CheckOtherPose(const Way& way, const Points& p_S, const Indices& used, CameraRegistration* r) {
+  const std::vector<Guess> guesses = way.solve(p_S, used);
+  const double spare = std::max(2.0 * static_cast<double>(used.size()) - 6, 1.0);
+  for (const Guess& other : guesses) {
+    const double angle =
+        Eigen::AngleAxisd(r->X_SC.linear().transpose() * other.X_SC.linear()).angle();
+    constexpr double kSame = 1e-3;  // [rad]: two ways to the same minimum
+    const double rms = RmsOf(way, other, p_S, used);
+    // Accepted: the other one misses by three sigma more.
+    if (angle < kSame || rms > r->rms * std::sqrt(1 + 9 / spare) + 1e-12) continue;
+    r->reasons.push_back(
+        fmt::format("a second pose, rotated by {:.3g} deg, fits nearly as well ({:.3g} mm rms): "
+                    "use positions that are not coplanar, or nearer to the camera",
+                    angle * 180 / std::numbers::pi, 1e3 * rms));
+    return;
+  }
 }
 
-}  // namespace
-
-CameraRegistration RegisterPair(const StereoRig& rig, const std::vector<TipPlace>& places) {
-  constexpr std::size_t kFewest = 3;
-  const SeenTips seen = Triangulate(rig, places);
-  const auto solve = [&](const std::vector<TipPlace>& table,
-                         const Indices& which) -> std::optional<CameraGuess> {
-    const auto count = static_cast<Eigen::Index>(which.size());
-    Eigen::Matrix3Xd p_L(3, count), p_S(3, count);
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const std::size_t i = which[static_cast<std::size_t>(k)];
-      p_L.col(k) = seen.p_L[i], p_S.col(k) = table[i].p_S;
-    }
-    return FitRigid(p_L, p_S);
-  };
-  const auto miss = [&](const std::vector<TipPlace>& table, const CameraGuess& guess,
-                        std::size_t i) { return (guess.X_SC * seen.p_L[i] - table[i].p_S).norm(); };
-  CameraRegistration out = Register(places, seen.usable, kFewest, solve, miss, false);
-  PoseNoise noise;
-  for (const std::size_t i : UsedOf(out)) noise.Add(ByPose(seen.p_L[i]), seen.covariance[i]);
-  SetSigmas(noise, &out);
-  CheckScatter(out.rms, CloudOf(UsedOf(out), places).extents, &out);
+CameraRegistration Register(const Way& way, const std::vector<TipPlace>& places) {
+  Points p_S;
+  for (const TipPlace& place : places) p_S.push_back(place.p_S);
+  const Indices used = AgreeingPlaces(way, p_S);
+  const std::vector<Guess> guesses =
+      used.size() < way.fewest ? std::vector<Guess>() : way.solve(p_S, used);
+  if (guesses.empty()) {
+    throw std::runtime_error(
+        fmt::format("usable positions: {}; they do not determine a camera pose: expected {} or "
+                    "more that are not collinear",
+                    way.usable.size(), way.fewest + 1));
+  }
+  CameraRegistration out;
+  out.X_SC = guesses.front().X_SC;
+  out.pixel = guesses.front().pixel;
+  out.residuals.resize(places.size(), std::numeric_limits<double>::quiet_NaN());
+  out.used.resize(places.size(), false);
+  for (const std::size_t i : way.usable) out.residuals[i] = way.miss(guesses.front(), p_S[i], i);
+  for (const std::size_t i : used) out.used[i] = true;
+  out.rms = RmsOf(way, guesses.front(), p_S, used);
+  SetSigmas(way, p_S, used, &out);
+  const PlaceCloud cloud = CloudOf(p_S, used);
+  CheckPlaces(cloud, used.size(), way.fewest, &out);
+  if (cloud.extents[1] > kWidth * cloud.extents[2]) {
+    Points mirrored = p_S;
+    for (Eigen::Vector3d& p : mirrored) p.x() *= -1;
+    const std::vector<Guess> others = way.solve(mirrored, used);
+    if (!others.empty()) CheckMirror(cloud, RmsOf(way, others.front(), mirrored, used), &out);
+  } else {
+    out.reasons.push_back(
+        "the positions are collinear: the rotation about the line is not determined, and a mirror "
+        "image is not detected");
+  }
+  if (guesses.size() > 1) CheckOtherPose(way, p_S, used, &out);
   return out;
 }
 
-CameraRegistration RegisterLens(const Lens& lens, const std::vector<TipPlace>& places) {
-  constexpr std::size_t kFewest = 4;
-  Indices usable;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (RayOf(lens, places[i].left_I)) usable.push_back(i);
-  }
-  const auto solve = [&](const std::vector<TipPlace>& table, const Indices& which) {
-    const auto poses = LensPoses(lens, table, which);
-    return poses.empty() ? std::nullopt : std::optional(poses.front().guess);
-  };
-  const auto miss = [&](const std::vector<TipPlace>& table, const CameraGuess& guess,
-                        std::size_t i) { return LensMiss(lens, guess.X_SC, table[i]); };
-  CameraRegistration out = Register(places, usable, kFewest, solve, miss, true);
-  SetSigmas(NoiseOf(lens, places, out), &out);
-  const Indices used = UsedOf(out);
-  double distance = 0;  // [m], mean
-  for (const std::size_t i : used) {
-    distance += (out.X_SC.inverse() * places[i].p_S).z() / static_cast<double>(used.size());
-  }
-  CheckOtherPose(LensPoses(lens, places, used), &out);
-  CheckScatter(out.rms * distance / std::sqrt(lens.fx * lens.fy), CloudOf(used, places).extents,
-               &out);
-  return out;
-}
-
-CameraRegistration RegisterPlane(const std::array<int, 2>& size,
-                                 const std::vector<TipPlace>& places) {
-  constexpr std::size_t kFewest = 2;
-  const auto from_centre_px = [&](std::size_t i) {
-    const Eigen::Vector2d& p_I = places[i].left_I;
-    return Eigen::Vector2d(p_I.x() - 0.5 * (size[0] - 1), 0.5 * (size[1] - 1) - p_I.y());
-  };
-  const auto solve = [&](const std::vector<TipPlace>& table, const Indices& which) {
-    const auto count = static_cast<Eigen::Index>(which.size());
-    Eigen::Matrix2Xd d_px(2, count), p_S(2, count);
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const std::size_t i = which[static_cast<std::size_t>(k)];
-      d_px.col(k) = from_centre_px(i), p_S.col(k) = table[i].p_S.head<2>();
-    }
-    return FitSimilarity(d_px, p_S);
-  };
-  const auto miss = [&](const std::vector<TipPlace>& table, const CameraGuess& guess,
-                        std::size_t i) {
-    Eigen::Vector3d p_C(0, 0, 0);
-    p_C.head<2>() = guess.pixel * from_centre_px(i);
-    return (guess.X_SC * p_C - table[i].p_S).head<2>().norm();
-  };
-  CameraRegistration out = Register(places, AllIndices(places.size()), kFewest, solve, miss, false);
-  const Indices used = UsedOf(out);
-  const Eigen::Vector3d extents = CloudOf(used, places).extents;
-  const double across = std::hypot(extents[1], extents[2]);
-  out.sigma_angle =
-      across > 0 ? out.rms / std::sqrt(2.0) / (across * std::sqrt(static_cast<double>(used.size())))
-                 : HUGE_VAL;
-  CheckScatter(out.rms, extents, &out);
-  CheckHeights(used, places, extents, &out);
-  return out;
-}
-
-CameraRegistration RegisterLensPlane(const Lens& lens, const std::vector<TipPlace>& places) {
-  std::vector<TipPlace> straight = places;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto at = Straight(lens, places[i].left_I);
-    if (!at) {
-      throw std::runtime_error(fmt::format(
-          "row {}: u, v = {:g}, {:g}: expected a pixel of the lens's image, {} x {}", i + 1,
-          places[i].left_I.x(), places[i].left_I.y(), lens.size[0], lens.size[1]));
-    }
-    straight[i].left_I = *at;
-  }
-  return RegisterPlane(lens.size, straight);
-}
-
-double LensMiss(const Lens& lens, const Eigen::Isometry3d& X_SC, const TipPlace& place) {
-  const auto at = Project(lens, X_SC.inverse() * place.p_S);
-  return at ? (*at - place.left_I).norm() : std::numeric_limits<double>::quiet_NaN();
-}
-
-std::vector<LensPose> LensPoses(const Lens& lens, const std::vector<TipPlace>& places,
-                                const Indices& which) {
+// Local minima of the residual: OpenCV's SQPnP, and for a plane IPPE, which has both poses that
+// look alike from afar; each refined.
+std::vector<Guess> LensPoses(const Lens& lens, const std::vector<TipPlace>& places,
+                             const Points& p_S, const Indices& which) {
   // About the positions' mean: far from the origin, rotation and translation are hard to tell
   // apart.
-  const PlaceCloud cloud = CloudOf(which, places);
+  const Eigen::Vector3d mean = CloudOf(p_S, which).mean;
   std::vector<cv::Point3d> objects;
   std::vector<cv::Point2d> images;
   for (const std::size_t i : which) {
-    const Eigen::Vector3d p = places[i].p_S - cloud.mean;
+    const Eigen::Vector3d p = p_S[i] - mean;
     objects.emplace_back(p.x(), p.y(), p.z());
     images.emplace_back(places[i].left_I.x(), places[i].left_I.y());
   }
   const cv::Matx33d K = CameraMatrixOf(lens);
   const cv::Mat D = DistortionOf(lens);
-  std::vector<LensPose> poses;
-  std::vector<cv::SolvePnPMethod> methods{cv::SOLVEPNP_SQPNP, cv::SOLVEPNP_EPNP};
-  const bool is_flat = cloud.extents[0] <= kWidth * cloud.extents[2];
-  if (is_flat) methods.push_back(cv::SOLVEPNP_IPPE);
-  for (const cv::SolvePnPMethod method : methods) {
+  std::vector<Guess> poses;
+  for (const cv::SolvePnPMethod method : {cv::SOLVEPNP_SQPNP, cv::SOLVEPNP_IPPE}) {
     try {
       std::vector<cv::Mat> rotations, translations;
       cv::solvePnPGeneric(objects, images, K, D, rotations, translations, false, method);
       for (std::size_t k = 0; k < rotations.size(); ++k) {
         cv::solvePnPRefineLM(objects, images, K, D, rotations[k], translations[k]);
-        LensPose pose;
-        pose.guess.X_SC =
-            Eigen::Translation3d(cloud.mean) * PoseOf(rotations[k], translations[k]).inverse();
-        for (const std::size_t i : which) {
-          const double miss = LensMiss(lens, pose.guess.X_SC, places[i]);
-          pose.sum_of_squares += std::isfinite(miss) ? miss * miss : HUGE_VAL;
-        }
-        poses.push_back(pose);
+        const Eigen::Isometry3d X_CS = PoseOf(rotations[k], translations[k]);
+        poses.push_back({Eigen::Translation3d(mean) * X_CS.inverse(), 0});
       }
-    } catch (const std::exception&) {  // cv::Exception or no finite pose: the method has none
+    } catch (const std::exception&) {  // no plane, or no finite pose: the method has none
     }
   }
-  std::ranges::sort(poses, {}, &LensPose::sum_of_squares);
   return poses;
+}
+
+}  // namespace
+
+CameraRegistration RegisterPair(const StereoRig& rig, const std::vector<TipPlace>& places) {
+  Way way{.fewest = 3};
+  Points p_L(places.size(), Eigen::Vector3d::Zero());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!places[i].right_I) continue;
+    const auto point = Triangulate(rig, places[i].left_I, *places[i].right_I, 1);
+    if (!point) continue;
+    p_L[i] = point->p_L;
+    way.usable.push_back(i);
+  }
+  way.solve = [&](const Points& p_S, const Indices& which) -> std::vector<Guess> {
+    Eigen::Matrix3Xd from(3, which.size()), to(3, which.size());
+    for (Eigen::Index k = 0; k < from.cols(); ++k) {
+      from.col(k) = p_L[which[static_cast<std::size_t>(k)]];
+      to.col(k) = p_S[which[static_cast<std::size_t>(k)]];
+    }
+    return {{Eigen::Isometry3d(Eigen::umeyama(from, to, false)), 0}};
+  };
+  way.miss = [&](const Guess& guess, const Eigen::Vector3d& p_S, std::size_t i) {
+    return (guess.X_SC * p_L[i] - p_S).norm();
+  };
+  return Register(way, places);
+}
+
+CameraRegistration RegisterLens(const Lens& lens, const std::vector<TipPlace>& places) {
+  Way way{.fewest = 4};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (RayOf(lens, places[i].left_I)) way.usable.push_back(i);
+  }
+  way.miss = [&](const Guess& guess, const Eigen::Vector3d& p_S, std::size_t i) {
+    const Eigen::Vector3d p_C = guess.X_SC.inverse() * p_S;
+    const auto at = Project(lens, p_C);
+    return at ? (*at - places[i].left_I).norm() * p_C.z() / std::sqrt(lens.fx * lens.fy)
+              : std::numeric_limits<double>::quiet_NaN();
+  };
+  way.solve = [&](const Points& p_S, const Indices& which) {
+    std::vector<Guess> poses = LensPoses(lens, places, p_S, which);
+    std::ranges::sort(poses, {}, [&](const Guess& g) { return RmsOf(way, g, p_S, which); });
+    return poses;
+  };
+  return Register(way, places);
+}
+
+CameraRegistration RegisterPlane(const std::array<int, 2>& size,
+                                 const std::vector<TipPlace>& places) {
+  Way way{.fewest = 2};
+  for (std::size_t i = 0; i < places.size(); ++i) way.usable.push_back(i);
+  const auto from_centre_px = [&](std::size_t i) {
+    const Eigen::Vector2d& p_I = places[i].left_I;
+    return Eigen::Vector2d(p_I.x() - 0.5 * (size[0] - 1), 0.5 * (size[1] - 1) - p_I.y());
+  };
+  way.solve = [&](const Points& p_S, const Indices& which) -> std::vector<Guess> {
+    Eigen::Matrix2Xd from(2, which.size()), to(2, which.size());
+    for (Eigen::Index k = 0; k < from.cols(); ++k) {
+      from.col(k) = from_centre_px(which[static_cast<std::size_t>(k)]);
+      to.col(k) = p_S[which[static_cast<std::size_t>(k)]].head<2>();
+    }
+    const Eigen::Matrix3d X = Eigen::umeyama(from, to, true);
+    Guess guess;
+    guess.pixel = X.block<2, 1>(0, 0).norm();
+    if (!(guess.pixel > 0) || !X.allFinite()) return {};
+    guess.X_SC.linear().topLeftCorner<2, 2>() = X.topLeftCorner<2, 2>() / guess.pixel;
+    guess.X_SC.translation().head<2>() = X.topRightCorner<2, 1>();
+    return {guess};
+  };
+  way.miss = [&](const Guess& guess, const Eigen::Vector3d& p_S, std::size_t i) {
+    Eigen::Vector3d p_C(0, 0, 0);
+    p_C.head<2>() = guess.pixel * from_centre_px(i);
+    return (guess.X_SC * p_C - p_S).head<2>().norm();
+  };
+  CameraRegistration out = Register(way, places);
+  // A position above the plane has the image of another point of the plane.
+  double highest = 0;
+  Points p_S;
+  Indices used;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    p_S.push_back(places[i].p_S);
+    if (!out.used[i]) continue;
+    used.push_back(i);
+    highest = std::max(highest, std::abs(places[i].p_S.z()));
+  }
+  if (highest > kScatter * CloudOf(p_S, used).extents[2]) {
+    out.reasons.push_back(
+        fmt::format("a position is {:.3g} mm off the plane z = 0 of S", 1e3 * highest));
+  }
+  return out;
 }
 
 }  // namespace palpate

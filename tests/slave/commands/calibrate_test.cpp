@@ -93,10 +93,8 @@ TEST_F(CalibrateTest, ARealPairFitsWithinAThirdOfAPixelAndSaysHowItRepeats) {
   EXPECT_NEAR(rig.left.fx, 533.2, 2);
   EXPECT_NEAR(rig.right.fx, 537.5, 2);
   EXPECT_GT(rig.X_RL.inverse().translation().x(), 0.08);
-  EXPECT_THAT(
-      output_,
-      HasSubstr(
-          "repeatability of the baseline between halves of the images: odd and even differ by 0."));
+  EXPECT_THAT(output_,
+              HasSubstr("one sigma of the baseline from halves of 9 different images: 0."));
 }
 
 TEST_F(CalibrateTest, HalvesThatDisagreeAreRefusedHoweverSmallTheResidual) {
@@ -130,7 +128,7 @@ TEST_F(CalibrateTest, ExchangedSidesAreReportedAndCorrected) {
   int rows = 0;
   for (std::string row; std::getline(exchanged, row);) {
     if (row.rfind("left0", 0) != 0) continue;
-    EXPECT_THAT(output_, HasSubstr(row + "\n"));  // misses and pixel on the board, word for word
+    EXPECT_THAT(output_, HasSubstr(row + "\n"));  // misses, word for word
     ++rows;
   }
   EXPECT_EQ(rows, 9);
@@ -184,7 +182,7 @@ TEST_F(CalibrateTest, OneCameraGivesALens) {
               HasSubstr("on the optical axis at 250 mm one pixel covers 0.468"));  // 250 / 533.2
   options_.left = chess_ / "left01.jpg";
   EXPECT_EQ(Run(), 1);
-  EXPECT_THAT(output_, HasSubstr("Pixel size on the board"));
+  EXPECT_THAT(output_, HasSubstr("1 of 1 images or pairs show the board: expected 3 or more"));
 }
 
 // Reference: the pinhole that saw the grid. Tolerance: blobs are found to 0.1 px of 100, and
@@ -207,10 +205,9 @@ TEST_F(CalibrateTest, ACircleGridGivesALens) {
   ASSERT_EQ(Run(), 0) << output_;
   EXPECT_NEAR(ReadRig(options_.out).left.fx, 300, 3) << output_;
   EXPECT_EQ(Occurrences("not used"), 0) << output_;
-  EXPECT_THAT(output_, HasSubstr("perspective shifts the image centres of circles"));
   options_.board = "9x4";
   EXPECT_EQ(Run(), 1);
-  EXPECT_THAT(output_, HasSubstr("--pattern asymmetric-circles --board 4x9 was found"));
+  EXPECT_THAT(output_, HasSubstr("circles per row and rows"));
 }
 
 TEST_F(CalibrateTest, SaysWhatItCannotUse) {
@@ -241,7 +238,7 @@ TEST_F(CalibrateTest, SaysWhatItCannotUse) {
   Chessboards(chess_ / "left01.jpg", "");
   options_.board = "10x7";
   EXPECT_EQ(Run(), 1);
-  EXPECT_THAT(output_, HasSubstr("9x6 was found: --board counts inner corners"));
+  EXPECT_THAT(output_, HasSubstr("--board counts the inner corners of a chessboard"));
 }
 
 // Places on the plane z = 0 that a camera 0.4 m above it sees through its lens; the sixth is wrong.
@@ -291,6 +288,11 @@ TEST_F(CalibrateTest, RegistersACameraWithALensAboveThePlane) {
   options_.plane = false;  // the camera itself, for a depth camera
   ASSERT_EQ(Run(), 0) << output_;
   EXPECT_THAT(output_, HasSubstr("for a depth camera"));
+
+  options_.tip_places = Write("outside.csv", "x,y,z,u,v\n0,0,0,10,10\n0.1,0,0,640,10\n");
+  EXPECT_EQ(Run(), 2);
+  EXPECT_THAT(output_, HasSubstr("outside.csv:3: u = 640: expected a pixel of the image of 640 x "
+                                 "480: 0 to 639"));
 
   options_.tip_places = Write("line.csv",
                               "x,y,z,u,v\n0,0,0,10,10\n0.1,0,0,11,10\n0,0.1,0,10,11\n"

@@ -1,9 +1,10 @@
+#include "slave/vision/calibration/board.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "slave/vision/calibration/lens_calibration.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/calibration/drawn_circles.h"
 

@@ -1,12 +1,12 @@
 // Boards seen by cameras that are known.
+#include "slave/vision/calibration/calibration.h"
+
 #include <algorithm>
 #include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/vision/calibration/calibration_verdict.h"
-#include "slave/vision/calibration/pair_calibration.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 #include "tests/support/thrown.h"
 
@@ -16,7 +16,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr PairSizes kSizes{{640, 480}, {640, 480}};
+constexpr ImageSizes kSizes{{640, 480}, {640, 480}};
 Board TestBoard() {
   return {Board::Pattern::kChessboard, 9, 6, 0.008};
 }
@@ -52,9 +52,9 @@ std::vector<Eigen::Isometry3d> Poses(int count, double tilt, std::mt19937* rando
   return poses;
 }
 
-std::vector<PairView> ProjectPairs(const StereoRig& rig, int count, double tilt, double sigma) {
+std::vector<BoardView> ProjectPairs(const StereoRig& rig, int count, double tilt, double sigma) {
   std::mt19937 random(11);
-  std::vector<PairView> pairs;
+  std::vector<BoardView> pairs;
   for (const Eigen::Isometry3d& X_LB : Poses(count, tilt, &random)) {
     Corners left = ProjectCorners(rig.left, X_LB, sigma, &random);
     pairs.push_back({std::move(left), ProjectCorners(rig.right, rig.X_RL * X_LB, sigma, &random)});
@@ -65,18 +65,18 @@ std::vector<PairView> ProjectPairs(const StereoRig& rig, int count, double tilt,
 // Corners are floats: 640 px are rounded by 3e-5 px, which twelve boards average to 1e-6 of f.
 TEST(PairCalibrationTest, FindsTheRigThatSawTheBoards) {
   const StereoRig rig = VergedTestRig({-0.2, 0.05, 0.001, -0.001, 0});
-  const auto found = CalibratePair(TestBoard(), ProjectPairs(rig, 12, 0.5, 0), kSizes);
-  EXPECT_LT(found.fit.rig.rms_px, 1e-3);
-  EXPECT_NEAR(found.fit.rig.left.fx, 800, 0.1);
-  EXPECT_NEAR(found.fit.rig.right.cy, 240, 0.1);
-  EXPECT_NEAR(found.fit.rig.baseline(), 0.06, 1e-5);
-  EXPECT_LT((found.fit.rig.X_RL.matrix() - rig.X_RL.matrix()).norm(), 1e-3);
+  const auto found = Calibrate(TestBoard(), ProjectPairs(rig, 12, 0.5, 0), kSizes);
+  EXPECT_LT(found.rig.rms_px, 1e-3);
+  EXPECT_NEAR(found.rig.left.fx, 800, 0.1);
+  EXPECT_NEAR(found.rig.right.cy, 240, 0.1);
+  EXPECT_NEAR(found.rig.baseline(), 0.06, 1e-5);
+  EXPECT_LT((found.rig.X_RL.matrix() - rig.X_RL.matrix()).norm(), 1e-3);
   EXPECT_TRUE(found.dropped.empty());
 }
 
-std::vector<std::size_t> DroppedOf(const PairCalibration& found) {
+std::vector<std::size_t> DroppedOf(const Calibration& found) {
   std::vector<std::size_t> dropped;
-  for (const auto& d : found.dropped) dropped.push_back(d.pair);
+  for (const auto& d : found.dropped) dropped.push_back(d.view);
   std::sort(dropped.begin(), dropped.end());
   return dropped;
 }
@@ -92,10 +92,10 @@ TEST(PairCalibrationTest, LeavesOutPairsWhoseBoardMovedBetweenTheShots) {
   pairs[4].right = ProjectCorners(rig.right, rig.X_RL * poses[0], 0.1, &random);
   for (cv::Point2f& p : pairs[7].right) p.y += 3;
   for (cv::Point2f& p : pairs[9].right) p.x += 3;
-  const auto found = CalibratePair(TestBoard(), pairs, kSizes);
+  const auto found = Calibrate(TestBoard(), pairs, kSizes);
   EXPECT_THAT(DroppedOf(found), ElementsAre(4, 7, 9));
-  EXPECT_NEAR(found.fit.rig.baseline(), 0.06, 0.003);
-  EXPECT_LT(found.fit.rig.rms_px, 0.15);  // the noise of both axes: 0.1 sqrt 2
+  EXPECT_NEAR(found.rig.baseline(), 0.06, 0.003);
+  EXPECT_LT(found.rig.rms_px, 0.15);  // the noise of both axes: 0.1 sqrt 2
   EXPECT_EQ(found.views.size(), 9U);
 }
 
@@ -104,7 +104,7 @@ class HonestPairsTest : public testing::TestWithParam<double> {};
 
 TEST_P(HonestPairsTest, StayIn) {
   const auto found =
-      CalibratePair(TestBoard(), ProjectPairs(VergedTestRig(), 12, 0.5, GetParam()), kSizes);
+      Calibrate(TestBoard(), ProjectPairs(VergedTestRig(), 12, 0.5, GetParam()), kSizes);
   EXPECT_TRUE(found.dropped.empty());
 }
 
@@ -115,64 +115,81 @@ INSTANTIATE_TEST_SUITE_P(, HonestPairsTest, testing::Values(0.1, 0.02, 0.3));
 TEST(PairCalibrationTest, WhicheverCornerComesFirstTheRigIsTheSame) {
   const StereoRig rig = VergedTestRig();
   const auto pairs = ProjectPairs(rig, 8, 0.5, 0.1);
-  const StereoRig expected = CalibratePair(TestBoard(), pairs, kSizes).fit.rig;
+  const StereoRig expected = Calibrate(TestBoard(), pairs, kSizes).rig;
   for (const std::size_t every : {1U, 3U}) {
     auto turned = pairs;
     for (std::size_t i = 0; i < turned.size(); i += every) {
       std::reverse(turned[i].right.begin(), turned[i].right.end());
     }
-    const auto found = CalibratePair(TestBoard(), turned, kSizes);
+    const auto found = Calibrate(TestBoard(), turned, kSizes);
     EXPECT_TRUE(found.dropped.empty());
-    EXPECT_LT((found.fit.rig.X_RL.matrix() - expected.X_RL.matrix()).norm(), 1e-9) << every;
+    EXPECT_LT((found.rig.X_RL.matrix() - expected.X_RL.matrix()).norm(), 1e-9) << every;
   }
 }
 
-// Every right picture is of the next pose: fitted together they would be off by tens of pixels.
+// Every right picture is of the next pose: fitted together they are off by tens of pixels.
 TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
   auto pairs = ProjectPairs(VergedTestRig(), 6, 0.5, 0.1);
   std::vector<Corners> rights;
-  for (const PairView& pair : pairs) rights.push_back(pair.right);
+  for (const BoardView& pair : pairs) rights.push_back(pair.right);
   for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i].right = rights[(i + 1) % pairs.size()];
-  EXPECT_THAT(Thrown<std::runtime_error>([&] { CalibratePair(TestBoard(), pairs, kSizes); }),
-              HasSubstr("no three pairs agree"));
-  EXPECT_THROW(CalibratePair(TestBoard(), {pairs[0], pairs[1]}, kSizes), std::runtime_error);
+  EXPECT_THAT(Calibrate(TestBoard(), pairs, kSizes).reasons,
+              testing::Contains(HasSubstr("the corner residual")));
+  EXPECT_THAT(Thrown<std::runtime_error>([&] {
+                Calibrate(TestBoard(), {pairs[0], pairs[1]}, kSizes);
+              }),
+              HasSubstr("2 images or pairs show the board: expected 3"));
+}
+
+TEST(PairCalibrationTest, TheSameImagesTwiceAreRefused) {
+  auto pairs = ProjectPairs(VergedTestRig(), 8, 0.5, 0.1);
+  for (BoardView& pair : pairs) pair.right = pair.left;
+  EXPECT_THAT(Calibrate(TestBoard(), pairs, kSizes).reasons,
+              testing::Contains(HasSubstr("both cameras have the same position")));
+}
+
+// Views of one camera, from those of a pair.
+std::vector<BoardView> LeftOf(std::vector<BoardView> views) {
+  for (BoardView& view : views) view.right.clear();
+  return views;
 }
 
 TEST(LensCalibrationTest, AViewOfAnotherBoardIsLeftOut) {
-  std::vector<Corners> views;
-  for (const PairView& pair : ProjectPairs(VergedTestRig(), 8, 0.5, 0.1))
-    views.push_back(pair.left);
-  EXPECT_TRUE(CalibrateCamera(TestBoard(), views, kSizes.left).dropped.empty());
-  for (std::size_t i = 0; i < views[3].size(); i += 2) views[3][i].x += 4;  // a bent board
-  const auto found = CalibrateCamera(TestBoard(), views, kSizes.left);
-  ASSERT_EQ(found.dropped.size(), 1U);
-  EXPECT_EQ(found.dropped.front().view, 3U);
+  auto views = LeftOf(ProjectPairs(VergedTestRig(), 8, 0.5, 0.1));
+  EXPECT_TRUE(Calibrate(TestBoard(), views, kSizes).dropped.empty());
+  for (std::size_t i = 0; i < views[3].left.size(); i += 2)
+    views[3].left[i].x += 4;  // a bent board
+  const auto found = Calibrate(TestBoard(), views, kSizes);
+  EXPECT_THAT(DroppedOf(found), ElementsAre(3));
   EXPECT_THAT(found.used, ElementsAre(0, 1, 2, 4, 5, 6, 7));
-  EXPECT_NEAR(found.fit.lens.fx, 800, 8);
+  EXPECT_NEAR(found.rig.left.fx, 800, 8);
 }
 
 // Boards that all face the camera tell focal length from distance badly: the halves disagree.
 TEST(TrustTest, BoardsWithoutTiltAreRefusedByTheirHalves) {
   const auto judge = [](double tilt) {
-    std::vector<Corners> views;
-    for (const PairView& pair : ProjectPairs(VergedTestRig(), 8, tilt, 0.2))
-      views.push_back(pair.left);
-    const LensCalibration found = CalibrateLens(TestBoard(), views, kSizes.left);
-    CalibrationEvidence question;
-    question.quantity = "focal length";
-    question.used = question.given = views.size();
-    question.rms_px = found.rms_px;
-    question.halves = CheckHalves(TestBoard(), views, kSizes.left, found.lens.fx);
-    return EvaluateCalibration(question).reasons;
+    return Calibrate(TestBoard(), LeftOf(ProjectPairs(VergedTestRig(), 8, tilt, 0.2)), kSizes)
+        .reasons;
   };
   EXPECT_TRUE(judge(0.6).empty());
   EXPECT_THAT(judge(0.02), testing::Contains(HasSubstr("halves")));
 }
 
+// Three copies of each of three views say no more than the three.
+TEST(TrustTest, RepeatedViewsCountOnce) {
+  const auto views = LeftOf(ProjectPairs(VergedTestRig(), 3, 0.5, 0.1));
+  auto repeated = views;
+  for (int k = 0; k < 2; ++k) repeated.insert(repeated.end(), views.begin(), views.end());
+  EXPECT_THAT(Calibrate(TestBoard(), repeated, kSizes).reasons,
+              testing::Contains(HasSubstr("3 different images are too few")));
+}
+
 TEST(TrustTest, ExchangedSidesAreSeenInTheRig) {
   const StereoRig rig = VergedTestRig();
   EXPECT_FALSE(AreSidesExchanged(rig));
-  EXPECT_TRUE(AreSidesExchanged(Exchanged(rig)));
+  StereoRig exchanged = rig;
+  exchanged.X_RL = rig.X_RL.inverse();
+  EXPECT_TRUE(AreSidesExchanged(exchanged));
   StereoRig one_above_the_other;
   one_above_the_other.X_RL.translation() = Eigen::Vector3d(0.001, 0.06, 0);
   EXPECT_FALSE(AreSidesExchanged(one_above_the_other));

@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
-#include "slave/vision/calibration/lens_calibration.h"
+#include "slave/vision/calibration/board.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {
