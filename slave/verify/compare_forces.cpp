@@ -7,8 +7,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include <Eigen/QR>
-
 #include "shared/text/text.h"
 #include "slave/statistics/robust.h"
 #include "slave/verify/compare_words.h"
@@ -393,8 +391,7 @@ void Comparer::AddDirections() {
 void Comparer::AddOffset() {
   Line& line = Add("zero", "Offset");
   if (result_.map.directions == 0) return;
-  std::vector<Matrix3d> maps{result_.map.map};
-  maps.emplace_back(result_.map.back.completeOrthogonalDecomposition().pseudoInverse());
+  std::vector<Matrix3d> maps{result_.map.map, result_.map.inverse};
   if (result_.line("magnitude").finding == Finding::kRight &&
       result_.line("frame").finding == Finding::kRight) {
     maps.push_back(result_.map.relation.matrix());

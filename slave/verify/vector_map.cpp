@@ -123,6 +123,17 @@ class MapFitter {
     return svd.matrixU().leftCols(count) * svd.matrixV().leftCols(count).transpose();
   }
 
+  // The inverse of a map of the second column, on its tested directions.
+  [[nodiscard]] Matrix3d InverseOf(const Matrix3d& back) const {
+    const Eigen::JacobiSVD<Matrix3d> svd(back, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Matrix3d inverse = Matrix3d::Zero();
+    for (Index i = 0; i < std::lround(second_.trace()); ++i) {
+      const double gain = svd.singularValues()(i);
+      if (gain > 0) inverse += svd.matrixV().col(i) * svd.matrixU().col(i).transpose() / gain;
+    }
+    return inverse;
+  }
+
   static double Variance(const Moments& m) { return Centred(m).diagonal().tail<3>().sum(); }
 
  private:
@@ -233,7 +244,7 @@ VectorMap FitMap(const Matrix3Xd& first, const Matrix3Xd& second, const std::vec
   const Fit &forth = fits.forth, &back = fits.back;
   result.directions = static_cast<int>(std::lround(P.trace()));
   result.map = forth.map;
-  result.back = back.map;
+  result.inverse = fitter.InverseOf(back.map);
   result.explained = (forth.map * forth.K * forth.map.transpose()).trace() / variance;
   result.relation = fitter.relations()[fitter.BestRelation(forth)];
   std::vector<Fits> without;

@@ -77,7 +77,7 @@ struct VectorMap {
   bool is_decided = false;  // enough blocks for intervals: three more than directions
   Eigen::Matrix3d map = Eigen::Matrix3d::Zero();         // second = map * first + offset
   Eigen::Matrix3d half_width = Eigen::Matrix3d::Zero();  // of the intervals of `map`
-  Eigen::Matrix3d back = Eigen::Matrix3d::Zero();        // first = back * second + offset
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();     // the same by the inverse regression
   Scale gain;                                            // common, whatever the direction
   std::array<std::optional<Scale>, 3> axis_gain;         // of the first column's tested axes
   Interval along;                                        // cosine of the columns, -1 to 1
