@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 
 constexpr double kLoadedShare = 0.05;  // of the largest measured force
 
-// What a sigma may be that of.
+// The quantity whose standard deviation a sigma is.
 enum class SigmaKind : std::uint8_t { kMagnitude, kVector, kAxis };
 
 // The mean of the columns of each hold; columns of one hold are neighbours.
@@ -45,31 +45,27 @@ struct Columns {
   Matrix3Xd first, second;            // 0 on other axes
 };
 
-template <class First, class Second>
-Columns ColumnsOf(const std::vector<ForceRow>& rows, const First& first, const Second& second) {
+Columns ColumnsOf(const std::vector<ForceRow>& rows, Vector3d ForceRow::*first,
+                  Vector3d ForceRow::*second) {
   Columns columns;
   for (int axis = 0; axis < 3; ++axis) {
     const auto is_known = [&](const ForceRow& row) {
-      return std::isfinite(first(row)(axis) + second(row)(axis));
+      return std::isfinite((row.*first)(axis) + (row.*second)(axis));
     };
     if (std::ranges::any_of(rows, is_known)) columns.axes.push_back(axis);
   }
-  if (columns.axes.empty()) return columns;
-  const auto on_axes = [&](const Vector3d& vector) {
-    Vector3d on = Vector3d::Zero();
-    for (const int axis : columns.axes) on(axis) = vector(axis);
-    return on;
+  const auto is_complete = [&](const ForceRow& row) {
+    return !columns.axes.empty() && (row.*first + row.*second)(columns.axes).allFinite();
   };
   for (const ForceRow& row : rows) {
-    if (on_axes(first(row) + second(row)).allFinite()) columns.rows.push_back(&row);
+    if (is_complete(row)) columns.rows.push_back(&row);
   }
-  const auto n = static_cast<Index>(columns.rows.size());
-  columns.first.resize(3, n);
-  columns.second.resize(3, n);
-  for (Index i = 0; i < n; ++i) {
-    const ForceRow& row = *columns.rows[static_cast<std::size_t>(i)];
-    columns.first.col(i) = on_axes(first(row));
-    columns.second.col(i) = on_axes(second(row));
+  columns.first = columns.second = Matrix3Xd::Zero(3, static_cast<Index>(columns.rows.size()));
+  for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+    for (const int axis : columns.axes) {
+      columns.first(axis, static_cast<Index>(i)) = (columns.rows[i]->*first)(axis);
+      columns.second(axis, static_cast<Index>(i)) = (columns.rows[i]->*second)(axis);
+    }
   }
   return columns;
 }
@@ -86,9 +82,7 @@ class Comparer {
  public:
   Comparer(const std::vector<ForceRow>& all, const ForceSource& source)
       : all_(all), source_(source) {
-    Columns columns = ColumnsOf(
-        all, [](const ForceRow& row) { return row.measured; },
-        [](const ForceRow& row) { return row.estimated; });
+    Columns columns = ColumnsOf(all, &ForceRow::measured, &ForceRow::estimated);
     result_.axes = std::move(columns.axes);
     rows_ = std::move(columns.rows);
     record_ = {VectorXd(static_cast<Index>(rows_.size())), std::move(columns.first),
@@ -189,7 +183,8 @@ void Comparer::AddDelay() {
   Line& line = Add("delay", "Delay");
   const auto delay = EstimateDelay(record_);
   if (!delay) {
-    line.remark = record_.t.size() == 0 ? "the record has no time" : "the record does not tell it";
+    line.remark =
+        record_.t.size() == 0 ? "the record has no time" : "the record does not determine it";
     return;
   }
   const Index n = record_.t.size();
@@ -261,7 +256,7 @@ void Comparer::AddChange() {
   const auto add = [&](const char* key, const char* title, const std::optional<Interval>& size,
                        const char* what) {
     Line& line = Add(key, title);
-    line.remark = "the record does not tell it";
+    line.remark = "the record does not determine it";
     if (!size) return line.finding;
     line.interval = size;
     line.value = Words(*size, " N", 1, 4);
@@ -510,15 +505,12 @@ void Comparer::AddSigma() {
 // Known and estimated positions are two columns as well.
 void Comparer::AddPosition() {
   Line scale{"position", "Position scale"};
-  Columns columns = ColumnsOf(
-      all_, [](const ForceRow& row) { return row.p_known; },
-      [](const ForceRow& row) { return row.p_estimated; });
+  std::vector<ForceRow> rows = all_;
+  Columns columns = ColumnsOf(rows, &ForceRow::p_known, &ForceRow::p_estimated);
   const bool is_depth = columns.axes.empty();
   if (is_depth) {
-    const auto along = [](double depth) { return Vector3d(depth, kUnknown, kUnknown); };
-    columns = ColumnsOf(
-        all_, [&](const ForceRow& row) { return along(row.known_depth); },
-        [&](const ForceRow& row) { return along(row.depth); });
+    for (ForceRow& row : rows) row.p_known.x() = row.known_depth, row.p_estimated.x() = row.depth;
+    columns = ColumnsOf(rows, &ForceRow::p_known, &ForceRow::p_estimated);
   }
   Matrix3Xd known = columns.first, estimated = columns.second;
   std::vector<int> block = BlocksOf(known.cols());
