@@ -3,7 +3,8 @@
 
 40 random corruptions of the 9DTact pairs and of the foam bar of seed paper 1, and 10 random subsets of the pairs
 without one. A corruption is named if the report finds the corrupted quantity wrong with its size, and no other
-quantity. The foam bar's own scale and turned axes are always to be named. Exit code 1: fewer than 36 are named, or an
+quantity. The foam bar's own scale and turned axes are always to be named; a unit times this scale is the factor of no
+unit, so that there the scale is to be named with its size and no unit. Exit code 1: fewer than 40 are named, or an
 alarm without a corruption; 77: no data.
 
     python3 tests/verify_forces.py [--slave palpate-slave] [--seed 1]
@@ -20,9 +21,11 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DATA = ROOT.parent / "shared" / "data"
-CORRUPTIONS, LEAST_NAMED, CLEAN = 40, 36, 10
-UNITS = {"mN": 1000.0, "g": 1000 / 9.80665, "kgf": 1 / 9.80665, "9.81": 9.80665, "1/1000": 0.001}
+CORRUPTIONS, LEAST_NAMED, CLEAN = 40, 40, 10
+UNITS = {"mN": 1000.0, "g": 1000 / 9.80665, "kgf": 1 / 9.80665, "9.81": 9.80665, "1/1000": 0.001, "lbf": 1 / 4.4482216,
+         "known in lbf": 4.4482216}
 FOAM_OWN = {"magnitude", "frame"}
+FOAM_SCALE = 1 / 1.47
 
 
 def nine_d_tact():
@@ -105,8 +108,10 @@ def turn(rng, _):
 
 def unit(rng, _):
     name = rng.choice(sorted(UNITS))
-    return Corruption("unit " + name, {"unit"}, each(lambda e: [UNITS[name] * x for x in e]),
-                      lambda card: abs(float(card["lines"]["unit"]["text"]) / UNITS[name] - 1) < 0.01)
+    corruption = Corruption("unit " + name, {"unit"}, each(lambda e: [UNITS[name] * x for x in e]),
+                            lambda card: abs(float(card["lines"]["unit"]["text"] or 1) / UNITS[name] - 1) < 0.01)
+    corruption.factor = UNITS[name]
+    return corruption
 
 
 def delay(rng):
@@ -170,7 +175,11 @@ def cases(rng):
             if kind in (delay, drift, sigma):
                 corruption = kind(rng)
             else:
-                corruption = kind(rng, 1 / 1.47 if kind is scale else peak_of(foam))
+                corruption = kind(rng, FOAM_SCALE if kind is scale else peak_of(foam))
+            if kind is unit:
+                factor = corruption.factor
+                corruption = Corruption(corruption.name, {"magnitude"}, corruption.apply,
+                                        lambda card, factor=factor: abs(value_of(card, "magnitude") / (FOAM_SCALE * factor) - 1) < 0.1)
             if kind is sign:  # the bar is pressed in one direction
                 corruption = Corruption("sign", {"sign"}, each(lambda e: [-x for x in e]), lambda card: True)
             yield "foam bar", foam, corruption, FOAM_OWN

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 
@@ -15,13 +16,12 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kLargest = 1e12;
-constexpr double kLongestGap = 1;       // between rows of a record [s]
-constexpr std::size_t kStretches = 20;  // of a record, for one finger
-constexpr double kLoadedShare = 0.05;   // of the largest known force
+constexpr double kLongestGap = 1;     // between rows of a record [s]
+constexpr double kUsualSigma = 0.01;  // of a known force
 
-// `absent`: of an empty cell or an absent column.
-double NumberOr(const CsvTable& table, std::string_view name, double absent = kUnknown) {
-  return table.IsAbsent(name) ? absent : table.Number(*table.Find(name), kLargest);
+// NaN: an empty cell or an absent column.
+double NumberOf(const CsvTable& table, std::string_view name) {
+  return table.IsAbsent(name) ? kUnknown : table.Number(*table.Find(name), kLargest);
 }
 
 std::string TextOf(const CsvTable& table, std::string_view name) {
@@ -29,7 +29,7 @@ std::string TextOf(const CsvTable& table, std::string_view name) {
 }
 
 Vector3d VectorOf(const CsvTable& table, const std::array<std::string_view, 3>& names) {
-  return {NumberOr(table, names[0]), NumberOr(table, names[1]), NumberOr(table, names[2])};
+  return {NumberOf(table, names[0]), NumberOf(table, names[1]), NumberOf(table, names[2])};
 }
 
 void RequireColumns(const CsvTable& table, std::initializer_list<std::string_view> names) {
@@ -38,17 +38,21 @@ void RequireColumns(const CsvTable& table, std::initializer_list<std::string_vie
   }
 }
 
-void Append(std::string* text, double value) {
-  AppendNumber(text, value, 9);
-  *text += ',';
+double TimeOf(const CsvTable& table) {
+  const double t = NumberOf(table, "t");
+  if (!std::isfinite(t)) table.Fail("t is empty: expected a time in seconds");
+  return t;
 }
 
-void Append(std::string* text, const Vector3d& values) {
-  for (const double value : values) Append(text, value);
-}
-
-KnownLoad Between(const KnownLoad& a, const KnownLoad& b, double t) {
-  const double share = b.from > a.from ? (t - a.from) / (b.from - a.from) : 0;
+// The force of a record at `t`. `loads`: in order of time.
+std::optional<KnownLoad> RecordAt(const std::vector<KnownLoad>& loads, double t) {
+  const auto after = std::ranges::lower_bound(loads, t, {}, &KnownLoad::from);
+  if (after == loads.end()) return std::nullopt;
+  if (after->from == t) return *after;
+  if (after == loads.begin()) return std::nullopt;
+  const KnownLoad &a = *std::prev(after), &b = *after;
+  if (b.from - a.from > kLongestGap) return std::nullopt;
+  const double share = (t - a.from) / (b.from - a.from);
   KnownLoad between = a;
   between.force += share * (b.force - a.force);
   between.p_S_tip += share * (b.p_S_tip - a.p_S_tip);
@@ -56,67 +60,25 @@ KnownLoad Between(const KnownLoad& a, const KnownLoad& b, double t) {
   return between;
 }
 
-// Numbers the stretches of a record: the states under load, and apart from them those without.
-void CutIntoStretches(std::vector<MatchedState>* matched) {
-  double largest = 0;
-  for (const auto& one : *matched) largest = std::fmax(largest, one.known.force.norm());
-  const auto is_loaded = [&](const MatchedState& one) {
-    return !(one.known.force.norm() < kLoadedShare * largest);
-  };
-  const auto loaded = static_cast<std::size_t>(std::ranges::count_if(*matched, is_loaded));
-  const std::array all{matched->size() - loaded, loaded};
-  std::array<std::size_t, 2> seen{0, 0};
-  for (auto& one : *matched) {
-    const std::size_t kind = is_loaded(one) ? 1 : 0;
-    one.load = static_cast<int>(kStretches * (kind + 1) + kStretches * seen[kind] / all[kind]);
-    ++seen[kind];
-  }
-}
-
-// The finger that a load of `finger` acts on, among those of the states.
-bool IsOn(const ReportedState& state, const std::string& finger, const std::string& first) {
-  return state.finger == (finger.empty() ? first : finger);
-}
-
 }  // namespace
 
-std::vector<ReportedState> ReadStates(const std::filesystem::path& file) {
+ForceTables ReadStates(const std::filesystem::path& file) {
   CsvTable table(file);
-  std::vector<ReportedState> states;
+  ForceTables states;
   while (table.Next()) {
     if (states.empty()) RequireColumns(table, {"t", "fx", "fy", "fz", "sigma", "validity"});
-    ReportedState state{.t = NumberOr(table, "t"),
-                        .finger = TextOf(table, "finger"),
-                        .p_S_tip = VectorOf(table, {"tip_x", "tip_y", "tip_z"}),
-                        .force = VectorOf(table, {"fx", "fy", "fz"}),
-                        .sigma = NumberOr(table, "sigma", 0),
-                        .is_valid = TextOf(table, "validity") == "valid",
-                        .validity = TextOf(table, "validity"),
-                        .measured = VectorOf(table, {"true_fx", "true_fy", "true_fz"})};
+    ForceRow state;
+    state.t = TimeOf(table);
+    state.measured = VectorOf(table, {"true_fx", "true_fy", "true_fz"});
+    state.estimated = VectorOf(table, {"fx", "fy", "fz"});
+    state.sigma = NumberOf(table, "sigma");
+    state.is_valid = TextOf(table, "validity") == "valid";
+    state.p_estimated = VectorOf(table, {"tip_x", "tip_y", "tip_z"});
     const Vector3d contact = VectorOf(table, {"contact_x", "contact_y", "contact_z"});
-    state.depth = table.Has("depth")       ? NumberOr(table, "depth")
-                  : state.force.norm() > 0 ? (state.p_S_tip - contact).norm()
-                                           : kUnknown;
-    if (!std::isfinite(state.t)) table.Fail("t is empty: expected a time in seconds");
-    states.push_back(std::move(state));
+    if (state.estimated.norm() > 0) state.depth = (state.p_estimated - contact).norm();
+    states[TextOf(table, "finger")].push_back(state);
   }
   return states;
-}
-
-void WriteStates(const std::vector<ReportedState>& states, const std::filesystem::path& file) {
-  std::string text =
-      "t,finger,tip_x,tip_y,tip_z,fx,fy,fz,sigma,depth,true_fx,true_fy,true_fz,validity\n";
-  for (const ReportedState& state : states) {
-    Append(&text, state.t);
-    text += state.finger + ',';
-    Append(&text, state.p_S_tip);
-    Append(&text, state.force);
-    Append(&text, state.sigma);
-    Append(&text, state.depth);
-    Append(&text, state.measured);
-    text += state.validity + '\n';
-  }
-  WriteWholeFile(file, text);
 }
 
 LoadTable ReadLoads(const std::filesystem::path& file) {
@@ -125,15 +87,13 @@ LoadTable ReadLoads(const std::filesystem::path& file) {
   read.is_record = !table.Has("until");
   while (table.Next()) {
     if (read.loads.empty()) RequireColumns(table, {"t"});
-    const double from = NumberOr(table, "t");
-    KnownLoad load{.from = from,
-                   .until = NumberOr(table, "until", from),
+    KnownLoad load{.from = TimeOf(table),
+                   .until = NumberOf(table, "until"),
                    .finger = TextOf(table, "finger"),
                    .force = VectorOf(table, {"fx", "fy", "fz"}),
-                   .sigma = NumberOr(table, "sigma"),
+                   .sigma = NumberOf(table, "sigma"),
                    .p_S_tip = VectorOf(table, {"x", "y", "z"}),
-                   .depth = NumberOr(table, "depth")};
-    if (!std::isfinite(from)) table.Fail("t is empty: expected a time in seconds");
+                   .depth = NumberOf(table, "depth")};
     if (!read.is_record && !(load.until > load.from)) {
       table.Fail("until: expected a time after t");
     }
@@ -147,69 +107,59 @@ LoadTable ReadLoads(const std::filesystem::path& file) {
   return read;
 }
 
-void WriteLoads(const std::vector<KnownLoad>& loads, const std::filesystem::path& file) {
-  std::string text = "t,until,fx,fy,fz,sigma,x,y,z,depth,finger\n";
-  for (const KnownLoad& load : loads) {
-    Append(&text, load.from);
-    Append(&text, load.until);
-    Append(&text, load.force);
-    Append(&text, load.sigma);
-    Append(&text, load.p_S_tip);
-    Append(&text, load.depth);
-    text += load.finger + '\n';
-  }
-  WriteWholeFile(file, text);
+ForceRow WithLoad(ForceRow state, const KnownLoad& load, int hold) {
+  state.hold = hold;
+  state.measured = load.force;
+  const double size =
+      load.force.unaryExpr([](double x) { return std::isfinite(x) ? x : 0; }).norm();
+  state.sigma =
+      std::hypot(state.sigma, std::isfinite(load.sigma) ? load.sigma : kUsualSigma * size);
+  state.p_known = load.p_S_tip;
+  state.known_depth = load.depth;
+  return state;
 }
 
-MatchedStates Match(const std::vector<ReportedState>& states, const LoadTable& table) {
-  MatchedStates matched;
-  const std::string first = states.empty() ? "" : states.front().finger;
-  const auto& loads = table.loads;
-  for (const ReportedState& state : states) {
-    const KnownLoad* before = nullptr;  // the row of a record
-    for (std::size_t i = 0; i < loads.size(); ++i) {
-      const KnownLoad& load = loads[i];
-      if (!IsOn(state, load.finger, first)) continue;
-      if (!table.is_record && load.from <= state.t && state.t <= load.until) {
-        matched[state.finger].push_back({state, load, static_cast<int>(i)});
-        break;
-      }
-      if (!table.is_record) continue;
-      if (load.from < state.t) {
-        before = &load;
+ForceTables WithLoads(const ForceTables& states, const LoadTable& table) {
+  ForceTables rows;
+  for (const auto& [finger, of_finger] : states) {
+    std::vector<KnownLoad> loads;
+    std::ranges::copy_if(table.loads, std::back_inserter(loads), [&](const KnownLoad& load) {
+      return load.finger == finger || (load.finger.empty() && finger == states.begin()->first);
+    });
+    for (const ForceRow& state : of_finger) {
+      if (table.is_record) {
+        const auto load = RecordAt(loads, state.t);
+        if (load) rows[finger].push_back(WithLoad(state, *load, -1));
         continue;
       }
-      if (load.from == state.t) {
-        matched[state.finger].push_back({state, load, 0});
-      } else if (before != nullptr && load.from - before->from <= kLongestGap) {
-        matched[state.finger].push_back({state, Between(*before, load, state.t), 0});
-      }
-      break;
+      const auto held = std::ranges::find_if(loads, [&](const KnownLoad& load) {
+        return load.from <= state.t && state.t <= load.until;
+      });
+      const auto number = static_cast<int>(held - loads.begin());
+      if (held != loads.end()) rows[finger].push_back(WithLoad(state, *held, number));
     }
   }
-  if (matched.empty()) {
+  if (rows.empty()) {
     throw std::invalid_argument(
         "--loads: expected loads at times, and on fingers, of the states: none matches");
   }
-  if (table.is_record) {
-    for (auto& [finger, of_finger] : matched) CutIntoStretches(&of_finger);
-  }
-  return matched;
+  return rows;
 }
 
-MatchedStates MatchSensor(const std::vector<ReportedState>& states) {
-  MatchedStates matched;
-  for (const ReportedState& state : states) {
-    if (!state.measured.allFinite()) continue;
-    matched[state.finger].push_back({state, {.force = state.measured}, 0});
+ForceTables WithSensor(const ForceTables& states) {
+  ForceTables rows;
+  for (const auto& [finger, of_finger] : states) {
+    for (const ForceRow& state : of_finger) {
+      if (!state.measured.allFinite()) continue;
+      rows[finger].push_back(WithLoad(state, {.force = state.measured}, -1));
+    }
   }
-  if (matched.empty()) {
+  if (rows.empty()) {
     throw std::invalid_argument(
         "--sensor: expected states with the force of a sensor (ArmReport.measured_force) or "
         "of a simulator: these have none");
   }
-  for (auto& [finger, of_finger] : matched) CutIntoStretches(&of_finger);
-  return matched;
+  return rows;
 }
 
 }  // namespace palpate

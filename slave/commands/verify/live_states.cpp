@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <iterator>
-#include <optional>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include <grpcpp/grpcpp.h>
@@ -50,43 +50,56 @@ LiveStates::LiveStates(const std::string& address, const std::filesystem::path& 
 
 LiveStates::~LiveStates() = default;
 
-void LiveStates::Watch(double seconds, const std::stop_token& stop) {
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() +
-                       std::chrono::duration_cast<std::chrono::milliseconds>(
-                           std::chrono::duration<double>(seconds)));
-  const std::stop_callback cancel(stop, [&] { context.TryCancel(); });
-  const auto stream = connection_->stub->WatchState(&context, {});
-  constexpr std::size_t kMost = 200;  // states that a sample may be older than its state
-  std::vector<SlaveState> last;
+std::vector<ForceRow> LiveStates::Watch(double seconds, const std::stop_token& stop) {
+  using std::chrono::duration;
+  using std::chrono::system_clock;
+  constexpr double kPatience = 5, kRetry = 0.2;  // [s]
+  constexpr std::size_t kMost = 200;             // states that a sample may be older than its state
+  const auto begin = system_clock::now();
+  const auto elapsed = [begin] { return duration<double>(system_clock::now() - begin).count(); };
+  std::vector<ForceRow> rows;
+  bool is_complete = false;
   std::string why;
-  for (v1::SlaveState message; stream->Read(&message);) {
-    const std::optional<SlaveState> state = FromProto(message, &why);
-    if (!state) continue;
-    const bool is_new = last.empty() || state->sensed_at != last.back().sensed_at;
-    if (last.size() == kMost) last.erase(last.begin(), last.begin() + kMost / 2);
-    last.push_back(*state);
-    if (states_.empty()) start_ = state->sensed_at;
-    const double t = SecondsBetween(start_, state->sensed_at);
-    if (is_new && (states_.empty() || t > now())) {
+  do {
+    grpc::ClientContext context;
+    context.set_deadline(begin + std::chrono::duration_cast<system_clock::duration>(
+                                     duration<double>(seconds + kPatience)));
+    const std::stop_callback cancel(stop, [&] { context.TryCancel(); });
+    const auto stream = connection_->stub->WatchState(&context, {});
+    std::vector<SlaveState> last;
+    for (v1::SlaveState message; !is_complete && stream->Read(&message);) {
+      const std::optional<SlaveState> state = FromProto(message, &why);
+      if (!state) continue;
+      if (last.size() == kMost) last.erase(last.begin(), last.begin() + kMost / 2);
+      last.push_back(*state);
+      const bool is_first = !start_;
+      if (is_first) start_ = state->sensed_at;
+      const double t = SecondsBetween(*start_, state->sensed_at);
+      if (!is_first && t <= last_) continue;
+      last_ = t;
+      ForceRow row;
+      row.t = t;
+      row.measured = MeasuredAt(state->sensed_at, last);
+      if (IsForceKnown(*state)) row.estimated = *state->force;
+      row.sigma = state->sigma;
+      row.is_valid = state->validity == Validity::kValid;
+      row.p_estimated = state->p_S_tip;
       const bool touches = state->force && state->force->norm() > 0;
-      states_.push_back({.t = t,
-                         .finger = {},
-                         .p_S_tip = state->p_S_tip,
-                         .force = IsForceKnown(*state) ? *state->force : kUnknownVector3,
-                         .depth = touches && state->local_model.known()
-                                      ? state->local_model.Penetration(state->p_S_tip)
-                                      : kUnknown,
-                         .sigma = state->sigma,
-                         .is_valid = state->validity == Validity::kValid,
-                         .validity = std::string(ToString(state->validity)),
-                         .measured = MeasuredAt(state->sensed_at, last)});
+      if (touches && state->local_model.known()) {
+        row.depth = state->local_model.Penetration(state->p_S_tip);
+      }
+      rows.push_back(row);
+      is_complete = t - rows.front().t >= seconds;
     }
+    if (is_complete) context.TryCancel();
+    const grpc::Status status = stream->Finish();
+    if (why.empty()) why = Presentable(status.error_message(), 300);
+    if (!is_complete) std::this_thread::sleep_for(duration<double>(kRetry));
+  } while (!is_complete && !stop.stop_requested() && elapsed() < seconds + kPatience);
+  if (rows.empty() && !stop.stop_requested()) {
+    throw std::runtime_error(address_ + ": no state from a slave: " + why);
   }
-  const grpc::Status status = stream->Finish();
-  if (!last.empty() || stop.stop_requested()) return;
-  throw NoState(address_ + ": no state from a slave: " +
-                (why.empty() ? Presentable(status.error_message(), 300) : why));
+  return rows;
 }
 
 }  // namespace palpate

@@ -3,20 +3,15 @@
 
 #include <filesystem>
 #include <memory>
-#include <stdexcept>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
 
 #include "shared/state/clock.h"
-#include "slave/commands/verify/known_loads.h"
+#include "slave/commands/verify/force_table.h"
 
 namespace palpate {
-
-// The slave sent no state.
-class NoState : public std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 class LiveStates {
  public:
@@ -25,21 +20,19 @@ class LiveStates {
   LiveStates(const std::string& address, const std::filesystem::path& tls, bool insecure);
   ~LiveStates();
 
-  // Appends the states of the next `seconds`, one for each sample. Their clock starts with the
-  // first state. The force sensor is read at the time of the sample. Throws NoState: the slave does
-  // not answer.
-  void Watch(double seconds, const std::stop_token& stop);
-  [[nodiscard]] const std::vector<ReportedState>& states() const { return states_; }
-  // Time of the last state; 0: there is none.
-  [[nodiscard]] double now() const { return states_.empty() ? 0 : states_.back().t; }
+  // The states of the next `seconds` of samples, one for each. Their clock starts with the first
+  // state of all. The measured force is read at the time of the sample. A connection that fails is
+  // opened again; 5 s of silence in all end the watch. Throws std::runtime_error: there is no
+  // state.
+  std::vector<ForceRow> Watch(double seconds, const std::stop_token& stop);
 
  private:
   struct Connection;
 
   std::string address_;
   std::unique_ptr<Connection> connection_;
-  std::vector<ReportedState> states_;
-  Time start_{};
+  std::optional<Time> start_;  // of the clock
+  double last_ = 0;            // time of the last state
 };
 
 }  // namespace palpate

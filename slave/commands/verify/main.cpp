@@ -6,17 +6,19 @@ namespace palpate {
 namespace {
 
 constexpr const char* kExamples =
-    R"(Without --loads and --sensor it asks for one known load after the other, while a slave serves
-the scene. Table of loads, SI, frame S, force of the object on the tool:
+    R"(It compares a table of measured and estimated forces: --forces, or the one that a run of the scene
+makes and keeps in forces.csv. Columns: measured_fx to measured_fz and estimated_fx to estimated_fz,
+of which axes may be absent, and if known t, sigma and validity (`valid`, 1 or true). Rows without t
+are taken in their order. With a scene, causes are named in its words.
+
+The measured forces of a run are those of --sensor, of --loads, or of the answers to questions: one
+known load after the other, while a slave serves the scene. Table of loads, SI, frame S, force of the
+object on the tool:
   t,until,fx,fy,fz[,sigma][,x,y,z][,depth][,finger]    loads that were held from t to until
   t,fx,fy,fz[,sigma][,x,y,z][,depth][,finger]          record of a sensor, linear between rows
 t is the time since the first state. x,y,z is the known position of the tip, depth the known
 indentation, sigma that of each axis of the force (default 1 % of it). An empty cell is
 unknown. fx,fy,fz may be absent if only positions are known.
-
---forces judges any source of forces against measured ones, without a scene: a table with the columns
-measured_fx to measured_fz and estimated_fx to estimated_fz, of which axes may be absent, and if
-known t, sigma and validity (`valid`, 1 or true). Rows without t are taken in their order.
 
 Examples:
   palpate-slave verify deploy/scenes/silicone-block.yaml --out build/card
@@ -26,6 +28,7 @@ Examples:
   palpate-slave verify scene.yaml --connect 127.0.0.1:50051 --sensor --duration 30 --out build/card
   palpate-slave verify --forces forces.csv --out build/card
   palpate-slave verify --forces log.csv --measured Fz --estimated pred --measured-unit g --out card
+  palpate-slave verify scene.yaml --forces card/forces.csv --out again
 
 Exit codes: 0 all that was tested is right, 1 something is wrong or not decided, 2 unusable
 arguments or scene.)";
@@ -51,7 +54,7 @@ void AddOptions(CLI::App* command, VerifyOptions* options) {
   command->get_option("scene")
       ->description("Scene file (YAML), or a recording of the slave (FILE.mcap)")
       ->required(false);
-  Add(command, "--out", &options->out, "DIR", "Folder for report.json")->required();
+  Add(command, "--out", &options->out, "DIR", "Folder for report.json and forces.csv")->required();
   AddForceOptions(command, options);
   Add(command, "--loads", &options->loads, "FILE", "Known loads: CSV, see below")
       ->check(CLI::ExistingFile);

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "shared/text/text.h"
-#include "slave/commands/verify/verify.h"
+#include "slave/commands/verify/known_loads.h"
 #include "slave/scene/units.h"
 
 namespace palpate {

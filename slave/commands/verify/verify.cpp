@@ -4,16 +4,17 @@
 #include <array>
 #include <cstdio>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
-#include <utility>
 
 #include <Eigen/Geometry>
 
 #include "shared/text/text.h"
 #include "slave/commands/running_scene.h"
-#include "slave/commands/verify/card_report.h"
+#include "slave/commands/verify/known_loads.h"
 #include "slave/commands/verify/live_states.h"
+#include "slave/commands/verify/report.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/recording/recorded_run.h"
 #include "slave/recording/scene_files.h"
@@ -27,29 +28,30 @@ bool IsRecording(const VerifyOptions& options) {
   return options.scene.extension() == ".mcap";
 }
 
-SetUp SetUpOf(const Scene& scene) {
-  SetUp set_up;
-  const bool fingertips = scene.sense.Find<Tactile>() != nullptr;
-  set_up.is_planar = IsPlanar(scene.object.geometry);
-  set_up.sigma_of_vector = fingertips;
-  if (!fingertips) set_up.young_modulus = scene.object.material.young_modulus;
-  set_up.position_source =
-      fingertips ? "the encoders or the poses of the fingertips" : "the encoders";
+ForceSource SourceOf(const Scene& scene) {
+  if (scene.sense.Find<Tactile>() != nullptr) {
+    return {.kind = ForceSource::Kind::kFingertips,
+            .position_source = "the encoders or the poses of the fingertips"};
+  }
+  ForceSource source{.kind = ForceSource::Kind::kCamera,
+                     .young_modulus = scene.object.material.young_modulus,
+                     .position_source = "the encoders"};
   if (const auto* camera = scene.sense.Find<Camera>()) {
-    set_up.pixel = camera->pixel;
-    set_up.position_source = "the scale of the pixels";
+    source.pixel = camera->pixel;
+    source.position_source = "the scale of the pixels";
     Eigen::AlignedBox2d box;
     for (const auto& point : OutlineOf(scene.object.geometry).outer) box.extend(point);
-    if (!box.isEmpty()) set_up.object_size = box.diagonal().norm();
+    if (!box.isEmpty()) source.object_size = box.diagonal().norm();
   }
-  return set_up;
+  return source;
 }
 
-// Asks for one load after the other, and watches the slave while each is held. Each answer is
-// written at once: it cannot be repeated.
-LoadTable AskForLoads(const VerifyOptions& options, LiveStates* live, const std::stop_token& stop) {
+// Asks for one load after the other, and watches the slave while each is held. `rows` are written
+// after each answer.
+ForceTables AskForLoads(const VerifyOptions& options, LiveStates* live,
+                        const std::stop_token& stop) {
   std::puts(
-      "Apply one known load after the other and hold it still; five or more, of several sizes and\n"
+      "Apply one known load after the other and hold it still; six or more, of several sizes and\n"
       "along every axis that you use. Describe a load when it is held:\n"
       "  none                        nothing touches the tool\n"
       "  weight 100 g +y             a weight that the object carries through the tool\n"
@@ -59,66 +61,40 @@ LoadTable AskForLoads(const VerifyOptions& options, LiveStates* live, const std:
       "Directions are those in which the object pushes the tool, frame S. `at X Y Z` behind a "
       "load\n"
       "gives the known position of the tip in metres. `done` ends.");
-  LoadTable table;
+  constexpr double kSettling = 0.2;  // what was on its way belongs to the load before [s]
+  ForceTables tables;
+  std::vector<ForceRow>& rows = tables[""];
+  int hold = 0;
   while (!stop.stop_requested()) {
-    std::printf("load %zu> ", table.loads.size() + 1);
+    std::printf("load %d> ", hold + 1);
     std::fflush(stdout);
     std::string line;
     if (!std::getline(std::cin, line) || Trimmed(line) == "done") break;
     if (Trimmed(line).empty()) continue;
     try {
-      KnownLoad load = ParseLoad(line);
-      live->Watch(0.2, stop);  // what was on its way belongs to the load before
-      load.from = live->now();
-      live->Watch(options.hold, stop);
-      load.until = live->now();
-      if (!(load.until > load.from)) throw NoState("no new state while it was held");
-      const auto states = std::ranges::count_if(live->states(), [&](const ReportedState& state) {
-        return state.t >= load.from && state.force.allFinite();
-      });
-      std::printf("  %td states with a force\n", states);
-      table.loads.push_back(std::move(load));
-      WriteLoads(table.loads, options.out / "loads.csv");
-      WriteStates(live->states(), options.out / "states.csv");
+      const KnownLoad load = ParseLoad(line);
+      const std::vector<ForceRow> states = live->Watch(kSettling + options.hold, stop);
+      const std::size_t before = rows.size();
+      for (const ForceRow& state : states) {
+        if (state.t >= states[0].t + kSettling) rows.push_back(WithLoad(state, load, hold));
+      }
+      if (rows.size() == before) throw std::runtime_error("no new state while it was held");
+      const auto count =
+          std::count_if(rows.begin() + static_cast<std::ptrdiff_t>(before), rows.end(),
+                        [](const ForceRow& row) { return row.estimated.allFinite(); });
+      std::printf("  %td states with a force\n", count);
+      WriteForces(tables, options.out / "forces.csv");
+      ++hold;
     } catch (const std::invalid_argument& error) {
       std::printf("  %s\n", error.what());
-    } catch (const NoState& error) {
-      std::printf("  no state, try again: %s\n", error.what());
+    } catch (const std::system_error&) {
+      throw;  // a file cannot be written
+    } catch (const std::runtime_error& error) {
+      std::printf("  try again: %s\n", error.what());
     }
   }
-  if (table.loads.empty()) throw std::invalid_argument("verify: no load was described");
-  return table;
-}
-
-struct Session {
-  std::vector<ReportedState> states;
-  LoadTable loads;
-  std::string source;
-};
-
-Session WatchSlave(const VerifyOptions& options, const std::stop_token& stop) {
-  const std::string address = options.connect.empty() ? kUsualAddress : options.connect;
-  Session session;
-  session.source = "slave " + address;
-  LiveStates live(address, options.tls, options.insecure);
-  if (options.sensor || !options.loads.empty()) {
-    live.Watch(options.duration, stop);
-  } else {
-    live.Watch(0.5, stop);  // before anybody is asked: does it answer?
-    session.loads = AskForLoads(options, &live, stop);
-  }
-  session.states = live.states();
-  WriteStates(session.states, options.out / "states.csv");
-  return session;
-}
-
-std::string Process(const VerifyOptions& options, const Scene& scene, const std::stop_token& stop) {
-  if (IsRecording(options)) {
-    ProcessRecording(options.scene, options.out, stop);
-    return "recording " + options.scene.filename().string();
-  }
-  RunOffline(scene, {.out = options.out}, stop);
-  return "scene " + options.scene.filename().string() + ", processed";
+  if (rows.empty()) throw std::invalid_argument("verify: no load was described");
+  return tables;
 }
 
 Scene SceneOf(const VerifyOptions& options, const std::stop_token& stop) {
@@ -133,6 +109,14 @@ Scene SceneOf(const VerifyOptions& options, const std::stop_token& stop) {
 }
 
 void Check(const VerifyOptions& options) {
+  const bool is_judged = !options.forces.empty();
+  if (is_judged && (!options.loads.empty() || !options.states.empty() || !options.connect.empty() ||
+                    options.sensor)) {
+    throw std::invalid_argument("--forces: only without --loads, --states, --connect and --sensor");
+  }
+  if (options.scene.empty() && !is_judged) {
+    throw std::invalid_argument("scene: expected a scene file, a recording or --forces");
+  }
   if (options.sensor && !options.loads.empty()) {
     throw std::invalid_argument("--sensor, --loads: expected one of them");
   }
@@ -142,79 +126,100 @@ void Check(const VerifyOptions& options) {
   if (!options.states.empty() && !options.sensor && options.loads.empty()) {
     throw std::invalid_argument("--states: only with --loads or --sensor");
   }
-  if (IsRecording(options) && options.loads.empty()) {
+  if (IsRecording(options) && options.loads.empty() && !is_judged) {
     throw std::invalid_argument(options.scene.string() +
                                 ": with a recording, expected --loads FILE.csv");
   }
-  const std::array inputs{options.scene, options.loads, options.states};
-  RequireOtherThan("--out", options.out, {"report.json", "states.csv", "loads.csv", "summary.json"},
-                   inputs);
+  const std::array inputs{options.scene, options.loads, options.states, options.forces};
+  RequireOtherThan("--out", options.out, {"report.json"}, inputs);
+  if (is_judged) return;
+  RequireOtherThan("--out", options.out, {"forces.csv", "states.csv", "summary.json"}, inputs);
 }
 
-int Report(const CardTitle& title, const std::vector<ForceCard>& cards,
-           const std::filesystem::path& folder) {
-  WriteCards(title, cards, folder);
-  std::fputs(ToText(cards).c_str(), stdout);
-  std::printf("written: %s\n", (folder / "report.json").c_str());
-  return std::ranges::all_of(cards, &ForceCard::passes) ? 0 : 1;
+// The slave refuses the samples of the scene.
+class Refusal : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Forces of a planar scene have no z.
+void ForgetZ(ForceTables* tables) {
+  for (auto& [finger, rows] : *tables) {
+    for (ForceRow& row : rows) row.measured.z() = kUnknown;
+  }
 }
 
-int VerifyForces(const VerifyOptions& options) {
-  if (!options.scene.empty() || !options.loads.empty() || !options.states.empty() ||
-      !options.connect.empty() || options.sensor) {
-    throw std::invalid_argument(
-        "--forces: only without a scene, --loads, --states, --connect "
-        "and --sensor");
+// Where forces of a scene come from, in words, and the table of them.
+struct Run {
+  std::string source;
+  ForceTables tables;
+};
+
+Run RunScene(const VerifyOptions& options, const Scene& scene, const std::stop_token& stop) {
+  const bool asks = !options.sensor && options.loads.empty();
+  std::optional<LoadTable> loads;
+  if (!options.loads.empty()) loads = ReadLoads(options.loads);
+  const auto with_known = [&](const ForceTables& states) {
+    return loads ? WithLoads(states, *loads) : WithSensor(states);
+  };
+  if (!options.states.empty()) {
+    return {options.states.filename().string(), with_known(ReadStates(options.states))};
   }
-  RequireOtherThan("--out", options.out, {"report.json"}, std::array{options.forces});
-  std::filesystem::create_directories(options.out);
-  const auto pairs = ReadForcePairs(options.forces, options.columns);
-  if (pairs.empty()) {
-    throw InputError(options.forces.string() + ": no row has a measured and an estimated force");
+  if (asks || !options.connect.empty()) {
+    const std::string address = options.connect.empty() ? kUsualAddress : options.connect;
+    LiveStates live(address, options.tls, options.insecure);
+    if (!asks) return {"slave " + address, with_known({{"", live.Watch(options.duration, stop)}})};
+    live.Watch(0.5, stop);  // before anybody is asked: does it answer?
+    return {"slave " + address, AskForLoads(options, &live, stop)};
   }
-  const std::vector cards{
-      MakeCard("", pairs, {.sigma_of_vector = true, .is_record = true, .has_scene = false})};
-  return Report({"", options.forces.filename().string()}, cards, options.out);
+  const std::string name = options.scene.filename().string();
+  try {
+    if (IsRecording(options)) {
+      ProcessRecording(options.scene, options.out, stop);
+    } else {
+      RunOffline(scene, {.out = options.out}, stop);
+    }
+  } catch (const std::system_error&) {
+    throw;  // the samples are not to blame: a file cannot be written
+  } catch (const std::exception& refusal) {
+    throw Refusal(refusal.what());
+  }
+  return {IsRecording(options) ? "recording " + name : "scene " + name + ", processed",
+          with_known(ReadStates(options.out / "states.csv"))};
 }
 
 }  // namespace
 
 int RunVerify(const VerifyOptions& options, const std::stop_token& stop) {
-  if (!options.forces.empty()) return VerifyForces(options);
   Check(options);
   std::filesystem::create_directories(options.out);
-  const Scene scene = SceneOf(options, stop);
-  const bool asks = !options.sensor && options.loads.empty();
-  Session session;
-  if (!options.loads.empty()) session.loads = ReadLoads(options.loads);
-  if (!options.states.empty()) {
-    session.states = ReadStates(options.states);
-    session.source = options.states.filename().string();
-  } else if (asks || !options.connect.empty()) {
-    LoadTable loads = std::move(session.loads);
-    session = WatchSlave(options, stop);
-    if (!asks) session.loads = std::move(loads);
-  } else {
+  std::optional<Scene> scene;
+  if (!options.scene.empty()) scene = SceneOf(options, stop);
+  const std::string name = scene ? scene->name : "";
+  std::filesystem::path forces = options.forces;
+  std::string source = forces.filename().string();
+  if (forces.empty()) {
     try {
-      session.source = Process(options, scene, stop);
-    } catch (const std::system_error&) {
-      throw;  // the samples are not to blame: a file cannot be written
-    } catch (const std::exception& refusal) {
-      WriteRefusal(scene.name, refusal.what(), options.out);
+      Run run = RunScene(options, *scene, stop);
+      if (stop.stop_requested()) return 1;
+      if (IsPlanar(scene->object.geometry)) ForgetZ(&run.tables);
+      forces = options.out / "forces.csv";
+      WriteForces(run.tables, forces);
+      source = run.source;
+    } catch (const Refusal& refusal) {
+      WriteRefusal(name, refusal.what(), options.out);
       std::printf("does not pass: the slave refuses these samples\nlikely wrong: %s\nwritten: %s\n",
                   refusal.what(), (options.out / "report.json").c_str());
       return 1;
     }
-    session.states = ReadStates(options.out / "states.csv");
   }
-  if (stop.stop_requested()) return 1;
-  const MatchedStates matched =
-      options.sensor ? MatchSensor(session.states) : Match(session.states, session.loads);
-  SetUp set_up = SetUpOf(scene);
-  set_up.is_record = options.sensor || session.loads.is_record;
-  std::vector<ForceCard> cards;
-  for (const auto& [finger, states] : matched) cards.push_back(MakeCard(finger, states, set_up));
-  return Report({scene.name, session.source}, cards, options.out);
+  Comparisons comparisons;
+  for (const auto& [finger, rows] : ReadForces(forces, options.columns)) {
+    comparisons[finger] = CompareForces(rows, scene ? SourceOf(*scene) : ForceSource{});
+  }
+  WriteReport(name, source, comparisons, options.out);
+  std::fputs(ToText(comparisons).c_str(), stdout);
+  std::printf("written: %s\n", (options.out / "report.json").c_str());
+  return Pass(comparisons) ? 0 : 1;
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Words of the force test card.
+// Words of a comparison of forces.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "slave/commands/verify/force_card.h"
+#include "slave/verify/compare_forces.h"
 
 namespace palpate {
 
@@ -16,24 +16,21 @@ inline constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 
 // `x, z`.
 std::string AxisNames(const std::vector<int>& axes);
-// Which known axis is reported as which, or where the sign is reversed.
+// Which measured axis is estimated as which, or where the sign is reversed.
 std::string RelationWords(const AxisRelation& relation, const std::vector<int>& axes);
 // `1.012 (0.998 to 1.027)`, times `scale`.
 std::string Words(const Interval& interval, const char* unit = "", double scale = 1,
                   int digits = 3);
-// Whether an interval lies inside `low` to `high`, outside, or across an end.
-Finding Judged(const Interval& interval, double low, double high);
 
-// A mistake with a unit multiplies reported forces by `factor`.
+// A mistake with a unit multiplies estimated forces by `factor`.
 struct UnitMistake {
   double factor = 1;
   const char* words = "";
 };
-// The mistake that explains a force that is multiplied by `gain` to within a factor of 1.5; the
-// factor 1: none.
-UnitMistake UnitOf(double gain);
+// The mistake whose factor lies in the interval of a `gain`; factor 1: none.
+UnitMistake UnitOf(const Interval& gain);
 
-// What is likely wrong with a set-up of this card.
-std::vector<std::string> CausesOf(const ForceCard& card, const SetUp& set_up);
+// What is likely wrong.
+std::vector<std::string> CausesOf(const ForceComparison& comparison, const ForceSource& source);
 
 }  // namespace palpate

@@ -1,0 +1,26 @@
+// A comparison of forces as JSON and as text.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "slave/verify/compare_forces.h"
+
+namespace palpate {
+
+// By finger; an empty name is the only tool.
+using Comparisons = std::map<std::string, ForceComparison>;
+
+// Writes folder/report.json. `scene`, `source`: what was tested, and where its forces come from.
+// Throws std::system_error.
+void WriteReport(const std::string& scene, const std::string& source,
+                 const Comparisons& comparisons, const std::filesystem::path& folder);
+// The same file where the slave refuses the samples of `scene`.
+void WriteRefusal(const std::string& scene, const std::string& why,
+                  const std::filesystem::path& folder);
+// A table of verdicts, and what is likely wrong.
+std::string ToText(const Comparisons& comparisons);
+[[nodiscard]] bool Pass(const Comparisons& comparisons);
+
+}  // namespace palpate

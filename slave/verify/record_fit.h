@@ -1,0 +1,40 @@
+// What a record of two columns of forces shows besides their map: delay, drift and hysteresis.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/verify/vector_map.h"
+
+namespace palpate {
+
+// Column i: row i of the record, in order of time. Axes that are not compared are 0.
+struct ForceRecord {
+  Eigen::VectorXd t;           // [s]; empty: unknown
+  Eigen::Matrix3Xd measured;   // [N]
+  Eigen::Matrix3Xd estimated;  // [N]
+};
+
+// Fewest rows of a record for what this file finds.
+inline constexpr Eigen::Index kFewestRows = 50;
+
+// How long the estimated force comes after the measured one [s]; negative: before it. The delay
+// with the least error of a linear map. nullopt: fewer than 50 rows, no time, or the forces do not
+// determine it. Delays up to 1 s and a quarter of the record.
+std::optional<Interval> EstimateDelay(const ForceRecord& record);
+
+// The measured force, linear between rows, `delay` seconds earlier. Returns the rows that remain:
+// those where it is known.
+std::vector<Eigen::Index> MoveMeasured(double delay, ForceRecord* record);
+
+// Size of what a map does not explain [N]; nullopt: the record does not determine it.
+struct RecordChange {
+  std::optional<Interval> drift;  // change of the estimate during the whole record
+  Eigen::Vector3d drift_vector{0, 0, 0};
+  std::optional<Interval> hysteresis;  // from loading to unloading
+};
+RecordChange FitChange(const ForceRecord& record);
+
+}  // namespace palpate
