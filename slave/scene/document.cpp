@@ -235,6 +235,10 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
     mistakes->AddGeneral(0, "cannot be read");
     return std::nullopt;
   }
+  if (const std::string foreign = ForeignFormat(std::string_view(bytes)); !foreign.empty()) {
+    mistakes->AddGeneral(0, "is " + foreign, "a YAML file");
+    return std::nullopt;
+  }
   const bool is_utf16 =
       bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.find('\0') < 2;
   if (is_utf16) {
@@ -251,8 +255,7 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
     return std::nullopt;
   }
   if (!IsText(bytes)) {
-    const std::string foreign = ForeignFormat(std::string_view(bytes));
-    mistakes->AddGeneral(0, foreign.empty() ? "not text" : "is " + foreign, "a YAML file");
+    mistakes->AddGeneral(0, "not text", "a YAML file");
     return std::nullopt;
   }
   return bytes;
