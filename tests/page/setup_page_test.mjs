@@ -80,6 +80,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     await person.next();
 
     await person.shows('setup-report', /force is about/);
+    await person.shows('setup-report', /Your object: rectangle 88 mm x 88 mm, 9 mm thick, about as stiff as a gummy bear; 1 mm deep .* g\. Is that so/);
     await stage.shoot('setup-check');
     await person.fill('name.text', 'rubber-block');
     // The slave's new scene is known before its answer.

@@ -427,9 +427,9 @@ export class Setup {
     byId('setup-alarms').replaceChildren(...alarms.map(({ level, text: words, next }) => noteItem(level, words, next)));
   }
   reportText() {
-    const { report, contact } = this.report;
+    const { report, contact } = this.report, words = report.match(/^ *in words +(.*)$/m)?.[1];
     const lines = contact ? [`At ${figure(1e3 * contact.depth)} mm depth the force is about ${figure(contact.force)} N.`, contact.largest_depth ? `Forces are valid down to about ${figure(1e3 * contact.largest_depth)} mm.` : ''] : [];
-    return [...lines.filter(Boolean), report].join('\n');
+    return [words && `Your object: ${words}. Is that so?`, ...lines, report].filter(Boolean).join('\n');
   }
   showFacts() {
     const { now } = this.answers, pixel = pixelOf(now), { clear } = now.object, { seen } = now.tool;

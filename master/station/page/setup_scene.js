@@ -13,7 +13,7 @@ const SIZE_OFF = 0.05;  // of a measured side, from what the scale gives
 const TOOL_OFF = 0.12;  // of the tool's width, as the slave's check `scale`
 const LEAST_CLEAR = 0.5;  // part of an outline with an edge
 const SKEW_OFF = 0.03;  // of corners from a rectangle, in parts of its diagonal
-const DISC_PARTS = 12, ELEMENTS = 180;
+const DISC_PARTS = 12, ELEMENTS = { flat: 180, round: 360 };  // a round tool touches a part of its width
 const PLANE_OFF = 10;  // of the force by a plane model, accepted; it is part of the uncertainty [%]
 export const GUESS_OFF = 50;  // of a modulus that is a first guess [%]
 // The rows of deploy/scenes/materials.md.
@@ -299,7 +299,7 @@ export function sceneOf(answers, cameraLines, template) {
     `    pose: {translation: [${centre.map((value) => `${digits(1e3 * value, 8)} mm`).join(', ')}, 0]}`,
     `  tip: {track: template, template: ${TEMPLATE}, anchor: [${tip.map((value, k) => `${digits(value - box[0][k], 7)} px`).join(', ')}], roi: ${Math.max(64, Math.max(...size) + 20)} px}`,
     `  contour: {track: snake, start: {polygon: [${outline.map((p) => `[${p.map((value) => `${digits(value, 5)} px`).join(', ')}]`).join(', ')}]}}`,
-    `model: {kind: bem2d, elements: ${ELEMENTS}, plane: ${object.plane}, contact: bonded, tolerance: ${PLANE_OFF} %}`,
+    `model: {kind: bem2d, elements: ${ELEMENTS[tool.shape]}, plane: ${object.plane}, contact: bonded, tolerance: ${PLANE_OFF} %}`,
     'manipulator: none',
   ];
   const files = { [TEMPLATE]: template };

@@ -1,6 +1,6 @@
 // For each check of a force with one camera (slave/CHECKS.md): what to do, for a person who holds the tool.
 export const CHECK_HELP = {
-  model_range: 'pressed deeper than the model is made for: press less deeply',
+  model_range: 'the model is not made for this press: an alarm below says why; without one it is too deep, press less deeply',
   tip: 'the tip is covered, turned or out of view: show it to the camera as in the frozen image',
   arm: 'the tip is not where the manipulator says',
   image: 'blur or light differ from the start: hold the camera still, keep hands out of the light, switch automatic exposure off',

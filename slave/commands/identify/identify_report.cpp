@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "shared/text/text.h"
+#include "slave/commands/plain_words.h"
 #include "slave/identify/specimen_spread.h"
 
 namespace palpate {
@@ -174,6 +175,7 @@ std::string ToWords(const PressFit& fit, const char* cases, const char* quantity
       "object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}}}\n",
       fit.presses, cases, fit.kind, fit.young_modulus, kWide * fit.sigma_modulus, fit.poisson_ratio,
       100 * fit.rms, quantity, fit.young_modulus, fit.poisson_ratio);
+  words += "  " + InPlainWords(fit.young_modulus) + "\n";
   for (const auto& [name, modulus] : fit.alone) {
     words += fmt::format("  {} alone: E {:.5g} Pa\n", name, modulus);
   }
@@ -187,6 +189,7 @@ std::string ToWords(const PictureFit& fit) {
       "{:.6g} Pa\n",
       fit.samples, fit.pressed, fit.young_modulus, kWide * fit.sigma_modulus, fit.offset,
       kWide * fit.sigma_offset, 100 * fit.rms, fit.young_modulus);
+  words += "  " + InPlainWords(fit.young_modulus) + "\n";
   if (fit.prestress > 0) words += fmt::format("  model.prestress: {:.4g} N/m\n", fit.prestress);
   return words;
 }
@@ -270,6 +273,7 @@ void AddLaws(const IdentifyReport& report, std::string* words) {
                         100 * kPoorFit, 100 * best.rms)
           : "best",
       best.law.name, E, HalfWidth(E, best.young_sigma, report.specimen_sigma));
+  *words += "  " + InPlainWords(E) + "\n";
   AddScene(report, words);
 }
 

@@ -22,6 +22,7 @@
 #include "shared/nats/nats_connection.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
+#include "slave/commands/plain_words.h"
 #include "slave/commands/program.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/serve/setup_session.h"
@@ -95,6 +96,10 @@ class SlaveRecorder {
 
 void Introduce(const SlaveDescription& d) {
   spdlog::info("{}", d.scene.name);
+  try {
+    spdlog::info("{}", InPlainWords(d.scene));
+  } catch (const std::exception&) {  // the object is what the cameras find, or no model takes it
+  }
   for (const std::string& line : Introduction(d.sense)) spdlog::info("{}", line);
 }
 

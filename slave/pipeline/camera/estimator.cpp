@@ -102,6 +102,12 @@ void Estimator::ResumeContact() noexcept {
   ForecastIndentation(touch_->contact->MoveTip((X_OS * estimate_.p_S_tip).head<2>()));
 }
 
+std::string_view Estimator::doubt() const {
+  if (!touch_->domain.doubt().empty()) return touch_->domain.doubt();
+  const bool by_model = estimate_.check == FailedCheck::kModelRange;
+  return by_model && estimate_.reason != kBeyondRange ? estimate_.reason : std::string_view();
+}
+
 Eigen::Isometry3d Estimator::ApparentPose() const {
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
   if (!edge_) return X_SO;
