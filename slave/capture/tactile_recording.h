@@ -52,9 +52,9 @@ std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file
 // taken as it is, another one down to a quarter is resampled, linear between samples. The first
 // frame behind more than three periods without a sample is marked. A finger's first pose is valid
 // from three periods before its time, its last one until three periods after it; beyond, the finger
-// has no pose. `paced`: at the recorded rate; otherwise as fast as it is read. Throws
+// has no pose. Frames come at the recorded rate by the Clock of the thread that takes them. Throws
 // std::runtime_error like ReadTactileRecording, and if no pose is within the recording's time.
-std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced);
+std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene);
 
 // Where recorded fingertips were: a CSV file of columns `t,finger,x,y,z,qw,qx,qy,qz`: time on the
 // recording's clock [s] (or another of its names), finger as the scene calls it (without the

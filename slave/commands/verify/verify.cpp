@@ -14,7 +14,7 @@
 #include "slave/commands/running_scene.h"
 #include "slave/commands/verify/card_report.h"
 #include "slave/commands/verify/live_states.h"
-#include "slave/pipeline/offline/offline_run.h"
+#include "slave/live/offline_run.h"
 #include "slave/recording/recorded_run.h"
 #include "slave/recording/scene_files.h"
 

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/state/driven_clock.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
@@ -156,7 +157,8 @@ Scene SceneOf(const std::filesystem::path& file, double rate = 100) {
 }
 
 std::vector<TactileFrame> AllFrames(const Scene& scene) {
-  const auto source = OpenTactileRecording(scene, false);
+  const DrivenClock clock;
+  const auto source = OpenTactileRecording(scene);
   std::vector<TactileFrame> frames;
   while (const auto frame = source->Next({})) frames.push_back(*frame);
   return frames;
@@ -215,7 +217,7 @@ TEST(RecordedTactileTest, AStopEndsTheWait) {
   std::vector<double> t;
   for (int i = 0; i < 20; ++i) t.push_back(0.9 * i);
   Scene scene = SceneOf(scratch.Write("touch.csv", Recording(t)), 1);
-  const auto source = OpenTactileRecording(scene, true);
+  const auto source = OpenTactileRecording(scene);
   ASSERT_TRUE(source->Next({}));
   std::stop_source stop;
   const std::jthread stopper([&stop] {
@@ -266,7 +268,7 @@ TEST(FingerPosesTest, MistakesAreRefusedWithTheirLine) {
   };
   for (const auto& row : kRows) {
     scene.sense.Find<Tactile>()->poses = scratch.Write("poses.csv", row.text);
-    EXPECT_THAT(Thrown<std::runtime_error>([&] { OpenTactileRecording(scene, false); }),
+    EXPECT_THAT(Thrown<std::runtime_error>([&] { OpenTactileRecording(scene); }),
                 HasSubstr(row.message));
   }
 }

@@ -17,7 +17,7 @@
 #include "shared/text/text.h"
 #include "slave/commands/verify/card_report.h"
 #include "slave/commands/verify/force_card.h"
-#include "slave/pipeline/offline/offline_run.h"
+#include "slave/live/offline_run.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
