@@ -41,7 +41,6 @@ struct ReadOptions {
   double rate = 60;  // timestamps are 1 / rate apart [Hz], > 0,
   // or these multiples of it from the first, one per image; empty: no gaps
   std::vector<std::uint64_t> instants = {};
-  bool paced = false;  // images arrive at their timestamps
 };
 
 // Decodes recorded images in a separate thread, a few ahead of the reader, and assigns timestamps.
@@ -57,7 +56,7 @@ class DecodeAhead final : public StereoSource {
 
   std::optional<StereoPair> Next(const std::stop_token& stop) override {
     auto images = queue_.Take(stop);
-    if (images && options_.paced) queue_.WaitUntil(images->sensed_at, stop);
+    if (images) queue_.WaitUntil(images->sensed_at, stop);
     if (stop.stop_requested()) return std::nullopt;
     return images;
   }
@@ -130,15 +129,13 @@ class ImageFiles {
   cv::Size size_;          // of the first
 };
 
-std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced,
-                                       const PictureFilter& filter) {
+std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const PictureFilter& filter) {
   auto files = ListPictures(camera.pattern, {});
   const auto instants = InstantsOf(files);
   ReadOptions options{.description = fmt::format("files {} ({}{})", camera.pattern, files.size(),
                                                  MissingInWords(instants)),
                       .rate = camera.rate,
-                      .instants = instants,
-                      .paced = paced};
+                      .instants = instants};
   auto read = [camera, files = ImageFiles(std::move(files))]() mutable {
     if (files.ended()) return cv::Mat();
     const bool is_first = files.next_number() == 1;
@@ -149,8 +146,7 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, bool paced,
   return OpenRecorded(std::move(read), filter, std::move(options));
 }
 
-std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
-                                       const PictureFilter& filter) {
+std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, const PictureFilter& filter) {
   const fs::path file = camera.pattern;
   if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": no such video");
   const std::shared_ptr<Film> video = LoadFilms().OpenFile(file.string());
@@ -161,9 +157,8 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
   auto read = [video, first]() mutable {
     return first.empty() ? video->Next() : std::exchange(first, cv::Mat());
   };
-  return OpenRecorded(
-      std::move(read), filter,
-      {.description = "video " + file.string(), .rate = camera.rate, .paced = paced});
+  return OpenRecorded(std::move(read), filter,
+                      {.description = "video " + file.string(), .rate = camera.rate});
 }
 
 std::unique_ptr<FrameSource> OpenLive(const Camera& camera, const PictureFilter& filter) {
@@ -209,7 +204,7 @@ void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
 
 // The images of films in step, which are paired by their number.
 std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& cameras, PairLayout layout,
-                                        double rate, bool paced) {
+                                        double rate) {
   std::vector<std::shared_ptr<Film>> films;
   std::string names;
   for (const Eye& eye : cameras) {
@@ -224,23 +219,22 @@ std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& cameras, PairLay
     const bool ended = images.left.empty() || (films.size() > 1 && images.right.empty());
     return ended ? StereoPair() : Arranged(std::move(images), layout, names);
   };
-  return std::make_unique<DecodeAhead>(
-      read, ReadOptions{.description = "video " + names, .rate = rate, .paced = paced});
+  return std::make_unique<DecodeAhead>(read,
+                                       ReadOptions{.description = "video " + names, .rate = rate});
 }
 
 // `size`: of each camera's images; empty: its own.
 std::unique_ptr<StereoSource> OpenCameras(const std::vector<Eye>& cameras, PairLayout layout,
-                                          const cv::Size& size, double rate, double sync,
-                                          bool paced) {
+                                          const cv::Size& size, double rate, double sync) {
   RequireRate(rate);
   const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
-  if (std::ranges::all_of(cameras, is_film)) return OpenFilms(cameras, layout, rate, paced);
+  if (std::ranges::all_of(cameras, is_film)) return OpenFilms(cameras, layout, rate);
   std::vector<CameraInput> inputs;
   for (const Eye& eye : cameras) inputs.push_back(InputOf(eye, size, rate));
   return PairsOf(std::move(inputs), layout, sync);
 }
 
-std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced) {
+std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras) {
   RequireRate(cameras.rate);
   ImageFiles left(ListPictures(cameras.left, {})), right(ListPictures(cameras.right, {}));
   if (left.count() != right.count()) {
@@ -255,47 +249,43 @@ std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced
       .description = fmt::format("files {} | {} ({} pairs{})", cameras.left, cameras.right,
                                  left.count(), MissingInWords(instants)),
       .rate = cameras.rate,
-      .instants = instants,
-      .paced = paced};
+      .instants = instants};
   auto read = [left = std::move(left), right = std::move(right)]() mutable {
     return ReadPair(left, right);
   };
   return std::make_unique<DecodeAhead>(std::move(read), std::move(options));
 }
 
-std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth, bool paced) {
+std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth) {
   RequireRate(depth.rate);
   ImageFiles files(ListPictures(depth.pattern, {}));
   const auto instants = InstantsOf(files.files());
   ReadOptions options{.description = fmt::format("files {} ({} depth images{})", depth.pattern,
                                                  files.count(), MissingInWords(instants)),
                       .rate = depth.rate,
-                      .instants = instants,
-                      .paced = paced};
+                      .instants = instants};
   return std::make_unique<DecodeAhead>(
       [files = std::move(files)]() mutable { return ReadDepth(files); }, std::move(options));
 }
 
 }  // namespace
 
-std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
-                                             const PictureFilter& filter) {
+std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, const PictureFilter& filter) {
   if (!scene.sense.Find<Camera>())
     throw std::runtime_error(scene.name + ": the scene has no camera");
-  return OpenCamera(*scene.sense.Find<Camera>(), paced, filter);
+  return OpenCamera(*scene.sense.Find<Camera>(), filter);
 }
 
-std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, bool paced,
-                                        const PictureFilter& filter) {
+std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, const PictureFilter& filter) {
   if (!(camera.rate > 0)) {
     throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
                              " Hz: expected > 0");
   }
   switch (camera.source) {
     case Camera::Source::kFiles:
-      return OpenFiles(camera, paced, filter);
+      return OpenFiles(camera, filter);
     case Camera::Source::kVideo:
-      return OpenVideo(camera, paced, filter);
+      return OpenVideo(camera, filter);
     case Camera::Source::kDevice:
     case Camera::Source::kUrl:
       return OpenLive(camera, filter);
@@ -306,13 +296,13 @@ std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, bool paced,
   throw std::runtime_error("a simulated camera is opened by the simulator");
 }
 
-std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
+std::unique_ptr<StereoSource> OpenStereo(const Scene& scene) {
   if (TakesPictures(scene.sense)) {
     throw std::runtime_error(scene.name + ": images of a stream arrive only from a driver");
   }
   if (const auto* depth = scene.sense.Find<DepthPictures>()) {
-    if (depth->source != DepthPictures::Source::kEye) return OpenDepth(*depth, paced);
-    return OpenCameras({depth->eye}, PairLayout::kDepth, {}, depth->rate, 0, paced);
+    if (depth->source != DepthPictures::Source::kEye) return OpenDepth(*depth);
+    return OpenCameras({depth->eye}, PairLayout::kDepth, {}, depth->rate, 0);
   }
   const auto* stereo = scene.sense.Find<StereoCameras>();
   if (stereo == nullptr) {
@@ -321,11 +311,11 @@ std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
   if (stereo->source == StereoCameras::Source::kSimulated) {
     throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulator");
   }
-  if (stereo->source != StereoCameras::Source::kCameras) return OpenPairs(*stereo, paced);
+  if (stereo->source != StereoCameras::Source::kCameras) return OpenPairs(*stereo);
   const bool is_one = stereo->cameras.size() == 1;
   const auto [width, height] = stereo->size;  // the rig's
   return OpenCameras(stereo->cameras, is_one ? PairLayout::kSideBySide : PairLayout::kTwoCameras,
-                     {is_one ? 2 * width : width, height}, stereo->rate, stereo->sync, paced);
+                     {is_one ? 2 * width : width, height}, stereo->rate, stereo->sync);
 }
 
 }  // namespace palpate

@@ -63,24 +63,21 @@ using PictureFilter = std::function<cv::Mat(const cv::Mat&)>;
 using FrameOpener = std::function<std::unique_ptr<FrameSource>(const PictureFilter& filter)>;
 
 // Opens the source of the scene (files, video, device, stream); relative paths are relative to the
-// scene file. `paced`: images come at the scene's rate; otherwise as fast as they are read, with
-// timestamps at that rate. `filter`: optional processing of each image in the decoding thread;
-// files and videos test it on the first image at once. Throws std::runtime_error: nothing matches,
-// unreadable, no such camera, an image that the filter rejects. Not for kSimulated and kStream.
-std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
-                                             const PictureFilter& filter = {});
+// scene file. Images of files and videos come at the scene's rate by the Clock of the thread that
+// takes them. `filter`: optional processing of each image in the decoding thread; files and videos
+// test it on the first image at once. Throws std::runtime_error: nothing matches, unreadable, no
+// such camera, an image that the filter rejects. Not for kSimulated and kStream.
+std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, const PictureFilter& filter = {});
 // The same for one camera.
-std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, bool paced,
-                                        const PictureFilter& filter = {});
+std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, const PictureFilter& filter = {});
 
 // Opens the cameras of sense.camera.stereo or sense.camera.depth: cameras and streams (see
 // live_cameras.h), videos, which are paired image by image, or files, listed as ListPictures()
 // does; the first left file is paired with the first right file, and so on. Colour becomes grey
 // (ITU-R BT.601). 16-bit images are rejected, because two differently scaled cameras would not
-// match. Depth has one channel of 16 bit. `paced`: pairs come at the scene's rate; otherwise as
-// fast as they are read, with timestamps at that rate. Throws std::runtime_error: nothing matches,
-// different counts or numbers of left and right, the first pair is unreadable. Not for simulated
-// cameras.
-std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced);
+// match. Depth has one channel of 16 bit. Pairs of files and videos come at the scene's rate, as
+// images do. Throws std::runtime_error: nothing matches, different counts or numbers of left and
+// right, the first pair is unreadable. Not for simulated cameras.
+std::unique_ptr<StereoSource> OpenStereo(const Scene& scene);
 
 }  // namespace palpate

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "shared/state/driven_clock.h"
+
 namespace palpate {
 
 bool ImageQueue::Push(StereoPair images, std::size_t most, const std::stop_token& stop) {
@@ -62,6 +64,7 @@ std::optional<StereoPair> ImageQueue::Take(const std::stop_token& stop) {
 }
 
 void ImageQueue::WaitUntil(Time time, const std::stop_token& stop) {
+  if (DrivenClock::Reach(time)) return;
   std::unique_lock lock(mutex_);
   changed_.wait_until(lock, stop, Clock::ToSteady(time), [] { return false; });
 }

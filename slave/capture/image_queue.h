@@ -23,18 +23,22 @@ class ImageQueue {
   // No more images will come; Take() throws `failure`, if there is one, after the last.
   void Close(std::exception_ptr failure);
   void Clear();
+  [[nodiscard]] bool has_images() const {
+    const std::lock_guard lock(mutex_);
+    return !waiting_.empty();
+  }
 
   // Waits for images; false: closed, or `stop`.
   bool Wait(const std::stop_token& stop);
   // Waits for the next images. nullopt: closed, or `stop`.
   std::optional<StereoPair> Take(const std::stop_token& stop);
-  // Waits until `time`, or for `stop`.
+  // Waits until `time` of the Clock, or for `stop`.
   void WaitUntil(Time time, const std::stop_token& stop);
 
  private:
   bool WaitLocked(std::unique_lock<PriorityInheritanceMutex>& lock, const std::stop_token& stop);
 
-  PriorityInheritanceMutex mutex_;  // guards what follows
+  mutable PriorityInheritanceMutex mutex_;  // guards what follows
   PriorityInheritanceCondition changed_;
   std::deque<StereoPair> waiting_;
   bool closed_ = false;

@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include "shared/link/priority_inheritance_mutex.h"
+#include "shared/state/driven_clock.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/image_queue.h"
 #include "slave/capture/pace_limit.h"
@@ -116,6 +117,10 @@ struct PictureInbox::State {
   std::optional<std::string> Unlike(const StereoPair& sample);
   void Stamp(const PushedSample& pushed, Time arrived_at, StereoPair* sample);
   void Keep(StereoPair sample);
+  // With a driven clock the thread that waits would have to feed.
+  [[nodiscard]] bool WouldWaitForEver() const {
+    return DrivenClock::is_active() && !queue.has_images();
+  }
 
   const Wanted wanted;
   ImageQueue queue;
@@ -254,7 +259,7 @@ void PictureInbox::Leave(SenderId sender) {
 }
 
 bool PictureInbox::Wait(const std::stop_token& stop) {
-  return state_->queue.Wait(stop);
+  return !state_->WouldWaitForEver() && state_->queue.Wait(stop);
 }
 
 void PictureInbox::Drop() {
@@ -282,6 +287,7 @@ std::unique_ptr<StereoSource> PictureInbox::OpenPairs() {
    public:
     explicit Pairs(State& state) : state_(state) {}
     std::optional<StereoPair> Next(const std::stop_token& stop) override {
+      if (state_.WouldWaitForEver()) return std::nullopt;
       auto sample = state_.queue.Take(stop);
       if (!sample) return std::nullopt;
       sample->sequence = ++count_;

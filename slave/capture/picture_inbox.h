@@ -61,7 +61,7 @@ class PictureInbox {
   // start again.
   void Leave(SenderId sender);
 
-  // Waits for a sample that was not yet returned; false: `stop`.
+  // Waits for a sample that was not yet returned; false: `stop`, or none with a driven clock.
   bool Wait(const std::stop_token& stop);
   // Discards the waiting sample, if any; the format of the next one is free.
   void Drop();

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "shared/state/driven_clock.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/statistics/robust.h"
 
@@ -58,7 +59,7 @@ std::vector<Instant> InstantsOf(const std::vector<double>& t, double step, doubl
 
 class RecordedTactile final : public TactileSource {
  public:
-  RecordedTactile(const Tactile& tactile, bool paced) : tactile_(tactile), paced_(paced) {
+  explicit RecordedTactile(const Tactile& tactile) : tactile_(tactile) {
     std::vector<std::string> wanted;
     for (const Finger& finger : tactile.fingers) wanted.push_back(finger.name);
     recording_ = ReadTactileRecording(tactile.file, wanted, tactile.channels);
@@ -88,7 +89,7 @@ class RecordedTactile final : public TactileSource {
       frame.fingers[i] =
           instant.share < 1 ? Between(samples[instant.after - 1], after, instant.share) : after;
     }
-    if (paced_ && !WaitUntil(frame.sensed_at, stop)) return std::nullopt;
+    if (!WaitUntil(frame.sensed_at, stop)) return std::nullopt;
     return frame;
   }
 
@@ -105,13 +106,13 @@ class RecordedTactile final : public TactileSource {
  private:
   // False: `stop` was requested first.
   bool WaitUntil(Time time, const std::stop_token& stop) {
+    if (DrivenClock::Reach(time)) return true;
     std::unique_lock lock(mutex_);
     never_.wait_until(lock, stop, Clock::ToSteady(time), [] { return false; });
     return !stop.stop_requested();
   }
 
   Tactile tactile_;
-  bool paced_;
   TactileRecording recording_;
   bool is_resampled_ = false;
   std::vector<Instant> instants_;
@@ -152,13 +153,13 @@ Eigen::Isometry3d Between(const Eigen::Isometry3d& from, const Eigen::Isometry3d
 }
 
 // A recording as a source of frames.
-std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced) {
+std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene) {
   if (!scene.sense.Find<Tactile>())
     throw std::runtime_error(scene.name + ": the scene has no fingertips");
   if (scene.sense.Find<Tactile>()->source != Tactile::Source::kRecording) {
     throw std::runtime_error(scene.name + ": sense.tactile.source is not a recording");
   }
-  return std::make_unique<RecordedTactile>(*scene.sense.Find<Tactile>(), paced);
+  return std::make_unique<RecordedTactile>(*scene.sense.Find<Tactile>());
 }
 
 }  // namespace palpate

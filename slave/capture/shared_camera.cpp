@@ -40,7 +40,7 @@ class RepeatedFrames final : public FrameSource {
 
  private:
   [[nodiscard]] std::unique_ptr<FrameSource> Reopened() const {
-    return OpenCamera(camera_, true, filter_);
+    return OpenCamera(camera_, filter_);
   }
 
   const Camera camera_;
@@ -151,7 +151,7 @@ class SharedCamera::LiveFrames final : public FrameSource {
 };
 
 SharedCamera::SharedCamera(const Camera& camera) : camera_(camera) {
-  if (IsLive(camera_)) live_ = std::make_shared<Live>(OpenCamera(camera_, true, {}));
+  if (IsLive(camera_)) live_ = std::make_shared<Live>(OpenCamera(camera_));
   const std::optional<Frame> first = Open()->Next({});
   if (!first) throw std::runtime_error("--camera: no image received");
   camera_.size = {first->image.cols, first->image.rows};

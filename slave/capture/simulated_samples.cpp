@@ -14,8 +14,6 @@
 #include <google/protobuf/util/delimited_message_util.h>
 #include <unistd.h>
 
-#include "palpate/v1/simulation.pb.h"
-
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "shared/wire/fields.h"
@@ -187,6 +185,9 @@ class RunningSimulation final : public Simulation {
     return surface;
   }
 
+  const v1::SimulatedSample* Next(const std::stop_token& stop) override {
+    return Advance(stop) ? &now_ : nullptr;
+  }
   std::unique_ptr<FrameSource> OpenFrames() override {
     return Open<FrameSource, Frame>([](const v1::SimulatedSample& sample) {
       const v1::ImageSample& images = sample.images();

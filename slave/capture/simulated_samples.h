@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "palpate/v1/simulation.pb.h"
+
 #include "slave/capture/ground_truth.h"
 #include "slave/capture/sample_tap.h"
 #include "slave/scene/scene.h"
@@ -17,7 +19,12 @@ namespace palpate {
 
 // What the sensing of a simulated scene observes, and the truth at the sample that was returned
 // last; before the first sample, the truth at the first one.
-class Simulation : public SamplePlayer, public GroundTruth {};
+class Simulation : public SamplePlayer, public GroundTruth {
+ public:
+  // The next sample as its drivers send it, valid until the next call; null: the simulation has
+  // ended, or `stop`.
+  virtual const v1::SimulatedSample* Next(const std::stop_token& stop) = 0;
+};
 
 struct SimulationOptions {
   double duration = 0;   // of a target that moves on a path [s]; 0: its own

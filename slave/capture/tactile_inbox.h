@@ -116,6 +116,7 @@ class TactileInbox final : public TactileSource {
   // periods is a gap. A finger that is silent for so long while others send is absent, and its
   // first frame afterwards follows a gap. While the first sending finger keeps the scene's rate
   // within a tenth, its samples define the frames; the others are interpolated linearly.
+  // nullopt also where none is complete with a driven clock.
   std::optional<TactileFrame> Next(const std::stop_token& stop) override;
   [[nodiscard]] std::string description() const override;
 

@@ -52,9 +52,10 @@ std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file
 
 // The recording of the scene. A rate within a tenth of the scene's is taken as it is, another one
 // down to a quarter is resampled, linear between samples, of rotations spherically linear. The
-// first frame behind more than three periods without a sample is marked. `paced`: at the recorded
-// rate; otherwise as fast as it is read. Throws std::runtime_error like ReadTactileRecording.
-std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced);
+// first frame behind more than three periods without a sample is marked. Frames come at the
+// recorded rate by the Clock of the thread that takes them. Throws std::runtime_error like
+// ReadTactileRecording.
+std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene);
 
 // Which column of a recording is its clock: `rel_time_s`, `time_s`, `t`, `time` or `timestamp`, the
 // first that is there. Throws std::runtime_error `file:line: ...`: none is.

@@ -8,6 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/thread_priority.h"
+#include "shared/state/driven_clock.h"
 
 namespace palpate {
 namespace {
@@ -34,9 +35,9 @@ void LiveSensing::BeginRegistration() {
 }
 
 // A manipulator with a fault, or without a driver, reports no position of the tool.
-TipReading LiveSensing::ReadEncoders() const {
+TipReading LiveSensing::ReadEncoders(Time t) const {
   const Manipulator& manipulator = parts_.manipulator;
-  TipReading reading{manipulator.TipAt(parts_.sense.sensed_at()), std::nullopt};
+  TipReading reading{manipulator.TipAt(t), std::nullopt};
   if (shows_tool_ && !manipulator.is_faulty()) reading.frame = manipulator.frame();
   return reading;
 }
@@ -57,7 +58,7 @@ void LiveSensing::Stop() {
 void LiveSensing::Begin() {
   // Streams begin when somebody feeds them.
   const bool is_fed = parts_.sense.inbox() != nullptr || parts_.sense.pictures() != nullptr;
-  if (!is_fed && !ProcessSample({})) {
+  if (!is_fed && !Step({})) {
     const SenseInfo& info = parts_.settings.sensing_info();
     throw std::runtime_error(fmt::format("{}: no {} received", info.source, info.samples));
   }
@@ -77,7 +78,7 @@ void LiveSensing::Run(const std::stop_token& stop) {
   MakeThreadRealtime(kSensingPriority);
   try {
     const auto tell = [this](double nap) { parts_.newest.SetNap(nap); };
-    while (ProcessSample(stop)) rest_.Wait(stop, tell);
+    while (Step(stop)) rest_.Wait(stop, tell);
     if (!stop.stop_requested()) {
       parts_.newest.RaiseAlarm("source",
                                parts_.settings.sensing_info().source + ": the source has ended");
@@ -95,8 +96,10 @@ void LiveSensing::SetWatched(bool is_watched) {
   parts_.newest.SetNap(0);  // also where the sensor died meanwhile and nobody comes back to say so
 }
 
-bool LiveSensing::ProcessSample(const std::stop_token& stop) {
+bool LiveSensing::Step(const std::stop_token& stop) {
   if (!parts_.sense.Acquire(stop)) return false;
+  const Time sensed_at = parts_.sense.sensed_at();
+  DrivenClock::Reach(sensed_at);
   SampleTrace trace{.acquired_at = Clock::now()};
   if (parts_.settings.sensing_info().is_awaited) {
     parts_.settings.ReadInfo();
@@ -104,7 +107,7 @@ bool LiveSensing::ProcessSample(const std::stop_token& stop) {
     for (const std::string& line : Introduction(parts_.settings.sensing_info()))
       spdlog::info("{}", line);
   }
-  const TipReading encoders = ReadEncoders();
+  const TipReading encoders = ReadEncoders(sensed_at);
   if (reset_wanted_.exchange(false)) {
     const std::lock_guard lock(parts_.mutex);
     parts_.sense.Reset();

@@ -1,4 +1,4 @@
-// The sensing thread of a slave, and what it shares with callers.
+// The sensing of a slave, sample by sample, and what it shares with callers.
 #pragma once
 
 #include <atomic>
@@ -46,7 +46,11 @@ class LiveSensing {
   // Estimates the first sample, if one is available. Throws std::runtime_error: no sample, or one
   // that cannot be used.
   void Begin();
-  // Starts the thread.
+  // Estimates the next sample, and publishes the result; on a driven clock it is at least the
+  // sample's time now. False: the source has ended, there is no sample on a driven clock, or
+  // `stop`. Throws std::runtime_error: the source breaks.
+  bool Step(const std::stop_token& stop);
+  // Starts a thread that steps, sample by sample.
   void Start();
   // Ends the thread.
   void Stop();
@@ -68,14 +72,11 @@ class LiveSensing {
 
  private:
   void Run(const std::stop_token& stop);
-  // One sample; false: the source has ended.
-  bool ProcessSample(const std::stop_token& stop);
   void ReportExtrapolation();
   // Raises an alarm if `auto` chose the model for contacts that are less deep.
   void ReportDepth(const ContactEstimate& estimate);
 
-  // Reading of the encoders at the time of the acquired sample.
-  [[nodiscard]] TipReading ReadEncoders() const;
+  [[nodiscard]] TipReading ReadEncoders(Time t) const;
   // Measures the difference of tip and encoders, which the operator's port uses.
   void Register(const ContactEstimate& estimate, const Eigen::Vector3d& p_S_encoders);
   // The description of the sensing is complete.

@@ -8,6 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include "shared/state/driven_clock.h"
 #include "slave/capture/codecs/codecs.h"
 
 namespace palpate {
@@ -15,8 +16,8 @@ namespace {
 
 // Whether the samples show the tool that the manipulator carries: recorded ones do not.
 bool ShowsTool(SensingPipeline& sense, const Manipulator& manipulator) {
-  const bool is_live = sense.health().has_value() || sense.inbox() != nullptr;
-  return is_live && manipulator.carries_tool();
+  const bool is_observed = sense.health().has_value() || sense.inbox() != nullptr;
+  return is_observed && manipulator.carries_tool();
 }
 
 // A pipeline that computes no force misses none.
@@ -38,15 +39,23 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulato
       newest_(SensorRate(scene.sense), scene.manipulator.home),
       settings_(scene, sense_.get(), &sense_mutex_, &port_, &newest_),
       sensing_(scene, {*sense_, sense_mutex_, settings_, *manipulator_, port_, newest_},
-               ShowsTool(*sense_, *manipulator_)) {
+               ShowsTool(*sense_, *manipulator_)),
+      watchdog_(port_, [this] { return ContactStateNow(); }) {
+  if (DrivenClock::is_active()) return;
   sensing_.Begin();
-  watchdog_.emplace(port_, [this] { return ContactStateNow(); });
+  watchdog_.Start();
   sensing_.Start();
 }
 
 // The others use what the sensing thread updates, and it calls them.
 LiveSlave::~LiveSlave() {
   sensing_.Stop();
+}
+
+bool LiveSlave::Step(const std::stop_token& stop) {
+  if (!sensing_.Step(stop)) return false;
+  Watch();
+  return true;
 }
 
 bool LiveSlave::Command(const OperatorCommand& command) noexcept {

@@ -29,6 +29,10 @@ namespace palpate {
 
 // Threads: one senses, one moves the tool, one watches the operator. `sense_mutex_` guards the data
 // that the first one shares with callers, except the latest estimate.
+//
+// Made on a driven clock, it has none of these threads: its driver feeds samples and reports of the
+// manipulator in the order of their times, and calls Step after each sample. Then equal samples and
+// calls give equal digits.
 class LiveSlave final : public Slave {
  public:
   // Estimates the first sample, if one is available, and starts. Throws std::runtime_error: no
@@ -36,6 +40,14 @@ class LiveSlave final : public Slave {
   LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulator,
             std::unique_ptr<SensingPipeline> sense);
   ~LiveSlave() override;
+
+  // For a driven clock: the next sample and what follows from it for observers and the operator.
+  // False: there is none. Throws std::runtime_error: the source breaks.
+  bool Step(const std::stop_token& stop);
+  // For a driven clock: watches the operator, as the slave's own thread does every 2 ms.
+  void Watch() { watchdog_.Look(); }
+  // For the thread that steps: what reports of a run read beside the published estimates.
+  [[nodiscard]] SensingPipeline& sense() { return *sense_; }
 
   void BeginOperating() override { port_.BeginOperating(); }
   bool Command(const OperatorCommand& command) noexcept override;
@@ -108,13 +120,14 @@ class LiveSlave final : public Slave {
   LiveSettings settings_;
   LiveSensing sensing_;
 
-  std::optional<CommandWatchdog> watchdog_;
+  CommandWatchdog watchdog_;
 };
 
 // Creates the slave of the scene with manipulator and sensing. The samples of simulated sensors
 // come from palpate-simulator, see StreamSimulated. Throws as they do.
 // `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
-// the sensing, outlives the slave; null: none. `open`, `progress`: see Pace.
+// the sensing, outlives the slave; null: none. `open`, `progress`: see
+// SenseInputs.
 std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene,
                                          const std::filesystem::path& state_folder = {},
                                          SenseRecorder* recorder = nullptr,

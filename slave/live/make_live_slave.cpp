@@ -20,9 +20,9 @@ std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene, const std::filesystem::pat
                                          Progress* progress) {
   StreamSimulated(&scene);
   std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene);
-  const Pace pace{.tap = recorder, .open = open, .progress = progress};
+  const SenseInputs inputs{.tap = recorder, .open = open, .progress = progress};
   if (recorder != nullptr) recorder->Begin();
-  std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, pace);
+  std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, inputs);
   const bool may_rest = recorder == nullptr && MayRest(scene, *sense);
   if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
   auto slave = std::make_unique<LiveSlave>(scene, std::move(manipulator), std::move(sense));

@@ -219,11 +219,20 @@ void OperatorPort::Watch(Time now, const ContactState& contact) noexcept {
   }
 }
 
-void OperatorPort::AwaitOperator(const std::stop_token& stop) {
+bool OperatorPort::AwaitOperator(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  const auto is_watched = [this] { return operating_ || guard_.retreats() || guard_.is_unseen(); };
-  if (is_watched()) return;
-  begun_.wait(lock, stop, is_watched);
+  if (IsWatchDueLocked()) return false;
+  begun_.wait(lock, stop, [this] { return IsWatchDueLocked(); });
+  return true;
+}
+
+bool OperatorPort::IsWatchDue() const {
+  const std::lock_guard lock(mutex_);
+  return IsWatchDueLocked();
+}
+
+void OperatorPort::BeginWatch() noexcept {
+  const std::lock_guard lock(mutex_);
   watched_at_ = {};
 }
 
@@ -291,14 +300,23 @@ Events OperatorPort::TakeEvents() noexcept {
   return events;
 }
 
-CommandWatchdog::CommandWatchdog(OperatorPort& port, std::function<ContactState()> contact)
-    : thread_([&port, contact = std::move(contact)](const std::stop_token& stop) {
-        MakeThreadRealtime(kLinkPriority);
-        for (port.AwaitOperator(stop); !stop.stop_requested(); port.AwaitOperator(stop)) {
-          port.Watch(Clock::now(), contact());
-          std::this_thread::sleep_for(kWatchPeriod);
-        }
-      }) {}
+void CommandWatchdog::Start() {
+  thread_ = std::jthread([this](const std::stop_token& stop) {
+    MakeThreadRealtime(kLinkPriority);
+    while (!stop.stop_requested()) {
+      rests_ = port_.AwaitOperator(stop) || rests_;
+      Look();
+      std::this_thread::sleep_for(kWatchPeriod);
+    }
+  });
+}
+
+void CommandWatchdog::Look() {
+  const bool rested = std::exchange(rests_, !port_.IsWatchDue());
+  if (rests_) return;
+  if (rested) port_.BeginWatch();
+  port_.Watch(Clock::now(), contact_());
+}
 
 void RefuseUnlessFree(const OperatorPort& port, bool touches) {
   if (port.view().phase == Phase::kFollowing) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stop_token>
 #include <thread>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -60,8 +61,13 @@ class OperatorPort {
   [[nodiscard]] std::uint64_t stops() const;
   // Ends the emergency stop number `stops`. False: another one arrived, which remains.
   bool Reset(std::uint64_t stops) noexcept;
-  // Waits while there is no operator, no tool retreats, and the last motion is accounted for.
-  void AwaitOperator(const std::stop_token& stop);
+  // Whether to call Watch: there is an operator, the tool retreats, or the last motion is not
+  // accounted for.
+  [[nodiscard]] bool IsWatchDue() const;
+  // Waits until a watch is due; false: it was already.
+  bool AwaitOperator(const std::stop_token& stop);
+  // Before the first Watch after a time in which none was due.
+  void BeginWatch() noexcept;
 
   // Throws std::logic_error while an operator is engaged.
   void SetScales(std::optional<double> position_scale, std::optional<double> force_scale);
@@ -94,6 +100,10 @@ class OperatorPort {
   Manipulator& manipulator_;
   const ManipulatorOptions limits_;
   const double dead_after_;
+  [[nodiscard]] bool IsWatchDueLocked() const {
+    return operating_ || guard_.retreats() || guard_.is_unseen();
+  }
+
   mutable PriorityInheritanceMutex mutex_;  // guards everything below
   PriorityInheritanceCondition begun_;
   TeleopTransform transform_;
@@ -118,9 +128,18 @@ class OperatorPort {
 class CommandWatchdog {
  public:
   // `contact` is thread-safe. Both must outlive the watch, which ends with this object.
-  CommandWatchdog(OperatorPort& port, std::function<ContactState()> contact);
+  CommandWatchdog(OperatorPort& port, std::function<ContactState()> contact)
+      : port_(port), contact_(std::move(contact)) {}
+
+  // Starts a thread that looks.
+  void Start();
+  // Watches, if it is due.
+  void Look();
 
  private:
+  OperatorPort& port_;
+  const std::function<ContactState()> contact_;
+  bool rests_ = true;  // no watch was due
   std::jthread thread_;
 };
 

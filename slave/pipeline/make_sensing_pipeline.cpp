@@ -26,9 +26,9 @@ constexpr const char* kNothingYet = "no image received yet (FeedImages)";
 // reports what it waits for.
 class AwaitedSense final : public SensingPipeline {
  public:
-  // `make` creates the sensing from `pace.pictures`; it throws if the images cannot be used, and is
-  // called again with the next ones. `awaited`: description until then.
-  using Make = std::function<std::unique_ptr<SensingPipeline>(const Pace& pace)>;
+  // `make` creates the sensing from `inputs.pictures`; it throws if the images cannot be used, and
+  // is called again with the next ones. `awaited`: description until then.
+  using Make = std::function<std::unique_ptr<SensingPipeline>(const SenseInputs& inputs)>;
   AwaitedSense(const Scene& scene, Make make, SenseInfo awaited)
       : inbox_(scene),
         make_(std::move(make)),
@@ -163,14 +163,10 @@ SenseInfo Awaited(const Scene& scene) {
 struct SenseMaker {
   template <typename Made>
   [[nodiscard]] std::unique_ptr<SensingPipeline> Make() const {
-    const bool is_played = pace.player != nullptr;
-    if (is_played || !TakesPictures(scene.sense)) return std::make_unique<Made>(scene, pace);
-    if (!pace.is_live) {
-      throw std::invalid_argument(
-          "sense.camera.source = stream: expected recorded or simulated images");
-    }
+    const bool is_played = inputs.player != nullptr;
+    if (is_played || !TakesPictures(scene.sense)) return std::make_unique<Made>(scene, inputs);
     const auto make = [scene = scene,
-                       tap = pace.tap](Pace streamed) -> std::unique_ptr<SensingPipeline> {
+                       tap = inputs.tap](SenseInputs streamed) -> std::unique_ptr<SensingPipeline> {
       streamed.tap = tap;
       return std::make_unique<Made>(scene, streamed);
     };
@@ -188,7 +184,7 @@ struct SenseMaker {
   }
 
   const Scene& scene;
-  const Pace& pace;
+  const SenseInputs& inputs;
 };
 
 }  // namespace
@@ -220,9 +216,10 @@ void Append(std::vector<float>* out, const Eigen::Vector3d& v) {
   for (const double x : v) out->push_back(static_cast<float>(x));
 }
 
-std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene, const Pace& pace) {
+std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene,
+                                                     const SenseInputs& inputs) {
   if (scene.sense.all().empty()) throw std::runtime_error(scene.name + ": the scene has no sense");
-  return std::visit(SenseMaker{scene, pace}, scene.sense.all().front());
+  return std::visit(SenseMaker{scene, inputs}, scene.sense.all().front());
 }
 
 }  // namespace palpate

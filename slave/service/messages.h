@@ -13,6 +13,7 @@
 
 #include "slave/capture/picture_inbox.h"
 #include "slave/capture/tactile_frame.h"
+#include "slave/live/driver_messages.h"
 #include "slave/live/slave.h"
 #include "slave/manipulator/driven_arm.h"
 
@@ -34,22 +35,6 @@ int QualityOf(const v1::WatchImagesRequest& request);
 ParameterChange ToChange(const v1::SetParametersRequest& request);
 ModelChange ToChange(const v1::SetModelRequest& request);
 
-// palpate.v1.TactileSample -> FingerReading.
-struct TactileSample {
-  Time sensed_at{};  // sender's clock
-  FingerReading reading;
-};
-
-// nullopt: not 1 to 256 channels or more than two pressures, no timestamp, an incomplete or invalid
-// pose; `reason` states which and what is accepted. The caller checks whether counts are finite.
-std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason);
-
-// nullopt: no timestamp, or an unknown encoding; `reason` states which and what is accepted. The
-// result points into `message`.
-std::optional<PushedSample> FromProto(const v1::ImageSample& message, std::string* reason);
-// nullopt: numbers that are not finite or too large, no timestamp, no tip, an incomplete
-// quaternion; `reason` states which and what is accepted.
-std::optional<ArmReading> FromProto(const v1::ArmReport& message, std::string* reason);
 void ToProto(const ArmHealth& health, v1::ArmStatus* message);
 void ToProto(const CameraHealth& health, v1::CameraStatus* message);
 void ToProto(const ArmAim& aim, Time now, v1::ArmTarget* message);

@@ -35,21 +35,6 @@ double Scale(const char* field, double value, double max) {
          Formatted("%g", kLeastSetting) + " to " + Formatted("%g", max));
 }
 
-std::optional<Eigen::Isometry3d> ReadPose(const v1::TactileSample& message, FieldReader* reader) {
-  if (!message.has_p_s_finger() && message.orientation().empty()) return std::nullopt;
-  reader->Require(message.has_p_s_finger(), "p_S_finger is absent",
-                  "a position with an orientation");
-  reader->Require(!message.orientation().empty(), "orientation is absent",
-                  "an orientation with p_S_finger");
-  if (!reader->ok()) return std::nullopt;
-  const Eigen::Vector3d p_S = reader->Vector("p_S_finger", message.p_s_finger(), kMaxLength);
-  const auto R_SF = reader->Rotation("orientation", message.orientation());
-  if (!reader->ok()) return std::nullopt;
-  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
-  X_SF.translate(p_S).rotate(*R_SF);
-  return X_SF;
-}
-
 }  // namespace
 
 Clock::duration GapOf(const v1::WatchStateRequest& request) {
@@ -98,29 +83,6 @@ ParameterChange ToChange(const v1::SetParametersRequest& request) {
 
 ModelChange ToChange(const v1::SetModelRequest& request) {
   return {.kind = Presentable(request.kind(), kLongestWord)};
-}
-
-std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason) {
-  constexpr int kMostPressures = 2;  // pdc, pac0
-  const auto& electrodes = message.electrodes();
-  const auto& pressure = message.pressure();
-  FieldReader reader(reason);
-  reader.Require(message.has_sensed_at(), "sensed_at is absent", "a time");
-  reader.Require(electrodes.size() >= 1 && electrodes.size() <= kMaxChannels,
-                 std::to_string(electrodes.size()) + " channels",
-                 "1 to " + std::to_string(kMaxChannels));
-  reader.Require(pressure.size() <= kMostPressures, std::to_string(pressure.size()) + " pressures",
-                 "at most two: pdc, pac0");
-  if (!reader.ok()) return std::nullopt;
-  TactileSample sample;
-  sample.sensed_at = reader.Stamp("sensed_at", message.sensed_at());
-  sample.reading.channels.resize(static_cast<std::size_t>(electrodes.size()));
-  std::copy(electrodes.begin(), electrodes.end(), sample.reading.channels.begin());
-  if (pressure.size() > 0) sample.reading.pdc = pressure[0];
-  if (pressure.size() > 1) sample.reading.pac = pressure[1];
-  sample.reading.X_SF = ReadPose(message, &reader);
-  if (!reader.ok()) return std::nullopt;
-  return sample;
 }
 
 }  // namespace palpate

@@ -98,14 +98,13 @@ TEST(RenderedSourcesTest, SimulatedStreamedAndRecordedImagesRenderTheSameForce) 
   const auto recorded_environment = MakeSimulatedEnvironment(scene);
   SenseRecording recording(scene, {}, {.file = folder / "slave.mcap"});
   recording.Begin();
-  EnvironmentPlayer player(*environment, scene, {.is_live = false});
-  EnvironmentPlayer recorded_player(*recorded_environment, scene, {.is_live = false});
-  RenderedForce simulated(MakeSensingPipeline(scene, {.is_live = false, .player = &player}), scene);
+  EnvironmentPlayer player(*environment, scene);
+  EnvironmentPlayer recorded_player(*recorded_environment, scene);
+  RenderedForce simulated(MakeSensingPipeline(scene, {.player = &player}), scene);
   RenderedForce recorded(
-      recording.Watch(MakeSensingPipeline(
-          scene, {.is_live = false, .tap = &recording, .player = &recorded_player})),
+      recording.Watch(MakeSensingPipeline(scene, {.tap = &recording, .player = &recorded_player})),
       scene);
-  RenderedForce streamed(MakeSensingPipeline(streamed_scene, {.is_live = true}), streamed_scene);
+  RenderedForce streamed(MakeSensingPipeline(streamed_scene), streamed_scene);
   recording.Opened();
 
   Eigen::Vector3d p_S_last = scene.manipulator.home;

@@ -8,6 +8,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/state/driven_clock.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
 #include "slave/capture/simulated_samples.h"
@@ -228,8 +229,9 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
     PrintLine("images", "none until a driver sends them (FeedImages)");
     return;
   }
+  const DrivenClock clock;
   const auto simulation = IsSimulated(scene) ? StartSimulation(scene, {}) : nullptr;
-  const auto source = simulation ? simulation->OpenPairs() : OpenStereo(scene, false);
+  const auto source = simulation ? simulation->OpenPairs() : OpenStereo(scene);
   const auto tracker = MakeSurfacePointTracker(scene, rig);
   PrintLine("images", source->description());
   const FirstLook look = FirstSample(scene, rig, *source, *tracker);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <variant>
 
+#include "shared/state/driven_clock.h"
 #include "shared/text/text.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/commands/progress_bar.h"
@@ -64,7 +65,8 @@ study::EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress
   study::EstimatedShape shape = ShapeUnderTables(scene, {}, {}, nullptr);
   const auto* tactile = scene.sense.Find<Tactile>();
   if (!tactile || tactile->source != Tactile::Source::kRecording) return shape;
-  const auto source = OpenTactileRecording(scene, false);
+  const DrivenClock clock;
+  const auto source = OpenTactileRecording(scene);
   TactileEstimator estimator(scene);
   while (const auto frame = source->Next({})) {
     estimator.Estimate(*frame, scene.manipulator.home);

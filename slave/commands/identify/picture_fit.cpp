@@ -14,6 +14,7 @@
 #include <Eigen/LU>
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/state/driven_clock.h"
 #include "shared/text/csv.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 
@@ -71,7 +72,8 @@ double CommonShare(const std::vector<Pair>& pairs) {
 
 std::vector<Pair> EstimateAll(const Scene& scene, const Forces& forces,
                               const std::stop_token& stop) {
-  const auto sense = MakeSensingPipeline(scene, {.is_live = false});
+  const DrivenClock clock;
+  const auto sense = MakeSensingPipeline(scene);
   std::vector<Pair> pairs;
   while (sense->Acquire(stop)) {
     sense->Process();

@@ -9,7 +9,7 @@
 
 #include "shared/text/text.h"
 #include "slave/commands/running_scene.h"
-#include "slave/pipeline/offline/offline_run.h"
+#include "slave/live/offline_run.h"
 #include "slave/recording/recorded_run.h"
 #include "slave/scene/scene_loader.h"
 

@@ -170,7 +170,7 @@ std::optional<SceneMistake> CompareTool(const Scene& scene, const CameraSense& s
 }
 
 Trial TrySensing(const Scene& scene, const FrameOpener& open, Progress* progress) {
-  CameraSense sense(scene, Pace{.open = open, .progress = progress});
+  CameraSense sense(scene, {.open = open, .progress = progress});
   if (!sense.Acquire({})) throw std::runtime_error("no image received");
   sense.Process();
   Trial trial;

@@ -15,7 +15,7 @@
 #include "slave/commands/verify/known_loads.h"
 #include "slave/commands/verify/live_states.h"
 #include "slave/commands/verify/report.h"
-#include "slave/pipeline/offline/offline_run.h"
+#include "slave/live/offline_run.h"
 #include "slave/recording/recorded_run.h"
 #include "slave/recording/scene_files.h"
 

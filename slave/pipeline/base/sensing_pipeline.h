@@ -18,8 +18,8 @@
 #include "shared/state/slave_state.h"
 #include "shared/state/surface_patch.h"
 #include "slave/capture/frame_source.h"
-#include "slave/capture/pace.h"
 #include "slave/capture/picture_inbox.h"
+#include "slave/capture/sense_inputs.h"
 #include "slave/pipeline/base/sense_types.h"
 #include "slave/program/progress.h"
 #include "slave/program/stopwatch.h"
@@ -77,14 +77,6 @@ struct TipReading {
   // tool that they measure, so the sensing is not compared with them.
   std::optional<std::uint32_t> frame;
 };
-
-// Those of the simulated manipulator that moves the tool in simulated samples of `scene`; the tip
-// of a scene without a manipulator is not compared.
-inline TipReading SimulatedEncoders(const Scene& scene, const Eigen::Vector3d& p_S_tip) {
-  TipReading reading{p_S_tip, std::nullopt};
-  if (scene.manipulator.source != ManipulatorOptions::Source::kNone) reading.frame = 0;
-  return reading;
-}
 
 // The parts that a change of settings replaces together: a model and its data.
 class PreparedModel {
@@ -164,6 +156,7 @@ class SensingPipeline {
 
 // The sensing of the scene. Throws std::runtime_error or std::invalid_argument: what cannot be
 // opened, found or modelled.
-std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene, const Pace& pace);
+std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene,
+                                                     const SenseInputs& inputs = {});
 
 }  // namespace palpate

@@ -19,17 +19,17 @@
 namespace palpate {
 namespace {
 
-constexpr double kReplayedLag = 0.45;  // between encoder reading and replayed image [periods]
-constexpr double kResolved = 0.05;     // resolution of the tip [px]
-constexpr double kTryPeriod = 1;       // between images whose rest state is tried [s]
-constexpr int kTries = 10;             // of the rest state, until it is given up
+constexpr double kResolved = 0.05;  // resolution of the tip [px]
+constexpr double kTryPeriod = 1;    // between images whose rest state is tried [s]
+constexpr int kTries = 10;          // of the rest state, until it is given up
 
-std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace) {
-  if (pace.player != nullptr) return Tapped(pace.player->OpenFrames(), pace.tap);
+std::unique_ptr<FrameSource> Open(const Scene& scene, const SenseInputs& inputs) {
+  if (inputs.player != nullptr) return Tapped(inputs.player->OpenFrames(), inputs.tap);
   const auto straighten = StraighteningOf(*scene.sense.Find<Camera>());
-  if (pace.open) return Tapped(pace.open(straighten), pace.tap);
-  if (pace.pictures != nullptr) return Tapped(pace.pictures->OpenFrames(straighten), pace.tap);
-  return Tapped(OpenFrameSource(scene, pace.is_live, straighten), pace.tap);
+  if (inputs.open) return Tapped(inputs.open(straighten), inputs.tap);
+  if (inputs.pictures != nullptr)
+    return Tapped(inputs.pictures->OpenFrames(straighten), inputs.tap);
+  return Tapped(OpenFrameSource(scene, straighten), inputs.tap);
 }
 
 Frame FirstImageOf(FrameSource& source) {
@@ -93,16 +93,15 @@ class CameraOfflineReport final : public OfflineReport {
 
 }  // namespace
 
-CameraSense::CameraSense(const Scene& scene, const Pace& pace)
+CameraSense::CameraSense(const Scene& scene, const SenseInputs& inputs)
     : scene_(scene),
-      source_(Open(scene, pace)),
+      source_(Open(scene, inputs)),
       next_(FirstImageOf(*source_)),
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
       estimator_(std::make_shared<Estimator>(scene, next_, ReportedTip(scene),
-                                             ObjectPlace::kNearPose, pace.progress)),
-      arm_lag_(ArmLag(pace, kReplayedLag)) {}
+                                             ObjectPlace::kNearPose, inputs.progress)) {}
 
 bool CameraSense::Acquire(const std::stop_token& stop) {
   if (std::exchange(is_first_, false)) return true;
@@ -120,7 +119,7 @@ const ContactEstimate& CameraSense::Estimate(const TipReading& encoders) noexcep
   if (encoders.frame) {
     if (encoders.frame != encoder_frame_) estimator_->ForgetEncoders();
     encoder_frame_ = encoders.frame;
-    encoder = {encoders.p_S_tip, arm_lag_};
+    encoder = {encoders.p_S_tip, kArmLag};
   }
   const LocalModel last = estimate_.local_model;
   if (!observation_) observation_ = estimator_->See(seen_);

@@ -17,7 +17,7 @@ class CameraSense final : public SensingPipeline {
  public:
   // Opens the source, finds tool and object in the first image, precomputes the model. Throws as
   // MakeSensingPipeline does.
-  CameraSense(const Scene& scene, const Pace& pace);
+  explicit CameraSense(const Scene& scene, const SenseInputs& inputs = {});
 
   bool Acquire(const std::stop_token& stop) override;
   void Process() noexcept override {
@@ -85,7 +85,6 @@ class CameraSense final : public SensingPipeline {
   std::shared_ptr<Estimator> estimator_;
   std::string trouble_;  // why the rest state is not measured again; empty: it is
   ContactEstimate estimate_;
-  double arm_lag_;                              // of the encoders [image periods]
   std::optional<std::uint32_t> encoder_frame_;  // of the last reading
 };
 

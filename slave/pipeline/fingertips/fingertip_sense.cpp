@@ -89,21 +89,16 @@ class FingertipOfflineReport final : public OfflineReport {
 
 constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
 
-std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace) {
-  if (pace.player != nullptr) return pace.player->OpenFingertips();
+std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const SenseInputs& inputs) {
+  if (inputs.player != nullptr) return inputs.player->OpenFingertips();
   if (scene.sense.Find<Tactile>()->source == Tactile::Source::kRecording) {
-    return OpenTactileRecording(scene, pace.is_live);
-  }
-  if (!pace.is_live) {
-    throw std::invalid_argument(
-        scene.file.string() +
-        ": sense.tactile.source = stream: expected a recording, or simulated");
+    return OpenTactileRecording(scene);
   }
   return std::make_unique<TactileInbox>(*scene.sense.Find<Tactile>());
 }
 
-std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace) {
-  return Tapped(OpenSource(scene, pace), pace.tap);
+std::unique_ptr<TactileSource> Open(const Scene& scene, const SenseInputs& inputs) {
+  return Tapped(OpenSource(scene, inputs), inputs.tap);
 }
 
 }  // namespace
@@ -112,10 +107,8 @@ std::unique_ptr<OfflineReport> FingertipSense::OpenOfflineReport(const GroundTru
   return std::make_unique<FingertipOfflineReport>(*this);
 }
 
-FingertipSense::FingertipSense(const Scene& scene, const Pace& pace)
-    : FingertipSense(scene, Open(scene, pace), LoadSenses(scene)) {
-  arm_lag_ = ArmLag(pace, kReplayedLag);
-}
+FingertipSense::FingertipSense(const Scene& scene, const SenseInputs& inputs)
+    : FingertipSense(scene, Open(scene, inputs), LoadSenses(scene)) {}
 
 FingertipSense::FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source,
                                TactileSenses senses)
@@ -131,7 +124,7 @@ const ContactEstimate& FingertipSense::Estimate(const TipReading& encoders) noex
   if (!encoders.frame) return estimator_.Estimate(next_, encoders.p_S_tip);
   if (encoders.frame != encoder_frame_) estimator_.ForgetEncoders();
   encoder_frame_ = encoders.frame;
-  return estimator_.Estimate(next_, encoders.p_S_tip, arm_lag_);
+  return estimator_.Estimate(next_, encoders.p_S_tip, kArmLag);
 }
 
 void FingertipSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {

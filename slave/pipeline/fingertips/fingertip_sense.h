@@ -16,7 +16,7 @@ class FingertipSense final : public SensingPipeline {
  public:
   // Loads the network, precomputes the object's model, opens the source; the first samples are the
   // baseline, so until they are known the force is unknown. Throws as MakeSensingPipeline does.
-  FingertipSense(const Scene& scene, const Pace& pace);
+  FingertipSense(const Scene& scene, const SenseInputs& inputs);
   // The same with another source and other senses than the scene's.
   FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);
 
@@ -57,12 +57,9 @@ class FingertipSense final : public SensingPipeline {
   [[nodiscard]] const Scene& scene() const { return scene_; }
 
  private:
-  static constexpr double kReplayedLag = 0.45;  // of the encoders [sample periods]
-
   Scene scene_;
   std::unique_ptr<TactileSource> source_;
   TactileEstimator estimator_;
-  double arm_lag_ = kReplayedLag;               // of the encoders [sample periods]
   std::optional<std::uint32_t> encoder_frame_;  // of the last reading
   TactileFrame next_;                           // acquired
 };

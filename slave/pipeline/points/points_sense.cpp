@@ -16,20 +16,14 @@
 namespace palpate {
 namespace {
 
-std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const Pace& pace) {
-  if (pace.player != nullptr) return pace.player->OpenPairs();
-  if (pace.duration > 0) {
-    throw std::invalid_argument(fmt::format(
-        "--duration: only for a simulated target that moves on a path; the files of {} end on "
-        "their own",
-        scene.file.string()));
-  }
-  if (pace.pictures != nullptr) return pace.pictures->OpenPairs();
-  return OpenStereo(scene, pace.is_live);
+std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const SenseInputs& inputs) {
+  if (inputs.player != nullptr) return inputs.player->OpenPairs();
+  if (inputs.pictures != nullptr) return inputs.pictures->OpenPairs();
+  return OpenStereo(scene);
 }
 
-std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace) {
-  return Tapped(OpenSource(scene, pace), pace.tap);
+std::unique_ptr<StereoSource> Open(const Scene& scene, const SenseInputs& inputs) {
+  return Tapped(OpenSource(scene, inputs), inputs.tap);
 }
 
 // The shape of an object that is followed as a whole, without a model: the surface of the scene's
@@ -68,10 +62,8 @@ bool EstimatesForce(const Scene& scene) {
   return IsHeld(scene.object) && scene.tool.has_value();
 }
 
-PointsSense::PointsSense(const Scene& scene, const Pace& pace)
-    : PointsSense(scene, Open(scene, pace)) {
-  arm_lag_ = ArmLag(pace, PointsLimits::kMostLag);
-}
+PointsSense::PointsSense(const Scene& scene, const SenseInputs& inputs)
+    : PointsSense(scene, Open(scene, inputs)) {}
 
 PointsSense::PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source)
     : scene_(scene),
@@ -114,7 +106,7 @@ const ContactEstimate& PointsSense::Estimate(const TipReading& encoders) noexcep
 
 const ContactEstimate& PointsSense::EstimateContact(const TipReading& encoders) noexcept {
   if (rest_known_ || seen_->found) {
-    const auto lag = encoders.frame ? std::optional(arm_lag_) : std::nullopt;
+    const auto lag = encoders.frame ? std::optional(kArmLag) : std::nullopt;
     return estimator_ ? estimator_->Estimate(*seen_, encoders.p_S_tip, lag)
                       : place_.Estimate(*seen_);
   }

@@ -28,7 +28,7 @@ class PointsSense final : public SensingPipeline {
  public:
   // Opens the source, precomputes the model; the first pairs are the rest frame, so until it is
   // known the force is unknown. Throws as MakeSensingPipeline does.
-  PointsSense(const Scene& scene, const Pace& pace);
+  PointsSense(const Scene& scene, const SenseInputs& inputs);
   // The same with another source than the scene's.
   PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source);
 
@@ -93,8 +93,7 @@ class PointsSense final : public SensingPipeline {
   std::unique_ptr<SurfaceEstimator> estimator_;
   RigidTranslation place_;  // replaces the estimator if no force is estimated
   SurfaceMesh followed_;    // frame O; empty if a force is estimated or the scene has no mesh
-  std::vector<std::uint32_t> held_;          // nodes of the estimator's surface
-  double arm_lag_ = PointsLimits::kMostLag;  // of the encoders [image periods]
+  std::vector<std::uint32_t> held_;  // nodes of the estimator's surface
   ContactEstimate before_rest_;
   bool sees_rest_ = false;
   const ContactEstimate* estimate_ = &before_rest_;

@@ -265,10 +265,11 @@ std::optional<Eigen::Vector3d> SimulatedSite::goal() const {
   return Eigen::Vector3d(p_S.x(), p_S.y(), 0);
 }
 
-std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const Pace& pace) {
+std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene,
+                                                       const std::optional<ScriptedRun>& run) {
   using CameraSource = SimulatedSource<FrameSource, Frame>;
   const double rate = scene.sense.Find<Camera>()->rate;
-  if (pace.is_live) {
+  if (!run) {
     return std::make_unique<CameraSource>(rate, fmt::format("simulated camera at {:g} Hz", rate),
                                           [this, lamp = scene.site.lamp] {
                                             const double light = LampLight(lamp, Clock::now());

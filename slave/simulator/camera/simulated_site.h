@@ -42,7 +42,8 @@ class SimulatedSite final : public SimulatedEnvironment {
   [[nodiscard]] Truth truth() const override;
   [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override;
   void SolveAhead() override {}
-  std::unique_ptr<FrameSource> OpenCamera(const Scene& scene, const Pace& pace) override;
+  std::unique_ptr<FrameSource> OpenCamera(const Scene& scene,
+                                          const std::optional<ScriptedRun>& run) override;
   // Takes an image of the present state, with the scene's lens if there is one, and undistorted as
   // a FrameSource does it: 8 bit grey. Thread-safe against MoveTool; call from one thread. The same
   // calls in the same order give the same images. A millisecond or two.

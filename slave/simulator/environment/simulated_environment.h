@@ -15,13 +15,20 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "shared/state/driven_clock.h"
 #include "slave/capture/frame_source.h"
 #include "slave/capture/ground_truth.h"
-#include "slave/capture/pace.h"
+#include "slave/capture/sample_tap.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
+
+// Contacts without an operator.
+struct ScriptedRun {
+  double duration = 0;  // of a target that moves on a path [s]; 0: its own
+  int presses = 1;      // contacts of fingertips
+};
 
 // Whether a tool waits until its contact is solved, or must not be delayed.
 enum class Patience : std::uint8_t { kWaits, kNone };
@@ -70,6 +77,7 @@ class SimulatedSource final : public Source {
     const Clock::duration period(Seconds(1 / rate_));
     const Time now = Clock::now();
     due_ = due_ + 2 * period > now ? due_ + period : now;
+    if (DrivenClock::Reach(due_)) return due_;
     while (!stop.stop_requested() && Clock::now() < due_) {
       const Time wake = std::min(due_, Clock::now() + std::chrono::milliseconds(50));
       std::this_thread::sleep_until(Clock::ToSteady(wake));
@@ -106,16 +114,19 @@ class SimulatedEnvironment : public GroundTruth {
   // Seconds.
   virtual void SolveAhead() = 0;
   // Sources that observe this simulator, which must outlive them; one source at a time, null: this
-  // kind does not exist. `scene`: that of the simulator. Throw std::invalid_argument naming the
-  // key: there is no script for it.
-  virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) {
+  // kind does not exist. `scene`: that of the simulator. `run`: the samples of its script, as fast
+  // as they are computed; nullopt: those of the tool that MoveTool moves, at the scene's rate.
+  // Throw std::invalid_argument naming the key: there is no script for it.
+  virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/,
+                                                  const std::optional<ScriptedRun>& /*run*/) {
     return nullptr;
   }
-  virtual std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) {
+  virtual std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/,
+                                                 const std::optional<ScriptedRun>& /*run*/) {
     return nullptr;
   }
   virtual std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
-                                                        const Pace& /*pace*/) {
+                                                        const std::optional<ScriptedRun>& /*run*/) {
     return nullptr;
   }
 };

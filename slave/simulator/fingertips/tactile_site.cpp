@@ -222,8 +222,9 @@ Truth TactileSite::truth() const {
   return truth;
 }
 
-std::unique_ptr<TactileSource> TactileSite::OpenFingertips(const Scene& scene, const Pace& pace) {
-  if (!pace.is_live) return Play(*this, scene, ScriptedTouch(*this, scene, pace.presses));
+std::unique_ptr<TactileSource> TactileSite::OpenFingertips(const Scene& scene,
+                                                           const std::optional<ScriptedRun>& run) {
+  if (run) return Play(*this, scene, ScriptedTouch(*this, scene, run->presses));
   const double rate = scene.sense.Find<Tactile>()->rate;
   return std::make_unique<FingertipSource>(rate,
                                            fmt::format("simulated fingertips at {:g} Hz", rate),

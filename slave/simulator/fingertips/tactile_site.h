@@ -47,7 +47,8 @@ class TactileSite final : public SimulatedEnvironment {
   // The nodes of a box are denser near the contact, so they move over the surface when the contact
   // moves (5 mm from the last point, or more).
   [[nodiscard]] SurfaceMesh TrueSurface() const override;
-  std::unique_ptr<TactileSource> OpenFingertips(const Scene& scene, const Pace& pace) override;
+  std::unique_ptr<TactileSource> OpenFingertips(const Scene& scene,
+                                                const std::optional<ScriptedRun>& run) override;
   // Unit vector, frame S, of expected contacts: from the first finger's pad into the object's
   // surface.
   [[nodiscard]] Eigen::Vector3d approach() const;

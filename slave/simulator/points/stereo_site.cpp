@@ -274,19 +274,20 @@ StereoPictures StereoSite::TakePictures() {
   return pictures;
 }
 
-std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene, const Pace& pace) {
+std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene,
+                                                   const std::optional<ScriptedRun>& run) {
   using PairSource = SimulatedSource<StereoSource, StereoPair>;
   const double rate = scene.sense.Find<StereoCameras>()->rate;
   const auto take = [this] {
     auto [left, right] = TakePictures();
     return StereoPair{.left = std::move(left), .right = std::move(right)};
   };
-  if (pace.is_live) {
+  if (!run) {
     return std::make_unique<PairSource>(rate, fmt::format("simulated stereo pair at {:g} Hz", rate),
                                         take);
   }
   if (target()) {
-    const double duration = pace.duration > 0 ? pace.duration : kTargetSeconds;
+    const double duration = run->duration > 0 ? run->duration : kTargetSeconds;
     return std::make_unique<PairSource>(
         rate, fmt::format("simulated stereo pair, textured target on its path, {:g} Hz", rate),
         take, PairSource::Script{duration - 0.5 / rate, [](double) {}});

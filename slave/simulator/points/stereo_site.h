@@ -54,7 +54,8 @@ class StereoSite final : public SimulatedEnvironment {
   [[nodiscard]] std::optional<TargetTruth> target() const override;
   // Displacement of the membrane's point that rests at p_O [m] on the inner face.
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override;
-  std::unique_ptr<StereoSource> OpenPair(const Scene& scene, const Pace& pace) override;
+  std::unique_ptr<StereoSource> OpenPair(const Scene& scene,
+                                         const std::optional<ScriptedRun>& run) override;
   // Both cameras at once; noise, blur and light as in the scene's `site`. One thread; the same
   // calls in the same order give the same images.
   StereoPictures TakePictures();

@@ -69,7 +69,7 @@ void Record(const Scene& scene, SimulatedEnvironment& environment, const RecordO
         "of " +
         scene.file.string() + " end on their own");
   }
-  const Pace pace{.is_live = false, .duration = options.duration, .presses = options.presses};
+  const ScriptedRun run{.duration = options.duration, .presses = options.presses};
   const auto* tactile = scene.sense.Find<Tactile>();
   SamplesFile file(options.folder);
   const auto picture = [](const auto& sample, v1::SimulatedSample* message) {
@@ -85,13 +85,13 @@ void Record(const Scene& scene, SimulatedEnvironment& environment, const RecordO
   };
   std::uint64_t count = 0;
   if (tactile != nullptr) {
-    const auto source = environment.OpenFingertips(scene, pace);
+    const auto source = environment.OpenFingertips(scene, run);
     count = RecordFrom(*source, environment, scene, stop, &file, touch);
   } else if (HasStereoOrDepth(scene.sense)) {
-    const auto source = environment.OpenPair(scene, pace);
+    const auto source = environment.OpenPair(scene, run);
     count = RecordFrom(*source, environment, scene, stop, &file, picture);
   } else {
-    const auto source = environment.OpenCamera(scene, pace);
+    const auto source = environment.OpenCamera(scene, run);
     count = RecordFrom(*source, environment, scene, stop, &file, picture);
   }
   file.Close();

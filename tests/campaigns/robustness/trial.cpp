@@ -165,13 +165,14 @@ void Replay(Stage& stage, const Alteration& alteration, const Taker& take) {
   Scene stated = stage.scene();
   if (alteration.tell) alteration.tell(stated);
   AlteredSamples samples(stage, alteration);
-  const std::unique_ptr<SensingPipeline> sense =
-      MakeSensingPipeline(stated, {.is_live = false, .player = &samples});
+  const std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(stated, {.player = &samples});
   const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(nullptr);
+  std::optional<std::uint32_t> frame;  // of the encoders; nullopt: there are none
+  if (stated.manipulator.source != ManipulatorOptions::Source::kNone) frame = 0;
   while (sense->Acquire({})) {
     const Truth truth = samples.truth();
     sense->Process();
-    sense->Estimate(SimulatedEncoders(stated, truth.p_S_tip));
+    sense->Estimate({truth.p_S_tip, frame});
     const std::vector<StateRow> rows = offline_report->Add({}, nullptr);
     if (samples.index() < stage.script().way) continue;
     for (std::size_t i = 0; i < rows.size(); ++i) {

@@ -11,6 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "shared/state/driven_clock.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
@@ -40,7 +41,7 @@ void WriteNumbered(const Scratch& scratch, int count) {
 }
 
 std::string OpeningMessage(const Scene& scene) {
-  return Thrown<std::runtime_error>([&] { OpenFrameSource(scene, false); });
+  return Thrown<std::runtime_error>([&] { OpenFrameSource(scene); });
 }
 
 struct FrameSourceTest : testing::Test {
@@ -54,7 +55,8 @@ TEST_F(FrameSourceTest, ALaterImageOfAnotherSizeIsNamed) {
   for (const bool is_stated : {false, true}) {
     Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
     if (is_stated) scene.sense.Find<Camera>()->size = {32, 24};
-    const auto source = OpenFrameSource(scene, false);
+    const DrivenClock clock;
+    const auto source = OpenFrameSource(scene);
     EXPECT_TRUE(source->Next({}));
     const auto next = [&] { return Thrown<std::runtime_error>([&] { source->Next({}); }); };
     EXPECT_THAT(next(), testing::AllOf(testing::HasSubstr("f1.png: image 2: 64 x 48 px"),
@@ -64,7 +66,8 @@ TEST_F(FrameSourceTest, ALaterImageOfAnotherSizeIsNamed) {
 
 TEST_F(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   WriteNumbered(scratch, 30);
-  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
+  const DrivenClock clock;
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch));
   EXPECT_THAT(source->description(), testing::EndsWith("f%d.png (30)"));
   Time first{};
   for (int k = 0; k < 30; ++k) {
@@ -82,7 +85,8 @@ TEST_F(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
 TEST_F(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsReported) {
   WriteNumbered(scratch, 12);
   for (const char* name : {"f4.png", "f5.png"}) std::filesystem::remove(scratch.path() / name);
-  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
+  const DrivenClock clock;
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch));
   EXPECT_THAT(source->description(), testing::EndsWith("f%d.png (10, 2 missing)"));
   Time start{};
   std::uint64_t count = 0;
@@ -100,7 +104,7 @@ TEST_F(FrameSourceTest, StoppingEndsAWaitForAPicture) {
   WriteNumbered(scratch, 2);
   Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
   scene.sense.Find<Camera>()->rate = 1e-3;  // the second picture is due in 1000 s
-  const auto source = OpenFrameSource(scene, true);
+  const auto source = OpenFrameSource(scene);
   ASSERT_TRUE(source->Next({}));
   std::stop_source stop;
   std::jthread stopper([&] {
@@ -112,7 +116,8 @@ TEST_F(FrameSourceTest, StoppingEndsAWaitForAPicture) {
 
 TEST_F(FrameSourceTest, ASourceNobodyReadsCanBeClosed) {
   WriteNumbered(scratch, 40);  // more than are decoded ahead: the thread waits for room
-  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
+  const DrivenClock clock;
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch));
   EXPECT_TRUE(source->Next({}));
 }
 
@@ -124,7 +129,8 @@ TEST_F(FrameSourceTest, VideosGiveEveryPicture) {
     ASSERT_TRUE(writer.isOpened());
     for (int k = 0; k < 12; ++k) writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(20 * k)));
   }
-  const auto source = OpenFrameSource(SceneWith(Camera::Source::kVideo, "v.avi", scratch), false);
+  const DrivenClock clock;
+  const auto source = OpenFrameSource(SceneWith(Camera::Source::kVideo, "v.avi", scratch));
   int count = 0;
   while (const auto frame = source->Next({})) {
     EXPECT_EQ(frame->image.size(), cv::Size(64, 48));

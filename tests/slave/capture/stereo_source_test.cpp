@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "shared/state/driven_clock.h"
 #include "slave/capture/frame_source.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
@@ -54,7 +55,8 @@ void WritePairs(const Scratch& scratch, int count) {
 // What is reported when the scene is opened and read to its end.
 std::string Message(const Scene& scene) {
   return Thrown<std::runtime_error>([&] {
-    const auto source = OpenStereo(scene, false);
+    const DrivenClock clock;
+    const auto source = OpenStereo(scene);
     while (source->Next({})) continue;
   });
 }
@@ -66,8 +68,9 @@ struct StereoFilesTest : testing::Test {
 TEST_F(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate) {
   WritePairs(scratch, 12);
   for (const bool glob : {false, true}) {
+    const DrivenClock clock;
     const auto source =
-        OpenStereo(glob ? PairScene(scratch, "l*.png", "r*.png") : PairScene(scratch), false);
+        OpenStereo(glob ? PairScene(scratch, "l*.png", "r*.png") : PairScene(scratch));
     EXPECT_THAT(source->description(), EndsWith("(12 pairs)"));
     Time first{};
     for (int k = 0; k < 12; ++k) {
@@ -110,7 +113,8 @@ TEST_F(StereoFilesTest, SizesThatDifferNameTheFile) {
 
 TEST_F(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {
   for (int k = 0; k < 3; ++k) Write(scratch, cv::format("d%d.png", k), 2500 + k, CV_16UC1);
-  const auto source = OpenStereo(DepthScene(scratch, "d*.png"), false);
+  const DrivenClock clock;
+  const auto source = OpenStereo(DepthScene(scratch, "d*.png"));
   EXPECT_THAT(source->description(), EndsWith("(3 depth images)"));
   for (int k = 0; k < 3; ++k) {
     const auto pair = source->Next({});

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/state/driven_clock.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
@@ -158,7 +159,8 @@ Scene SceneOf(const std::filesystem::path& file, double rate = 100) {
 }
 
 std::vector<TactileFrame> AllFrames(const Scene& scene) {
-  const auto source = OpenTactileRecording(scene, false);
+  const DrivenClock clock;
+  const auto source = OpenTactileRecording(scene);
   std::vector<TactileFrame> frames;
   while (const auto frame = source->Next({})) frames.push_back(*frame);
   return frames;
@@ -217,7 +219,7 @@ TEST(RecordedTactileTest, AStopEndsTheWait) {
   std::vector<double> t;
   for (int i = 0; i < 20; ++i) t.push_back(0.9 * i);
   Scene scene = SceneOf(scratch.Write("touch.csv", Recording(t)), 1);
-  const auto source = OpenTactileRecording(scene, true);
+  const auto source = OpenTactileRecording(scene);
   ASSERT_TRUE(source->Next({}));
   std::stop_source stop;
   const std::jthread stopper([&stop] {
@@ -257,7 +259,7 @@ TEST(RecordedPoseTest, MistakesAreRefusedWithTheirLine) {
   const Scratch scratch;
   const auto mistake = [&](const std::string& text) {
     const Scene scene = SceneOf(scratch.Write("touch.csv", text));
-    return Thrown<std::runtime_error>([&] { OpenTactileRecording(scene, false); });
+    return Thrown<std::runtime_error>([&] { OpenTactileRecording(scene); });
   };
   EXPECT_THAT(mistake(PosedRecording("1,1,0,0")),
               HasSubstr("touch.csv:3: qw,qx,qy,qz of length 1.414214: expected"));

@@ -16,7 +16,7 @@
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
 #include "slave/commands/solve/solve.h"
-#include "slave/pipeline/offline/offline_run.h"
+#include "slave/live/offline_run.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 

@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/state/driven_clock.h"
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/commands/serve/scene_mistakes.h"
@@ -44,7 +45,7 @@ class SetupSessionTest : public testing::Test {
     const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
                                   {"operator.press.depth=2 mm", "sense.camera.rate=30 Hz"});
     const auto environment = MakeSimulatedEnvironment(scene);
-    const auto camera = environment->OpenCamera(scene, {.is_live = false});
+    const auto camera = environment->OpenCamera(scene, ScriptedRun{});
     std::filesystem::create_directories(folder_->path() / "images");
     while (const auto frame = camera->Next({})) {
       std::ostringstream name;
@@ -245,7 +246,8 @@ TEST_F(SetupSessionTest, AGoodSceneIsCheckedSavedUsedAndGivesTheForcesOfTheSaved
     return state.sample > last;  // the images repeat
   }));
 
-  CameraSense saved(LoadScene(saved_.path() / "scenes/scene.yaml"), {.is_live = false});
+  const DrivenClock clock;
+  CameraSense saved(LoadScene(saved_.path() / "scenes/scene.yaml"));
   double peak = 0, true_peak = 0;
   while (saved.Acquire({})) {
     saved.Process();
@@ -268,10 +270,10 @@ TEST_F(SetupSessionTest, WithoutAManipulatorTheForcesAreTheSameAndNoEncoderIsCom
   const auto folder = saved_.path() / "scenes";
   Use(Proposal());
   const std::filesystem::path file = folder / "scene.yaml";
-  const TipReading wrong = SimulatedEncoders(LoadScene(file), {0.049, 0.094, 0});
-  const auto none = MakeSensingPipeline(LoadScene(file), {.is_live = false});
-  const auto simulated =
-      MakeSensingPipeline(LoadScene(file, {"manipulator={source: simulated}"}), {.is_live = false});
+  const TipReading wrong{{0.049, 0.094, 0}, std::nullopt};
+  const DrivenClock clock;
+  const auto none = MakeSensingPipeline(LoadScene(file));
+  const auto simulated = MakeSensingPipeline(LoadScene(file, {"manipulator={source: simulated}"}));
   while (none->Acquire({}) && simulated->Acquire({})) {
     none->Process(), simulated->Process();
     const ContactEstimate& estimate = none->Estimate(wrong);

@@ -12,7 +12,7 @@
 
 #include "shared/text/text.h"
 #include "slave/commands/verify/known_loads.h"
-#include "slave/pipeline/offline/offline_run.h"
+#include "slave/live/offline_run.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"

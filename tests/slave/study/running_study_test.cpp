@@ -33,14 +33,14 @@ Scene Shipped(const std::string& name, const std::vector<std::string>& overrides
 // The error with one camera is of the model's answer at the true depth, which leaves the image out.
 double RunningError(const Scene& scene) {
   const auto environment = MakeSimulatedEnvironment(scene);
-  EnvironmentPlayer player(*environment, scene, {.is_live = false});
-  const auto sense = MakeSensingPipeline(scene, {.is_live = false, .player = &player});
+  EnvironmentPlayer player(*environment, scene);
+  const auto sense = MakeSensingPipeline(scene, {.player = &player});
   const auto report = sense->OpenOfflineReport(environment.get());
   double deepest = 0, error = kUnknown;
   while (sense->Acquire({})) {
     const Truth truth = environment->truth();
     sense->Process();
-    const ContactEstimate estimate = sense->Estimate(SimulatedEncoders(scene, truth.p_S_tip));
+    const ContactEstimate estimate = sense->Estimate({truth.p_S_tip, 0});
     report->Add(estimate.sensed_at, &truth);
     if (!estimate.force || truth.force.norm() <= deepest) continue;
     deepest = truth.force.norm();

@@ -31,7 +31,7 @@ TEST_P(HandHeldTest, ValidForcesOfAHandHeldPressAreWithinATenthOfThePeak) {
                                       .jitter = 0.3,
                                       .lens = 0.005};
   SimulatedSite site(scene);
-  const auto camera = site.OpenCamera(scene, {.is_live = false});
+  const auto camera = site.OpenCamera(scene, ScriptedRun{});
   auto frame = camera->Next({});
   ASSERT_TRUE(frame);
   Estimator estimator(scene, *frame, scene.manipulator.home);

@@ -57,14 +57,16 @@ class CarriedSite final : public SimulatedEnvironment {
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
     return Eigen::Vector3d::Zero();
   }
-  std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) override {
+  std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/,
+                                         const std::optional<ScriptedRun>& /*run*/) override {
     return nullptr;
   }
-  std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
-                                                const Pace& /*pace*/) override {
+  std::unique_ptr<TactileSource> OpenFingertips(
+      const Scene& /*scene*/, const std::optional<ScriptedRun>& /*run*/) override {
     return nullptr;
   }
-  std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) override {
+  std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/,
+                                          const std::optional<ScriptedRun>& /*run*/) override {
     return std::make_unique<Source>(*this);
   }
 
@@ -111,7 +113,7 @@ class MovingObjectTest : public testing::Test {
     site_.MoveTool(p_S_tip);
     site_.Carry(object);
     EXPECT_TRUE(sense_.Acquire({}));
-    const ContactEstimate& estimate = sense_.Estimate(SimulatedEncoders(scene_, p_S_tip));
+    const ContactEstimate& estimate = sense_.Estimate({p_S_tip, 0});
     if (keeper_.Get(At(site_.t)).patch || estimate.force) {
       keeper_.Update(estimate, 1, &sense_, At(site_.t));
     }
@@ -140,8 +142,8 @@ class MovingObjectTest : public testing::Test {
   const Scene scene_ =
       LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"});
   CarriedSite site_{scene_};
-  EnvironmentPlayer player_{site_, scene_, {}};
-  CameraSense sense_{scene_, Pace{.player = &player_}};
+  EnvironmentPlayer player_{site_, scene_};
+  CameraSense sense_{scene_, {.player = &player_}};
   PatchPublisher keeper_{PatchPublisher::Options{.period = 1 / kRate}};
 };
 

@@ -31,7 +31,7 @@ Scene BlockBehindALens() {
 TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   const Scene scene = BlockBehindALens();
   SimulatedSite site(scene);
-  const auto camera = site.OpenCamera(scene, {.is_live = false});
+  const auto camera = site.OpenCamera(scene, ScriptedRun{});
   std::optional<Frame> frame = camera->Next({});
   ASSERT_TRUE(frame);
   Estimator estimator(scene, *frame, scene.manipulator.home);
@@ -61,7 +61,7 @@ TEST(FromImageTest, TheEmbryoOfThePictureIsEstimatedByAPipetteThatPointsAtIt) {
   scene.site.embryo.reset();  // linear, and it does not break
   scene.operator_options.press_depth = 100e-6;
   SimulatedSite site(scene);
-  const auto camera = site.OpenCamera(scene, {.is_live = false});
+  const auto camera = site.OpenCamera(scene, ScriptedRun{});
   scene.object.geometry = ImageContourGeometry{1.2e-3};
   scene.tool->direction.setZero();
   std::optional<Frame> frame = camera->Next({});

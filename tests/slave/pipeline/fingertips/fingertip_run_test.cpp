@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "slave/pipeline/offline/offline_run.h"
+#include "slave/live/offline_run.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/tactile/network/reference_network.h"
 #include "tests/support/csv_columns.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "slave/pipeline/offline/offline_run.h"
+#include "slave/live/offline_run.h"
 #include "slave/pipeline/points/points_scores.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/scene/scene_loader.h"

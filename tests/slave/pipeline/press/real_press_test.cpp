@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/state/driven_clock.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "tests/slave/pipeline/press/press_recording.h"
 
@@ -50,7 +51,8 @@ class RealPressTest : public ::testing::Test {
   }
   // Estimates from the recorded scene, after its rest frame.
   static std::vector<Replayed> Replay() {
-    PointsSense sense(RecordedScene(), Pace{});
+    const DrivenClock clock;
+    PointsSense sense(RecordedScene(), SenseInputs{});
     std::vector<Replayed> replayed;
     for (std::size_t i = 0; sense.Acquire({}); ++i) {
       sense.Process();

@@ -1,4 +1,4 @@
-#include "slave/pipeline/offline/offline_run.h"
+#include "slave/live/offline_run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,11 +9,13 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/state/driven_clock.h"
 #include "shared/text/text.h"
-#include "shared/validation/validation.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/simulated_samples.h"
-#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/live/live_slave.h"
+#include "slave/live/simulated_drivers.h"
+#include "slave/pipeline/base/sense_recorder.h"
 
 namespace palpate {
 namespace {
@@ -69,15 +71,58 @@ struct Insertion {
   std::uint64_t punctured = 0, detected = 0;                 // first sample
 
   void Add(std::uint64_t sample, const Truth& truth, const Eigen::Vector3d& p_S_target,
-           const ContactEstimate& estimate) {
+           const Events& events) {
     if (truth.punctured) closest = std::min(closest, (truth.p_S_tip - p_S_target).norm());
     if (truth.punctured && punctured == 0) punctured = sample;
-    if (estimate.events.Has(Event::kPuncture) && detected == 0) detected = sample;
+    if (events.Has(Event::kPuncture) && detected == 0) detected = sample;
   }
 };
 
 nlohmann::ordered_json VectorJson(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
+}
+
+// Time from the beginning of a step to its sample.
+class CaptureTimes final : public SenseRecorder {
+ public:
+  void BeginStep() { lap_.Lap(); }
+  [[nodiscard]] const LatencyHistogram& times() const { return times_; }
+
+  void Begin() override {}
+  [[nodiscard]] std::string trouble() const override { return {}; }
+  std::unique_ptr<SensingPipeline> Watch(std::unique_ptr<SensingPipeline> sense) override {
+    return sense;
+  }
+  void Opened() override {}
+  void OnSample(const Frame& /*frame*/) override { Add(); }
+  void OnSample(const StereoPair& /*pair*/) override { Add(); }
+  void OnSample(const TactileFrame& /*frame*/) override { Add(); }
+
+ private:
+  void Add() { times_.Add(lap_.Lap()); }
+
+  Stopwatch lap_;
+  LatencyHistogram times_;
+};
+
+void RequireEnd(const Scene& scene, const OfflineOptions& options) {
+  if (IsSimulated(scene)) return;
+  const auto* tactile = scene.sense.Find<Tactile>();
+  if (tactile != nullptr && tactile->source == Tactile::Source::kStream) {
+    throw std::invalid_argument(
+        scene.file.string() +
+        ": sense.tactile.source = stream: expected a recording, or simulated");
+  }
+  if (TakesPictures(scene.sense)) {
+    throw std::invalid_argument(
+        "sense.camera.source = stream: expected recorded or simulated images");
+  }
+  if (options.duration > 0) {
+    throw std::invalid_argument(fmt::format(
+        "--duration: only for a simulated target that moves on a path; the files of {} end on "
+        "their own",
+        scene.file.string()));
+  }
 }
 
 class Run {
@@ -87,50 +132,70 @@ class Run {
         options_(options),
         simulation_(IsSimulated(scene) ? StartSimulation(scene, {.duration = options.duration})
                                        : nullptr),
-        sense_(MakeSensingPipeline(
-            scene, {.is_live = false, .duration = options.duration, .player = simulation_.get()})),
-        offline_report_(sense_->OpenOfflineReport(simulation_.get())) {
+        slave_(MakeLiveSlave(scene, {}, &capture_)),
+        drivers_(*slave_) {
     summary_.has_truth = simulation_ != nullptr;
-    summary_.sense = sense_->info();
+    summary_.sense = slave_->sense().info();
     states_.emplace(options.out, summary_.has_truth && summary_.sense.tells_force);
     if (options.pictures) std::filesystem::create_directories(options.out / "pictures");
-    if (options.frames) offline_report_->OpenFrames(options.out / "frames");
-    if (options.points) offline_report_->OpenPoints(options.out / "points.csv");
+    OpenReport();
   }
 
   OfflineSummary Go(const std::stop_token& stop) {
-    Stopwatch whole, lap;
-    while (sense_->Acquire(stop)) {
-      summary_.capture.Add(lap.Lap());
-      ProcessSample();
-      lap.Lap();
+    Stopwatch whole;
+    while (Step(stop)) {
     }
     if (!stop.stop_requested()) RequireComplete();
     summary_.seconds = 1e-6 * whole.Lap();
-    summary_.stages = sense_->Stages();
-    summary_.budget = BudgetOf(offline_report_->compared());
-    offline_report_->Finish(&summary_);
+    summary_.capture = capture_.times();
+    summary_.stages = slave_->sense().Stages();
+    if (offline_report_) {
+      summary_.budget = BudgetOf(offline_report_->compared());
+      offline_report_->Finish(&summary_);
+    }
     ReportInsertion();
     WriteWholeFile(options_.out / "summary.json", ToJson(summary_, scene_).dump(2) + "\n");
     return std::move(summary_);
   }
 
  private:
-  // Recorded samples do not show a tool that a manipulator moves here.
-  [[nodiscard]] TipReading Encoders(const std::optional<Truth>& truth) const {
-    if (!truth) return {scene_.manipulator.home, std::nullopt};
-    return SimulatedEncoders(scene_, truth->p_S_tip);
+  // A sensing of streamed images begins with the first of them.
+  void OpenReport() {
+    if (offline_report_) return;
+    offline_report_ = slave_->sense().OpenOfflineReport(simulation_.get());
+    if (!offline_report_) return;
+    summary_.sense = slave_->sense().info();
+    if (options_.frames) offline_report_->OpenFrames(options_.out / "frames");
+    if (options_.points) offline_report_->OpenPoints(options_.out / "points.csv");
   }
 
-  void ProcessSample() {
+  // False: no more samples.
+  bool Step(const std::stop_token& stop) {
+    capture_.BeginStep();
+    if (simulation_) {
+      const v1::SimulatedSample* sample = simulation_->Next(stop);
+      if (sample == nullptr) return false;
+      drivers_.Send(*sample);
+    }
+    if (slave_->Step(stop)) {
+      OpenReport();
+      Report();
+      return true;
+    }
+    const auto cameras = slave_->sense().health();
+    if (simulation_ && cameras && !cameras->trouble.empty()) {
+      throw std::runtime_error(cameras->trouble);
+    }
+    return simulation_ != nullptr;
+  }
+
+  void Report() {
     const std::optional<Truth> truth =
         simulation_ ? std::optional(simulation_->truth()) : std::nullopt;
-    sense_->Process();
-    const ContactEstimate& estimate = sense_->Estimate(Encoders(truth));
-    Validate(estimate, "SensingPipeline::Estimate");
+    const ContactEstimate estimate = slave_->Compose(Clock::now());
     if (summary_.frames++ == 0) start_ = estimate.sensed_at;
     if (const auto goal = simulation_ ? simulation_->goal() : std::nullopt; goal) {
-      insertion_.Add(summary_.frames, *truth, *goal, estimate);
+      insertion_.Add(summary_.frames, *truth, *goal, slave_->TakeEvents());
     }
     for (const StateRow& row : offline_report_->Add(start_, truth ? &*truth : nullptr)) {
       ++summary_.validity[std::string(ToString(row.validity))];
@@ -145,7 +210,7 @@ class Run {
 
   void WritePicture(std::uint64_t sequence) const {
     const OperatorOptions& hand = scene_.operator_options;
-    const auto picture = sense_->Picture(hand.force_limit / hand.transform.force_scale);
+    const auto picture = slave_->sense().Picture(hand.force_limit / hand.transform.force_scale);
     if (!picture) return;
     const auto file = options_.out / "pictures" / fmt::format("{:06}.jpg", sequence);
     WriteWholeFile(file, EncodeJpeg(picture->draw(), kJpegQuality));
@@ -182,10 +247,14 @@ class Run {
     offline_report_->RequireComplete(summary_.frames);
   }
 
+  const DrivenClock clock_;
+
   const Scene& scene_;
   const OfflineOptions& options_;
   std::unique_ptr<Simulation> simulation_;  // null: recorded samples
-  std::unique_ptr<SensingPipeline> sense_;
+  CaptureTimes capture_;
+  std::unique_ptr<LiveSlave> slave_;
+  SimulatedDrivers drivers_;
   std::unique_ptr<OfflineReport> offline_report_;
   std::optional<StatesFile> states_;
   OfflineSummary summary_;
@@ -197,6 +266,7 @@ class Run {
 
 OfflineSummary RunOffline(const Scene& scene, const OfflineOptions& options,
                           const std::stop_token& stop) {
+  RequireEnd(scene, options);
   return Run(scene, options).Go(stop);
 }
 

@@ -1,4 +1,4 @@
-// How a source of samples runs: live, or as fast as possible.
+// Where a sensing gets its samples from, if not from the scene's own source.
 #pragma once
 
 #include "slave/capture/sample_tap.h"
@@ -6,15 +6,9 @@
 namespace palpate {
 
 class Progress;
-
 class PictureInbox;
 
-// How samples come: in real time, while an operator moves the tool; or as fast as they are
-// computed, on the simulator's own clock, with scripted motion.
-struct Pace {
-  bool is_live = true;
-  double duration = 0;               // of a script that could go on for ever [s]; 0: its own choice
-  int presses = 1;                   // scripted contacts of fingertips
+struct SenseInputs {
   PictureInbox* pictures = nullptr;  // receiver of streamed samples, which must outlive the source
   SampleTap* tap = nullptr;          // tap that gets each sample, and outlives the source
   SamplePlayer* player = nullptr;    // player of recorded samples, which outlives the source

@@ -1,4 +1,4 @@
-// Runs the sensing on recorded samples, or on a simulator's script, as fast as possible.
+// Runs a slave on recorded samples, or on a simulator's script, as fast as possible.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +26,10 @@ struct OfflineOptions {
 // or a sample in it, out not writable, too few samples for the baseline; std::invalid_argument: a
 // scene that cannot be modelled, a source without an end, a `duration` for a source that ends on
 // its own.
+//
+// It is the slave of `serve` on a driven clock: images and fingertips of a simulated scene arrive
+// as messages of its drivers, and so do the positions of its manipulator. The digits are equal in
+// each run.
 OfflineSummary RunOffline(const Scene& scene, const OfflineOptions& options,
                           const std::stop_token& stop);
 

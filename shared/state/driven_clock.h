@@ -1,0 +1,30 @@
+// A clock that the drivers of a slave advance, in place of the machine's.
+#pragma once
+
+#include "shared/state/clock.h"
+
+namespace palpate {
+
+// While one lives, Clock::now() in the thread that made it is the newest time that was reached.
+// Nothing happens there while it waits: waiting for a time is reaching it. It begins at the same
+// date in each process, so that equal samples give equal digits.
+class DrivenClock {
+ public:
+  static constexpr Time kBegin{std::chrono::hours(24 * 10957)};  // 2000-01-01
+
+  DrivenClock() noexcept;
+  ~DrivenClock();
+  DrivenClock(const DrivenClock&) = delete;
+  DrivenClock& operator=(const DrivenClock&) = delete;
+
+  // Whether this thread has one.
+  static bool is_active() noexcept;
+  // It is `t` now, or later if it was later. False: this thread has none.
+  static bool Reach(Time t) noexcept;
+
+ private:
+  Time now_ = kBegin;
+  Time* const former_;  // of this thread; null: the machine's clock
+};
+
+}  // namespace palpate

@@ -1,0 +1,305 @@
+#include "tests/promises/devices.h"
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "shared/state/driven_clock.h"
+#include "shared/wire/fields.h"
+#include "slave/capture/simulated_samples.h"
+#include "slave/vision/observation.h"
+
+namespace palpate::promises {
+namespace {
+
+constexpr double kTick = 0.002;   // of manipulator and operator [s]
+constexpr double kSynthetic = 5;  // length of what is not simulated [s]
+
+void PutTime(double t, google::protobuf::Timestamp* stamp) {
+  ToProto(Time{} + Seconds(t), stamp);
+}
+
+Samples Simulated(const Scene& scene) {
+  const auto simulation = StartSimulation(scene, {});
+  Samples samples;
+  while (const v1::SimulatedSample* sample = simulation->Next({})) samples.push_back(*sample);
+  return samples;
+}
+
+// The top of the box of depth-box.yaml, seen from above.
+Samples DepthPlane(const Scene& scene, const DepthPictures& depth) {
+  constexpr int kWidth = 160, kHeight = 120;
+  constexpr double kHalfSide = 0.04, kTop = 0.06;  // of the box [m]
+  const double distance = depth.X_SD.translation().z() - kTop;
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 0.5e-3);
+  Samples samples;
+  for (int k = 0; k < kSynthetic * depth.rate; ++k) {
+    v1::SimulatedSample sample;
+    cv::Mat image(kHeight, kWidth, CV_16U);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const Eigen::Vector2d ray((x - depth.cx) / depth.fx, (y - depth.cy) / depth.fy);
+        const bool is_box = (distance * ray).cwiseAbs().maxCoeff() < kHalfSide;
+        const double seen = is_box ? distance + noise(random) : 0;
+        image.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(std::lround(seen / depth.unit));
+      }
+    }
+    v1::Image* message = sample.mutable_images()->mutable_image();
+    message->set_encoding(v1::Image::ENCODING_GREY16);
+    message->set_width(kWidth);
+    message->set_height(kHeight);
+    message->set_data(image.data, image.total() * image.elemSize());
+    sample.mutable_images()->set_sequence(static_cast<std::uint64_t>(k) + 1);
+    PutTime(k / depth.rate, sample.mutable_images()->mutable_sensed_at());
+    ToProto(scene.manipulator.home, sample.mutable_truth()->mutable_p_s_tip());
+    samples.push_back(std::move(sample));
+  }
+  return samples;
+}
+
+// One press of 4 N per second after 1.5 s of rest.
+Samples Channels(const Scene& scene, const Tactile& tactile) {
+  constexpr double kRest = 1.5, kPeak = 4, kNoise = 0.01;
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, kNoise);
+  Samples samples;
+  for (int k = 0; k < kSynthetic * tactile.rate; ++k) {
+    const double t = k / tactile.rate;
+    const double swing = std::sin(std::numbers::pi * (t - kRest));
+    const double force = t < kRest ? 0 : kPeak * swing * swing;
+    v1::SimulatedSample sample;
+    v1::TactileSample* message = sample.add_fingertips();
+    message->set_sequence(static_cast<std::uint64_t>(k) + 1);
+    PutTime(t, message->mutable_sensed_at());
+    message->set_finger(tactile.fingers.front().name);
+    for (int i = 0; i < tactile.channels.count; ++i) {
+      message->add_electrodes(static_cast<float>(10 + i + force + noise(random)));
+    }
+    ToProto(scene.manipulator.home, sample.mutable_truth()->mutable_p_s_tip());
+    sample.mutable_truth()->mutable_force()->set_z(-force);
+    samples.push_back(std::move(sample));
+  }
+  return samples;
+}
+
+int TypeOf(const v1::Image& image) {
+  if (image.encoding() == v1::Image::ENCODING_BGR8) return CV_8UC3;
+  return image.encoding() == v1::Image::ENCODING_GREY16 ? CV_16U : CV_8U;
+}
+
+double TimeOf(const v1::SimulatedSample& sample) {
+  const auto& stamp =
+      sample.has_images() ? sample.images().sensed_at() : sample.fingertips(0).sensed_at();
+  return static_cast<double>(stamp.seconds()) + 1e-9 * stamp.nanos();
+}
+
+Eigen::Vector3d VectorOf(const v1::Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+}  // namespace
+
+const Samples& SamplesOf(const Scene& scene) {
+  static std::map<std::string, Samples> made;
+  std::string key = scene.file.string();
+  for (const std::string& one : scene.overrides) key += "|" + one;
+  const auto found = made.find(key);
+  if (found != made.end()) return found->second;
+  const auto* depth = scene.sense.Find<DepthPictures>();
+  const auto* tactile = scene.sense.Find<Tactile>();
+  if (IsSimulated(scene)) return made[key] = Simulated(scene);
+  if (depth != nullptr) return made[key] = DepthPlane(scene, *depth);
+  if (tactile != nullptr) return made[key] = Channels(scene, *tactile);
+  throw std::invalid_argument(key + ": nothing here makes samples of this scene");
+}
+
+void Devices::Begin(const Disturbance& event) {
+  events_.push_back(event);
+  if (event.reset) {
+    std::string answer = "accepted";
+    std::string why;
+    try {
+      slave_.ReinitializeTracking();
+    } catch (const std::logic_error& error) {
+      answer = "refused";
+      why = error.what();
+    }
+    if (answer != *event.reset) throw std::runtime_error("the reset is " + answer + ": " + why);
+  }
+  if (event.stop && *event.stop) slave_.EmergencyStop("by the table");
+  if (event.stop && !*event.stop) slave_.Reset(slave_.Status().stops);
+  if (!event.operates) return;
+  if (operates_.empty()) slave_.BeginOperating();
+  if (*event.operates == "engage") ++command_.epoch;
+  operates_ = *event.operates;
+  if (operates_ != "leave") return;
+  slave_.EndOperating();
+  operates_.clear();
+}
+
+void Devices::Operate() {
+  if (operates_ != "blind") ++states_;
+  if (!operates_.empty() && operates_ != "silence") {
+    ++command_.sequence;
+    command_.sent_at = Clock::now();
+    command_.engaged = operates_ != "clutch";
+    command_.state_sequence = states_;
+    slave_.Command(command_);
+  }
+  slave_.Watch();
+}
+
+void Devices::Await(const v1::SimulatedSample& sample, double t) {
+  Eigen::Vector3d offset(0, 0, 0);
+  bool reports = true;
+  for (const Disturbance& event : events_) {
+    offset = event.encoders_m.value_or(offset);
+    reports = event.driver.value_or(reports);
+  }
+  const Eigen::Vector3d from = VectorOf(reported_.p_s_tip());
+  const Eigen::Vector3d to = VectorOf(sample.truth().p_s_tip());
+  const double begin = t_;
+  const bool is_first = before_.empty();
+  const auto report = [&](double at) {
+    DrivenClock::Reach(DrivenClock::kBegin + Seconds(at));
+    if (!reports) return;
+    const double share = at < t ? (at - begin) / (t - begin) : 1;
+    v1::SimulatedTruth now = sample.truth();
+    ToProto(Eigen::Vector3d(from + share * (to - from) + offset), now.mutable_p_s_tip());
+    drivers_.SendReports(now, Time{} + Seconds(at));
+  };
+  for (double at = begin + kTick; at < t - kTick / 2 && !is_first; at += kTick) {
+    report(at);
+    Operate();
+  }
+  report(t);
+  Operate();
+  t_ = t;
+  reported_ = sample.truth();
+}
+
+void Devices::Alter(v1::Image* message, int side, const v1::SimulatedTruth& truth) {
+  cv::Mat shown(static_cast<int>(message->height()), static_cast<int>(message->width()),
+                TypeOf(*message), message->mutable_data()->data());
+  cv::Mat image = shown.clone();
+  for (const Disturbance& event : events_) {
+    if (event.side && *event.side != side) continue;
+    if (event.shift_px) {
+      const cv::Matx23d warp(1, 0, event.shift_px->x(), 0, 1, event.shift_px->y());
+      cv::warpAffine(image, image, warp, {}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    }
+    if (event.grow) {
+      const cv::Point2f middle(0.5F * static_cast<float>(image.cols - 1),
+                               0.5F * static_cast<float>(image.rows - 1));
+      cv::warpAffine(image, image, cv::getRotationMatrix2D(middle, 0, *event.grow), {},
+                     cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+    }
+    if (event.blur_px) cv::GaussianBlur(image, image, {}, *event.blur_px);
+    if (event.light) image.convertTo(image, -1, *event.light);
+    if (event.noise) {
+      std::normal_distribution<double> normal(0, *event.noise);
+      for (auto p = image.datastart; p < image.dataend; ++p) {
+        auto& grey = const_cast<unsigned char&>(*p);
+        grey = cv::saturate_cast<unsigned char>(grey + normal(random_));
+      }
+    }
+  }
+  std::string cover = "none";
+  for (const Disturbance& event : events_) cover = event.cover.value_or(cover);
+  if (cover == "image") image = cv::Scalar::all(255);
+  if (cover == "tip" || cover == "contact" || cover == "object") {
+    constexpr int kHalf = 30, kFarther = 90;  // [px]
+    const CameraView view(*scene_.sense.Find<Camera>(), image.cols, image.rows);
+    const Eigen::Vector2d tip = view.ToImage(VectorOf(truth.p_s_tip()));
+    const int wide = cover != "contact" ? kHalf : kFarther;
+    const int high = cover != "contact" ? kHalf : kHalf / 2;
+    const cv::Rect patch(static_cast<int>(tip.x()) - wide, static_cast<int>(tip.y()) - high,
+                         2 * wide, 2 * high);
+    const cv::Rect seen = patch & cv::Rect({0, 0}, image.size());
+    if (cover == "object") {
+      const cv::Mat tool = image(seen).clone();
+      image = cv::Scalar::all(90);
+      tool.copyTo(image(seen));
+    } else {
+      image(seen) = cv::Scalar::all(90);
+    }
+  }
+  image.copyTo(shown);
+}
+
+void Devices::Alter(v1::TactileSample* sample) {
+  const v1::TactileSample read = *sample;
+  bool is_stuck = false;
+  for (const Disturbance& event : events_) {
+    is_stuck = is_stuck || event.stuck.value_or(false);
+    for (int i = 0; i < sample->electrodes_size(); ++i) {
+      if (event.channel && *event.channel != i) continue;
+      float& e = sample->mutable_electrodes()->at(i);
+      if (event.value) e = static_cast<float>(*event.value);
+      if (event.add) e += static_cast<float>(*event.add);
+      if (event.stuck.value_or(false)) e = held_.electrodes(i);
+    }
+  }
+  if (!is_stuck) held_ = read;
+}
+
+Seen Devices::Send(v1::SimulatedSample sample) {
+  const double t = TimeOf(sample);
+  Await(sample, t);
+  const v1::SimulatedSample now = sample;
+  bool is_frozen = false, is_silent = false, is_absent = false;
+  std::array<int, 2> late{0, 0};
+  for (const Disturbance& event : events_) {
+    is_frozen = event.frozen.value_or(is_frozen);
+    is_silent = event.silent.value_or(is_silent);
+    is_absent = event.absent.value_or(is_absent);
+    for (int side = 0; side < 2; ++side) {
+      if (event.late && event.side.value_or(side) == side)
+        late[static_cast<std::size_t>(side)] = *event.late;
+    }
+  }
+  const auto shown = [&](int back) -> const v1::SimulatedSample& {
+    const auto n = static_cast<int>(before_.size());
+    return back == 0 || n == 0 ? now : before_[static_cast<std::size_t>(std::max(0, n - back))];
+  };
+  if (sample.has_images()) {
+    v1::ImageSample* images = sample.mutable_images();
+    *images->mutable_image() = shown(late[0]).images().image();
+    if (images->has_right()) *images->mutable_right() = shown(late[1]).images().right();
+    Alter(images->mutable_image(), 0, sample.truth());
+    if (images->has_right()) Alter(images->mutable_right(), 1, sample.truth());
+  } else {
+    Alter(sample.mutable_fingertips(0));
+  }
+  if (is_frozen) {
+    const v1::SimulatedSample& last = before_.back();
+    if (sample.has_images()) {
+      *sample.mutable_images()->mutable_image() = last.images().image();
+      if (last.images().has_right())
+        *sample.mutable_images()->mutable_right() = last.images().right();
+    }
+    for (int i = 0; i < sample.fingertips_size(); ++i) {
+      *sample.mutable_fingertips(i)->mutable_electrodes() = last.fingertips(i).electrodes();
+      *sample.mutable_fingertips(i)->mutable_pressure() = last.fingertips(i).pressure();
+    }
+  } else {
+    before_.push_back(now);
+    if (before_.size() > 20) before_.pop_front();
+  }
+  if (!is_silent && sample.has_images()) drivers_.SendImages(sample.images());
+  for (int i = is_absent ? 1 : 0; i < sample.fingertips_size() && !is_silent; ++i) {
+    drivers_.SendTactile(sample.fingertips(i));
+  }
+  slave_.Step({});
+  static_cast<void>(slave_.Patch());
+  Seen seen{.t = t, .state = slave_.Compose(Clock::now()), .truth = sample.truth()};
+  seen.alarms = slave_.Status().alarms;
+  return seen;
+}
+
+}  // namespace palpate::promises

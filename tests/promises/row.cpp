@@ -1,0 +1,149 @@
+#include "tests/promises/row.h"
+
+#include <set>
+#include <stdexcept>
+
+#include <yaml-cpp/yaml.h>
+
+namespace YAML {
+
+template <>
+struct convert<Eigen::Vector2d> {
+  static bool decode(const Node& node, Eigen::Vector2d& v) {
+    if (!node.IsSequence() || node.size() != 2) return false;
+    v = {node[0].as<double>(), node[1].as<double>()};
+    return true;
+  }
+};
+template <>
+struct convert<Eigen::Vector3d> {
+  static bool decode(const Node& node, Eigen::Vector3d& v) {
+    if (!node.IsSequence() || node.size() != 3) return false;
+    v = {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
+    return true;
+  }
+};
+
+}  // namespace YAML
+
+namespace palpate::promises {
+namespace {
+
+// A map of which each key must be read.
+class Keys {
+ public:
+  Keys(const YAML::Node& node, std::string where) : node_(node), where_(std::move(where)) {}
+
+  template <typename T>
+  void Read(const char* key, T* value) {
+    known_.insert(key);
+    if (node_[key]) *value = As<T>(key);
+  }
+  template <typename T>
+  void Read(const char* key, std::optional<T>* value) {
+    known_.insert(key);
+    if (node_[key]) *value = As<T>(key);
+  }
+  void Finish() const {
+    for (const auto& item : node_) {
+      const auto key = item.first.as<std::string>();
+      if (!known_.contains(key)) throw std::invalid_argument(where_ + ": unknown key " + key);
+    }
+  }
+
+ private:
+  template <typename T>
+  [[nodiscard]] T As(const char* key) const try {
+    return node_[key].as<T>();
+  } catch (const YAML::Exception& error) {
+    throw std::invalid_argument(where_ + "." + key + ": " + error.what());
+  }
+
+  YAML::Node node_;
+  std::string where_;
+  std::set<std::string> known_;
+};
+
+Disturbance ReadEvent(const YAML::Node& node, const std::string& where) {
+  Disturbance event;
+  Keys keys(node, where);
+  keys.Read("at", &event.at);
+  keys.Read("side", &event.side);
+  keys.Read("shift_px", &event.shift_px);
+  keys.Read("grow", &event.grow);
+  keys.Read("light", &event.light);
+  keys.Read("blur_px", &event.blur_px);
+  keys.Read("noise", &event.noise);
+  keys.Read("cover", &event.cover);
+  keys.Read("late", &event.late);
+  keys.Read("frozen", &event.frozen);
+  keys.Read("silent", &event.silent);
+  keys.Read("channel", &event.channel);
+  keys.Read("value", &event.value);
+  keys.Read("add", &event.add);
+  keys.Read("stuck", &event.stuck);
+  keys.Read("absent", &event.absent);
+  keys.Read("encoders_m", &event.encoders_m);
+  keys.Read("driver", &event.driver);
+  keys.Read("reset", &event.reset);
+  keys.Read("operates", &event.operates);
+  keys.Read("stop", &event.stop);
+  keys.Finish();
+  return event;
+}
+
+Expectation ReadExpectation(const YAML::Node& node, const std::string& where) {
+  Expectation expected;
+  Keys keys(node, where);
+  keys.Read("from", &expected.from);
+  keys.Read("to", &expected.to);
+  keys.Read("check", &expected.check);
+  keys.Read("validity", &expected.validity);
+  keys.Read("share", &expected.share);
+  keys.Read("never", &expected.never);
+  keys.Read("force", &expected.force);
+  keys.Read("force_error", &expected.force_error);
+  keys.Read("tip_error_m", &expected.tip_error_m);
+  keys.Read("sigma", &expected.sigma);
+  keys.Read("phase", &expected.phase);
+  keys.Read("alarm", &expected.alarm);
+  keys.Read("alarms", &expected.alarms);
+  keys.Finish();
+  return expected;
+}
+
+Row ReadRow(const YAML::Node& node) {
+  Row row;
+  Keys keys(node, node["name"] ? node["name"].as<std::string>() : "a row without a name");
+  std::string page, scene;
+  YAML::Node events, expected;
+  keys.Read("name", &row.name);
+  keys.Read("page", &page);
+  keys.Read("promise", &row.promise);
+  keys.Read("scene", &scene);
+  keys.Read("site", &row.site);
+  keys.Read("stated", &row.stated);
+  keys.Read("events", &events);
+  keys.Read("expected", &expected);
+  keys.Finish();
+  row.page = page;
+  row.scene = scene;
+  for (const auto& event : events) row.events.push_back(ReadEvent(event, row.name + ".events"));
+  for (const auto& one : expected) {
+    row.expected.push_back(ReadExpectation(one, row.name + ".expected"));
+  }
+  if (row.name.empty() || row.promise.empty() || row.expected.empty()) {
+    throw std::invalid_argument(row.name + ": expected name, promise and expected");
+  }
+  return row;
+}
+
+}  // namespace
+
+std::vector<Row> ReadRows(const std::filesystem::path& file) {
+  std::vector<Row> rows;
+  for (const auto& node : YAML::LoadFile(file.string())) rows.push_back(ReadRow(node));
+  return rows;
+}
+
+}  // namespace palpate::promises

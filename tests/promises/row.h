@@ -1,0 +1,73 @@
+// A row of the table of promises: what happens to the devices of a scene, and what operator and
+// observers must see.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace palpate::promises {
+
+// From a time on, until another disturbance of the same kind. All are absent at first.
+struct Disturbance {
+  double at = 0;  // since the first sample [s]
+  // Cameras. `side`: 0 left or only camera, 1 right; both without one.
+  std::optional<int> side;
+  std::optional<Eigen::Vector2d> shift_px;  // of the images, x right, y down
+  std::optional<double> grow;               // factor of the size, about the middle
+  std::optional<double> light;              // factor of the grey levels
+  std::optional<double> blur_px;            // sigma
+  std::optional<double> noise;              // sigma [grey levels]
+  std::optional<std::string> cover;         // tip, contact, object (all but the tip), image, none
+  std::optional<int> late;                  // samples that the image is late
+  // All sensors.
+  std::optional<bool> frozen, silent;
+  // Fingertips: of the first one.
+  std::optional<int> channel;         // which; all without one
+  std::optional<double> value, add;   // it reads this; this more than it does
+  std::optional<bool> stuck, absent;  // it stays where it was; no sample of the fingertip comes
+  // Manipulator.
+  std::optional<Eigen::Vector3d> encoders_m;  // more than the true tip, S
+  std::optional<bool> driver;                 // reports come
+  // Calls, once. `reset`: ReinitializeTracking; what must become of it: accepted, refused.
+  std::optional<std::string> reset;
+  // engage (anew), follow, clutch, silence, blind (no newer state), leave
+  std::optional<std::string> operates;
+  std::optional<bool> stop;  // emergency stop; false: its reset
+};
+
+// Of the states whose samples lie within [from, to], times as above. What is absent is not looked
+// at.
+struct Expectation {
+  double from = 0, to = 1e9;
+  std::optional<std::string> check, validity;  // of at least `share` of the states
+  double share = 1;
+  std::optional<std::string> never;            // a check that no state has
+  std::optional<bool> force;                   // known, or unknown, in `share` of the states
+  std::optional<double> force_error;           // largest of a valid force, parts of the true peak
+  std::optional<double> tip_error_m;           // largest of the tip
+  std::optional<std::array<double, 2>> sigma;  // range of all known ones [N]
+  std::optional<std::string> phase;            // of `share` of the states
+  std::optional<std::string> alarm;            // part of an alarm at the last state
+  std::optional<bool> alarms;                  // whether there is an alarm at the last state
+};
+
+struct Row {
+  std::string name;
+  std::filesystem::path page;  // below the project's root
+  std::string promise;         // the sentence, or a part of it, as it is on the page
+  std::filesystem::path scene;
+  std::vector<std::string> site;    // overrides of the scene, for its devices and the slave
+  std::vector<std::string> stated;  // overrides for the slave alone
+  std::vector<Disturbance> events;  // by rising times
+  std::vector<Expectation> expected;
+};
+
+// Throws std::invalid_argument: the row and the key that cannot be read.
+std::vector<Row> ReadRows(const std::filesystem::path& file);
+
+}  // namespace palpate::promises
