@@ -14,7 +14,7 @@ import unittest
 
 from force_error import force_error
 from plugs import EXAMPLES, Plugged
-from programs import BIN, ROOT, SLAVE, FolderTest, Slave, overrides, read_rows, run, wait_until
+from programs import BIN, ROOT, SLAVE, FolderTest, Slave, overrides, read_rows, run
 
 SCENES = ROOT / "deploy/scenes"
 SECONDS = 16

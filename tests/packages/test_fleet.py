@@ -10,7 +10,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
-from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, run, wait_until
+from programs import BARE, BLOCK, MASTER, ROOT, SLAVE, Slave, run, wait_until
 
 MANIFESTS = ROOT / "deploy/fleet/kubernetes.yaml"
 UNIT = ROOT / "deploy/palpate-slave.service"
