@@ -10,8 +10,8 @@ namespace palpate {
 
 // What a mesh file contains that is not used or looks wrong, and numbers that are hardly meant: of
 // the object's size and material and of gravity (shared/text/plausible.h), a tool wider than the
-// object, a pixel larger than 5 mm, a baseline larger than the distance. A file that cannot be read has no remarks: it is
-// refused where it is used.
+// object, a pixel larger than 5 mm, a baseline larger than the distance. A file that cannot be read
+// has no remarks: it is refused where it is used.
 std::vector<std::string> RemarksOn(const Scene& scene);
 // Writes them to the log as warnings.
 void LogRemarks(const Scene& scene);

@@ -26,11 +26,11 @@ struct PressFit {
   std::string kind;                                     // of the model
 };
 
-// `file` is a table of contacts that `solve` reads, with the measured forces fx, fy, fz, or one that
-// it wrote; frame O. A contact or column that `solve` would refuse is refused, and a contact without
-// a width. `width` [m] applies to rows without one; 0: that of the scene's tool. Throws InputError
-// `file:line: ...`, std::invalid_argument, Interrupted; std::runtime_error: the model has no
-// solution.
+// `file` is a table of contacts that `solve` reads, with the measured forces fx, fy, fz, or one
+// that it wrote; frame O. A contact or column that `solve` would refuse is refused, and a contact
+// without a width. `width` [m] applies to rows without one; 0: that of the scene's tool. Throws
+// InputError `file:line: ...`, std::invalid_argument, Interrupted; std::runtime_error: the model
+// has no solution.
 PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double width,
                   bool seek_poisson, Progress* progress);
 

@@ -281,7 +281,7 @@ std::string Cycles(double hysteresis, double softening) {
   return text;
 }
 
-TEST_F(TestTable, CyclesThatDifferAreToldApart) {
+TEST_F(TestTable, TheFirstLoadingOfCyclesThatDifferIsKept) {
   const MaterialTest same = Read("tension", Cycles(0, 0));
   EXPECT_EQ(same.rows.size(), 84U);
   EXPECT_THAT(same.remarks, testing::IsEmpty());
