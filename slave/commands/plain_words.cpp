@@ -47,7 +47,9 @@ std::string StiffAs(double young_modulus) {
 }
 
 std::string ForceInPlainWords(double newtons) {
-  return fmt::format("{:.2g} N, the weight of {:.0f} g", newtons, 1e3 * newtons / kGravity);
+  const double grams = 1e3 * newtons / kGravity;
+  return fmt::format("{:.2g} N, the weight of {} g", newtons,
+                     grams < 10 ? fmt::format("{:.2g}", grams) : fmt::format("{:.0f}", grams));
 }
 
 std::string InPlainWords(const Scene& scene, const study::PressSpec& spec,

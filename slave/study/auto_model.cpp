@@ -7,6 +7,7 @@
 
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_press.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/mesh_division.h"
 #include "slave/study/reachable_places.h"
@@ -142,7 +143,9 @@ std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
   // From 29 on they bound what nine of ten places stay within (BeyondBound).
   constexpr int kOnOutline = 128, kFewest = 29;
   const bool has_own = !scene.study_contacts.empty() || !scene.tool;
-  if (has_own || (IsVolume(scene.object.geometry) && !IsQuicklyGraded(scene))) return {};
+  if (has_own) return {};
+  const auto is_slow = [&] { return IsTouchedRound(scene) || !IsQuicklyGraded(scene); };
+  if (IsVolume(scene.object.geometry) && is_slow()) return {};
   const Geometry& geometry = scene.object.geometry;
   const int count = IsPlanar(geometry) ? kOnOutline : kFewest;
   auto places = ReachablePlaces(scene, scene.tool->width, SpreadShares(count));

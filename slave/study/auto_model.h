@@ -25,8 +25,8 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene);
 inline constexpr double kQuickBudget = 3;  // [s]
 // Contacts of a study that decides for a whole object: if the scene names none, several that are
 // spread evenly over all ReachablePlaces. Empty: the study's default, also for mesh files with more
-// than 3000 tetrahedra, which would take minutes, and for nodes that are fixed by number; the
-// decision then says so.
+// than 3000 tetrahedra or a round tool, which would take minutes, and for nodes that are fixed by
+// number; the decision then says so.
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene);
 // A quick study skips expensive models and repetitions; volumes with many contacts get twice the
 // time.

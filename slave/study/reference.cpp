@@ -153,7 +153,8 @@ const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) 
 std::optional<double> Graded(const Scene& scene, const Press& press, const PressSpec& question,
                              bool many, bool check) {
   const double width = question.width;
-  if (press.loaded) return std::nullopt;
+  const bool is_capsule = scene.tool && scene.tool->shape == Tool::Shape::kCapsule;
+  if (press.loaded || is_capsule) return std::nullopt;
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
     if (IsTouchedRound(scene)) {

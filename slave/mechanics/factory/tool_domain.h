@@ -3,7 +3,7 @@
 //
 // Plane models. A body of thickness T under a tool that reaches b <= T through it is neither in
 // plane stress nor in plane strain. With R the share by which plane stress is softer than plane
-// strain, bricks in space have, within 15 % of g (tests/slave/mechanics/plane_thickness.py),
+// strain, bricks in space have, within a tenth of g (tests/slave/mechanics/plane_thickness.py),
 //
 //   K_stress / K = (1 - g R) (T / b)^g,   K_strain / K = (1 - g R) / (1 - R) (T / b)^g
 //   g = x / (1 + x),   x = 0.53 (T / l)^0.8 (l / w)^(1/3)

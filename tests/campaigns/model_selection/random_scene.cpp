@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -18,8 +19,7 @@ using Eigen::Vector3d;
 Scene Start(Dice* dice, double size, double width) {
   Scene scene;
   scene.object.material = {dice->Decades(3e3, 3e6), dice->Between(0.05, 0.48), 0, 0};
-  scene.tool = Tool{};
-  scene.tool->width = width;
+  scene.tool = Tool{.width = width, .depth = std::numeric_limits<double>::infinity()};
   scene.operator_options.press_depth = size * dice->Decades(0.005, 0.05);
   scene.model.kind = "auto";
   scene.model.range = 0.1;

@@ -1,6 +1,7 @@
 // A study of the block and of the embryo's disc against the published forces of the reference set,
 // which were derived with another program.
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ Scene BlockScene(const json& params) {
   scene.object.material.young_modulus = params.at("youngs_modulus_Pa");
   scene.object.material.poisson_ratio = params.at("poisson_ratio");
   scene.object.fixed = {{FixedSide{"bottom"}, {true, true, true}}};
-  scene.tool = Tool{};
+  scene.tool = Tool{.depth = std::numeric_limits<double>::infinity()};
   scene.tool->width = params.at("patch_hi_m").get<double>() - params.at("patch_lo_m").get<double>();
   scene.model.plane = params.at("plane") == "stress" ? Plane::kStress : Plane::kStrain;
   scene.model.contact = params.at("contact").get<std::string>().starts_with("bonded")

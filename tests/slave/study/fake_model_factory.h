@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include "slave/study/study.h"
@@ -67,8 +68,7 @@ inline Scene Square() {
   scene.object.material.poisson_ratio = 0.4;
   scene.object.fixed = {{FixedSide{"bottom"}, {true, true, true}},
                         {FixedSide{"left"}, {true, false, true}}};
-  scene.tool = Tool{};
-  scene.tool->width = 0.004;
+  scene.tool = Tool{.width = 0.004, .depth = std::numeric_limits<double>::infinity()};
   scene.model.contact = ContactLaw::kFrictionless;
   scene.model.elements = 60;
   scene.manipulator.home = {0.03, 0.07, 0};

@@ -2,6 +2,7 @@
 // memory.
 #pragma once
 
+#include <limits>
 #include <numbers>
 
 #include "slave/scene/scene.h"
@@ -15,7 +16,7 @@ inline Scene BlockScene() {
   scene.object.geometry = RectangleGeometry{0.088, 0.088, 0.009};
   scene.object.material = {.young_modulus = 127e3, .poisson_ratio = 0.49};
   scene.object.fixed = {{FixedSide{"bottom"}}};
-  scene.tool = Tool{.width = 0.088 / 15};
+  scene.tool = Tool{.width = 0.088 / 15, .depth = std::numeric_limits<double>::infinity()};
   Camera camera;
   camera.pixel = 0.35e-3;
   camera.X_SC.translation() << 0.044, 0.060, 0;
@@ -34,7 +35,9 @@ inline Scene EmbryoScene() {
   scene.object.material = {.young_modulus = 1.51e6, .poisson_ratio = 0.5};
   scene.object.fixed = {{FixedArc{std::numbers::pi, std::numbers::pi / 6}}};
   scene.model.plane = Plane::kStrain;
-  scene.tool = Tool{.width = 40e-6, .direction = {-1, 0}};
+  scene.tool =
+      Tool{.width = 40e-6, .depth = std::numeric_limits<double>::infinity(), .direction = {-1, 0}};
+  scene.model.tolerance = 0.2;
   Camera camera;
   camera.pixel = 3e-6;
   scene.sense.Set(CameraOptions{.camera = camera});
