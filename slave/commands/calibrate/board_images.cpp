@@ -12,12 +12,18 @@
 namespace palpate {
 namespace {
 
-// Number in the name -> index; empty where a name has none or two share one.
+// Number in the name -> index; empty where the name of an image of the board has none or two share
+// one. Other files take part if their number is their own: a damaged image, not a file that a wide
+// glob names by chance.
 std::map<std::string, std::size_t> Numbered(const BoardImages& side) {
   std::map<std::string, std::size_t> numbers;
-  for (std::size_t i = 0; i < side.images.size(); ++i) {
-    const std::string number = LastNumber(side.images[i].name);
-    if (number.empty() || !numbers.emplace(number, i).second) return {};
+  for (const bool has_board : {true, false}) {
+    for (std::size_t i = 0; i < side.images.size(); ++i) {
+      if (side.images[i].corners.has_value() != has_board) continue;
+      const std::string number = LastNumber(side.images[i].name);
+      const bool is_own = !number.empty() && numbers.emplace(number, i).second;
+      if (has_board && !is_own) return {};
+    }
   }
   return numbers;
 }

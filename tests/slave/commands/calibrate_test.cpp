@@ -135,7 +135,8 @@ TEST_F(CalibrateTest, ExchangedSidesAreReportedAndCorrected) {
 }
 
 // One pair whose right picture is of another instant, one picture that is none, one without a
-// board, one without a partner: the rest give the very rig that they give alone.
+// board, one without a partner, one file without a number: the rest give the very rig that they
+// give alone.
 TEST_F(CalibrateTest, WhatIsBadIsNamedAndLeftOut) {
   if (!fs::exists(chess_)) GTEST_SKIP() << "../shared is absent";
   const fs::path alone = folder_ / "alone";
@@ -150,6 +151,7 @@ TEST_F(CalibrateTest, WhatIsBadIsNamedAndLeftOut) {
   }
   fs::copy(chess_ / "right06.jpg", folder_ / "right02.jpg", fs::copy_options::overwrite_existing);
   Write("right07.jpg", "not an image");
+  Write("left_notes.jpg", "not an image");
   fs::copy(data_ / "stereo_endoscope_dvrk" / "scene_cap_left.png", folder_ / "left08.jpg",
            fs::copy_options::overwrite_existing);
   Chessboards(alone / "left*.jpg", alone / "right*.jpg");
@@ -160,7 +162,8 @@ TEST_F(CalibrateTest, WhatIsBadIsNamedAndLeftOut) {
   EXPECT_THAT(output_, HasSubstr("left02.jpg right02.jpg  not used: deviates by"));
   EXPECT_THAT(output_, HasSubstr("not used: right07.jpg: "));
   EXPECT_THAT(output_, HasSubstr("left08.jpg: the board is not completely visible"));
-  EXPECT_THAT(output_, HasSubstr("without a partner on the other side: 1 (left05.jpg)"));
+  EXPECT_THAT(output_,
+              HasSubstr("without a partner on the other side: 2 (left05.jpg, left_notes.jpg)"));
   EXPECT_EQ(Occurrences("not used"), 3) << output_;
   const StereoRig found = ReadRig(options_.out);
   EXPECT_EQ(found.X_RL.matrix(), expected.X_RL.matrix()) << output_;
