@@ -1,4 +1,4 @@
-"""The force test card of a slave that serves, with a force sensor and with questions."""
+"""Measured and estimated forces of a slave that serves, with a force sensor and with questions."""
 import signal
 import subprocess
 import time

@@ -124,7 +124,7 @@ ForceTables ReadForces(const std::filesystem::path& file, const ForceColumns& co
   ForceTables tables;
   while (table.Next()) {
     ForceRow row;
-    row.t = time.Value(table, "a time in the unit of --time-unit, up to 1e12 s");
+    row.t = time.Value(table, "a time in the unit of --time-unit, up to 1e12 s (nanoseconds?)");
     const double number = hold.Value(table, "the number of a load");
     if (std::isfinite(number)) row.hold = static_cast<int>(std::clamp(number, 0.0, 1e9));
     row.measured = measured.Value(table);
