@@ -44,12 +44,15 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
   if (round && rows.size() > 1) {
     throw std::invalid_argument("a round tool together with other rows: expected one row");
   }
+  ContactResponse response;
   if (round) {
-    ToolPress(scene, rows.front().tool, mesh).Press(contacts.front(), model.get(), &solution);
+    ToolPress press(scene, rows.front().tool, mesh);
+    response = press.Press(contacts.front(), model.get(), &solution);
   } else {
     model->Solve(contacts, &solution);
+    response = solution.responses().front();
   }
-  if (solution.responses().front().validity == Validity::kFailed) {
+  if (response.validity == Validity::kFailed) {
     throw std::invalid_argument("the model has no solution for the tables: " +
                                 std::string(model->failure()));
   }
