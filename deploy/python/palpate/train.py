@@ -29,7 +29,7 @@ REST_TIME = 0.5  # at the beginning of a recording, without contact [s]
 EPILOG = """DATA is one of
   TACTILE.csv              with force columns fx,fy,fz [N], or with their unit: fx_N, fx [mN], in N mN uN kN gf kgf lbf
   TACTILE.csv+WRENCH.csv   force from a second file, interpolated to the tactile times
-  FOLDER                   all its CSV files, for example those of `palpate-slave train simulated`
+  FOLDER                   all its CSV files, for example those of `palpate-simulator presses`
 A file may end with @FROM:TO to use these seconds only. The force is that of the fingertip on the object, in the fingertip
 frame: x points to the tip and a contact on the pad has fz < 0. The baseline is the mean of a recording's first samples.
 The force offset is the mean of its first half second. Start every recording without contact.
@@ -42,7 +42,7 @@ network is quadratic in the channels (qnn_N). Its errors are those of a fifth of
 of the recordings) at a time, estimated from the others.
 
 Examples:
-  palpate-slave train simulated --out build/presses
+  palpate-simulator presses --out build/presses
   python3 -m palpate.train build/presses --network all --out build/fingertip
   python3 -m palpate.train day1.csv day2.csv+wrench2.csv --finger rf --out build/rf
   python3 -m palpate.train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --finger rf --out build/rf
