@@ -136,7 +136,7 @@ void CsvLines::Decode(std::string_view block) {
 void CsvLines::ChooseDialect() {
   const std::string_view head = buffer_;
   if (head.find('\n') == std::string_view::npos) line_end_ = '\r';
-  std::size_t most = 0;
+  std::size_t most = 0, most_cells = 0;
   for (const char separator : {'\t', ';', ','}) {
     std::size_t numbers = 0, cells = 0;
     for (std::size_t begin = 0; begin < head.size();) {
@@ -157,10 +157,11 @@ void CsvLines::ChooseDialect() {
         numbers += is_number ? 1 : 0;
       }
     }
-    // Numbers count more than names; these decide for a header alone.
-    const std::size_t score = 1000 * numbers + std::min<std::size_t>(cells, 999);
-    if (score <= most) continue;
-    most = score;
+    // Names decide for a header alone. Of 0,5;2,5 a comma makes as many numbers as a semicolon.
+    const bool is_better = numbers > most || (numbers == 0 && most == 0 && cells > most_cells);
+    if (!is_better) continue;
+    most = numbers;
+    most_cells = cells;
     separator_ = separator;
   }
   cells_.clear();

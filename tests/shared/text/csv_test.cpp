@@ -108,6 +108,13 @@ TEST(CsvTableTest, ADialectDoesNotChangeTheNumbers) {
   }
 }
 
+TEST(CsvTableTest, TwoColumnsWithDecimalCommasAreTakenApartBySemicolons) {
+  CsvTable table(Write("Weg;Kraft\nmm;N\n0,2000;12,3456\n0,4000;24,5000\n"));
+  ASSERT_TRUE(table.Next());
+  EXPECT_DOUBLE_EQ(table.Number("Weg"), 0.2e-3);
+  EXPECT_DOUBLE_EQ(table.Number("Kraft"), 12.3456);
+}
+
 TEST(CsvTableTest, ANumberThatMayMeanTwoThingsIsRefused) {
   const auto refusal = [](const std::string& text) {
     return Thrown<InputError>([&] {

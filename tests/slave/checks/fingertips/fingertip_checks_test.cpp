@@ -71,6 +71,7 @@ TEST_F(FingertipChecksTest, AForceThatPullsTellsThatTheBaselineWasTakenInContact
       reading.channels.resize(4);
       reading.channels.fill(100);
       reading.channels[2] += static_cast<float>(force / testing_fakes::MeanNetwork::kPerCount);
+      reading.channels[3] += force != 0 ? 50 : 0;  // where PadLocaliser finds a contact
       for (int i = 0; i < count; ++i) {
         tip.Estimate(reading, false, false);
         code = CodeOf({tip, &consistency_});
