@@ -24,8 +24,8 @@ Eigen::Vector2d ImagePoint(const CsvTable& table, const char* u, const char* v,
   for (int k = 0; k < 2; ++k) {
     const auto axis = static_cast<std::size_t>(k);
     if (p_I[k] >= -0.5 && p_I[k] <= size[axis] - 0.5) continue;
-    table.Refuse(columns[axis], fmt::format("a pixel of the image of {} x {}: 0 to {}", size[0],
-                                            size[1], size[axis] - 1));
+    table.Refuse(columns[axis], fmt::format("0 to {}: it is outside of the image of {} x {}",
+                                            size[axis] - 1, size[0], size[1]));
   }
   return p_I;
 }

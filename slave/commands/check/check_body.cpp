@@ -46,7 +46,7 @@ void PrintVerdicts(const Scene& scene, const study::StudyRow& row, double plane_
             fmt::format("about {:.2g} % of the contact force, as `study` finds it{}{}: {} the "
                         "requested {:g} %",
                         100 * stated.error, decided ? "" : " at this contact",
-                        plane_error > 0 ? fmt::format(", {:.2g} % of them by the plane model of a "
+                        plane_error > 0 ? fmt::format(", of which {:.2g} % by the plane model of a "
                                                       "solid",
                                                       100 * plane_error)
                                         : "",

@@ -294,8 +294,8 @@ TEST_F(CalibrateTest, RegistersACameraWithALensAboveThePlane) {
 
   options_.tip_places = Write("outside.csv", "x,y,z,u,v\n0,0,0,10,10\n0.1,0,0,640,10\n");
   EXPECT_EQ(Run(), 2);
-  EXPECT_THAT(output_, HasSubstr("outside.csv:3: u = 640: expected a pixel of the image of 640 x "
-                                 "480: 0 to 639"));
+  EXPECT_THAT(output_, HasSubstr("outside.csv:3: u = 640: expected 0 to 639: it is outside of "
+                                 "the image of 640 x 480"));
 
   options_.tip_places = Write("line.csv",
                               "x,y,z,u,v\n0,0,0,10,10\n0.1,0,0,11,10\n0,0.1,0,10,11\n"
