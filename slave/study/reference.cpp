@@ -158,9 +158,8 @@ std::optional<double> Graded(const Scene& scene, const Press& press, const Press
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
     if (IsTouchedRound(scene)) {
-      const int across = many == check ? 6 : many ? 4 : 8;
       const auto force =
-          VolumeRoundForce(scene, press, question.depth, across, many && !check ? kRoughGrowth : 1);
+          VolumeRoundForce(scene, press, question.depth, check ? 4 : 6, check ? 1.5 : 1);
       return force ? std::optional(*force / question.depth) : std::nullopt;
     }
     if (check) return VolumeStiffness(scene, press, width, width / (many ? 3 : 4), many ? 1.5 : 1);
