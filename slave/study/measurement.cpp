@@ -93,7 +93,7 @@ class Trial {
         grows_(IsTouchedRound(candidate.scene)),
         options_(candidate.scene.model),
         kind_(FindModelKind(options_.kind)),
-        steps_(candidate.linear ? 1 : kSteps),
+        steps_(candidate.linear || FollowsTools() ? 1 : kSteps),
         mesh_(mesh),
         finder_(mesh),
         question_(question),
@@ -219,6 +219,8 @@ class Trial {
     return RoundLoad(finder_.skin(), press.p_O, press.inward_O, width, HasMidnodes(options_));
   }
   [[nodiscard]] bool SpreadsLoads() const { return kind_ != nullptr && kind_->shapes_tools; }
+  // The model moves a round tool in increments of its own, from rest to the depth.
+  [[nodiscard]] bool FollowsTools() const { return SpreadsLoads() && grows_; }
 
   study::Answer Push(const Press& press, double depth, double width) {
     const double force = question_.load * depth / question_.depth;

@@ -158,9 +158,9 @@ std::optional<double> Graded(const Scene& scene, const Press& press, const Press
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
     if (IsTouchedRound(scene)) {
-      const int across = many == check ? 6 : many ? 4 : 8;
+      // 0.5 % above bricks with four edges across, 0.2 % with six in four times the time.
       const auto force =
-          VolumeRoundForce(scene, press, question.depth, across, many && !check ? kRoughGrowth : 1);
+          VolumeRoundForce(scene, press, question.depth, check ? 3 : 4, check ? 2 : 1.5);
       return force ? std::optional(*force / question.depth) : std::nullopt;
     }
     if (check) return VolumeStiffness(scene, press, width, width / (many ? 3 : 4), many ? 1.5 : 1);
