@@ -26,12 +26,13 @@ constexpr double kLowestPoisson = 0.0, kHighestPoisson = 0.499;
 constexpr int kGolden = 22;            // steps of the search for nu: 3e-5
 constexpr double kPoissonStep = 5e-3;  // for the curvature of the misfit
 
-// A contact at a point has no limit under refinement: its modulus is that of the mesh.
+// A press at a point has no limit under refinement: its modulus is that of the mesh.
 void RequireWidths(const std::filesystem::path& file, const Scene& scene,
                    const std::vector<SolveRow>& rows) {
   if (std::holds_alternative<MembraneGeometry>(scene.object.geometry)) return;
   const auto point = std::ranges::find_if(rows, [](const SolveRow& row) {
-    return row.contact.width == 0 && !IsPressedRound(row) && !row.contact.prescribed_O.isZero(0);
+    return row.contact.kind == Contact::Kind::kDisplacement && row.contact.width == 0 &&
+           !IsPressedRound(row) && !row.contact.prescribed_O.isZero(0);
   });
   if (point == rows.end()) return;
   throw InputError(file.string() + ": case " + Shown(point->case_name) +

@@ -89,7 +89,7 @@ TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
       << "a name with a separator is in quotes";
   EXPECT_EQ(outcome.exit_code, 0) << outcome.message;
   EXPECT_THAT(outcome.text,
-              testing::StartsWith("case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity\n"));
+              testing::StartsWith("case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity,width\n"));
   ASSERT_EQ(outcome.rows.size(), 1U);
   EXPECT_EQ(outcome.rows[0].at("case"), "press");
   EXPECT_EQ(Number(outcome, 0, "dy"), -0.005);
@@ -194,15 +194,15 @@ TEST_F(SolveTest, RowsWithoutARadiusHaveThatOfTheScenesRoundTool) {
       RunContacts("case,x,y,z,dx,dy,dz,radius\na,0.02,0.02,0.02,0,0,-0.001,0.012\n");
   EXPECT_EQ(given.rows.at(0).at("fz"), round.rows[0].at("fz"));
   const Outcome flat = RunContacts(
-      "case,x,y,z,dx,dy,dz,width\na,0.02,0.02,0.02,0,0,-0.001,0.024\n"
-      "b,0.02,0.02,0.02,0,0,-0.002,0.024\n");
+      "case,x,y,z,dx,dy,dz,radius,width\na,0.02,0.02,0.02,0,0,-0.001,0,0.024\n"
+      "b,0.02,0.02,0.02,0,0,-0.002,0,0.024\n");
   EXPECT_NEAR(Number(flat, 1, "fz") / Number(flat, 0, "fz"), 2, 1e-6);
 }
 
 TEST_F(SolveTest, SaysWhichRowsLieOffTheSurface) {
   options_.scene = Write("gel.yaml", kGel);
-  EXPECT_THAT(RunContacts("case,x,y,z,dx,dy,dz,width\na,0.02,0.02,0.0219,0,0,-0.001,0.012\n"
-                          "b,0.02,0.02,0.02,0,0,-0.001,0.012\n")
+  EXPECT_THAT(RunContacts("case,x,y,z,dx,dy,dz\na,0.02,0.02,0.0219,0,0,-0.001\n"
+                          "b,0.02,0.02,0.02,0,0,-0.001\n")
                   .message,
               HasSubstr("1 of 2 rows lie off the surface, up to 0.0019 m (case a"));
 }

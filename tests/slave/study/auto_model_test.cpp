@@ -135,34 +135,5 @@ TEST(AutoModelTest, WhatMovesInTimeOrHasWeightIsLeftToFiniteElements) {
   }
 }
 
-// A study presses volumes with a flat disc. A model that takes the shape of the tool would compute
-// something else than was measured, except where cameras show the load, whatever the tool.
-TEST(AutoModelTest, AModelWithContactsOfItsOwnIsTakenForFlatToolsOnly) {
-  StudyResult study;
-  study.tolerance = 0.05;
-  study.rate = 100;
-  study.question.presses.resize(1);
-  for (const char* kind : {"fem", "fem-zone"}) {
-    StudyRow row;
-    row.kind = row.family = row.model.kind = kind;
-    row.outcome = Outcome::kAnswered;
-    row.validity = Validity::kValid;
-    row.answers.resize(1);
-    row.error = {0.01, 0.001};
-    row.bound = 0.01;
-    const double slow = row.kind == "fem" ? 5 : 1;
-    row.update_median_s = row.update_p99_s = 1e-3 * slow;
-    row.precompute_s = 0.1 * slow;
-    study.rows.push_back(row);
-  }
-  Scene scene = Cube();
-  const auto decided_kind = [&] { return DecidedBy(study, scene).value().model.kind; };
-  EXPECT_EQ(decided_kind(), "fem-zone");
-  scene.tool->shape = Tool::Shape::kRound;
-  EXPECT_EQ(decided_kind(), "fem");
-  scene.sense.Set(PointsOptions{});
-  EXPECT_EQ(decided_kind(), "fem-zone");
-}
-
 }  // namespace
 }  // namespace palpate::study
