@@ -378,8 +378,9 @@ TEST_F(IdentifyCommand, FindsABeamsModulusFromItsSag) {
                            "{kind: fem, element: tet10, law: linear, gravity: [0, 0, -9.81]}\n");
   const std::string header = "case,x,y,z,fx,fy,fz,dx,dy,dz\n";
   const std::string table =
-      header + Formatted("sag,0.2,0.01,0.01,,,,,,%.6g\nload,0.2,0.01,0.01,0,0,%g,,,%.6g\n", -sag,
-                         -F, -sag - more);
+      "case,x,y,z,fx,fy,fz,dx,dy,dz,width\n" +
+      Formatted("sag,0.2,0.01,0.01,,,,,,%.6g,\nload,0.2,0.01,0.01,0,0,%g,,,%.6g,0.02\n", -sag, -F,
+                -sag - more);
   const json fit =
       Run({.data = {"loads=" + Write("sag.csv", table).string()}, .scene = scene}).at("loads");
   EXPECT_NEAR(fit.at("young_modulus_Pa").get<double>() / E, 1, 0.02);
