@@ -312,7 +312,7 @@ TEST_F(IdentifyCommand, FindsAMembranesModulusBesideItsTension) {
                              "mm, thickness: 1 mm}}\n  material: {young_modulus: ") +
                      E +
                      ", poisson_ratio: 0.45}\n  fixed: {side: rim}\ntool: {width: 4 mm, load: "
-                     "even}\nmodel: {kind: plate-large, prestress: 2 kN/m}\n");
+                     "even}\nmodel: {kind: plate-large, prestress: 2000 N/m}\n");
   };
   const path contacts = Write("contacts.csv",
                               "case,x,y,z,dx,dy,dz\n"
@@ -402,8 +402,9 @@ TEST_F(IdentifyCommand, FindsABeamsModulusFromItsSag) {
                            "{kind: fem, element: tet10, law: linear, gravity: [0, 0, -9.81]}\n");
   const std::string header = "case,x,y,z,fx,fy,fz,dx,dy,dz\n";
   const std::string table =
-      header + Formatted("sag,0.2,0.01,0.01,,,,,,%.6g\nload,0.2,0.01,0.01,0,0,%g,,,%.6g\n", -sag,
-                         -F, -sag - more);
+      "case,x,y,z,fx,fy,fz,dx,dy,dz,width\n" +
+      Formatted("sag,0.2,0.01,0.01,,,,,,%.6g,\nload,0.2,0.01,0.01,0,0,%g,,,%.6g,0.02\n", -sag, -F,
+                -sag - more);
   const json fit =
       Run({.data = {"loads=" + Write("sag.csv", table).string()}, .scene = scene}).at("loads");
   EXPECT_NEAR(fit.at("young_modulus_Pa").get<double>() / E, 1, 0.02);
