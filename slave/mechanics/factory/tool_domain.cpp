@@ -13,7 +13,7 @@ namespace {
 // Width of a round tool's contact at a tenth of its radius deep, by that of its shaft. [by Hertz]
 constexpr double kRoundWidth = 0.3;
 constexpr double kNarrowest = 1e-3;  // of a contact, by l: a point has no width
-constexpr double kUnsure = 0.1;     // of g [measured: plane_thickness.py]
+constexpr double kUnsure = 0.1;      // of g [measured: plane_thickness.py]
 // A rigid flat tool on a plate: its width by the diameter, its place by the radius. [measured: a
 // rim of 5 % that is not glued takes 2 % more than an even load at the centre, 12 % at half the
 // radius]

@@ -24,7 +24,8 @@ constexpr double kSpreadByPlaces = 0.5;
 constexpr double kInside = 0.01;
 constexpr double kMostPulled = 0.3;  // part of the largest pull at which a place lets go
 constexpr std::string_view kTooCoarse =
-    "the round tool's contact is smaller than the elements: press more deeply, or use more elements "
+    "the round tool's contact is smaller than the elements: press more deeply, or use more "
+    "elements "
     "there";
 
 constexpr std::string_view kPenetrates =

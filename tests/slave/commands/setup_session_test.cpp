@@ -67,7 +67,8 @@ class SetupSessionTest : public testing::Test {
              "  material: {young_modulus: "
           << modulus
           << ", poisson_ratio: 0.49}\n  fixed: {side: bottom}\n"
-             "tool: {shape: flat, width: 5.87 mm, depth: whole}\nmanipulator: none\nsense:\n  camera:\n";
+             "tool: {shape: flat, width: 5.87 mm, depth: whole}\nmanipulator: none\nsense:\n  "
+             "camera:\n";
     for (std::string line; std::getline(lines, line);) scene << "    " << line << "\n";
     scene << "    pixel: 0.35 mm\n    pose: {translation: [44 mm, 54 mm, 0]}\n"
              "  tip: {track: template, template: tip.png, anchor: ["

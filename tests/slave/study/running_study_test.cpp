@@ -71,8 +71,9 @@ TEST(RunningStudyTest, BlockBeforeOneCamera) {
 TEST(RunningStudyTest, RoundToolBeforeOneCamera) {
   for (const int elements : {120, 360}) {
     SCOPED_TRACE(elements);
-    const Scene scene = Shipped("silicone-block", {"model.elements=" + std::to_string(elements),
-                                                   "tool={shape: round, radius: 8 mm, depth: whole}"});
+    const Scene scene =
+        Shipped("silicone-block", {"model.elements=" + std::to_string(elements),
+                                   "tool={shape: round, radius: 8 mm, depth: whole}"});
     ExpectStatedAsItRuns(scene, RunningError(scene));
   }
 }

@@ -29,9 +29,9 @@ class FemZone : public testing::Test {
 
 // Discs, a node, a point inside a triangle, pressed deep. Alone they are within 3 %; together,
 // where neighbours leave each other small zones, within the tolerance of 5 %. A mesh too coarse for
-// a disc is flagged as the full model flags it, and several contacts at once are. The true error is within the
-// bound that the answer states; alone, where no neighbour adds to it, the bound is within five
-// times the error.
+// a disc is flagged as the full model flags it, and several contacts at once are. The true error is
+// within the bound that the answer states; alone, where no neighbour adds to it, the bound is
+// within five times the error.
 TEST_F(FemZone, ForcesAreThoseOfTheFullModelWithinTheirBound) {
   SolidModel full = slab_.Full(FemOptions::Law::kNeoHookean);
   const std::vector<Contact> all{Pressed({0.018, 0.02, 0.04}, {0.001, 0, -0.005}),
