@@ -507,7 +507,7 @@ class Python(Examples):
                 slave.feed_fingertips([palpate.TactileSample("ff", [0.0] * 19)])
         not_a_recording = self.out / "text.mcap"
         not_a_recording.write_text("text")
-        with self.assertRaisesRegex(ValueError, "expected an MCAP file"):
+        with self.assertRaisesRegex(ValueError, r"no MCAP file: expected a recording \(.mcap\)"):
             palpate.read_recording(not_a_recording)
         with self.assertRaises(palpate.Error), palpate.connect("127.0.0.1:1") as nobody:
             nobody.scene()

@@ -268,12 +268,13 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
     const [, modulus, half] = (await stage.text('setup-modulus')).match(/modulus (\S+) kPa ± (\S+) kPa/).map(Number);
     console.log(`${await stage.text('setup-readings')}\n${modulus} ± ${half} kPa for 127 kPa`);
     assert.equal(await stage.text('setup-problems'), '');
-    // An interval of 95 % misses once in 20, one of three standard deviations once in 370.
-    assert.ok(Math.abs(modulus - 127) < (3 / 1.96) * half && half < 0.05 * 127, `${modulus} ± ${half}`);
+    // An interval of 95 % misses once in 20, one of three standard deviations once in 370. The plane model of a block that is 9 mm
+    // thick is 4.9 % off (check), and so is the modulus: 1.96 times that, and 5 % of the readings.
+    assert.ok(Math.abs(modulus - 127) < (3 / 1.96) * half && half < Math.hypot(0.05, 1.96 * 0.049) * 127, `${modulus} ± ${half}`);
     await page.click('#setup-use-modulus');
     await person.shows('setup-report', /force is about/);
     const { material } = await person.answers();
-    assert.ok(Number(material.modulus) > 120 && material.by === 'modulus' && Number(material.tolerance) < 5, JSON.stringify(material));
+    assert.ok(Number(material.modulus) > 120 && material.by === 'modulus' && Number(material.tolerance) < 6, JSON.stringify(material));
     assert.deepEqual(stage.errors, []);
   } finally {
     await person.standUp();
