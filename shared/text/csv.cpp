@@ -293,6 +293,7 @@ void CsvTable::TakeHeader(Header header) {
     to_si_.assign(header_.size(), 1);
     return;
   }
+  std::string refused;  // a column that nobody knows
   for (const std::string_view title : cells()) {
     const bool is_known = std::ranges::find(columns_, title, &Column::name) != columns_.end();
     const bool is_free = header == Header::kOptional;
@@ -312,10 +313,11 @@ void CsvTable::TakeHeader(Header header) {
     }
     const bool is_wanted = columns_.empty() || name.empty() ||
                            std::ranges::find(columns_, name, &Column::name) != columns_.end();
-    if (is_repeated || !is_wanted) {
-      Fail("column = " + Shown(title) + CodesIn(title) + (is_repeated ? " again" : "") +
-           ": expected " + Names(columns_));
+    if ((is_repeated || !is_wanted) && refused.empty()) {
+      refused = "column = " + Shown(title) + CodesIn(title) + (is_repeated ? " again" : "") +
+                ": expected " + Names(columns_);
     }
+    if (!refused.empty() && !is_free) Fail(refused);
     RequireQuantity(name, parts.quantity);
     header_.push_back(name);
     to_si_.push_back(parts.to_si.value_or(1));
@@ -324,6 +326,8 @@ void CsvTable::TakeHeader(Header header) {
     if (!column.required || Has(column.name)) continue;
     Fail("no column " + std::string(column.name) + ": expected " + Names(columns_));
   }
+  // A file without the required columns is not quoted.
+  if (!refused.empty()) Fail(refused);
 }
 
 void CsvTable::RequireQuantity(std::string_view name, std::optional<Quantity> unit) const {

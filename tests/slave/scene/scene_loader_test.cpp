@@ -87,7 +87,7 @@ TEST(SceneLoaderTest, ReadsPolygonsAndContourFiles) {
   EXPECT_EQ(outline.holes[0][2], Eigen::Vector2d(0.04, 0.01));
 
   const Scratch folder;
-  folder.Write("outline.csv", ",Y (mm),X,remark\n0,0,0,a\n1,0,0.08,b\n\n2,40,0.04,c\r\n");
+  folder.Write("outline.csv", ",Y (mm),X\n0,0,0\n1,0,0.08\n\n2,40,0.04\r\n");
   const auto file = folder.Write(
       "scene.yaml", SmallSceneWith(3, "  geometry: {contour: outline.csv, thickness: 9 mm}"));
   const Scene contour = LoadScene(file);
