@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import net from 'node:net';
 import { after, before, describe, test } from 'node:test';
 
-import { Stage, pause, serve, until } from './stage.mjs';
+import { Stage, pause, serve, soon, until } from './stage.mjs';
 import { uniform } from './setup_person.mjs';
 
 const STOPS = Number(process.env.PALPATE_STOPS || 5), ARRIVES_MS = Number(process.env.PALPATE_ARRIVES_MS || 30000);
@@ -80,10 +80,13 @@ describe('an emergency stop over a bad line', () => {
 
   // A busy machine may keep the hand from following: what counts is that nothing is stopped.
   const moves = () => stage.when(({ state, at }) => state !== 'ESTOP' && Date.now() - at < 1000, 'a session that is not stopped');
+  // A stop that is sent again after the reset is a later one: a person resets again.
   const reset = async () => {
     await until(() => page.locator('#reset').isVisible(), 'the button that resets');
-    await page.keyboard.press('r');
-    await stage.when(({ state }) => state !== 'ESTOP', 'the end of the stop');
+    await until(async () => {
+      await page.keyboard.press('r');
+      return soon(() => stage.status.state !== 'ESTOP');
+    }, 'the end of the stop');
   };
   const press = () => page.keyboard.press('Space');
   // Until the browser keeps more than 4 kB that it cannot send.
