@@ -147,6 +147,8 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
   named.AddMetadata("palpate-operator-bin", "Ada");
   EXPECT_TRUE(ada.stub().WatchState(&own, slowly)->Read(&state));
   EXPECT_TRUE(stub->WatchState(&named, slowly)->Read(&state));
+  own.TryCancel();
+  named.TryCancel();
   watchers.front()->context.TryCancel();
   EXPECT_TRUE(Eventually([&] { return Watch().ok(); })) << "the seat did not become free";
   for (auto& watcher : watchers) watcher->context.TryCancel();
