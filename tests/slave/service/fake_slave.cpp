@@ -157,8 +157,13 @@ SlaveStatus FakeSlave::Status() const {
 
 void FakeSlave::SetModel(const ModelChange& change, Progress* progress) {
   while (makes_for_ever_) {
-    ReportProgress(progress, "factorising", 0.25);
     is_making_ = true;
+    try {
+      ReportProgress(progress, "factorising", 0.25);
+    } catch (const Interrupted&) {
+      is_making_ = false;
+      throw;
+    }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   const std::scoped_lock lock(mutex_);
