@@ -108,8 +108,8 @@ case $tier in
     sanitized asan-full -j"$jobs" -LE 'slow|clients'
 
     step "threaded code under the thread sanitizer"
-    build tsan-full threaded_tests
-    sanitized tsan-full -j"$jobs" -L threads
+    build tsan threaded_tests
+    sanitized tsan -j"$jobs" -L threads
     ;;
 esac
 

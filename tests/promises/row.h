@@ -35,7 +35,7 @@ struct Disturbance {
   std::optional<bool> driver;                 // reports come
   // Calls, once. `reset`: ReinitializeTracking; what must become of it: accepted, refused.
   std::optional<std::string> reset;
-  // engage (anew), follow, clutch, silence, blind (no newer state), leave
+  // engage in a new epoch, follow, clutch, silence, blind (no newer state), leave
   std::optional<std::string> operates;
   std::optional<bool> stop;  // emergency stop; false: its reset
 };
