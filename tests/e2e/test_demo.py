@@ -1,24 +1,26 @@
-"""deploy/demo.sh and palpate-demo in a folder whose name has spaces, quotes and umlauts; the programs are stand-ins."""
+"""deploy/demo.sh and palpate-demo in a folder whose name has spaces, quotes and umlauts; the programs are stand-ins that
+take the options of the programs."""
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
 import unittest
 
-from programs import BARE, PATIENCE, ROOT
+from programs import BARE, MASTER, PATIENCE, ROOT, SIMULATOR, SLAVE, run
 
 FOLDER = "Ada's \"Versuche\" über Öl, 1"
-SLAVE = r"""#!/bin/bash
+AS_SLAVE = r"""
 case $1 in
   check) [ -f "$2" ] && echo "plan of $2" ;;
   process) [ -f "$2" ] && mkdir -p "${@: -1}" && echo "offline in ${@: -1}" ;;
   serve) [ -f "$2" ] && echo "info $2 with 90 elements" >&2 && echo "listening on 127.0.0.1:9" && trap "kill %1; exit 0" TERM && { sleep 600 & wait; } ;;
 esac
 """
-SIMULATOR = r"""#!/bin/bash
+AS_SIMULATOR = r"""
 [ -f "$1" ] && echo "streaming to 127.0.0.1:9" && trap "kill %1; exit 0" TERM && { sleep 600 & wait; }
 """
-MASTER = r"""#!/bin/bash
+AS_MASTER = r"""
 while [ $# -gt 0 ]; do
   case $1 in
     --report) printf '"force_error_delay_compensated": {\n  "relative_rms": 0.01\n}\n' >"$2" ;;
@@ -33,6 +35,19 @@ INSERTION = r"""#!/bin/bash
 """
 
 
+def stand_in(text, program, *commands):
+    """`text` as a program that refuses the options that `program` does not have."""
+    options = {option for command in commands for option in re.findall(r"--[a-z][a-z-]*", run(program, *command, "--help").stdout)}
+    return f"""#!/bin/bash
+for word in "$@"; do
+  case $word in
+    {"|".join(sorted(options))}) ;;
+    --*) echo "unknown option $word" >&2; exit 2 ;;
+  esac
+done
+{text}"""
+
+
 class Demo(unittest.TestCase):
     def setUp(self):
         self.root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory())) / FOLDER
@@ -43,7 +58,9 @@ class Demo(unittest.TestCase):
             shutil.copy(ROOT / "deploy" / name, deploy)
         shutil.copytree(ROOT / "deploy/scenes", deploy / "scenes")
         (self.bin / "palpate-demo").symlink_to(deploy / "palpate-demo")
-        programs = {self.bin / "palpate-slave": SLAVE, self.bin / "palpate-simulator": SIMULATOR, self.bin / "palpate-master": MASTER,
+        programs = {self.bin / "palpate-slave": stand_in(AS_SLAVE, SLAVE, ["check"], ["process"], ["serve"]),
+                    self.bin / "palpate-simulator": stand_in(AS_SIMULATOR, SIMULATOR, []),
+                    self.bin / "palpate-master": stand_in(AS_MASTER, MASTER, ["connect"]),
                     deploy / "insertion.py": INSERTION, deploy / "install.sh": "#!/bin/sh\n", deploy / "build.sh": "#!/bin/sh\n"}
         for path, text in programs.items():
             path.write_text(text)
