@@ -61,7 +61,7 @@ constexpr std::array kFormats{
     Format{"MeshVersionFormatted", 0, "a Medit mesh", kByMeshio},
 };
 
-// Of a ZIP archive by the names of its first members, which are not compressed.
+// What a ZIP archive contains, by the names of its first members, which are not compressed.
 std::string ArchiveFormat(std::string_view beginning) {
   const auto has = [&](std::string_view part) {
     return beginning.find(part) != std::string_view::npos;

@@ -9,7 +9,7 @@ namespace palpate {
 
 // `a workbook (.xlsx): save the table as CSV`, by up to 512 bytes. Empty: text, or unknown.
 std::string ForeignFormat(std::string_view beginning);
-// Of a file. Empty also where it cannot be read.
+// The same for the beginning of a file. Empty also where it cannot be read.
 std::string ForeignFile(const std::filesystem::path& file);
 
 }  // namespace palpate

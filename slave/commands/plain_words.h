@@ -20,7 +20,7 @@ std::string InPlainWords(const Scene& scene, const study::PressSpec& press,
 // The same where the model takes no time to make, an outline's or a membrane's; of other objects
 // without the force.
 std::string InPlainWords(const Scene& scene);
-// Of a modulus alone: of a cube of 10 mm, pressed by 1 mm between two plates.
+// The same for a modulus alone: the force of a cube of 10 mm, pressed by 1 mm between two plates.
 std::string InPlainWords(double young_modulus);
 
 }  // namespace palpate

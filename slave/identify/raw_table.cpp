@@ -48,8 +48,8 @@ bool IsRowOfUnits(const std::vector<std::string_view>& cells, std::size_t column
   return units > 0 && 2 * units >= words;
 }
 
-// Of a name that occurs twice, as those of specimens side by side do. In SI the same numbers, as
-// those of one quantity in two units, are no second column.
+// Whether two columns of one name have the same numbers in SI, as one quantity in two units has.
+// Columns of specimens side by side differ.
 bool IsSame(const RawTable& table, std::size_t a, std::size_t b) {
   constexpr double kRounding = 0.01;  // of the largest
   const double of_a = table.columns[a].to_si.value_or(1), of_b = table.columns[b].to_si.value_or(1);

@@ -15,8 +15,8 @@ double StrainOf(const MaterialTest& test, const TestRow& row);
 // The largest size of it in the test [-].
 double LargestStrain(const MaterialTest& test);
 
-// Of cycles whose loading and unloading differ (hysteresis), or whose loadings differ (softening),
-// keeps the first loading and adds a remark with the moduli of the others. Cycles that agree stay.
+// Keeps the first loading where loading and unloading differ (hysteresis) or later loadings differ
+// (softening), and adds a remark with the moduli of the others. Cycles that agree stay.
 void KeepFirstLoading(MaterialTest* test);
 
 // Takes off the travel of a first row that bears no load. Adds a remark, also where the first row

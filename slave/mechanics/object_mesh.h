@@ -48,7 +48,7 @@ class TouchableSurface {
   // Why nothing can touch the object at `p_O` [m], as text that follows `expected`; nullopt: it
   // can. O(N).
   [[nodiscard]] std::optional<std::string> Refuse(const Eigen::Vector3d& p_O) const;
-  // Of a place that is not refused, from the surface of a volume or from an outline; 0 on a
+  // Distance of a place that is not refused from the surface of a volume or from an outline; 0 on a
   // membrane [m]. O(N).
   [[nodiscard]] double Distance(const Eigen::Vector3d& p_O) const;
 

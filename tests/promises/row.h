@@ -40,8 +40,8 @@ struct Disturbance {
   std::optional<bool> stop;  // emergency stop; false: its reset
 };
 
-// Of the states whose samples lie within [from, to], times as above. What is absent is not looked
-// at.
+// What the states must be whose samples lie within [from, to], times as above. What is absent is
+// not compared.
 struct Expectation {
   double from = 0, to = 1e9;
   std::optional<std::string> check, validity;  // of at least `share` of the states

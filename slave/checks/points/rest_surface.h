@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// Of the rays that meet the scene's body.
+// The measured surface at rest against the scene's body, by the rays that meet the body.
 struct RestSurface {
   double distance = 0;              // of the body by the scene, along the camera's axis [m]
   double off = 0, sigma_off = 0;    // how much farther it is seen [m]

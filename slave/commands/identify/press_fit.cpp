@@ -82,7 +82,7 @@ VectorXd Stacked(const std::vector<Press>& presses) {
   return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
-// Of the rows of a case, which act together.
+// The responses of the rows of a case, which act together.
 std::vector<ContactResponse> AnswersOf(const Press& press, RoundRows* round,
                                        DeformationModel* model, Solution* solution) {
   model->Reset();

@@ -47,8 +47,8 @@ class ToolDomain {
  public:
   ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
 
-  // Of a contact that the tool moves: kValid becomes kExtrapolated outside. Loads are even and stay
-  // as they are, and so does a point, which is no tool. No allocation.
+  // Makes the response of a contact that the tool moves kExtrapolated outside of the domain. Loads
+  // and contacts at a point stay as they are. No allocation.
   void Judge(const Contact& contact, ContactResponse* response) const noexcept;
   // What the force may be off inside, relative [-].
   [[nodiscard]] double error() const { return doubt_.empty() ? error_ : 0; }

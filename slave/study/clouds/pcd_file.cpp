@@ -46,7 +46,7 @@ bool IsCutOff(const std::filesystem::path& file, const pcl::PCLPointCloud2& head
   return lines < points;
 }
 
-// Of a file without PCD's header: of another program, or rows of numbers.
+// What a file without PCD's header is: a file of another program, or rows of numbers.
 std::string WhatIs(const std::filesystem::path& file) {
   if (const std::string foreign = ForeignFile(file); !foreign.empty()) return "is " + foreign;
   std::string first;

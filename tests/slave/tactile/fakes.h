@@ -23,7 +23,7 @@ class MeanNetwork final : public ForceNetwork {
     info_.sigma.setConstant(sigma);
     info_.learnt_force = learnt_force;
   }
-  // Of a sensor without electrodes, with so many channels that may stay the same.
+  // Becomes a sensor without electrodes, with `count` channels that may stay the same.
   void BeOfChannels(int count) {
     info_.inputs = count;
     info_.channels = {count, "kPa"};
