@@ -78,7 +78,11 @@ void LiveSensing::Run(const std::stop_token& stop) {
   MakeThreadRealtime(kSensingPriority);
   try {
     const auto tell = [this](double nap) { parts_.newest.SetNap(nap); };
-    while (Step(stop)) rest_.Wait(stop, tell);
+    bool is_new = parts_.settings.sensing_info().is_awaited;
+    while (Step(stop)) {
+      if (std::exchange(is_new, false)) ReportIntroduction();
+      rest_.Wait(stop, tell);
+    }
     if (!stop.stop_requested()) {
       parts_.newest.RaiseAlarm("source",
                                parts_.settings.sensing_info().source + ": the source has ended");
@@ -86,6 +90,11 @@ void LiveSensing::Run(const std::stop_token& stop) {
   } catch (const std::exception& e) {
     parts_.newest.RaiseAlarm("sensing", e.what());
   }
+}
+
+void LiveSensing::ReportIntroduction() const {
+  for (const std::string& line : Introduction(parts_.settings.sensing_info()))
+    spdlog::info("{}", line);
 }
 
 void LiveSensing::SetWatched(bool is_watched) {
@@ -104,8 +113,6 @@ bool LiveSensing::Step(const std::stop_token& stop) {
   if (parts_.settings.sensing_info().is_awaited) {
     parts_.settings.ReadInfo();
     BeginRegistration();
-    for (const std::string& line : Introduction(parts_.settings.sensing_info()))
-      spdlog::info("{}", line);
   }
   const TipReading encoders = ReadEncoders(sensed_at);
   if (reset_wanted_.exchange(false)) {

@@ -72,6 +72,8 @@ class LiveSensing {
 
  private:
   void Run(const std::stop_token& stop);
+  // Logs what the sensing is. A caller that steps reads it by itself.
+  void ReportIntroduction() const;
   void ReportExtrapolation();
   // Raises an alarm if `auto` chose the model for contacts that are less deep.
   void ReportDepth(const ContactEstimate& estimate);
