@@ -9,6 +9,7 @@ import argparse
 import base64
 import collections
 import json
+import os
 import pathlib
 import random
 import re
@@ -181,7 +182,9 @@ def start_master(address):
 
 
 def strange_files(folder):
-    return [str(path) for path in folder.rglob("*") if not ALLOWED.fullmatch(str(path.relative_to(folder)))]
+    # Folders come and go meanwhile: os.walk passes over one that is gone.
+    paths = [pathlib.Path(parent, name) for parent, folders, files in os.walk(folder) for name in folders + files]
+    return [str(path) for path in paths if not ALLOWED.fullmatch(str(path.relative_to(folder)))]
 
 
 def main():
