@@ -38,7 +38,7 @@ std::string Require(const std::string& name, const Magnitudes& m) {
   Require(m.modulus > kMostSoft || m.stress <= kStrength, name, "largest stress [Pa]", m.stress,
           "at most 6e7, the strength of elastomers");
   std::string remark;
-  if (!soft) {
+  if (m.modulus < kLeastUsual || m.modulus > kMostUsual) {
     remark =
         Formatted(": a modulus of %.3g Pa is rare for a soft solid: check the unit", m.modulus);
   } else if (m.stretch > kLongStretch) {

@@ -13,8 +13,11 @@ namespace palpate::identify {
 inline constexpr double kLeastModulus = 10, kMostModulus = 1e12;
 // That of soft solids: of organs, which flatten under their own weight if they are softer [derived:
 // density * g * height of 100 mm = 1 kPa], to hard rubber. A table that names no unit must be of
-// these; of others a remark asks for a look at the unit.
+// these.
 inline constexpr double kLeastSoft = 1e3, kMostSoft = 1e8;
+// That of most samples [Pa]: from liver and soft gels to rubbers of Shore A 80 [paper: moduli of
+// tissues and elastomers in common tables]. Of others a remark asks for a look at the unit.
+inline constexpr double kLeastUsual = 3e3, kMostUsual = 1e7;
 // Nominal stress of soft solids [Pa]: the strength of the strongest elastomers, cast polyurethanes
 // [paper: data sheets, 40 to 60 MPa].
 inline constexpr double kStrength = 6e7;

@@ -227,7 +227,7 @@ void TakeOffBeginning(MaterialTest* test) {
   }
 }
 
-void RemarkSoftBeginning(MaterialTest* test) {
+bool RemarkSoftBeginning(MaterialTest* test) {
   constexpr double kBeginning = 0.05;  // of the largest strain
   constexpr double kSofter = 0.7;      // of the slope in the next rows
   constexpr std::size_t kFewest = 3;   // rows of a slope
@@ -237,14 +237,42 @@ void RemarkSoftBeginning(MaterialTest* test) {
   });
   const auto beginning = behind - test->rows.begin();
   const std::size_t rows = std::max(kFewest, static_cast<std::size_t>(beginning));
-  if (test->rows.size() < 3 * rows) return;
+  if (test->rows.size() < 3 * rows) return false;
   const double softer = SlopeOf(*test, 0, rows) / SlopeOf(*test, rows, 2 * rows);
-  if (!(softer < kSofter)) return;
+  if (!(softer < kSofter)) return false;
   test->remarks.push_back(
       test->name + Formatted(": the slope of the first rows is %.2g of that of the next: a toe of "
                              "the test, or a material that stiffens; the modulus at rest is that "
                              "of the first rows",
                              softer));
+  return true;
+}
+
+void RemarkOppositeKind(MaterialTest* test) {
+  constexpr double kLeast = 0.08, kMost = 0.4;  // strain: a smaller one shows no bend
+  // Stress E (e + bend e^2): bend is -1 of a neo-Hookean solid in tension and in compression (e <
+  // 0).
+  constexpr double kOpposite = 0.4;
+  if (test->kind != TestKind::kUniaxial || LargestStrain(*test) < kLeast) return;
+  double a = 0, b = 0, c = 0, d = 0, e = 0;  // least squares of stress against e and e^2
+  for (const TestRow& row : test->rows) {
+    const double strain = StrainOf(*test, row), stress = row.measured.front();
+    if (std::abs(strain) > kMost) continue;
+    const double square = strain * strain;
+    a += square, b += square * strain, c += square * square;
+    d += stress * strain, e += stress * square;
+  }
+  const double modulus = d * c - e * b, bend = e * a - d * b;
+  if (!(bend > kOpposite * modulus)) return;
+  const auto largest = std::ranges::max_element(
+      test->rows, {}, [&](const TestRow& row) { return std::abs(StrainOf(*test, row)); });
+  const bool is_tension = StrainOf(*test, *largest) > 0;
+  test->remarks.push_back(
+      test->name + Formatted(": read as %s, but the curve %s from rest: is it %s?",
+                             is_tension ? "a tension" : "a compression",
+                             is_tension ? "stiffens" : "softens",
+                             is_tension ? "a compression, or a tissue whose fibres straighten"
+                                        : "a tension, or a foam whose cells buckle"));
 }
 
 }  // namespace palpate::identify

@@ -28,8 +28,12 @@ void TakeOffTravel(MaterialTest* test);
 // contact begins where the line through these meets the load at rest. Adds remarks.
 void TakeOffBeginning(MaterialTest* test);
 
-// Adds a remark if the test begins softer than it goes on. A toe looks like a material that
-// stiffens.
-void RemarkSoftBeginning(MaterialTest* test);
+// Adds a remark if the test begins softer than it goes on, and returns whether. A toe looks like a
+// material that stiffens.
+bool RemarkSoftBeginning(MaterialTest* test);
+
+// Adds a remark if a tension stiffens from rest as compressions do, or a compression softens as
+// tensions do.
+void RemarkOppositeKind(MaterialTest* test);
 
 }  // namespace palpate::identify

@@ -300,6 +300,20 @@ void CheckUnitOfStrain(const RawTable& table, const Abscissa& x, MaterialTest* t
                              100 * largest));
 }
 
+// Strains that begin at 1 without a load are stretches.
+void RefuseStretchAsStrain(const RawTable& table, const Abscissa& x, const MaterialTest& test) {
+  constexpr double kNear = 0.05, kUnloaded = 0.05;  // of 1, of the largest stress
+  const TestRow& first = test.rows.front();
+  if (x.measure != Measure::kStrain || test.kind == TestKind::kShear) return;
+  if (std::abs(StrainOf(test, first) - 1) > kNear) return;
+  if (std::abs(first.measured.front()) > kUnloaded * test.Peak()) return;
+  throw InputError(
+      Formatted("%s:%d: column %s begins at %.4g, where the specimen bears no load: "
+                "is it a stretch? Then expected the name stretch",
+                table.file.c_str(), static_cast<int>(table.lines.front()),
+                Shown(table.columns[x.column].title).c_str(), StrainOf(test, first)));
+}
+
 // Load over stress is the loaded area, displacement over strain the height: those of the options,
 // or else of a specimen that is neither a foil nor a wire. A wrong unit contradicts that.
 void CheckColumns(const RawTable& table, const Specimen& specimen) {
@@ -435,6 +449,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   const double stress = StressFactor(table, y.column, y.load, specimen);
   CheckColumns(table, specimen);
   test.units_named = NamesUnit(table, y, specimen);
+  if (specimen.area || specimen.diameter) test.area = AreaOf(specimen);
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double strain = by * table.At(i, x.column) - (x.measure == Measure::kStretch ? 1 : 0);
     if (!InRange(specimen, strain)) continue;
@@ -451,6 +466,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   }
   if (specimen.from == 0 && !test.rows.empty()) {
     KeepFirstLoading(&test);
+    RefuseStretchAsStrain(table, x, test);
     TakeOffTravel(&test);
   }
   RemarkTime(table, &test);
@@ -458,7 +474,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   if (!test.rows.empty()) CheckUnitOfStrain(table, x, &test);
   if (specimen.from == 0 && !test.rows.empty()) {
     TakeOffBeginning(&test);
-    RemarkSoftBeginning(&test);
+    if (!RemarkSoftBeginning(&test)) RemarkOppositeKind(&test);
   }
   Finish(table, specimen, &test);
   return test;

@@ -16,6 +16,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import urllib.error
 import urllib.request
@@ -177,6 +178,8 @@ def start_master(address):
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=BARE)
     for line in master.stdout:
         if match := re.search(r"view at (\S+)", line):
+            # A master waits for whoever does not read what it writes.
+            threading.Thread(target=collections.deque, args=(master.stdout, 20), daemon=True).start()
             return master, match[1]
     raise AssertionError("the master ended")
 

@@ -159,6 +159,7 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
     auto read = ReadOrLeaveOut(identify::ReadTest, request, specimen, report);
     if (!read) continue;
     const identify::MaterialTest& test = report->tests.emplace_back(std::move(*read));
+    report->readings.push_back(ReadingOf(test));
     report->warnings.insert(report->warnings.end(), test.remarks.begin(), test.remarks.end());
     if (std::string warning = AgainstIsotropy(test); !warning.empty()) {
       report->warnings.push_back(std::move(warning));

@@ -335,8 +335,25 @@ std::string SceneLines(const LawFit& fit, double specimen_sigma) {
          fmt::format("  model: {{kind: fem, law: ogden, terms: [{}], element: tet10}}\n", terms);
 }
 
+std::string ReadingOf(const identify::MaterialTest& test) {
+  constexpr double kSquare = 1e-4;  // [m^2]
+  const auto row = std::ranges::max_element(
+      test.rows, {}, [&](const identify::TestRow& r) { return identify::LargestStrain(test, r); });
+  const double strain = identify::LargestStrain(test, *row);
+  const bool is_compression = test.kind == identify::TestKind::kUniaxial && row->abscissa < 1;
+  const char* kind = test.kind == identify::TestKind::kShear ? "shear"
+                     : is_compression                        ? "compression"
+                                                             : "strain";
+  return fmt::format(
+      "{}: read as a {} of up to {:.3g} %, where {} bears {}. If that is not so, a unit or a size "
+      "is wrong",
+      test.name, kind, 100 * strain, test.area > 0 ? "the specimen" : "a square of 10 mm",
+      ForceInPlainWords(std::abs(row->measured.front()) * (test.area > 0 ? test.area : kSquare)));
+}
+
 std::string ToWords(const IdentifyReport& report) {
   std::string words;
+  for (const std::string& reading : report.readings) words += reading + "\n";
   for (const std::string& warning : report.warnings) words += warning + "\n";
   AddModuli(report, &words);
   if (!report.fits.empty()) AddLaws(report, &words);

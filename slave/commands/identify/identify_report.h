@@ -25,6 +25,7 @@ struct IdentifyReport {
   std::vector<identify::MaterialTest> tests;  // rows that were fitted
   double fitted_to = 0;                       // largest strain of these rows [-]; 0: all
   std::vector<std::string> warnings;          // of the tables, a sentence each
+  std::vector<std::string> readings;          // what each table was read as, for a person to check
   std::vector<NamedChord> moduli;
   std::vector<identify::LawFit> fits;       // the best first
   std::vector<std::vector<double>> shares;  // rms of each test over its peak, per fit
@@ -41,6 +42,10 @@ struct IdentifyReport {
 // Lines of a scene for a fit; empty: `model` does not accept this constitutive model, it is
 // unstable, or off at rest. `specimen_sigma`: as in the report.
 std::string SceneLines(const identify::LawFit& fit, double specimen_sigma);
+
+// "comp: read as a compression of up to 25 %, where the specimen bears 54 N, the weight of 5500 g.
+// If that is not so, a unit or a size is wrong"; of an unknown section the load of 10 mm x 10 mm.
+std::string ReadingOf(const identify::MaterialTest& test);
 
 std::string ToWords(const IdentifyReport& report);
 void WriteReport(const IdentifyReport& report, const std::filesystem::path& out);

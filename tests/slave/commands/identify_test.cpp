@@ -15,6 +15,7 @@
 
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
+#include "slave/commands/identify/identify_report.h"
 #include "slave/commands/solve/solve.h"
 #include "slave/live/offline_run.h"
 #include "slave/scene/scene_loader.h"
@@ -53,6 +54,22 @@ class IdentifyCommand : public testing::Test {
 
   path folder_ = BinaryPath("/identify-command");
 };
+
+// What a person can check without a table: 0.2 N/mm2 on 100 mm2 are 20 N, on 10 mm x 10 mm the
+// same.
+TEST(IdentifyReading, IsAForceAndItsWeight) {
+  identify::MaterialTest test{.name = "pad", .components = {{0, 0}}};
+  test.rows = {{.abscissa = 1, .measured = {0}}, {.abscissa = 0.75, .measured = {-2e5}}};
+  EXPECT_EQ(
+      ReadingOf(test),
+      "pad: read as a compression of up to 25 %, where a square of 10 mm bears 20 N, the weight "
+      "of 2039 g. If that is not so, a unit or a size is wrong");
+  test.area = 5e-4;
+  test.rows.back().abscissa = 1.5;
+  EXPECT_THAT(ReadingOf(test),
+              HasSubstr("a strain of up to 50 %, where the specimen bears 1e+02 N, "
+                        "the weight of 10194 g"));
+}
 
 // A neo-Hookean rubber of 0.3 MPa: the law, its modulus, and lines of a scene.
 TEST_F(IdentifyCommand, TellsALawItsModulusAndTheScenesLines) {

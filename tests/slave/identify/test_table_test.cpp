@@ -94,6 +94,36 @@ TEST_F(TestTable, ASoftBeginningIsNoSlack) {
   EXPECT_THAT(test.remarks[0], HasSubstr("the slope of the first rows is 0.6"));
 }
 
+// Neo-Hookean stresses of the other kind: a unit of Young's modulus 3e4 Pa.
+TEST_F(TestTable, ACurveThatBendsAsTheOtherKindDrawsAQuestion) {
+  const auto table = [](double sign) {
+    std::string text = "strain (-),stress (Pa)\n";
+    for (int i = 0; i <= 40; ++i) {
+      const double stretch = 1 + sign * 0.0075 * i;
+      text += Formatted("%g,%.8g\n", 0.0075 * i, sign * 1e4 * (stretch - 1 / (stretch * stretch)));
+    }
+    return text;
+  };
+  const std::string extended = table(1), pressed = table(-1);
+  EXPECT_TRUE(Read("tension", extended).remarks.empty());
+  EXPECT_TRUE(Read("compression", pressed).remarks.empty());
+  EXPECT_THAT(Read("tension", pressed).remarks, Contains(HasSubstr("is it a compression")));
+  EXPECT_THAT(Read("compression", extended).remarks, Contains(HasSubstr("is it a tension")));
+}
+
+TEST_F(TestTable, AStretchThatIsNamedStrainIsRejected) {
+  for (const double to : {1.5, 0.7}) {
+    std::string text = "strain,stress (Pa)\n";
+    for (int i = 0; i <= 20; ++i) {
+      const double stretch = 1 + (to - 1) * i / 20;
+      text += Formatted("%g,%.8g\n", stretch, 1e4 * (stretch - 1 / (stretch * stretch)));
+    }
+    EXPECT_THAT(Complaint(to > 1 ? "tension" : "compression", text),
+                HasSubstr("table.csv:2: column strain begins at 1, where the specimen bears no "
+                          "load: is it a stretch?"));
+  }
+}
+
 TEST_F(TestTable, ATestThatIsUnloadedToTheEndKeepsItsBeginning) {
   std::string text = "strain (-),stress (Pa)\n";
   for (int i = 0; i <= 40; ++i)
