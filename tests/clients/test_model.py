@@ -299,7 +299,7 @@ class BadInputTest(unittest.TestCase):
             (r"contacts: shape \(6,\): expected \(n, 6\)", lambda: model.solve(touch, together=True)),
             (r"contacts\[1, 0\] = .*nan.*finite", lambda: model.solve(rows)),
             (r"contacts\[0, 0\] = \(0\.03, 0\.03, 0\.09.*from the surface", lambda: model.solve([0.03, 0.03, 0.09, 0, 0, -0.001])),
-            (r"contacts\[0, 0\] = \(30, 30, 30", lambda: model.solve([30, 30, 30, 0, 0, -1])),
+            (r"contacts\[0, 0\] = \(30, 30, 30.*reaches from \(0, 0, 0\) to \(0\.06, 0\.06, 0\.03\) m", lambda: model.solve([30, 30, 30, 0, 0, -1])),
             (r"contacts: expected numbers", lambda: model.solve(["a"] * 6)),
             (r"expected contacts or loads", lambda: model.solve(touch, loads=touch)),
             (r"nodes\[7\] = .*nan.*finite", lambda: palpate.Model((not_finite, elements), 20e3, 0.45, **fine)),
@@ -347,6 +347,7 @@ class BadInputTest(unittest.TestCase):
             (r"model\.elemets", lambda: palpate.Model(RECTANGLE, 20e3, 0.45, fixed={"side": "bottom"}, model={"elemets": 60})),
             (r"static", lambda: palpate.Model(BOX, 20e3, 0.45, fixed=ON_GROUND, kind="fem", model={"time": "dynamic"})),
             (r"geometry", lambda: palpate.Model({"sphere": {"radius": 1}}, 20e3, 0.45)),
+            (r"tool = 0\.01: expected a dict", lambda: palpate.Model(BOX, 20e3, 0.45, tool=0.01)),
             (r"expected a number, a text", lambda: palpate.Model(BOX, 20e3, 0.45, tool={"shape": object()})),
         ]:
             with self.subTest(pattern):

@@ -96,6 +96,8 @@ class Model:
         if held:
             scene["object"]["fixed"] = held
         if tool is not None:
+            if not isinstance(tool, Mapping):
+                raise ValueError(f"tool = {tool}: expected a dict such as {{\"shape\": \"flat\", \"width\": 0.01}}")
             scene["tool"] = _plain(tool, "tool")
         core = _core.model_of_text(_text(scene), nodes, elements)
         if by_node is not None:
