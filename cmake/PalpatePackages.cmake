@@ -38,7 +38,8 @@ install(DIRECTORY ${CMAKE_BINARY_DIR}/proto/palpate DESTINATION include COMPONEN
   FILES_MATCHING PATTERN "*.h" PATTERN "recording.*" EXCLUDE)
 install(DIRECTORY proto/ DESTINATION share/palpate/proto COMPONENT dev EXCLUDE_FROM_ALL FILES_MATCHING PATTERN "*.proto")
 
-install(DIRECTORY ${palpate_made}/python/palpate DESTINATION lib/python3/dist-packages COMPONENT python EXCLUDE_FROM_ALL)
+install(DIRECTORY ${palpate_made}/python/palpate DESTINATION lib/python3/dist-packages COMPONENT python EXCLUDE_FROM_ALL
+        PATTERN "__pycache__" EXCLUDE)
 
 foreach(component slave master cameras devices dev python)
   set(package palpate-${component})
@@ -68,8 +69,6 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_SLAVE_PACKAGE_DEPENDS "libopenblas0-pthread, systemd | systemd-standalone-sysusers | systemd-sysusers")
 set(CPACK_DEBIAN_SLAVE_PACKAGE_RECOMMENDS "palpate-cameras, openssl")
@@ -78,7 +77,9 @@ set(CPACK_DEBIAN_CAMERAS_PACKAGE_DEPENDS "gstreamer1.0-plugins-base")
 set(CPACK_DEBIAN_CAMERAS_PACKAGE_RECOMMENDS "palpate-slave")
 set(CPACK_DEBIAN_DEVICES_PACKAGE_RECOMMENDS "palpate-master, spacenavd")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libgrpc++-dev, libprotobuf-dev, protobuf-compiler-grpc")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3:any, libzstd1, python3-grpcio, python3-numpy, python3-protobuf")
+# The module is for Debian 12's Python 3.11.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11~), python3 (<< 3.12), libopenblas0-pthread, libzstd1, python3-grpcio, python3-numpy, python3-protobuf")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "gmsh, python3-matplotlib")
 
 set(CPACK_COMPONENT_SLAVE_DESCRIPTION "Palpate slave: contact force without a force sensor
 Observes a soft object with cameras or tactile fingertips, computes the contact
@@ -94,6 +95,7 @@ Module of palpate-master for game controllers and the SpaceMouse.")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Palpate: messages and stubs for C++ clients
 Headers and library of the gRPC messages and stubs, a CMake package with the
 target Palpate::proto, and the .proto files for other languages.")
-set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Palpate: Python client
-Messages and stubs of palpate.v1, and a function that connects to a slave.")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Palpate: contact forces of soft bodies in Python
+Models of soft bodies, a comparison of measured with estimated forces, constants
+of materials, and a client of palpate-slave.")
 include(CPack)

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
-# usage: deploy/install.sh [insertion] [films] [devices] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [packages] [tests] [bare] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [films] [devices] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [python] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, the browser of its tests, and the tool that joins images
-#   plots: matplotlib of palpate.plot   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
+#   plots: matplotlib of palpate.plot   python: the Python package with its models, and pip that builds it   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
 #   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
 set -euo pipefail
 # shellcheck source=progress.sh
@@ -21,6 +21,7 @@ training=(python3-torch python3-scipy python3-numpy python3-grpcio python3-proto
 clouds=(libpcl-dev)                   # palpate-slave evaluate
 mesher=(gmsh)                         # fills closed surfaces with tetrahedra; takes 0.2 GB
 plots=(python3-matplotlib python3-numpy)  # python3 -m palpate.plot
+python=(pybind11-dev python3-dev python3-venv python3-pip python3-setuptools python3-wheel python3-numpy python3-grpcio python3-protobuf)
 # A newer node from elsewhere conflicts with Debian's: installed only where there is none.
 want_npm() {
   command -v node >/dev/null || packages+=(nodejs)
@@ -37,17 +38,18 @@ for part in "$@"; do
     clouds) packages+=("${clouds[@]}") ;;
     mesher) packages+=("${mesher[@]}") ;;
     plots) packages+=("${plots[@]}") ;;
+    python) packages+=("${python[@]}") ;;
     training) packages+=("${training[@]}") ;;
     tests)
       packages+=("${films[@]}" "${devices[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
                  clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl universal-ctags chromium
-                 nats-server "${plots[@]}")
+                 nats-server "${plots[@]}" "${python[@]}")
       want_npm ;;
-    packages) packages+=(python3 dpkg-dev file) ;;
+    packages) packages+=("${python[@]}" dpkg-dev file) ;;
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: expected insertion, films, devices, calibration, clouds, mesher, training, view, page, plots, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: expected insertion, films, devices, calibration, clouds, mesher, training, view, page, plots, python, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

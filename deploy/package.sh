@@ -53,6 +53,8 @@ mkdir -p "$out"
 
 python3 deploy/packages/manuals.py "$build/bin" "$made" "$version"
 deploy/python/build.sh "$made/python"
+cp "$build"/python/palpate/_core.*.so "$made/python/palpate/" 2>/dev/null ||
+  { echo "package.sh: $build/python/palpate has no module: deploy/install.sh python, then leave out --built" >&2; exit 1; }
 when=$(git log -1 --format=%ct 2>/dev/null || date +%s)
 gzip -9n >"$made/changelog.gz" <<TEXT
 palpate ($version) stable; urgency=medium

@@ -140,7 +140,9 @@ class Shell:
     """A bash that runs the blocks of one file. Its jobs are in its process group and write to its output."""
 
     def __init__(self, scratch):
-        environment = os.environ | {"PATH": "/usr/bin:/bin:" + os.environ.get("PATH", ""), "PALPATE_BIN": str(scratch.programs)}
+        # The Python package as if pip had installed it.
+        environment = os.environ | {"PATH": "/usr/bin:/bin:" + os.environ.get("PATH", ""), "PALPATE_BIN": str(scratch.programs),
+                                    "PYTHONPATH": str(scratch.programs.parent / "python")}
         self.block = scratch.folder.with_name("block")
         self.output = tempfile.TemporaryFile()
         self.done, write_end = os.pipe()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs `palpate-slave verify --forces` on recordings of others that were corrupted in a known way.
+"""Runs `palpate-slave verify --forces`, or `python3 -m palpate.verify`, on recordings of others that were corrupted in a known way.
 
 40 random corruptions of the 9DTact pairs and of the foam bar of seed paper 1, and 10 random subsets of the pairs
 without one. A corruption is named if the report finds the corrupted quantity wrong with its size, and no other
@@ -7,7 +7,12 @@ quantity. The foam bar's own scale and turned axes are always to be named; a uni
 unit, so that there the scale is to be named with its size and no unit. Exit code 1: fewer than 40 are named, or an
 alarm without a corruption; 77: no data.
 
-    python3 tests/verify_forces.py [--slave palpate-slave] [--seed 1]
+    python3 tests/verify_forces.py [--slave palpate-slave] [--seed 1] [--from command|csv|mcap|topics]
+
+--from: command  palpate-slave with a CSV file
+        csv      palpate.verify with the same file (PYTHONPATH)
+        mcap     palpate.verify with both topics of one MCAP file
+        topics   palpate.verify with a database of rosbag2 and an MCAP file, whose messages have different times
 """
 import argparse
 import csv
@@ -18,6 +23,8 @@ import random
 import subprocess
 import sys
 import tempfile
+
+import bags
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DATA = ROOT.parent / "shared" / "data"
@@ -185,7 +192,45 @@ def cases(rng):
             yield "foam bar", foam, corruption, FOAM_OWN
 
 
-def judge(slave, rows, folder):
+SPACING = 0.1  # [s] between rows without time, in a bag
+
+
+def bag_messages(rows, apart):
+    """Messages of the sensor and of the estimate. `apart`: the sensor has one before and one after each estimate."""
+    start = 1_700_000_000 * 10**9
+    times = [start + round(1e9 * (SPACING * i if row[0] is None else row[0])) for i, row in enumerate(rows)]
+    shift = min(b - a for a, b in zip(times, times[1:])) // 3 if apart else 0
+    sensor, estimate = [], []
+    for t_ns, (_, measured, estimated, sigma) in zip(times, rows):
+        for at in sorted({t_ns - shift, t_ns + shift}):
+            sensor.append(("/sensor", bags.STAMPED, at, bags.wrench(bags.STAMPED, at, measured)))
+        kind = bags.STAMPED if sigma is None else bags.CONTACT
+        estimate.append(("/estimate", kind, t_ns, bags.wrench(kind, t_ns, estimated, sigma)))
+    return sensor, estimate
+
+
+def judge_bag(rows, folder, source):
+    sensor, estimate = bag_messages(rows, source == "topics")
+    topics = ["--measured", "/sensor", "--estimated", "/estimate"]
+    if source == "mcap":
+        bags.write_mcap(folder / "run.mcap", sorted(sensor + estimate, key=lambda message: message[2]))
+        return judge_by_python([folder / "run.mcap", *topics], folder)
+    (folder / "sensor.db3").unlink(missing_ok=True)
+    bags.write_db3(folder / "sensor.db3", sensor)
+    bags.write_mcap(folder / "estimate.mcap", estimate)
+    return judge_by_python([folder / "sensor.db3", folder / "estimate.mcap", *topics], folder)
+
+
+def judge_by_python(arguments, folder):
+    done = subprocess.run(["/usr/bin/python3", "-m", "palpate.verify", *arguments, "--json", folder / "report.json"], capture_output=True, text=True)
+    if done.returncode not in (0, 1):
+        raise RuntimeError(done.stdout + done.stderr)
+    return json.loads((folder / "report.json").read_text())["cards"][0]
+
+
+def judge(slave, rows, folder, source):
+    if source in ("mcap", "topics"):
+        return judge_bag(rows, folder, source)
     with_time, with_sigma = rows[0][0] is not None, rows[0][3] is not None
     names = ["t"] * with_time + [f"{w}_f{a}" for w in ("measured", "estimated") for a in "xyz"] + ["sigma"] * with_sigma
     with open(folder / "forces.csv", "w", encoding="utf-8", newline="") as table:
@@ -193,6 +238,8 @@ def judge(slave, rows, folder):
         out.writerow(names)
         for t, m, e, s in rows:
             out.writerow([f"{x:.9g}" for x in [t] * with_time + list(m) + list(e) + [s] * with_sigma])
+    if source == "csv":
+        return judge_by_python([folder / "forces.csv"], folder)
     done = subprocess.run([slave, "verify", "--forces", folder / "forces.csv", "--out", folder / "card"],
                           capture_output=True, text=True)
     if done.returncode not in (0, 1):
@@ -208,6 +255,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--slave", default=str(ROOT / "build/release/bin/palpate-slave"))
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--from", choices=("command", "csv", "mcap", "topics"), default="command", dest="source")
     arguments = parser.parse_args()
     if not (DATA / "tactile_9dtact").is_dir():
         print("skipped: no ../shared/data/tactile_9dtact")
@@ -218,7 +266,7 @@ def main():
         folder = pathlib.Path(scratch)
         for name, pairs, corruption, own in cases(rng):
             rows = corruption.apply([(t, m, e, None) for t, m, e in pairs])
-            card = judge(arguments.slave, rows, folder)
+            card = judge(arguments.slave, rows, folder, arguments.source)
             found = wrong(card)
             is_named = corruption.expected <= found <= corruption.expected | own and corruption.check(card)
             named += is_named
@@ -227,7 +275,7 @@ def main():
         tact = nine_d_tact()
         for _ in range(CLEAN):
             pairs = rng.sample(tact, rng.choice([200, 500, 1000, 2500]))
-            card = judge(arguments.slave, [(t, m, e, None) for t, m, e in pairs], folder)
+            card = judge(arguments.slave, [(t, m, e, None) for t, m, e in pairs], folder, arguments.source)
             undecided = {key for key, line in card["lines"].items() if line["verdict"] == "not decided"}
             alarms += bool(wrong(card) | undecided)
             print(f"9DTact    {len(pairs):5d} clean: {' '.join(sorted(wrong(card))) or 'no alarm'}"

@@ -9,7 +9,7 @@ proto=$here/../../proto
 plugin=$(command -v grpc_python_plugin) ||
   { echo "build.sh: grpc_python_plugin is missing: apt-get install protobuf-compiler-grpc" >&2; exit 1; }
 mkdir -p "$1/palpate/v1" "$1/palpate/training"
-cp "$here"/palpate/*.py "$here"/palpate/py.typed "$1/palpate/"
+cp "$here"/palpate/*.py "$here"/palpate/_core.pyi "$here"/palpate/py.typed "$1/palpate/"
 cp "$here"/palpate/training/*.py "$1/palpate/training/"
 protoc -I"$proto" --python_out="$1" --pyi_out="$1" "$proto"/palpate/v1/*.proto
 protoc -I"$proto/foxglove" --python_out="$1/palpate" --pyi_out="$1/palpate" schemas.proto

@@ -3,16 +3,13 @@
 
 #include <string>
 
+#include "slave/identify/plain_modulus.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
 #include "slave/study/press_spec.h"
 
 namespace palpate {
 
-// A familiar thing of about this Young's modulus [Pa]: "a gummy bear".
-std::string StiffAs(double young_modulus);
-// "0.27 N, the weight of 28 g".
-std::string ForceInPlainWords(double newtons);
 // One sentence: the object's sizes, its stiffness, and the force of the scene's tool at 1 mm, or at
 // the depth of the press where that is less. `model`: the scene's, at rest before and afterwards.
 std::string InPlainWords(const Scene& scene, const study::PressSpec& press,
@@ -20,7 +17,5 @@ std::string InPlainWords(const Scene& scene, const study::PressSpec& press,
 // The same where the model takes no time to make, an outline's or a membrane's; of other objects
 // without the force.
 std::string InPlainWords(const Scene& scene);
-// The same for a modulus alone: the force of a cube of 10 mm, pressed by 1 mm between two plates.
-std::string InPlainWords(double young_modulus);
 
 }  // namespace palpate

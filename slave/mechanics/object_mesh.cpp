@@ -62,7 +62,7 @@ std::optional<std::string> RefuseAt(const SurfaceMesh& surface, const Vector3d& 
 
 SolidMesh MeshOfFile(const MeshFileGeometry& geometry) {
   const bool unit_given = geometry.unit != 1;
-  MeshFile file = ReadMeshFile(geometry.file, geometry.unit);
+  MeshFile file = ReadMesh(geometry);
   try {
     if (auto* solid = std::get_if<SolidMesh>(&file.mesh)) {
       RequireSound(CheckMesh(*solid, file.numbers, unit_given));
@@ -248,6 +248,17 @@ std::vector<std::uint32_t> RimOf(const SurfaceMesh& surface) {
 }
 
 }  // namespace
+
+MeshFile ReadMesh(const MeshFileGeometry& geometry) {
+  if (!geometry.given) return ReadMeshFile(geometry.file, geometry.unit);
+  MeshFile read{*geometry.given, {}, {}, {}};
+  std::visit(
+      [&](auto& mesh) {
+        for (Vector3d& node : mesh.nodes) node *= geometry.unit;
+      },
+      read.mesh);
+  return read;
+}
 
 SurfaceMesh SurfaceOf(const ObjectMesh& mesh) {
   const auto* solid = std::get_if<SolidMesh>(&mesh);

@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
+#include "slave/mesh/files/mesh_file.h"
 #include "slave/mesh/outline.h"
 #include "slave/scene/scene.h"
 
@@ -24,6 +25,9 @@ struct MembraneDisc {
 
 using ObjectMesh = std::variant<BoundaryMesh, MembraneDisc, SolidMesh>;
 
+// The mesh of a file or in memory, not yet checked: CheckMesh. Throws std::invalid_argument as
+// ReadMeshFile.
+MeshFile ReadMesh(const MeshFileGeometry& geometry);
 // Meshes the scene's object: an outline into model.elements elements, a box into its cells, a mesh
 // from its file, the last two refined model.refinements times; a surface is filled with tetrahedra.
 // A tetrahedron has the modulus of the last region that contains its

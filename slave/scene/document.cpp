@@ -215,6 +215,34 @@ bool IsText(const std::string& bytes) {
   });
 }
 
+// Whether a document may have these bytes; refuses them if not.
+bool IsDocument(const std::string& bytes, Mistakes* mistakes) {
+  if (const std::string foreign = ForeignFormat(std::string_view(bytes)); !foreign.empty()) {
+    mistakes->AddGeneral(0, "is " + foreign, "a YAML file");
+    return false;
+  }
+  const bool is_utf16 =
+      bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.find('\0') < 2;
+  if (is_utf16) {
+    mistakes->AddGeneral(0, "text in UTF-16", "UTF-8");
+    return false;
+  }
+  if (const std::size_t at = FindInvalidUtf8(bytes); at != std::string::npos && IsText(bytes)) {
+    const auto line =
+        std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    mistakes->AddGeneral(
+        static_cast<int>(line) + 1,
+        Formatted("byte 0x%02X is not UTF-8", static_cast<unsigned char>(bytes[at])),
+        "a scene in UTF-8");
+    return false;
+  }
+  if (!IsText(bytes)) {
+    mistakes->AddGeneral(0, "not text", "a YAML file");
+    return false;
+  }
+  return true;
+}
+
 std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes* mistakes) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
@@ -235,29 +263,7 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
     mistakes->AddGeneral(0, "cannot be read");
     return std::nullopt;
   }
-  if (const std::string foreign = ForeignFormat(std::string_view(bytes)); !foreign.empty()) {
-    mistakes->AddGeneral(0, "is " + foreign, "a YAML file");
-    return std::nullopt;
-  }
-  const bool is_utf16 =
-      bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.find('\0') < 2;
-  if (is_utf16) {
-    mistakes->AddGeneral(0, "text in UTF-16", "UTF-8");
-    return std::nullopt;
-  }
-  if (const std::size_t at = FindInvalidUtf8(bytes); at != std::string::npos && IsText(bytes)) {
-    const auto line =
-        std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(at), '\n');
-    mistakes->AddGeneral(
-        static_cast<int>(line) + 1,
-        Formatted("byte 0x%02X is not UTF-8", static_cast<unsigned char>(bytes[at])),
-        "a scene in UTF-8");
-    return std::nullopt;
-  }
-  if (!IsText(bytes)) {
-    mistakes->AddGeneral(0, "not text", "a YAML file");
-    return std::nullopt;
-  }
+  if (!IsDocument(bytes, mistakes)) return std::nullopt;
   return bytes;
 }
 
@@ -465,6 +471,14 @@ DocumentNode ReadDocument(const std::filesystem::path& file,
   DocumentNode root = Parse(*text, mistakes);
   for (const auto& pair : overrides) Override(pair, &root, mistakes);
   return root;
+}
+
+DocumentNode ParseDocument(const std::string& text, Mistakes* mistakes) {
+  if (text.size() > kMostText) {
+    mistakes->AddGeneral(0, "too large", "at most 4 MiB");
+    return EmptyMap();
+  }
+  return IsDocument(text, mistakes) ? Parse(text, mistakes) : EmptyMap();
 }
 
 }  // namespace palpate

@@ -69,5 +69,7 @@ class Mistakes {
 // reading gives an empty map.
 DocumentNode ReadDocument(const std::filesystem::path& file,
                           const std::vector<std::string>& overrides, Mistakes* mistakes);
+// The same from the file's text.
+DocumentNode ParseDocument(const std::string& text, Mistakes* mistakes);
 
 }  // namespace palpate

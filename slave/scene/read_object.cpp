@@ -122,6 +122,10 @@ MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   const std::string name = geometry.Text("mesh", kAccepted);
   MeshFileGeometry mesh{context.folder / name, ReadUnit(geometry), geometry.Number("resolution")};
   if (name.empty()) return mesh;
+  if (context.mesh) {
+    mesh.given = context.mesh;
+    return mesh;
+  }
   std::error_code error;
   const std::string ending = Lowercase(mesh.file.extension().string());
   const bool is_known = std::ranges::find(kEndings, ending) != kEndings.end();

@@ -331,26 +331,39 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   return scene;
 }
 
+// `document`: without mistakes so far, or empty.
+Scene InterpretScene(const DocumentNode& document, const SceneContext& context,
+                     Mistakes* mistakes) {
+  const auto stop_at_mistakes = [&] {
+    if (mistakes->count() > 0) throw SceneError(mistakes->text(), mistakes->list());
+  };
+  if (document.children.empty()) stop_at_mistakes();
+  Scene scene;
+  {
+    Section root(&document, "", mistakes);
+    scene = ReadScene(root, context);
+  }
+  CrossCheck(scene, document, context.use, mistakes).Run();
+  stop_at_mistakes();
+  return scene;
+}
+
 }  // namespace
 
 Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                 SceneUse use) {
   Mistakes mistakes(file);
-  const auto stop_at_mistakes = [&] {
-    if (mistakes.count() > 0) throw SceneError(mistakes.text(), mistakes.list());
-  };
   const DocumentNode document = ReadDocument(file, overrides, &mistakes);
-  if (document.children.empty()) stop_at_mistakes();
-  Scene scene;
-  {
-    Section root(&document, "", &mistakes);
-    scene = ReadScene(root, {file.parent_path(), use});
-  }
+  Scene scene = InterpretScene(document, {file.parent_path(), use}, &mistakes);
   scene.file = file;
   scene.overrides = overrides;
-  CrossCheck(scene, document, use, &mistakes).Run();
-  stop_at_mistakes();
   return scene;
+}
+
+Scene ParseScene(const std::string& text, std::shared_ptr<const GivenMesh> mesh) {
+  Mistakes mistakes("scene");
+  const DocumentNode document = ParseDocument(text, &mistakes);
+  return InterpretScene(document, {{}, SceneUse::kSolve, std::move(mesh)}, &mistakes);
 }
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -36,6 +37,11 @@ enum class SceneUse { kSolve, kFull };
 // value.
 Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {},
                 SceneUse use = SceneUse::kFull);
+
+// A scene of the text of a YAML file, for `solve`, with a mesh in memory if there is one: it takes
+// the place of the file that `object.geometry.mesh` names. Relative paths start at the working
+// folder. Throws SceneError as LoadScene.
+Scene ParseScene(const std::string& text, std::shared_ptr<const GivenMesh> mesh = {});
 
 // As scenes are written: `pose: {translation: [...], rotation: [...]}`, rotation about fixed x, y,
 // z.

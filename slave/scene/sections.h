@@ -2,6 +2,7 @@
 // them.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "slave/scene/scene.h"
@@ -14,6 +15,7 @@ namespace palpate {
 struct SceneContext {
   std::filesystem::path folder;  // relative paths start here
   SceneUse use = SceneUse::kFull;
+  std::shared_ptr<const GivenMesh> mesh{};  // in place of the file of a mesh; nullptr: none
 };
 
 // `object`. Leaves geometry, material and fixed as far as they could be read.

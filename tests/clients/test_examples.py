@@ -237,13 +237,20 @@ class Python(Examples):
         with Slave(BLOCK) as slave, self.ros_bridge(slave.address) as messages:
             # Again after a hold, which a busy machine causes.
             self.assertTrue(wait_until(lambda: run(*self.command("operate"), slave.address, env=self.environment).returncode == 0))
-            wrenches, states = messages("palpate/wrench"), messages("/diagnostics")
+            wrenches = messages("palpate/wrench")
+            contacts, states = messages("palpate/wrench/contact"), messages("/diagnostics")
             done = run("/usr/bin/python3", "-m", "palpate_bridge.bridge", slave.address, "--messages", "50",
                        env={**self.ros_environment(), "ROS_PUBLISHED": str(self.out / "fifty")})
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertEqual((self.out / "fifty").read_text().count("palpate/wrench"), 50)
         for message in wrenches:
             self.assertTrue(all(map(math.isfinite, message["wrench"]["force"].values())))
+        by_stamp = {tuple(m["header"]["stamp"].values()): m for m in contacts if m["validity"] == 1}
+        self.assertGreaterEqual(len(contacts), len(wrenches))
+        for message in wrenches:
+            contact = by_stamp[tuple(message["header"]["stamp"].values())]
+            self.assertEqual((contact["wrench"]["force"], contact["acts_on"]), (message["wrench"]["force"], 1))
+            self.assertGreaterEqual(contact["sigma"], 0)
         statuses = [message["status"][0] for message in states]
         self.assertGreaterEqual(len(statuses), len(wrenches))
         for status in statuses:

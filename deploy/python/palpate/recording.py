@@ -10,7 +10,7 @@ import pathlib
 import struct
 import warnings
 import zlib
-from typing import Any, Iterator
+from typing import Any, Iterator, NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,16 @@ from palpate.v1 import recording_pb2, state_pb2
 
 MAGIC = b"\x89MCAP0\r\n"
 # Opcodes of the records that matter here.
-FOOTER, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA, DATA_END = 2, 4, 5, 6, 9, 12, 15
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA, DATA_END = 2, 3, 4, 5, 6, 9, 12, 15
 LARGEST_CHUNK = 256 << 20  # uncompressed [bytes]
 PART_NOTE = "palpate.part"  # metadata that identifies the recording of a part, and its number
+
+
+class Channel(NamedTuple):
+    """What an MCAP file says of the messages of a topic."""
+    topic: str = ""
+    schema: str = ""  # name of the message's type
+    encoding: str = ""
 
 
 class RecordingWarning(UserWarning):
@@ -84,6 +91,13 @@ def messages(file: str | os.PathLike[str]) -> Iterator[tuple[str, float, bytes]]
     _warn(damage)
 
 
+def channel_messages(file: str | os.PathLike[str]) -> Iterator[tuple[Channel, int, bytes]]:
+    """The same as (channel, time [ns since 1970], data)."""
+    damage: list[str] = []
+    yield from _read_channels(file, damage)
+    _warn(damage)
+
+
 def attachments(file: str | os.PathLike[str]) -> dict[str, bytes]:
     """The attached files of a recording by name: the scene of a slave's recording, and the files it names. Raises ValueError: one of
     them is damaged."""
@@ -117,6 +131,12 @@ def _text(record: memoryview, at: int) -> tuple[str, int]:
     if at + 4 + length > len(record):
         raise struct.error
     return str(record[at + 4:at + 4 + length], "utf-8"), at + 4 + length
+
+
+class _Known(NamedTuple):
+    """Schemas and channels of a part so far, by their numbers."""
+    schemas: dict[int, str]
+    channels: dict[int, Channel]
 
 
 class _Part:
@@ -161,21 +181,25 @@ class _Part:
         elif rest:
             self.damage.append(self.place(end, f"{len(rest)} bytes follow its end: they are not read"))
 
-    def messages(self) -> Iterator[tuple[str, float, bytes]]:
-        topics: dict[int, str] = {}
+    def messages(self) -> Iterator[tuple[Channel, int, bytes]]:
+        known = _Known({}, {})
         for opcode, record, at in self.records():
             try:
-                yield from self._of_record(opcode, record, at, topics)
+                yield from self._of_record(opcode, record, at, known)
             except (struct.error, UnicodeDecodeError):
                 self.damage.append(self.place(at, "a record is damaged"))
 
-    def _of_record(self, opcode: int, record: memoryview, at: int, topics: dict[int, str]) -> Iterator[tuple[str, float, bytes]]:
-        if opcode == CHANNEL:
-            number, _, length = struct.unpack_from("<HHI", record)
-            topics[number] = str(record[8:8 + length], "utf-8")
+    def _of_record(self, opcode: int, record: memoryview, at: int, known: _Known) -> Iterator[tuple[Channel, int, bytes]]:
+        if opcode == SCHEMA:
+            number, = struct.unpack_from("<H", record)
+            known.schemas[number] = _text(record, 2)[0]
+        elif opcode == CHANNEL:
+            number, schema = struct.unpack_from("<HH", record)
+            topic, end = _text(record, 4)
+            known.channels[number] = Channel(topic, known.schemas.get(schema, ""), _text(record, end)[0])
         elif opcode == MESSAGE:
-            channel, _, log_time = struct.unpack_from("<HIQ", record)
-            yield topics.get(channel, ""), 1e-9 * log_time, bytes(record[22:])
+            number, _, log_time = struct.unpack_from("<HIQ", record)
+            yield known.channels.get(number, Channel()), log_time, bytes(record[22:])
         elif opcode == METADATA:
             name, begin = _text(record, 0)
             begin, entries = begin + 4, {}
@@ -185,9 +209,9 @@ class _Part:
             if name == PART_NOTE:
                 self.note = entries
         elif opcode == CHUNK:
-            yield from self._of_chunk(record, at, topics)
+            yield from self._of_chunk(record, at, known)
 
-    def _of_chunk(self, record: memoryview, at: int, topics: dict[int, str]) -> Iterator[tuple[str, float, bytes]]:
+    def _of_chunk(self, record: memoryview, at: int, known: _Known) -> Iterator[tuple[Channel, int, bytes]]:
         first, last, size, crc = struct.unpack_from("<QQQI", record)
         how, begin = _text(record, 28)
         span = f"of {1e-9 * (last - first):.3f} s"
@@ -202,7 +226,7 @@ class _Part:
             if begin + 9 + length > len(inside):
                 raise struct.error
             if opcode != CHUNK:
-                yield from self._of_record(opcode, inside[begin + 9:begin + 9 + length], at, topics)
+                yield from self._of_record(opcode, inside[begin + 9:begin + 9 + length], at, known)
             begin += 9 + length
 
 
@@ -215,6 +239,11 @@ def _parts(file: str | os.PathLike[str], damage: list[str] | None = None) -> Ite
 
 
 def _read_messages(file: str | os.PathLike[str], damage: list[str]) -> Iterator[tuple[str, float, bytes]]:
+    for channel, log_time, data in _read_channels(file, damage):
+        yield channel.topic, 1e-9 * log_time, data
+
+
+def _read_channels(file: str | os.PathLike[str], damage: list[str]) -> Iterator[tuple[Channel, int, bytes]]:
     """The messages of a file or of its parts, and in `damage` what is missing."""
     identity, number = "", 0
     for part in _parts(file, damage):

@@ -12,7 +12,7 @@
 #include "slave/capture/tactile_recording.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/scene_remarks.h"
-#include "slave/commands/solve/solve_rows.h"
+#include "slave/solve/solve_rows.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"

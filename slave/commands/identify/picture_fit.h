@@ -5,18 +5,10 @@
 #include <filesystem>
 #include <stop_token>
 
+#include "slave/identify/identify_report.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
-
-struct PictureFit {
-  double young_modulus = 0, sigma_modulus = 0;  // [Pa]
-  double prestress = 0;  // prestress of the scene; for a dome proportional to the modulus [N/m]
-  double offset = 0, sigma_offset = 0;  // of the measured forces [N]
-  double rms = 0;                       // of the forces, over the largest [-]
-  int samples = 0, pressed = 0;         // with a force that is known and valid; not zero
-  int passes = 0;                       // number of passes through the images
-};
 
 // `file` has one row per sample with `sequence`, from 1 (absent: row number), and `force` or
 // fx,fy,fz [N]; the magnitude is used. Least squares of measured = s estimated + offset over

@@ -19,23 +19,14 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/solve/field_file.h"
-#include "slave/commands/solve/round_rows.h"
-#include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/mechanics/factory/tool_domain.h"
-#include "slave/mesh/boundary_patch.h"
-#include "slave/mesh/index.h"
-#include "slave/pipeline/camera/tool_width.h"
+#include "slave/solve/case_solver.h"
 
 namespace palpate {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
-using Case = std::vector<std::size_t>;  // rows
-constexpr std::string_view kWholeElements =
-    "the elements under the tool are narrower or wider than it by more than model.tolerance takes "
-    "of the force: use more of them";
 
 // Cases in the order of their first rows.
 std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows, bool independent) {
@@ -59,83 +50,6 @@ void ReportTogether(const std::vector<SolveRow>& rows, const std::vector<Case>& 
                "solve: the rows of a case act together, such as the %zu of case %s; --independent "
                "computes each row alone\n",
                several->size(), rows[several->front()].case_name.c_str());
-}
-
-// Answers `contacts` acting together and times it. False: there is no answer.
-bool Answer(const std::vector<Contact>& contacts, DeformationModel* model, Solution* solution,
-            double* solve_us) {
-  const auto start = std::chrono::steady_clock::now();
-  model->Solve(contacts, solution);
-  const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
-  *solve_us = spent.count();
-  return solution->responses().front().validity != Validity::kFailed;
-}
-
-// The tools of the rows.
-class RowTools {
- public:
-  // Both must outlive this.
-  RowTools(const Scene& scene, const ObjectMesh& mesh)
-      : scene_(scene), mesh_(mesh), round_(scene, mesh) {}
-
-  ContactResponse PressRound(const SolveRow& row, DeformationModel* model, Solution* solution) {
-    return round_.Press(row, model, solution);
-  }
-  // `model` is asked for two more contacts in the plane.
-  void Judge(SolveRow* row, DeformationModel* model) const {
-    ToolDomain(scene_, row->tool, mesh_).Judge(row->contact, &row->response);
-    if (!IsFineUnder(*row, model) && row->response.validity == Validity::kValid) {
-      row->response.validity = Validity::kExtrapolated;
-      row->response.doubt = kWholeElements;
-    }
-  }
-
- private:
-  // Whether the force of whole elements is that of the tool, within the tolerance. One camera
-  // corrects it (tool_width.h); the table is answered as it is asked.
-  [[nodiscard]] bool IsFineUnder(const SolveRow& row, DeformationModel* model) const {
-    const auto* outline = std::get_if<BoundaryMesh>(&mesh_);
-    const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
-    if (outline == nullptr || !moved || row.contact.width == 0) return true;
-    BoundaryPlace place;
-    place.p_O = row.contact.p_O.head<2>();
-    place.element = FindElement(*outline, place.p_O);
-    if (place.element < 0) return true;
-    place.normal_O = outline->elements[Index(place.element)].normal();
-    Scene pressed = scene_;
-    pressed.tool = row.tool;
-    const ToolWidth::Share share = ToolWidth(*outline, pressed).At(place, model);
-    return std::abs(share.factor - 1) + 2 * share.sigma <= scene_.model.tolerance;
-  }
-
-  const Scene& scene_;
-  const ObjectMesh& mesh_;
-  RoundRows round_;
-};
-
-// The rows of one case, answered. False: it has no answer; the rows say so.
-bool SolveAtRest(const Case& one, RowTools* tools, DeformationModel* model,
-                 std::vector<SolveRow>* rows, Solution* solution) {
-  if (SolveRow& row = (*rows)[one.front()]; IsPressedRound(row)) {
-    model->Reset();
-    const auto start = std::chrono::steady_clock::now();
-    row.response = tools->PressRound(row, model, solution);
-    row.solve_us = 1e6 * SecondsSince(start);
-    return row.response.validity != Validity::kFailed;
-  }
-  std::vector<Contact> contacts;
-  for (const std::size_t i : one) contacts.push_back((*rows)[i].contact);
-  double solve_us = 0;
-  model->Reset();
-  model->Prefetch(contacts);
-  const bool solved = Answer(contacts, model, solution, &solve_us);
-  for (std::size_t k = 0; k < one.size(); ++k) {
-    SolveRow& row = (*rows)[one[k]];
-    row.response = solution->responses()[k];
-    row.solve_us = solve_us;
-    tools->Judge(&row, model);
-  }
-  return solved;
 }
 
 // One row per step and place, from rest at t = 0 to the last row's time. False: a step failed, and
@@ -178,7 +92,7 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
     const double t = static_cast<double>(k) * step;
     const std::vector<Contact> contacts = contacts_at(t);
     double solve_us = 0;
-    const bool solved = Answer(contacts, model, solution, &solve_us);
+    const bool solved = SolveTogether(contacts, model, solution, &solve_us);
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       answers->push_back(
           {rows[one.front()].case_name, contacts[i], t, solution->responses()[i], solve_us});
@@ -191,22 +105,26 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
   return true;
 }
 
-struct Solver {
+struct Built {
   std::unique_ptr<DeformationModel> model;
   std::unique_ptr<FieldFile> field;  // nullptr: not asked for
 };
 
 // `field`: the field's file, empty: none.
-Solver Build(const Scene& scene, const ObjectMesh& mesh, const std::filesystem::path& field,
-             ProgressBar* progress) {
-  Solver solver;
+Built Build(const Scene& scene, const ObjectMesh& mesh, const std::filesystem::path& field,
+            ProgressBar* progress) {
+  Built built;
   if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
-    solver.model = MakePlanarModel(scene, *outline, progress);
+    built.model = MakePlanarModel(scene, *outline, progress);
   } else {
-    solver.model = MakeModel(scene, mesh, progress);
+    built.model = MakeModel(scene, mesh, progress);
   }
-  if (!field.empty()) solver.field = std::make_unique<FieldFile>(field, *solver.model);
-  return solver;
+  if (!field.empty()) built.field = std::make_unique<FieldFile>(field, *built.model);
+  return built;
+}
+
+void PrintRemark(const std::string& remark) {
+  if (!remark.empty()) std::fprintf(stderr, "solve: %s\n", remark.c_str());
 }
 
 void PrintModelInfo(const ModelInfo& info) {
@@ -267,7 +185,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   const auto [model, field] = Build(scene, mesh, options.field, &progress);
   progress.Clear();
   PrintModelInfo(model->info());
-  RowTools tools(scene, mesh);
+  CaseSolver solver(scene, mesh, model.get());
   std::vector<SolveRow> answers;
   Solution solution;
   bool all_solved = true;
@@ -276,7 +194,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
       const std::string& name = rows[one.front()].case_name;
       const bool solved = dynamic
                               ? SolveInTime(one, rows, model.get(), &progress, &answers, &solution)
-                              : SolveAtRest(one, &tools, model.get(), &rows, &solution);
+                              : solver.Solve(one, &rows, &solution);
       if (!solved) {
         all_solved = false;
         progress.Clear();
@@ -293,9 +211,9 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
     std::fprintf(stderr, "solve: interrupted; the rows solved so far are written\n");
   }
   progress.Clear();
-  ReportWidths(scene, rows);
-  ReportPlaces("solve", mesh, rows);
-  ReportFlags(dynamic ? answers : rows);
+  PrintRemark(WidthRemark(scene, rows));
+  PrintRemark(PlaceRemark(mesh, rows));
+  for (const std::string& remark : FlagRemarks(dynamic ? answers : rows)) PrintRemark(remark);
   const bool written = WriteRows(options.out, dynamic ? answers : rows, options.moments) &&
                        (!field || field->Write());
   if (!written) std::fprintf(stderr, "solve: writing failed\n");

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "shared/state/clock.h"
-#include "slave/commands/verify/force_table.h"
+#include "slave/verify/force_table.h"
 
 namespace palpate {
 

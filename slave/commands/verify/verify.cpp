@@ -14,10 +14,10 @@
 #include "slave/commands/running_scene.h"
 #include "slave/commands/verify/known_loads.h"
 #include "slave/commands/verify/live_states.h"
-#include "slave/commands/verify/report.h"
 #include "slave/live/offline_run.h"
 #include "slave/recording/recorded_run.h"
 #include "slave/recording/scene_files.h"
+#include "slave/verify/report.h"
 
 namespace palpate {
 namespace {
@@ -216,7 +216,7 @@ int RunVerify(const VerifyOptions& options, const std::stop_token& stop) {
   for (const auto& [finger, rows] : ReadForces(forces, options.columns)) {
     comparisons[finger] = CompareForces(rows, scene ? SourceOf(*scene) : ForceSource{});
   }
-  WriteReport(name, source, comparisons, options.out);
+  WriteWholeFile(options.out / "report.json", ToJson(name, source, comparisons));
   std::fputs(ToText(comparisons).c_str(), stdout);
   std::printf("written: %s\n", (options.out / "report.json").c_str());
   return Pass(comparisons) ? 0 : 1;

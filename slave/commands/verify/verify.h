@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "slave/commands/verify/force_table.h"
+#include "slave/verify/force_table.h"
 
 namespace palpate {
 

@@ -1,20 +1,33 @@
 // Every program that links this computes on one thread in OpenBLAS.
+#include "slave/mechanics/linear/blas.h"
 
 // Where BLAS is OpenBLAS with threads; else they are null.
 extern "C" {
 [[gnu::weak]] void openblas_set_num_threads(int threads);
+[[gnu::weak]] int openblas_get_num_threads();
 [[gnu::weak]] int blas_thread_shutdown_();  // what it calls before a fork
 }
 
 namespace palpate::blas {
 namespace {
 
+int ThreadsNow() noexcept {
+  return openblas_get_num_threads != nullptr ? openblas_get_num_threads() : 0;
+}
+
+void SetThreads(int threads) noexcept {
+  if (openblas_set_num_threads != nullptr && threads > 0) openblas_set_num_threads(threads);
+}
+
+int threads_at_load = 0;
+
 // Models are made and updated on several threads at once. Debian's OpenBLAS without threads takes
 // its work buffers without a lock, so that two callers may share one: about once in a thousand runs
 // something was factorised to garbage. The one with threads has the locks, and with one thread the
 // same numbers; those that it started when it was loaded would spin for 30 ms each.
 bool UseOneThread() {
-  if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
+  threads_at_load = ThreadsNow();
+  SetThreads(1);
   if (blas_thread_shutdown_ != nullptr) blas_thread_shutdown_();
   return true;
 }
@@ -24,5 +37,17 @@ bool UseOneThread() {
 // True after the library was configured, before main. The linker keeps it (CMakeLists.txt).
 extern const bool uses_one_thread;
 const bool uses_one_thread = UseOneThread();
+
+OneThread::OneThread() noexcept : before_(ThreadsNow()) {
+  SetThreads(1);
+}
+
+OneThread::~OneThread() {
+  SetThreads(before_);
+}
+
+void RestoreThreads() noexcept {
+  SetThreads(threads_at_load);
+}
 
 }  // namespace palpate::blas

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "shared/mesh/solid_mesh.h"
 #include "slave/mesh/outline.h"
 
 namespace palpate {
@@ -50,11 +52,14 @@ struct BoxGeometry {
   Eigen::Vector3d size{0, 0, 0};
   std::array<int, 3> cells{1, 1, 1};
 };  // [m], frame O at the lower corner
+// A volume, or a surface that is filled, which is not yet checked.
+using GivenMesh = std::variant<SolidMesh, SurfaceMesh>;
 struct MeshFileGeometry {
   std::filesystem::path file;
   double unit = 1;        // length of one unit of the file [m]
   double resolution = 0;  // edge of the tetrahedra that fill a surface [m]; 0: chosen by the mesher
-};                        // .veg .node/.ele .msh; a surface: .stl .ply
+  std::shared_ptr<const GivenMesh> given{};  // in memory, in units of `unit`; nullptr: see `file`
+};                                           // .veg .node/.ele .msh; a surface: .stl .ply
 using Geometry = std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
                               ImageContourGeometry, MembraneGeometry, BoxGeometry, MeshFileGeometry,
                               DomeGeometry>;

@@ -3,16 +3,19 @@
 
 usage: bridge HOST:PORT [--topic NAME] [--frame NAME] [--rate HZ] [--messages N] [--tls DIR]
 
-Needs rclpy, geometry_msgs and diagnostic_msgs of ROS 2, and the Python client (`pip install .` in the repository).
+Needs rclpy, geometry_msgs and diagnostic_msgs of ROS 2, palpate_msgs beside this package, and the Python client (`pip install .`
+in the repository).
 
 - TOPIC (default palpate/wrench), geometry_msgs/WrenchStamped: wrench of the object on the tool, at the tip, in the frame
   --frame (default palpate_slave), frame S of the slave. The torque is NaN where the slave does not know the moment. Only
   valid forces are published, so a subscriber must watch their age.
+- TOPIC/contact, palpate_msgs/ContactWrench: every new estimate and every change of its validity, with frame, sign, standard
+  deviation and validity. Unknown numbers are NaN.
 - /diagnostics, diagnostic_msgs/DiagnosticArray: validity, standard deviation and reason of every new estimate, and
   whether the moment is known. Unknown values are absent. It is published when the validity changes too, for example to
   stale, and at least once a second. The level is OK: valid; STALE: the sensor is silent; ERROR: no connection; else WARN.
 
-The time of a message is that of the image or tactile sample, converted from the slave's clock to that of the node. Both
+The time of a message is that of the image or tactile sample, converted from the slave's clock to that of the node. All
 topics have the quality of service of sensor data: best effort, the newest 5. After a lost connection the bridge connects
 again. --messages: end after N wrenches; default: never. Prints the number of wrenches. Exit code 0: all were published;
 1: the node was stopped before.
@@ -29,6 +32,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import WrenchStamped
 from palpate.v1 import teleoperation_pb2
+from palpate_msgs.msg import ContactWrench
 from rclpy.qos import qos_profile_sensor_data
 
 AGAIN = 1.0  # [s] between two measurements of the clock, diagnostics of a silent sensor, and attempts to connect
@@ -75,12 +79,27 @@ def is_known(vector) -> bool:
     return all(map(math.isfinite, vector))
 
 
+def set_wrench(wrench, state: palpate.State) -> None:
+    force, torque = wrench.force, wrench.torque
+    force.x, force.y, force.z = (float(x) for x in state.force)
+    torque.x, torque.y, torque.z = (float(x) for x in state.moment)
+
+
 def wrench(state: palpate.State) -> WrenchStamped:
     """The message of one valid state, without its header."""
     message = WrenchStamped()
-    force, torque = message.wrench.force, message.wrench.torque
-    force.x, force.y, force.z = (float(x) for x in state.force)
-    torque.x, torque.y, torque.z = (float(x) for x in state.moment)
+    set_wrench(message.wrench, state)
+    return message
+
+
+def contact_wrench(state: palpate.State) -> ContactWrench:
+    """The message of one state, without its header."""
+    message = ContactWrench()
+    set_wrench(message.wrench, state)
+    message.sigma = float(state.sigma)
+    message.validity = int(state.validity)
+    message.acts_on = ContactWrench.ON_TOOL
+    message.check = state.check or ""
     return message
 
 
@@ -113,6 +132,7 @@ class Bridge:
     def __init__(self, arguments: argparse.Namespace, node) -> None:
         self._arguments, self._node = arguments, node
         self._wrenches = node.create_publisher(WrenchStamped, arguments.topic, qos_profile_sensor_data)
+        self._contacts = node.create_publisher(ContactWrench, f"{arguments.topic}/contact", qos_profile_sensor_data)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", qos_profile_sensor_data)
         self.published = 0  # wrenches
 
@@ -143,15 +163,19 @@ class Bridge:
                 set_stamp(message.header, sensed)
                 self._diagnostics.publish(message)
                 due = time.monotonic() + AGAIN
+            if now != last:
+                self._send(self._contacts, contact_wrench(state), sensed)
             if is_new and state.valid and is_known(state.force):
-                message = wrench(state)
-                message.header.frame_id = self._arguments.frame
-                set_stamp(message.header, sensed)
-                self._wrenches.publish(message)
+                self._send(self._wrenches, wrench(state), sensed)
                 self.published += 1
             last = now
             if self.is_done():
                 break
+
+    def _send(self, publisher, message, sensed: int) -> None:
+        message.header.frame_id = self._arguments.frame
+        set_stamp(message.header, sensed)
+        publisher.publish(message)
 
 
 def main() -> int:

@@ -18,6 +18,13 @@ geometry_msgs/Vector3 torque
 MSG: geometry_msgs/WrenchStamped
 std_msgs/Header header
 geometry_msgs/Wrench wrench
+MSG: palpate_msgs/ContactWrench
+std_msgs/Header header
+geometry_msgs/Wrench wrench
+float64 sigma
+uint8 validity
+uint8 acts_on
+string check
 MSG: diagnostic_msgs/KeyValue
 string key
 string value
@@ -33,7 +40,7 @@ diagnostic_msgs/DiagnosticStatus[] status
 """
 PRIMITIVES = {"float64": (float, lambda x: True), "string": (str, lambda x: True),
               "byte": (bytes, lambda x: len(x) == 1), "int32": (int, lambda x: -2**31 <= x < 2**31),
-              "uint32": (int, lambda x: 0 <= x < 2**32)}
+              "uint32": (int, lambda x: 0 <= x < 2**32), "uint8": (int, lambda x: 0 <= x < 2**8)}
 FIELDS = {name: dict(reversed(line.split()) for line in body.strip().splitlines())
           for name, body in re.findall(r"MSG: (\S+)\n((?:(?!MSG:).*\n)+)", DEFINITIONS)}
 

@@ -1,19 +1,27 @@
 // The results of `identify` and their output.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "slave/commands/identify/picture_fit.h"
-#include "slave/commands/identify/press_fit.h"
 #include "slave/identify/chord_modulus.h"
 #include "slave/identify/law_fit.h"
+#include "slave/identify/press_fit.h"
 #include "slave/identify/prony.h"
 
 namespace palpate {
+
+// Young's modulus of a scene's object from recorded images of contacts.
+struct PictureFit {
+  double young_modulus = 0, sigma_modulus = 0;  // [Pa]
+  double prestress = 0;  // prestress of the scene; for a dome proportional to the modulus [N/m]
+  double offset = 0, sigma_offset = 0;  // of the measured forces [N]
+  double rms = 0;                       // of the forces, over the largest [-]
+  int samples = 0, pressed = 0;         // with a force that is known and valid; not zero
+  int passes = 0;                       // number of passes through the images
+};
 
 struct NamedChord {
   std::string name;
@@ -48,6 +56,7 @@ std::string SceneLines(const identify::LawFit& fit, double specimen_sigma);
 std::string ReadingOf(const identify::MaterialTest& test);
 
 std::string ToWords(const IdentifyReport& report);
-void WriteReport(const IdentifyReport& report, const std::filesystem::path& out);
+// As report.json has it.
+std::string ToJson(const IdentifyReport& report);
 
 }  // namespace palpate

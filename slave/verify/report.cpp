@@ -1,4 +1,4 @@
-#include "slave/commands/verify/report.h"
+#include "slave/verify/report.h"
 
 #include <algorithm>
 #include <optional>
@@ -45,15 +45,15 @@ Json ToJson(const std::string& finger, const ForceComparison& one) {
 
 }  // namespace
 
-void WriteReport(const std::string& scene, const std::string& source,
-                 const Comparisons& comparisons, const std::filesystem::path& folder) {
+std::string ToJson(const std::string& scene, const std::string& source,
+                   const Comparisons& comparisons) {
   Json json{{"scene", scene},
             {"source", source},
             {"version", Version()},
             {"passes", Pass(comparisons)},
             {"cards", Json::array()}};
   for (const auto& [finger, one] : comparisons) json["cards"].push_back(ToJson(finger, one));
-  WriteWholeFile(folder / "report.json", json.dump(2) + "\n");
+  return json.dump(2) + "\n";
 }
 
 void WriteRefusal(const std::string& scene, const std::string& why,

@@ -3,10 +3,10 @@
 
 #include <optional>
 
-#include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/scene.h"
+#include "slave/solve/solve_rows.h"
 
 namespace palpate {
 

@@ -12,11 +12,11 @@ namespace palpate {
 // By finger; an empty name is the only tool.
 using Comparisons = std::map<std::string, ForceComparison>;
 
-// Writes folder/report.json. `scene`, `source`: what was tested, and where its forces come from.
-// Throws std::system_error.
-void WriteReport(const std::string& scene, const std::string& source,
-                 const Comparisons& comparisons, const std::filesystem::path& folder);
-// The same file where the slave refuses the samples of `scene`.
+// The text of report.json. `scene`, `source`: what was tested, and where its forces come from.
+std::string ToJson(const std::string& scene, const std::string& source,
+                   const Comparisons& comparisons);
+// Writes folder/report.json where the slave refuses the samples of `scene`. Throws
+// std::system_error.
 void WriteRefusal(const std::string& scene, const std::string& why,
                   const std::filesystem::path& folder);
 // A table of verdicts, and what is likely wrong.

@@ -1,4 +1,4 @@
-#include "slave/commands/identify/identify_report.h"
+#include "slave/identify/identify_report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "shared/text/text.h"
-#include "slave/commands/plain_words.h"
+#include "slave/identify/plain_modulus.h"
 #include "slave/identify/specimen_spread.h"
 
 namespace palpate {
@@ -364,7 +364,7 @@ std::string ToWords(const IdentifyReport& report) {
   return words;
 }
 
-void WriteReport(const IdentifyReport& report, const std::filesystem::path& out) {
+std::string ToJson(const IdentifyReport& report) {
   Json json = {{"warnings", report.warnings}, {"moduli", Json::array()}, {"laws", Json::array()}};
   for (const NamedChord& named : report.moduli) {
     json["moduli"].push_back(ToJson(named, report.specimen_sigma));
@@ -384,7 +384,7 @@ void WriteReport(const IdentifyReport& report, const std::filesystem::path& out)
   if (report.press) json["press"] = ToJson(*report.press);
   if (report.loads) json["loads"] = ToJson(*report.loads);
   if (report.pictures) json["pictures"] = ToJson(*report.pictures);
-  WriteWholeFile(out / "report.json", json.dump(2) + "\n");
+  return json.dump(2) + "\n";
 }
 
 }  // namespace palpate

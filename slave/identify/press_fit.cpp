@@ -1,4 +1,4 @@
-#include "slave/commands/identify/press_fit.h"
+#include "slave/identify/press_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "shared/text/text.h"
-#include "slave/commands/solve/round_rows.h"
-#include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/solve/round_rows.h"
+#include "slave/solve/solve_rows.h"
 
 namespace palpate {
 namespace {
@@ -46,9 +46,9 @@ struct Press {
 };
 
 // The rows that `solve` reads under this scene's tool, with the answers that were measured.
-// `width`: of rows without one [m]; 0: the tool's.
+// `width`: of rows without one [m]; 0: the tool's. `remark`: on their places.
 std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& scene, double width,
-                               Contact::Kind given) {
+                               Contact::Kind given, std::string* remark) {
   RowRules rules = RulesOf(scene);
   if (width > 0) {
     rules.tool.shape = Tool::Shape::kFlat;
@@ -60,7 +60,7 @@ std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& s
   std::vector<SolveRow> rows;
   AppendRows(file, given, mesh, rules, &rows);
   if (!rules.shaped) RequireAlone(rows);
-  ReportPlaces("identify", mesh, rows);
+  *remark = PlaceRemark(mesh, rows);
   RequireWidths(file, scene, rows);
   std::vector<Press> presses;
   std::map<std::string, std::size_t, std::less<>> known;
@@ -221,13 +221,14 @@ VectorXd ScaleToLoads(Scene scene, const std::vector<Press>& presses, const Vect
 PressFit FitLoads(const Scene& scene, const std::filesystem::path& file, double width,
                   Progress* progress) {
   RequireStatic(scene, "loads");
-  const std::vector<Press> presses = ReadPresses(file, scene, width, Contact::Kind::kForce);
+  PressFit fit{.poisson_ratio = scene.object.material.poisson_ratio};
+  const std::vector<Press> presses =
+      ReadPresses(file, scene, width, Contact::Kind::kForce, &fit.remark);
+  fit.presses = static_cast<int>(presses.size());
   const VectorXd rows = Stacked(presses);
   const VectorXd measured = rows.array().isNaN().select(0, rows);
   if (!(measured.norm() > 0))
     throw InputError(file.string() + ": expected a row with a dx, dy or dz");
-  PressFit fit{.poisson_ratio = scene.object.material.poisson_ratio,
-               .presses = static_cast<int>(presses.size())};
   const VectorXd modelled = ScaleToLoads(scene, presses, rows, file, &fit, progress);
   const Scale best = BestScale(modelled, measured);
   const auto count = static_cast<double>(rows.size() - rows.array().isNaN().count());
@@ -250,12 +251,13 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
   if (!scene.model.fem.gravity_O.isZero(0)) {
     throw std::invalid_argument("press: expected a model without gravity");
   }
-  const std::vector<Press> presses = ReadPresses(file, scene, width, Contact::Kind::kDisplacement);
+  PressFit fit{.poisson_ratio = scene.object.material.poisson_ratio,
+               .sought_poisson = seek_poisson};
+  const std::vector<Press> presses =
+      ReadPresses(file, scene, width, Contact::Kind::kDisplacement, &fit.remark);
+  fit.presses = static_cast<int>(presses.size());
   const VectorXd measured = Stacked(presses);
   if (!(measured.norm() > 0)) throw InputError(file.string() + ": all forces are zero");
-  PressFit fit{.poisson_ratio = scene.object.material.poisson_ratio,
-               .sought_poisson = seek_poisson,
-               .presses = static_cast<int>(presses.size())};
   if (scene.model.prestress > 0) {
     if (seek_poisson) {
       throw std::invalid_argument("press: expected poisson without model.prestress");

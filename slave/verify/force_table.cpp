@@ -1,4 +1,4 @@
-#include "slave/commands/verify/force_table.h"
+#include "slave/verify/force_table.h"
 
 #include <algorithm>
 #include <array>

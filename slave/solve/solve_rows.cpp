@@ -1,4 +1,4 @@
-#include "slave/commands/solve/solve_rows.h"
+#include "slave/solve/solve_rows.h"
 
 #include <algorithm>
 #include <array>
@@ -58,49 +58,49 @@ Eigen::Vector3d VectorOrNone(const CsvTable& table, const Axes& axes) {
 }
 
 // A planar object moves in its plane, a membrane across it.
-void RefuseOtherAxes(const CsvTable& table, const Axes& axes, const ObjectMesh& mesh,
-                     const Eigen::Vector3d& value) {
-  if (std::holds_alternative<BoundaryMesh>(mesh) && value.z() != 0) {
-    table.Refuse(axes[2], "0 on a planar object");
+void RefuseOtherAxes(const RowValues& values, const Axes& axes, const ObjectMesh& mesh,
+                     const RefuseColumn& refuse) {
+  if (std::holds_alternative<BoundaryMesh>(mesh) && values.prescribed_O.z() != 0) {
+    refuse(axes[2], "0 on a planar object");
   }
   if (!std::holds_alternative<MembraneDisc>(mesh)) return;
   for (const int axis : {0, 1}) {
     const auto i = static_cast<std::size_t>(axis);
-    if (value[axis] != 0) table.Refuse(axes[i], "0 on a membrane");
+    if (values.prescribed_O[axis] != 0) refuse(axes[i], "0 on a membrane");
   }
 }
 
 // The row's tool: the scene's with what the columns say. `radius` makes it round, or flat if 0;
 // `width` is that of a flat one, `depth` its extent through the thickness of a planar object.
-void ReadTool(const CsvTable& table, const RowRules& rules, double largest, SolveRow* row) {
+void SetTool(const RowValues& values, const RowRules& rules, double largest,
+             const RefuseColumn& refuse, SolveRow* row) {
   const bool moved = row->contact.kind == Contact::Kind::kDisplacement;
-  const bool has_width = !table.IsAbsent("width"), has_radius = !table.IsAbsent("radius");
   row->tool = rules.tool;
-  if (has_radius) {
-    const double radius = table.Number("radius");
+  if (values.radius) {
+    const double radius = *values.radius;
     if (radius < 0 || radius > 10 * largest) {
-      table.Refuse("radius", Formatted("0 to %.4g m, ten times the object", 10 * largest));
+      refuse("radius", Formatted("0 to %.4g m, ten times the object", 10 * largest));
     }
     if (rules.shaped && radius != rules.tool.radius) {
-      table.Refuse("radius", Formatted("%.9g m, that of the scene's tool, with this kind of model",
-                                       rules.tool.radius));
+      refuse("radius", Formatted("%.9g m, that of the scene's tool, with this kind of model",
+                                 rules.tool.radius));
     }
     if (!rules.shaped) row->tool.shape = radius > 0 ? Tool::Shape::kRound : Tool::Shape::kFlat;
     row->tool.radius = radius;
   }
   const bool is_flat = !moved || row->tool.shape == Tool::Shape::kFlat;
-  const double width = has_width ? table.Number("width") : rules.tool.width;
+  const double width = values.width.value_or(rules.tool.width);
   if (width < 0 || width > largest) {
-    table.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
+    refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
   }
   row->contact.width = is_flat ? width : rules.tool.width;
-  if (!table.IsAbsent("depth")) row->tool.depth = table.Number("depth");
-  if (row->tool.depth && !(*row->tool.depth > 0)) table.Refuse("depth", "a length > 0");
+  if (values.depth) row->tool.depth = *values.depth;
+  if (row->tool.depth && !(*row->tool.depth > 0)) refuse("depth", "a length > 0");
   if (row->tool.shape == Tool::Shape::kFlat) row->tool.width = width;
-  if (!is_flat && has_width && width > 0) {
-    table.Refuse("width",
-                 "none under a round tool or a capsule, whose contact grows with the "
-                 "depth; radius 0 is a flat contact");
+  if (!is_flat && values.width && width > 0) {
+    refuse("width",
+           "none under a round tool or a capsule, whose contact grows with the depth; radius 0 is "
+           "a flat contact");
   }
 }
 
@@ -124,27 +124,45 @@ RowRules RulesOf(const Scene& scene) {
           .dynamic = MovesInTime(scene)};
 }
 
+RowReader::RowReader(const ObjectMesh& mesh, const RowRules& rules)
+    : mesh_(mesh), rules_(rules), surface_(mesh), largest_(SizeOf(mesh)) {}
+
+SolveRow RowReader::Read(const RowValues& values, Contact::Kind kind,
+                         const RefuseColumn& refuse) const {
+  SolveRow row;
+  row.contact.kind = kind;
+  row.contact.p_O = values.p_O;
+  if (std::holds_alternative<BoundaryMesh>(mesh_) && values.p_O.z() != 0) {
+    refuse("z", "0 on a planar object");
+  }
+  if (const auto refusal = surface_.Refuse(values.p_O)) refuse("x", *refusal);
+  row.off_surface = surface_.Distance(values.p_O);
+  SetTool(values, rules_, largest_, refuse, &row);
+  row.contact.prescribed_O = values.prescribed_O;
+  const bool moved = kind == Contact::Kind::kDisplacement;
+  RefuseOtherAxes(values, moved ? kMoved : kLoaded, mesh_, refuse);
+  return row;
+}
+
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
                 const RowRules& rules, std::vector<SolveRow>* rows) {
   const bool moved = kind == Contact::Kind::kDisplacement;
-  const Axes& value = moved ? kMoved : kLoaded;
   CsvTable table = OpenTable(file, moved, std::holds_alternative<BoundaryMesh>(mesh), rules);
-  const TouchableSurface surface(mesh);
-  const double largest = SizeOf(mesh);
+  const RowReader reader(mesh, rules);
+  const auto refuse = [&](std::string_view column, const std::string& accepted) {
+    table.Refuse(column, accepted);
+  };
+  const auto value_of = [&](std::string_view column) {
+    return table.IsAbsent(column) ? std::nullopt : std::optional(table.Number(column));
+  };
   while (table.Next()) {
-    SolveRow row;
+    const RowValues values{.p_O = Vector(table, kPlace),
+                           .prescribed_O = Vector(table, moved ? kMoved : kLoaded),
+                           .width = value_of("width"),
+                           .radius = value_of("radius"),
+                           .depth = value_of("depth")};
+    SolveRow row = reader.Read(values, kind, refuse);
     row.case_name = table.Text("case");
-    row.contact.kind = kind;
-    row.contact.p_O = Vector(table, kPlace);
-    if (std::holds_alternative<BoundaryMesh>(mesh) && row.contact.p_O.z() != 0) {
-      table.Refuse("z", "0 on a planar object");
-    }
-    const auto refusal = surface.Refuse(row.contact.p_O);
-    if (refusal) table.Refuse("x", *refusal);
-    row.off_surface = surface.Distance(row.contact.p_O);
-    ReadTool(table, rules, largest, &row);
-    row.contact.prescribed_O = Vector(table, value);
-    RefuseOtherAxes(table, value, mesh, row.contact.prescribed_O);
     row.known_O = VectorOrNone(table, moved ? kLoaded : kMoved);
     if (table.Has("t")) row.t = table.Number("t");
     if (row.t && *row.t < 0) table.Refuse("t", "a time >= 0 [s]");
@@ -164,63 +182,57 @@ void RequireAlone(const std::vector<SolveRow>& rows) {
   }
 }
 
-void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows) {
+std::string WidthRemark(const Scene& scene, const std::vector<SolveRow>& rows) {
   const auto points = std::ranges::count_if(
       rows, [](const SolveRow& row) { return row.contact.width == 0 && row.tool.radius == 0; });
-  if (points == 0 || std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
-    return;
-  }
-  std::fprintf(stderr,
-               "solve: %ld of %zu rows have no width%s: a contact at a point has no limit under "
-               "refinement, its force depends on the mesh\n",
-               static_cast<long>(points), rows.size(),
-               scene.tool ? "" : " and the scene has no tool");
+  if (points == 0 || std::holds_alternative<MembraneGeometry>(scene.object.geometry)) return {};
+  return Formatted(
+      "%ld of %zu rows have no width%s: a contact at a point has no limit under refinement, its "
+      "force depends on the mesh",
+      static_cast<long>(points), rows.size(), scene.tool ? "" : " and the scene has no tool");
 }
 
-void ReportPlaces(const char* command, const ObjectMesh& mesh, const std::vector<SolveRow>& rows) {
+std::string PlaceRemark(const ObjectMesh& mesh, const std::vector<SolveRow>& rows) {
   constexpr double kNear = 0.01;  // of the object's size
   const double near = kNear * SizeOf(mesh);
   const auto is_off = [&](const SolveRow& row) { return row.off_surface > near; };
   const auto count = std::ranges::count_if(rows, is_off);
-  if (count == 0) return;
+  if (count == 0) return {};
   const SolveRow& farthest = *std::ranges::max_element(rows, {}, &SolveRow::off_surface);
   const Eigen::Vector3d& p = farthest.contact.p_O;
-  std::fprintf(stderr,
-               "%s: %ld of %zu rows lie off the surface, up to %.3g m (case %s at %.6g, %.6g, "
-               "%.6g): they act at the nearest place of it\n",
-               command, static_cast<long>(count), rows.size(), farthest.off_surface,
-               farthest.case_name.c_str(), p.x(), p.y(), p.z());
+  return Formatted(
+      "%ld of %zu rows lie off the surface, up to %.3g m (case %s at %.6g, %.6g, %.6g): they act "
+      "at the nearest place of it",
+      static_cast<long>(count), rows.size(), farthest.off_surface, farthest.case_name.c_str(),
+      p.x(), p.y(), p.z());
 }
 
-void ReportFlags(const std::vector<SolveRow>& rows) {
+std::vector<std::string> FlagRemarks(const std::vector<SolveRow>& rows) {
   struct FlagCount {
     std::size_t first = 0, count = 0;
   };
   std::map<std::string_view, FlagCount> doubts;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].response.validity != Validity::kExtrapolated) continue;
-    const std::string_view why = rows[i].response.doubt;
-    FlagCount& doubt = doubts[why.empty() ? kBeyondRange : why];
+    FlagCount& doubt = doubts[ReasonOf(rows[i])];
     if (doubt.count++ == 0) doubt.first = i;
   }
+  std::vector<std::string> remarks;
   for (const auto& [why, doubt] : doubts) {
     const SolveRow& row = rows[doubt.first];
     const Eigen::Vector3d& p = row.contact.p_O;
-    std::fprintf(stderr,
-                 "solve: %zu of %zu rows are extrapolated, first row %zu (case %s at %.6g, %.6g, "
-                 "%.6g): %.*s\n",
-                 doubt.count, rows.size(), doubt.first + 1, row.case_name.c_str(), p.x(), p.y(),
-                 p.z(), static_cast<int>(why.size()), why.data());
+    remarks.push_back(Formatted(
+        "%zu of %zu rows are extrapolated, first row %zu (case %s at %.6g, %.6g, %.6g): %.*s",
+        doubt.count, rows.size(), doubt.first + 1, row.case_name.c_str(), p.x(), p.y(), p.z(),
+        static_cast<int>(why.size()), why.data()));
   }
+  return remarks;
 }
 
 bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows, bool moments) {
   const bool in_time = !rows.empty() && rows.front().t.has_value();
-  const auto bound_of = [](const ContactResponse& response) {
-    return std::max(response.force_error, response.displacement_error);  // one of both is zero
-  };
   const bool bounds =
-      std::ranges::any_of(rows, [&](const SolveRow& row) { return bound_of(row.response) > 0; });
+      std::ranges::any_of(rows, [&](const SolveRow& row) { return ErrorOf(row.response) > 0; });
   const bool is_round = std::ranges::any_of(rows, IsPressedRound);
   std::ofstream stream(file);
   stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t" : "")
@@ -238,7 +250,7 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
     if (in_time) stream << ',' << Formatted("%.17g", *row.t);
     const auto& moment = row.response.moment_O;
     if (moments) WriteVector(&stream, moment.value_or(Eigen::Vector3d::Zero()), moment.has_value());
-    if (bounds) stream << ',' << (known ? Formatted("%.17g", bound_of(row.response)) : "");
+    if (bounds) stream << ',' << (known ? Formatted("%.17g", ErrorOf(row.response)) : "");
     const bool is_flat = !moved || row.tool.shape == Tool::Shape::kFlat;
     stream << ',' << Formatted("%.17g", is_flat ? row.contact.width : 0);
     if (is_round) stream << ',' << Formatted("%.17g", IsPressedRound(row) ? row.tool.radius : 0);

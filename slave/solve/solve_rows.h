@@ -1,10 +1,13 @@
 // The rows of a contacts or loads file as contacts on an object, and back.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -48,25 +51,58 @@ struct RowRules {
 // of model.
 RowRules RulesOf(const Scene& scene);
 
+// A row as it was given. Absent: that of the scene's tool.
+struct RowValues {
+  Eigen::Vector3d p_O{0, 0, 0};                      // place at rest [m]
+  Eigen::Vector3d prescribed_O{0, 0, 0};             // displacement [m] or force [N]
+  std::optional<double> width{}, radius{}, depth{};  // [m]
+};
+// Throws: the value of `column` is not what is accepted.
+using RefuseColumn = std::function<void(std::string_view column, const std::string& accepted)>;
+
+// Contacts and loads on an object from values.
+class RowReader {
+ public:
+  // Keeps references. O(N log N) for a volume.
+  RowReader(const ObjectMesh& mesh, const RowRules& rules);
+  // Calls `refuse` for a position without a surface, a negative width, a value along an axis that
+  // the object does not have, a dimension that the row's tool does not have. O(N).
+  [[nodiscard]] SolveRow Read(const RowValues& values, Contact::Kind kind,
+                              const RefuseColumn& refuse) const;
+
+ private:
+  const ObjectMesh& mesh_;
+  const RowRules& rules_;
+  TouchableSurface surface_;
+  double largest_;  // see SizeOf [m]
+};
+
 // Appends the rows of `file` (contracts, `solve`), which may be one that WriteRows wrote. Throws
-// InputError: what CsvTable rejects, a position without a surface, a negative width or time, a
-// value along an axis that the object does not have, a dimension that the row's tool does not have.
+// InputError: what CsvTable or RowReader rejects, and a negative time.
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
                 const RowRules& rules, std::vector<SolveRow>* rows);
 
 // Throws InputError: a round tool shares its case with other rows.
 void RequireAlone(const std::vector<SolveRow>& rows);
 
-// Prints a warning on standard error if rows touch an outline or a volume at a point.
-void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows);
+// The reason of a row that is extrapolated, one clause.
+inline std::string_view ReasonOf(const SolveRow& row) {
+  return row.response.doubt.empty() ? kBeyondRange : row.response.doubt;
+}
+// The estimated error of the force [N], of a load's displacement [m]; 0: not estimated.
+inline double ErrorOf(const ContactResponse& response) {
+  return std::max(response.force_error, response.displacement_error);  // one of both is zero
+}
 
-// Prints on standard error how many rows lie farther from the surface than a hundredth of the
-// object's size: they act at the nearest place of it.
-void ReportPlaces(const char* command, const ObjectMesh& mesh, const std::vector<SolveRow>& rows);
-
-// Prints on standard error how many rows are extrapolated and why: one line per reason, with the
-// first such row.
-void ReportFlags(const std::vector<SolveRow>& rows);
+// Sentences on rows; empty: there is nothing to say.
+//
+// Rows that touch an outline or a volume at a point.
+std::string WidthRemark(const Scene& scene, const std::vector<SolveRow>& rows);
+// Rows that lie farther from the surface than a hundredth of the object's size: they act at the
+// nearest place of it.
+std::string PlaceRemark(const ObjectMesh& mesh, const std::vector<SolveRow>& rows);
+// How many rows are extrapolated and why: one sentence per reason, with the first such row.
+std::vector<std::string> FlagRemarks(const std::vector<SolveRow>& rows);
 
 // Writes one line per row with 17 significant digits, including `t` if present, and the width or
 // radius that was pressed with, so that AppendRows reads the same contacts. `moments`: also the

@@ -24,6 +24,7 @@ struct PressFit {
   int presses = 0;                                      // cases
   int extrapolated = 0;                                 // cases beyond the model's range
   std::string kind;                                     // of the model
+  std::string remark;                                   // on places off the surface; may be empty
 };
 
 // `file` is a table of contacts that `solve` reads, with the measured forces fx, fy, fz, or one

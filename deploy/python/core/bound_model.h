@@ -1,0 +1,70 @@
+// A prepared model as Python holds it: arrays of contacts in, arrays of answers out.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include "deploy/python/core/call.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/scene/scene.h"
+#include "slave/solve/case_solver.h"
+#include "slave/solve/object_remarks.h"
+
+namespace palpate::python {
+
+// C-contiguous; what Python gives is converted.
+using Numbers = pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>;
+using Integers =
+    pybind11::array_t<std::int64_t, pybind11::array::c_style | pybind11::array::forcecast>;
+
+// A mesh of nodes (n x 3) [m] and of elements: tetrahedra (m x 4) or triangles (m x 3) by their
+// nodes from 0. Throws std::invalid_argument: another shape, a coordinate that is not finite, a
+// number of no node.
+std::shared_ptr<const GivenMesh> MeshOfArrays(const Numbers& nodes, const Integers& elements);
+
+class BoundModel {
+ public:
+  // Meshes the object; the model is made by Prepare. Throws as MeshObject; std::invalid_argument: a
+  // model that moves in time.
+  explicit BoundModel(Scene scene);
+
+  // The nodes of a volume, frame O (n x 3) [m]; of other objects none.
+  [[nodiscard]] pybind11::array_t<double> Nodes() const;
+  // Adds these nodes of a volume to what is fixed.
+  void Fix(const Integers& nodes);
+  // Throws as MakeModel.
+  void Prepare();
+  // See RemarksOnObject.
+  [[nodiscard]] std::vector<std::string> Remarks() const { return RemarksOnObject(scene_); }
+  [[nodiscard]] pybind11::dict Info() const;
+
+  // `rows`: cases x contacts x 6, of each contact its place at rest [m], and its displacement [m]
+  // or
+  // (`are_loads`) the force on the object [N]. The contacts of a case act together, from rest.
+  // Returns (force, displacement, error, validity, why): cases x contacts x 3 twice, cases x
+  // contacts twice, NaN where there is no number; and one clause per contact. Throws
+  // std::invalid_argument naming the contact.
+  pybind11::tuple Solve(const Numbers& rows, bool are_loads);
+  // The time that the model took for the last case [us].
+  [[nodiscard]] double update_us() const { return rows_.empty() ? 0 : rows_.back().solve_us; }
+  // Sentences on the last answers.
+  [[nodiscard]] std::vector<std::string> AnswerRemarks() const;
+
+ private:
+  Scene scene_;
+  ObjectMesh mesh_;
+  RowRules rules_;
+  SignalProgress progress_;  // of the model, as long as it lives
+  std::unique_ptr<DeformationModel> model_;
+  std::optional<RowReader> reader_;
+  std::optional<CaseSolver> solver_;
+  Solution solution_;
+  std::vector<SolveRow> rows_;  // room
+};
+
+}  // namespace palpate::python

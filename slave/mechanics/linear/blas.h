@@ -1,0 +1,22 @@
+// Threads of OpenBLAS in a process that also computes for others, such as an interpreter.
+#pragma once
+
+namespace palpate::blas {
+
+// OpenBLAS computes on one thread while this lives, as in the programs, and then on as many as
+// before. No-op with another BLAS. One at a time.
+class OneThread {
+ public:
+  OneThread() noexcept;
+  ~OneThread();
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
+
+ private:
+  int before_;
+};
+
+// As many threads as before this library was loaded, which set one.
+void RestoreThreads() noexcept;
+
+}  // namespace palpate::blas

@@ -1,0 +1,86 @@
+#include "slave/solve/case_solver.h"
+
+#include <chrono>
+#include <cmath>
+#include <string_view>
+#include <variant>
+
+#include "slave/mesh/boundary_patch.h"
+#include "slave/mesh/index.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::string_view kWholeElements =
+    "the elements under the tool are narrower or wider than it by more than model.tolerance takes "
+    "of the force: use more of them";
+
+bool IsSame(const Tool& a, const Tool& b) {
+  return a.shape == b.shape && a.width == b.width && a.radius == b.radius && a.depth == b.depth;
+}
+
+}  // namespace
+
+bool SolveTogether(std::span<const Contact> contacts, DeformationModel* model, Solution* solution,
+                   double* solve_us) {
+  const auto start = std::chrono::steady_clock::now();
+  model->Solve(contacts, solution);
+  *solve_us = 1e6 * SecondsSince(start);
+  return solution->responses().front().validity != Validity::kFailed;
+}
+
+bool CaseSolver::Solve(const Case& one, std::vector<SolveRow>* rows, Solution* solution) {
+  if (SolveRow& row = (*rows)[one.front()]; IsPressedRound(row)) {
+    model_->Reset();
+    const auto start = std::chrono::steady_clock::now();
+    row.response = round_.Press(row, model_, solution);
+    row.solve_us = 1e6 * SecondsSince(start);
+    return row.response.validity != Validity::kFailed;
+  }
+  contacts_.clear();
+  for (const std::size_t i : one) contacts_.push_back((*rows)[i].contact);
+  double solve_us = 0;
+  model_->Reset();
+  model_->Prefetch(contacts_);
+  const bool solved = SolveTogether(contacts_, model_, solution, &solve_us);
+  for (std::size_t k = 0; k < one.size(); ++k) {
+    SolveRow& row = (*rows)[one[k]];
+    row.response = solution->responses()[k];
+    row.solve_us = solve_us;
+    Judge(&row);
+  }
+  return solved;
+}
+
+void CaseSolver::TakeTool(const Tool& tool) {
+  if (domain_ && IsSame(domain_->tool, tool)) return;
+  domain_.emplace(Domain{tool, ToolDomain(scene_, tool, mesh_), std::nullopt});
+  const auto* outline = std::get_if<BoundaryMesh>(&mesh_);
+  if (outline == nullptr) return;
+  Scene pressed = scene_;
+  pressed.tool = tool;
+  domain_->width.emplace(*outline, pressed);
+}
+
+void CaseSolver::Judge(SolveRow* row) {
+  TakeTool(row->tool);
+  domain_->where.Judge(row->contact, &row->response);
+  if (row->response.validity != Validity::kValid || IsFineUnder(*row)) return;
+  row->response.validity = Validity::kExtrapolated;
+  row->response.doubt = kWholeElements;
+}
+
+bool CaseSolver::IsFineUnder(const SolveRow& row) {
+  const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
+  if (!domain_->width || !moved || row.contact.width == 0) return true;
+  const auto& outline = std::get<BoundaryMesh>(mesh_);
+  BoundaryPlace place;
+  place.p_O = row.contact.p_O.head<2>();
+  place.element = FindElement(outline, place.p_O);
+  if (place.element < 0) return true;
+  place.normal_O = outline.elements[Index(place.element)].normal();
+  const ToolWidth::Share share = domain_->width->At(place, model_);
+  return std::abs(share.factor - 1) + 2 * share.sigma <= scene_.model.tolerance;
+}
+
+}  // namespace palpate

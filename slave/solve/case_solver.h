@@ -1,0 +1,58 @@
+// Contacts and loads that act together on an object at rest, answered and judged. `solve` and
+// Python call it.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/factory/tool_domain.h"
+#include "slave/mechanics/object_mesh.h"
+#include "slave/pipeline/camera/tool_width.h"
+#include "slave/scene/scene.h"
+#include "slave/solve/round_rows.h"
+#include "slave/solve/solve_rows.h"
+
+namespace palpate {
+
+using Case = std::vector<std::size_t>;  // rows that act together
+
+// Answers `contacts` acting together and times it. False: there is no answer.
+bool SolveTogether(std::span<const Contact> contacts, DeformationModel* model, Solution* solution,
+                   double* solve_us);
+
+class CaseSolver {
+ public:
+  // Keeps references.
+  CaseSolver(const Scene& scene, const ObjectMesh& mesh, DeformationModel* model)
+      : scene_(scene), mesh_(mesh), model_(model), round_(scene, mesh) {}
+
+  // The rows of one case, answered from rest. False: it has no answer; the rows say so, and
+  // the model's failure() why.
+  bool Solve(const Case& one, std::vector<SolveRow>* rows, Solution* solution);
+
+ private:
+  // Where the force of a tool is known. The last one is kept: rows that follow each other usually
+  // have the same.
+  struct Domain {
+    Tool tool;
+    ToolDomain where;
+    std::optional<ToolWidth> width;  // of an outline
+  };
+  void TakeTool(const Tool& tool);
+  // The model is queried for two more contacts in the plane.
+  void Judge(SolveRow* row);
+  // Whether the force of whole elements is that of the tool, within the tolerance. One camera
+  // corrects it (tool_width.h); the table is answered as it is asked.
+  [[nodiscard]] bool IsFineUnder(const SolveRow& row);
+
+  const Scene& scene_;
+  const ObjectMesh& mesh_;
+  DeformationModel* model_;
+  RoundRows round_;
+  std::optional<Domain> domain_;
+  std::vector<Contact> contacts_;  // room
+};
+
+}  // namespace palpate

@@ -1,0 +1,16 @@
+// Remarks on the object and the tool of a scene.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// What a mesh contains that is not used or looks wrong, and numbers that are hardly meant: of the
+// object's size and material and of gravity (shared/text/plausible.h), a tool wider than the
+// object. Throws std::invalid_argument: a mesh file that cannot be read.
+std::vector<std::string> RemarksOnObject(const Scene& scene);
+
+}  // namespace palpate
