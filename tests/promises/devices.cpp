@@ -81,7 +81,7 @@ Samples Channels(const Scene& scene, const Tactile& tactile) {
       message->add_electrodes(static_cast<float>(10 + i + force + noise(random)));
     }
     ToProto(scene.manipulator.home, sample.mutable_truth()->mutable_p_s_tip());
-    sample.mutable_truth()->mutable_force()->set_z(-force);
+    sample.mutable_truth()->mutable_force()->set_z(force);
     samples.push_back(std::move(sample));
   }
   return samples;
