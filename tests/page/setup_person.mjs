@@ -81,6 +81,16 @@ export class Person {
   choose(name, value) {
     return this.page.check(`[name="${name}"][value="${value}"]`);
   }
+  // Answers all questions, and those of step `check`, with "right".
+  async confirmAll() {
+    await until(async () => {
+      const asked = this.page.locator('#setup-questions [data-answer=right]');
+      if (await asked.count()) await asked.first().click();
+      return (await this.page.isVisible('#setup-right')) || this.page.isEnabled('#setup-use');
+    }, 'the sentences of the check');
+    if (await this.page.isVisible('#setup-right')) await this.page.click('#setup-right');
+    await until(() => this.page.isEnabled('#setup-use'), 'that the scene may be used');
+  }
   shows(id, words) {
     return this.stage.shows(id, words);
   }
