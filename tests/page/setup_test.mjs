@@ -342,7 +342,7 @@ test('the tolerances contain what the last digits of thickness, width and sizes 
 });
 
 test('errors of the slave become sentences without keys, and keep their text as details', () => {
-  const said = [
+  const reported = [
     [{ key: 'tool.width', value: '6 mm', message: 'another width than in the image', expected: '5.254 mm' }, 'tool', /looks 5\.254 mm wide.*but you gave 6 mm/],
     [{ key: 'sense.contour.start', message: "the contour collapsed, intersected itself or left its start (area 0.937988 of the start's): give another sense.contour.start or weights" }, 'object', /edge of the object is not found/],
     [{ key: 'object.geometry', message: 'the object in the first image is 4.5 % larger than in the scene', expected: '3 %: check camera.pixel (346.4 um would fit) and the sizes' }, 'object', /4\.5 % larger than you measured/],
@@ -351,7 +351,7 @@ test('errors of the slave become sentences without keys, and keep their text as 
     [{ message: 'no new image within 2 s' }, 'image', /gives no image/],
     [{ message: 'something else' }, 'check', /The details say why/],
   ];
-  for (const [error, step, form] of said) {
+  for (const [error, step, form] of reported) {
     const { key, text, details } = mistakeWords(error);
     assert.match(text, form);
     assert.equal(stepOfKey(key), step, text);

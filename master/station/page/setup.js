@@ -145,6 +145,11 @@ export class Setup {
     if (step === 'check') this.propose();
     this.keep();
     this.draw();
+    const { activeElement: focused } = document;
+    if (focused && focused !== document.body && !focused.checkVisibility()) this.stepButton.focus();
+  }
+  get stepButton() {
+    return document.querySelector(`#setup-steps [data-step=${this.step}]`);
   }
   next() {
     this.trouble[this.step] = null;

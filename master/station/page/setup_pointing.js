@@ -178,7 +178,7 @@ export class Pointing {
     else if (this.corner) this.acts.preview({ box: [this.corner, this.cross] });
     this.follow();
   }
-  // The cross stays in view, and its place is told.
+  // The cross stays in view, and its place is reported.
   follow() {
     const host = this.canvas.parentElement.getBoundingClientRect(), [x, y] = this.onScreen(this.cross);
     if (this.view.zoom > 1) this.pan(Math.max(0, host.x + 20 - x) - Math.max(0, x - host.right + 20), Math.max(0, host.y + 20 - y) - Math.max(0, y - host.bottom + 20));

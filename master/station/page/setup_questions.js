@@ -26,7 +26,7 @@ const ASKED = {
   },
   object(answers) {
     const { object } = answers, { larger } = spansOf(answers), thick = mm(object.thickness), ratio = thick / larger, found = [], field = 'object.thickness';
-    if (ratio < THIN) found.push({ wrong: field, text: `The object would be ${inMm(larger)} large, but only ${inMm(thick)} thick towards the camera: a sheet that stands on its edge. Is that right?` });
+    if (ratio < THIN) found.push({ wrong: field, text: `The object would be ${inMm(larger)} large, but only ${inMm(thick)} thick towards the camera: a sheet on its edge. Is that right?` });
     if (object.plane === 'stress' && ratio > NEITHER) found.push({ wrong: field, text: `The object would be ${inMm(thick)} thick towards the camera, and ${inMm(larger)} large: nearly a cube, not a slab. Is that right?` });
     if (object.plane === 'strain' && ratio < THICK) found.push({ wrong: 'object.plane', text: `You chose "thick": the object would be ${inMm(thick)} deep towards the camera, and ${inMm(larger)} large. Thick means several times as deep as wide. Is that right?` });
     if (larger < 0.01) found.push({ wrong: 'object.kind', text: `The object would be ${inMm(larger)} large, about as large as ${largeAs(larger)}. Is that right?` });
