@@ -54,7 +54,7 @@ constexpr std::array<Row, 12> kRows{{
     {"No route to host", "no route to that machine"},
     {"timed out", "that machine does not answer"},
     {"Timeout occurred", "that machine does not answer"},
-    {"eepalive", "the slave no longer answers"},
+    {"eepalive", "the slave has not answered in time: it is busy, or the link is cut"},
     {"Socket closed", "the connection was closed"},
     {"Connection reset", "the connection was closed"},
     {"Broken pipe", "the connection was closed"},

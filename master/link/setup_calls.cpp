@@ -8,6 +8,7 @@
 
 #include "master/link/observer.h"
 #include "master/link/stream_keeper.h"
+#include "shared/wire/errors.h"
 
 namespace palpate {
 namespace {
@@ -35,11 +36,34 @@ int HttpStatusOf(grpc::StatusCode code) {
   }
 }
 
+// Without its prefix; empty: the status has none.
+std::string ReasonName(const grpc::Status& status) {
+  constexpr std::string_view kPrefix = "ERROR_REASON_";
+  const v1::ErrorReason reason = ReasonOf(status);
+  if (reason == v1::ERROR_REASON_UNSPECIFIED) return {};
+  return v1::ErrorReason_Name(reason).substr(kPrefix.size());
+}
+
+// The codes of a connection that failed; others are empty.
+std::string_view CodeName(grpc::StatusCode code) {
+  if (code == grpc::StatusCode::DEADLINE_EXCEEDED) return "DEADLINE_EXCEEDED";
+  return code == grpc::StatusCode::UNAVAILABLE ? "UNAVAILABLE" : "";
+}
+
+std::string ErrorJson(std::string_view why, std::string_view reason, std::string_view code) {
+  google::protobuf::Struct answer;
+  (*answer.mutable_fields())["error"].set_string_value(std::string(why));
+  if (!reason.empty()) (*answer.mutable_fields())["reason"].set_string_value(std::string(reason));
+  if (!code.empty()) (*answer.mutable_fields())["code"].set_string_value(std::string(code));
+  return JsonOf(answer);
+}
+
 SetupCalls::Answer AnswerOf(const grpc::Status& status, const google::protobuf::Message& reply) {
   if (status.ok()) return {200, JsonOf(reply)};
   const std::string words = WordsOf(status);
   return {HttpStatusOf(status.error_code()),
-          SetupErrorJson(words.empty() ? "rejected without a reason" : words)};
+          ErrorJson(words.empty() ? "rejected without a reason" : words, ReasonName(status),
+                    CodeName(status.error_code()))};
 }
 
 class TimedCall {
@@ -118,9 +142,7 @@ SetupCalls::Answer SetupCalls::Make(std::string_view name, const std::string& js
 }
 
 std::string SetupErrorJson(std::string_view why) {
-  google::protobuf::Struct answer;
-  (*answer.mutable_fields())["error"].set_string_value(std::string(why));
-  return JsonOf(answer);
+  return ErrorJson(why, {}, {});
 }
 
 }  // namespace palpate

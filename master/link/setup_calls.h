@@ -15,7 +15,9 @@ class SetupCalls {
  public:
   struct Answer {
     int status = 200;  // of HTTP: 200, 400 (request), 403, 409 (not now) or 502 (no answer)
-    std::string json;  // the reply, or {"error": "..."}
+    // The reply; or {"error": text, "reason": name of an ErrorReason without its prefix, "code":
+    // DEADLINE_EXCEEDED or UNAVAILABLE}, of which the last two may be absent.
+    std::string json;
   };
 
   // Throws std::invalid_argument for an invalid target, or one beyond loopback without `insecure`.

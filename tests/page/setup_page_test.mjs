@@ -79,9 +79,14 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     await stage.shoot('setup-tool');
     await person.next();
 
-    await person.shows('setup-report', /force is about/);
-    await person.shows('setup-report', /Your object: rectangle 88 mm x 88 mm, 9 mm thick, about as stiff as a gummy bear; 1 mm deep .* g\. Is that so/);
+    await person.shows('setup-sentences', /88 mm wide and 88 mm high, .*9 mm thick.*as stiff as a gummy bear.*1 mm deep .* weight of \d+ g.*flat end, 5\.87 mm wide.*Held: the lower edge/s);
+    assert.ok(!(await person.page.isEnabled('#setup-use')), 'used before it was confirmed');
     await stage.shoot('setup-check');
+    await person.page.click('#setup-wrong');
+    await person.page.locator('#setup-sentences [data-answer=wrong]').nth(1).click();
+    assert.equal(await person.page.locator('#setup-steps [aria-current=step]').getAttribute('data-step'), 'material');
+    await person.go('check');
+    await person.confirmAll();
     await person.fill('name.text', 'rubber-block');
     // The slave's new scene is known before its answer.
     await person.page.route('**/setup/use*', async (route) => {
@@ -90,7 +95,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
       await route.fulfill({ response });
     }, { times: 1 });
     await person.page.click('#setup-use');
-    await person.shows('setup-force', /N ± /);
+    await person.shows('setup-force', /N ± .* g\) at /);
     console.log(`${((Date.now() - began) / 1e3).toFixed(1)} s to the first force`);
     await until(async () => /Largest valid depth so far: [2-9]/.test(await stage.text('setup-largest')), 'a valid press');
     await stage.shoot('setup-press');
@@ -153,11 +158,12 @@ const alterNextImage = (page, { filter = 'none', paper = [0, 0, 0, 0], boxes = [
   await route.fulfill({ json: { jpeg } });
 }, { times: 1 });
 
-deepTest('each of 24 wrong answers gives a message at its step, changes no other step, and is undone', async () => {
+deepTest('each of 27 wrong answers gives a message at its step, changes no other step, and is undone', async () => {
   const images = imagesOf(BLOCK, path.join(SCRATCH, 'setup-silicone-block'));
   const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-wrong-${process.pid}`) }), { page, stage } = person;
   const fill = (name, value) => () => person.fill(name, value);
   const clicks = (...places) => async () => { for (const place of places) await person.click(place, 0); };
+  const erase = () => page.click('#setup-erase');
   const all = (...acts) => async () => { for (const act of acts) await act(); };
   const board = (columns, rows, square) => all(() => person.choose('scale.by', 'board'), fill('scale.columns', columns), fill('scale.rows', rows), fill('scale.square', square), () => page.click('#setup-board'));
   const box = (from, to) => () => person.drag(from, to), [u, v] = TIP;
@@ -166,22 +172,25 @@ deepTest('each of 24 wrong answers gives a message at its step, changes no other
   const cases = [
     ['image', darken, /too dark/],
     ['image', () => page.click('#setup-live'), /Freeze an image first/],
-    ['scale', clicks(CORNERS[0]), /Click two marks/],
-    ['scale', clicks(CORNERS[0], CORNERS[0]), /0 px apart/],
+    ['scale', all(erase, clicks(CORNERS[0])), /Click two marks/],
+    ['scale', all(erase, clicks(CORNERS[0], CORNERS[0])), /0 px apart/],
+    ['scale', clicks(CORNERS[3]), /Both marks are set/],
+    ['scale', fill('scale.length', '1,234'), /could be 1\.234 or 1234/],
     ['scale', fill('scale.length', '0'), /above 0/],
     ['scale', fill('scale.length', '8800000'), /Give the length in mm/],
     ['scale', board('9', '6', ''), /Edge of a square: expected/],
     ['scale', board('2', '6', '8'), /Inner corners of the board/],
     ['scale', board('9', '6', '8'), /The board is not seen/],
-    ['object', clicks(...CORNERS.slice(0, 3)), /3 so far/],
-    ['object', clicks(...[0, 2, 1, 3].map((i) => CORNERS[i])), /crosses itself/],
-    ['object', clicks(...[[40, 30], [120, 30], [120, 100], [40, 100]]), /No clear edge/],
+    ['object', all(erase, clicks(...CORNERS.slice(0, 3))), /3 so far/],
+    ['object', clicks(CORNERS[1]), /All four corners are set/],
+    ['object', all(erase, clicks(...[0, 2, 1, 3].map((i) => CORNERS[i]))), /crosses itself/],
+    ['object', all(erase, clicks(...[[40, 30], [120, 30], [120, 100], [40, 100]])), /No clear edge/],
     ['object', fill('object.width', '60'), /The width is 60 mm/],
     ['object', fill('object.thickness', '88'), /thickness is measured towards the camera/],
     ['held', clicks(toImage([44, 0])), /Click the edges/],
     ['held', clicks(toImage([44, 40])), /No edge is there/],
     ['held', clicks(...[[88, 44], [44, 88], [0, 44]].map(toImage)), /All edges are held/],
-    ['material', fill('material.modulus', 'soft'), /Young's modulus: expected/],
+    ['material', fill('material.modulus', 'soft'), /Young's modulus: "soft": expected/],
     ['material', fill('material.poisson', '0.6'), /Poisson's ratio/],
     ['material', byMaterial('name'), /Choose a material/],
     ['tool', fill('tool.width', '9'), /the image shows 5\.\d|No tool is seen/],
@@ -212,7 +221,7 @@ deepTest('each of 24 wrong answers gives a message at its step, changes no other
     await person.shows('setup-held-fact', /^1 of 4/);
     assert.deepEqual(await person.answers(), wanted);
     await person.go('check');
-    await person.shows('setup-report', /force is about/);
+    await person.shows('setup-contact', /force is about/);
     assert.deepEqual(stage.errors.filter((text) => !/status of (400|409)/.test(text)), []);
   } finally {
     await person.standUp();
@@ -247,9 +256,9 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
   try {
     await answerAll(person, { modulus: '60', identify: true });
     await person.go('check');
-    await person.shows('setup-report', /force is about/);
+    await person.confirmAll();
     await page.click('#setup-use');
-    await person.shows('setup-force', /N ± /);
+    await person.shows('setup-force', /^[\d.]+ N/);
     await page.click('#setup-add');
     await person.shows('setup-problems', /Hold a press first/);
     const depthNow = async () => Number((await stage.text('setup-force')).match(/at (\S+) mm/)?.[1]);
@@ -272,7 +281,7 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
     // thick is 4.9 % off (check), and so is the modulus: 1.96 times that, and 5 % of the readings.
     assert.ok(Math.abs(modulus - 127) < (3 / 1.96) * half && half < Math.hypot(0.05, 1.96 * 0.049) * 127, `${modulus} ± ${half}`);
     await page.click('#setup-use-modulus');
-    await person.shows('setup-report', /force is about/);
+    await person.shows('setup-contact', /force is about/);
     const { material } = await person.answers();
     assert.ok(Number(material.modulus) > 120 && material.by === 'modulus' && Number(material.tolerance) < 6, JSON.stringify(material));
     assert.deepEqual(stage.errors, []);

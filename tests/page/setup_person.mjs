@@ -1,4 +1,5 @@
 // A person who sets up a slave in the browser, with clicks that are some pixels off.
+import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { existsSync, mkdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -81,6 +82,16 @@ export class Person {
   choose(name, value) {
     return this.page.check(`[name="${name}"][value="${value}"]`);
   }
+  // Answers all questions, and those of step `check`, with "right".
+  async confirmAll() {
+    await until(async () => {
+      const asked = this.page.locator('#setup-questions [data-answer=right]');
+      if (await asked.count()) await asked.first().click();
+      return (await this.page.isVisible('#setup-right')) || this.page.isEnabled('#setup-use');
+    }, 'the sentences of the check');
+    if (await this.page.isVisible('#setup-right')) await this.page.click('#setup-right');
+    await until(() => this.page.isEnabled('#setup-use'), 'that the scene may be used');
+  }
   shows(id, words) {
     return this.stage.shows(id, words);
   }
@@ -92,11 +103,11 @@ export class Person {
     return (await this.page.evaluate(() => JSON.parse(sessionStorage.getItem('setup')))).now;
   }
   // Freezes until the end of the tool is at `tip` [px], where the press begins: the recorded images repeat.
-  async freezeAtRest(tip) {
+  async freezeAtRest(tip, freeze = () => this.page.click('#setup-freeze')) {
     const [u, v] = tip.map(Math.round);
     await until(async () => {
       const before = await this.page.locator('#setup-freeze').getAttribute('data-count');
-      await this.page.click('#setup-freeze');
+      await freeze();
       await until(async () => (await this.page.locator('#setup-freeze').getAttribute('data-count')) !== before, 'an image');
       return this.page.evaluate(([x, y]) => {
         const pen = document.getElementById('setup-canvas').getContext('2d'), level = (a, b) => pen.getImageData(a, b, 1, 1).data[1];
@@ -104,6 +115,48 @@ export class Person {
         return isTool(y - 3) && !isTool(y + 4);
       }, [u, v]);
     }, 'an image at rest');
+  }
+  // By keyboard alone: Tab until what has the focus matches `selector`; the focus must be visible.
+  async tabTo(selector) {
+    const focused = () => this.page.evaluate((wanted) => {
+      const { activeElement: at } = document;
+      return at?.matches(wanted) ? getComputedStyle(at).outlineStyle : null;
+    }, selector);
+    for (let i = 0; i < 120; ++i) {
+      const outline = await focused();
+      if (outline === 'none') throw new Error(`the focus on ${selector} is not visible`);
+      if (outline) return;
+      await this.page.keyboard.press('Tab');
+    }
+    throw new Error(`Tab does not lead to ${selector}`);
+  }
+  async press(selector, key = 'Enter') {
+    await this.tabTo(selector);
+    await this.page.keyboard.press(key);
+  }
+  async type(name, text) {
+    await this.tabTo(`[name="${name}"]`);
+    await this.page.keyboard.type(text);
+    await this.page.keyboard.press('Tab');
+  }
+  // The arrow keys move the cross to `place`, where Enter acts.
+  async setByKeys(place) {
+    await this.tabTo('#setup-canvas');
+    const cross = async () => {
+      const [, u, v] = (await this.stage.text('setup-place')).match(/^Cross at (\d+), (\d+) px/) || [];
+      return u && [Number(u), Number(v)];
+    };
+    await this.page.keyboard.press('ArrowRight');
+    let now = await until(cross, 'the place of the cross');
+    for (const [k, [less, more]] of [['ArrowLeft', 'ArrowRight'], ['ArrowUp', 'ArrowDown']].entries()) {
+      while (Math.round(place[k]) !== now[k]) {
+        const off = Math.round(place[k]) - now[k], step = Math.abs(off) >= 10 ? 10 : 1;
+        await this.page.keyboard.press(`${step === 1 ? 'Shift+' : ''}${off > 0 ? more : less}`);
+        now = now.map((value, i) => (i === k ? value + Math.sign(off) * step : value));
+      }
+    }
+    assert.deepEqual(await until(async () => (await cross())?.join() === now.join() && now, `the cross at ${now}`), now);
+    await this.page.keyboard.press('Enter');
   }
   // The box around the tip of a tool of `width` px that points down.
   boxTip([u, v], width) {

@@ -90,14 +90,14 @@ after(async () => {
 
 export class Stage {
   // `slave`: that the stage has for itself; `within`: a command that runs the master's; `line`: between browser and master.
-  static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', args = [], slave, log = true, within = [], view, line }) {
+  static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', touch = false, args = [], slave, log = true, within = [], view, line }) {
     const stage = new Stage();
     stage.scene = scene;
     stage.log = path.join(SCRATCH, `${scene}-${device}.csv`);
     stage.slave = slave ?? await slaveOf(scene);
     await stage.startMaster({ device, args: log ? ['--log', stage.log, ...args] : args, within, view });
     if (line) stage.master.address = await line.open(stage.master.address);
-    await stage.openBrowser(size, scheme);
+    await stage.openBrowser(size, scheme, touch);
     return stage;
   }
   async startMaster({ device = 'sim-hand', args = [], within = [], view = '127.0.0.1:0' }) {
@@ -114,9 +114,9 @@ export class Stage {
     await stage.openBrowser([1280, 720], 'light');
     return stage;
   }
-  async openBrowser([width, height], colorScheme) {
+  async openBrowser([width, height], colorScheme, hasTouch = false) {
     browser ??= await chromium.launch({ executablePath: '/usr/bin/chromium', headless: true, args: FLAGS });
-    this.context = await browser.newContext({ viewport: { width, height }, colorScheme, ignoreHTTPSErrors: true });
+    this.context = await browser.newContext({ viewport: { width, height }, colorScheme, hasTouch, ignoreHTTPSErrors: true });
     this.page = await this.context.newPage();
     this.page.setDefaultNavigationTimeout(PATIENCE_MS);
     this.errors = [];
@@ -170,6 +170,12 @@ export class Stage {
       return Math.round(longest);
     });
     throw silence < SILENT_MS ? error : new TooBusy(`${error.message}: the machine keeps the page silent for ${silence} ms`);
+  }
+  // What axe finds against WCAG 2.2, levels A and AA, at this size of the window.
+  async violations() {
+    if (!(await this.page.evaluate(() => 'axe' in window))) await this.page.evaluate(AXE);
+    const { violations } = await this.page.evaluate(() => axe.run(document, { resultTypes: ['violations'], runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] }));
+    return violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(' | ')}`);
   }
   async shoot(name) {
     const png = await this.page.screenshot();

@@ -3,18 +3,19 @@ import { save } from './save.js';
 import { figure, write } from './words.js';
 
 const TIP_AT = 14;  // column of the tip as measured
-const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000;
+const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000, LEAST_ZOOM_S = 0.05;
+const GRAM = 9.80665e-3;  // weight of one gram [N]
 // Columns of a sample: number, t, scaled, sent, the device's x, y, z, age, round trip, longest tick, energy, the tip's x, y, z as
 // commanded and as measured, drawn relative to the first position. The page adds score and misfit, which are unknown before it
 // was opened. A series: its name, column, colour, dash and width; without a name it has no key.
 const STRIPS = [
-  { title: 'Force, N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true, least: 0.1 },
-  { title: 'Tip path, mm', note: 'relative to the first position; thick: measured, thin: commanded', series: [['x', 14, '--series-a'], ['y', 15, '--series-b', [5, 3]], ['z', 16, '--series-c', [2, 2]],
+  { title: 'Force', unit: 'N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true, least: 0.1 },
+  { title: 'Tip path', unit: 'mm', note: 'relative to the first position; thick: measured, thin: commanded', series: [['x', 14, '--series-a'], ['y', 15, '--series-b', [5, 3]], ['z', 16, '--series-c', [2, 2]],
     ['', 11, '--series-a', undefined, 0.7], ['', 12, '--series-b', undefined, 0.7], ['', 13, '--series-c', undefined, 0.7]], factor: 1e3, least: 0.5, fromFirst: true },
-  { title: 'Link, ms', series: [['age', 7, '--series-a'], ['round trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
-  { title: 'Device, mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3, least: 0.5 },
-  { title: 'Energy, mJ', series: [['from the operator', 10, '--series-a']], factor: 1e3, zero: true, least: 0.1 },
-  { title: 'Tracking', series: [['score', 17, '--series-a'], ['misfit, σ', 18, '--series-b', [5, 3]]], factor: 1, zero: true, least: 0.1 },
+  { title: 'Link', unit: 'ms', series: [['age', 7, '--series-a'], ['round trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
+  { title: 'Device', unit: 'mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3, least: 0.5 },
+  { title: 'Energy', unit: 'mJ', series: [['from the operator', 10, '--series-a']], factor: 1e3, zero: true, least: 0.1 },
+  { title: 'Tracking', unit: 'score, σ', series: [['score', 17, '--series-a'], ['misfit, σ', 18, '--series-b', [5, 3]]], factor: 1, zero: true, least: 0.1 },
 ];
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -27,6 +28,8 @@ export class Charts {
     this.plots = [];
     this.seen = [];  // of the strips, which are not hidden
     this.stale = [];  // which of them, the last first
+    this.zoom = null;  // times that are shown, [from, to]; null: the last ten seconds
+    this.events = [];
   }
   // Without uPlot the strips say so.
   async load(isBuiltIn) {
@@ -47,6 +50,7 @@ export class Charts {
     this.samples = [];
     this.first = null;
     this.pastAskedAt = -Infinity;  // NaN: received
+    this.zoom = null;
   }
   asksPast(now) {
     if (!(now - this.pastAskedAt > ASK_AGAIN_MS)) return false;
@@ -88,7 +92,7 @@ export class Charts {
       const box = document.createElement('div');
       box.className = 'strip';
       box.innerHTML = '<h3></h3><p class="legend"></p><div class="plot"></div>';
-      box.querySelector('h3').textContent = strip.title;
+      box.querySelector('h3').textContent = `${strip.title}, ${strip.unit}`;
       box.querySelector('.legend').replaceChildren(...strip.series.filter(([name]) => name).map(([name, , tone, dash]) => {
         const key = document.createElement('span');
         key.className = `key ${tone.slice(2)} ${dash ? (dash[0] > 3 ? 'dashed' : 'dotted') : ''}`;
@@ -104,17 +108,67 @@ export class Charts {
     const axis = { stroke: colour('--dim'), grid: { stroke: colour('--grid'), width: 1 }, ticks: { show: false }, font: '11px system-ui, sans-serif' };
     return {
       width: Math.max(80, box.clientWidth), height: Math.max(60, box.clientHeight - 24), legend: { show: false },
-      cursor: { y: false, points: { size: 6 } }, padding: [6, 6, 0, 0],
-      scales: { x: { time: false, range: (_, low, high) => [high - SECONDS, high] }, y: { range: (_, low, high) => this.range(strip, low, high) } },
-      axes: [{ ...axis, size: 18, space: 80, values: (u, marks) => marks.map((mark) => `${Math.round(mark - u.scales.x.max)} s`) }, { ...axis, space: 40, size: 38 }],
+      cursor: { y: false, points: { size: 6 }, drag: { x: true, y: false, setScale: false }, sync: { key: 'strips', setSeries: false }, bind: { dblclick: () => () => this.zoomTo(null) } }, padding: [6, 6, 0, 0],
+      scales: { x: { time: false, range: (_, low, high) => this.zoom || [high - SECONDS, high] }, y: { range: (_, low, high) => this.range(strip, low, high) } },
+      axes: [{ ...axis, size: 32, space: 80, label: 'time, s', labelSize: 14, labelFont: axis.font, values: (u, marks) => marks.map((mark) => figure(mark - this.end)) },
+        { ...axis, space: 40, size: 52, label: strip.unit, labelSize: 14, labelFont: axis.font }],
       series: [{}, ...strip.series.map(([label, , tone, dash, width = 1.75]) => ({ label, stroke: colour(tone), width, dash, points: { show: false } }))],
-      hooks: { setCursor: [({ cursor, data }) => this.tell(strip, box, cursor.idx, data)] },
+      hooks: { setCursor: [({ cursor, data }) => this.tell(strip, box, cursor.idx, data)], setSelect: [(plot) => this.select(plot)], draw: [(plot) => this.drawEvents(plot)],
+        ready: [(plot) => plot.over.addEventListener('click', ({ offsetX }) => !this.hasSelected && this.onTime?.(plot.posToVal(offsetX, 'x')))] },
     };
   }
   // Shows the values at the cursor in the keys.
   tell(strip, box, at, data) {
+    if (strip === STRIPS[0]) {
+      const force = at === null || at === undefined ? null : data[2][at];
+      write(document.getElementById('charts-time'), Number.isFinite(force) ? `${(data[0][at] - this.end).toFixed(2)} s: ${figure(force)} N, ${figure(force / GRAM)} g` : '');
+    }
     const values = strip.series.map((_, i) => (at === null || at === undefined ? null : data[i + 1][at]));
     box.querySelectorAll('.key').forEach((key, i) => write(key, strip.series[i][0] + (Number.isFinite(values[i]) ? ` ${figure(values[i])}` : '')));
+  }
+  // The newest time that is shown: the axis counts from it.
+  get end() {
+    return this.shown.length ? this.shown[this.shown.length - 1][1] : 0;
+  }
+  // A drag across a chart zooms all of them.
+  select(plot) {
+    const { left, width } = plot.select;
+    this.hasSelected = width > 4;
+    if (this.hasSelected) this.zoomTo([plot.posToVal(left, 'x'), plot.posToVal(left + width, 'x')]);
+    if (width > 0) plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    setTimeout(() => { this.hasSelected = false; });
+  }
+  // `factor`: of the time that is shown; 0: the last ten seconds.
+  zoomBy(factor) {
+    if (!factor) return this.zoomTo(null);
+    const [from, to] = this.zoom || [this.end - SECONDS, this.end], middle = (from + to) / 2, half = Math.max(LEAST_ZOOM_S, Math.min(SECONDS, factor * (to - from))) / 2;
+    this.zoomTo(2 * half >= SECONDS ? null : [middle - half, middle + half]);
+  }
+  // What is zoomed to must not run away: the charts pause.
+  zoomTo(zoom) {
+    if (zoom && !this.frozen) this.togglePause();
+    else if (!zoom && this.zoom && this.frozen) this.togglePause();
+    this.zoom = zoom;
+    this.stale = [...this.seen];
+    document.getElementById('charts-whole').hidden = !zoom;
+    this.onZoom?.();
+  }
+  // Contact, flags and stops as lines with their names.
+  takeEvents(events) {
+    this.events = events;
+  }
+  drawEvents(plot) {
+    const { ctx: pen, bbox } = plot, ratio = devicePixelRatio, { min, max } = plot.scales.x;
+    pen.save();
+    pen.font = `${10 * ratio}px system-ui, sans-serif`;
+    pen.fillStyle = colour('--warn');
+    for (const { t, name } of this.events) {
+      if (t < min || t > max) continue;
+      const x = plot.valToPos(t, 'x', true);
+      pen.fillRect(x, bbox.top, ratio, bbox.height);
+      pen.fillText(name, Math.min(x + 3 * ratio, bbox.left + bbox.width - 40 * ratio), bbox.top + 10 * ratio);
+    }
+    pen.restore();
   }
   range(strip, low, high) {
     if (low === null || high === null) return [0, 1];

@@ -25,8 +25,9 @@ function keep(name, value) {
 }
 
 export class Controls {
-  constructor({ link, view, pointer, charts, sound, replay, alarms, onTheme }) {
+  constructor({ link, view, pointer, charts, sound, replay, alarms, onTheme, onShare }) {
     Object.assign(this, { link, view, pointer, charts, sound, replay, alarms, onTheme, status: null });
+    byId('share').addEventListener('click', onShare);
     byId('stop').addEventListener('click', () => this.stop());
     byId('reset').addEventListener('click', () => this.reset());
     byId('letters').addEventListener('change', () => keep('letters', byId('letters').checked ? 'on' : 'off'));
@@ -34,6 +35,7 @@ export class Controls {
     byId('setup-open').addEventListener('click', () => pointer.release());  // its keys do not act in the set-up
     byId('pause').addEventListener('click', () => this.pause());
     byId('strips-next').addEventListener('click', () => this.charts.toggleStrips());
+    byId('charts-whole').addEventListener('click', () => this.zoomCharts(0));
     byId('colours').addEventListener('click', () => this.view.toggleColours());
     byId('acknowledge').addEventListener('click', () => this.acknowledge());
     byId('theme').addEventListener('click', () => this.toggleTheme());
@@ -46,6 +48,8 @@ export class Controls {
     }
     window.addEventListener('keydown', (event) => this.key(event), true);
     window.addEventListener('keyup', (event) => pointer.key(event, false), true);
+    charts.onZoom = () => this.showPause();
+    charts.onTime = (t) => replay.active && replay.go(t);
     this.startTheme();
   }
   stop() {
@@ -111,11 +115,20 @@ export class Controls {
     const live = this.replay.active ? {} : { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), c: () => this.clutch(), m: () => this.mark(),
       n: () => this.tare(), k: () => this.acknowledge(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus(), u: () => this.reinitializeTracking() };
     return { ...live, f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
-      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), q: () => this.view.toggleColours(), p: () => this.pause(), d: () => this.charts.download(), i: () => saveImage(this.view), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
+      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), q: () => this.view.toggleColours(), p: () => this.pause(), '+': () => this.zoomCharts(0.5), '-': () => this.zoomCharts(2), 0: () => this.zoomCharts(0), d: () => this.charts.download(), i: () => saveImage(this.view), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
       a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
   }
   pause() {
-    const isPaused = this.charts.togglePause();
+    this.charts.togglePause();
+    this.showPause();
+  }
+  // `factor` below 1: nearer; 0: the last ten seconds.
+  zoomCharts(factor) {
+    this.charts.zoomBy(factor);
+    this.showPause();
+  }
+  showPause() {
+    const isPaused = Boolean(this.charts.frozen);
     byId('pause').setAttribute('aria-pressed', String(isPaused));
     byId('charts-aside').textContent = isPaused ? 'paused' : '';
   }

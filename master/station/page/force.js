@@ -3,6 +3,7 @@ import { REASONS, TRACE, VALIDITY, codeOf, figure, fixed, ms, norm, write, xyz }
 
 const STATIONS = [['estimated', 'estimated'], ['local', 'local model'], ['scaled', 'scaled'], ['passive', 'passive'], ['limited', 'limited'], ['sent', 'sent']];
 const HOLD_S = 3;  // of the peak
+const GRAM = 9.80665e-3;  // weight of one gram [N]
 
 const byId = (id) => document.getElementById(id);
 
@@ -28,6 +29,7 @@ export class ForcePanel {
     this.holdPeak(status, sent);
     write(byId('magnitude'), fixed(sent));
     write(byId('peak'), fixed(this.peak));
+    write(byId('grams'), Number.isFinite(sent) ? `${figure(sent / GRAM)} g` : '');
     this.showMeter(status, sent, limit, full, scales);
     for (const row of this.rows) this.showStation(row, chain, full, scales);
     const [x, y, z] = observed || chain.sent;
@@ -42,7 +44,7 @@ export class ForcePanel {
     this.peak = 0;
     for (const figure of [byId('magnitude'), byId('peak'), ...this.rows.map(({ value }) => value)]) write(figure, '-');
     for (const bar of [...this.meter.children, ...this.rows.map(({ bar }) => bar)]) bar.style.width = 0;
-    for (const words of ['components', 'trace', 'meter-scale']) write(byId(words), '');
+    for (const words of ['components', 'trace', 'meter-scale', 'grams']) write(byId(words), '');
     this.showValidity(null);
     this.showFingers([]);
   }

@@ -11,6 +11,7 @@ import { Pointer } from './pointer.js';
 import { ReplayBar } from './replay.js';
 import { Scales, mappingOf } from './scales.js';
 import { Setup } from './setup.js';
+import { Share } from './share.js';
 import { Sound } from './sound.js';
 import { View } from './view.js';
 import { STATES, fixed, ms, norm, write } from './words.js';
@@ -22,15 +23,24 @@ const latest = { hello: null, health: null, status: null, lost: 'connecting', wh
 
 const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
 const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
-const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link), scales = new Scales(link, view.host), setup = new Setup(picture);
+const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link), scales = new Scales(link, view.host), setup = new Setup(picture), share = new Share();
 let controls = null, changed = true;
 byId('not-started').remove();
-controls = new Controls({ link, view, pointer, charts, sound, replay, alarms, onTheme });
+controls = new Controls({ link, view, pointer, charts, sound, replay, alarms, onTheme, onShare });
 
 function onTheme() {
   view.repaint();
   if (charts.uPlot) charts.draw();
   charts.changed = true;
+}
+
+// One press in one file, for somebody who has no Palpate.
+async function onShare() {
+  const button = byId('share'), scene = latest.health?.scene;
+  button.disabled = true;
+  const isSaved = await share.save(scene, `palpate ${scene?.name || latest.hello?.scene || 'press'}`);
+  button.disabled = false;
+  if (!isSaved) write(byId('charts-aside'), 'nothing to share yet');
 }
 
 function mapping() {
@@ -40,6 +50,7 @@ function mapping() {
 const takers = {
   hello(message) {
     charts.begin();  // a restarted master, a lost connection, or another scene
+    share.begin();
     if (!latest.hello) {
       view.load(message.libraries);
       charts.load(message.libraries);
@@ -79,13 +90,24 @@ const takers = {
     setup.takeStatus(message);
     const { score = null, misfit = null } = message.slave_state?.details || {};
     charts.take(message.samples.map((sample) => [...sample, score, misfit]), message.replay?.run);
+    share.takeStatus(message);
+    charts.takeEvents(share.events);
     if (charts.asksPast(performance.now())) link.send({ do: 'past' });
     replay.show(message);
     sound.show(norm(message.chain.sent) / (message.force_limit || 1));
   },
-  picture(message) { picture.take(message); },
-  topology(message) { view.takeTopology(message); },
-  shape(message) { view.takeShape(message); },
+  picture(message) {
+    picture.take(message);
+    share.takeImage(message);
+  },
+  topology(message) {
+    view.takeTopology(message);
+    share.takeTopology(message);
+  },
+  shape(message) {
+    view.takeShape(message);
+    share.takeShape(message);
+  },
 };
 
 function take(kind, message) {

@@ -1,8 +1,11 @@
 // The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
-import { CHECK_HELP, inWords } from './setup_words.js';
+import { CHECK_HELP, callWords, mistakeWords } from './setup_words.js';
 import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js';
 import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.js';
-import { Answers, GUESS_OFF, MATERIALS, PressCurve, STEPS, boardProblems, edgesOf, firstProblem, isComplete, number, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
+import { Pointing } from './setup_pointing.js';
+import { quantity } from './setup_quantities.js';
+import { firstOpen, questionsAt, sentencesOf } from './setup_questions.js';
+import { Answers, GUESS_OFF, MATERIALS, PressCurve, STEPS, angleAt, arcBetween, boardProblems, edgesOf, heldLines, isComplete, isInArc, isRound, mm, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
 import { findTip, greyOf, imageTrouble } from './setup_tip.js';
 import { noteItem } from './alarms.js';
 import { save, zipOf } from './save.js';
@@ -15,6 +18,8 @@ const HINTS = {
   object: 'Click around the object. The slave then pulls the outline to the edge.', held: 'Click the edges where the object is held. Click again to free an edge.', material: 'How soft is the object?',
   tool: 'Drag a box around the tip: some of the tool, some background on both sides, and a little before the tip.', check: 'The slave checks the scene.', press: 'Press the object with the tool.',
 };
+const ARCS_HINT = 'Click the two ends of each part of the edge that is held. Click a held part again to free it.';
+const EDGE_NAMES = ['lower', 'right', 'upper', 'left'];  // of a rectangle
 const SPACING_PX = 3;  // of the points of an outline
 const EDGE_PX = 14;  // from a click to the edge that it means [px on the screen]
 
@@ -23,7 +28,7 @@ const base64Of = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode
 
 export class Setup {
   constructor(picture) {
-    Object.assign(this, { picture, answers: new Answers(), step: 'image', frozen: null, scene: null, wanted: null, drag: null, trouble: {}, report: null, curve: new PressCurve(), held: new HeldPress(), state: null, busy: '', images: 0 });
+    Object.assign(this, { picture, answers: new Answers(), step: 'image', frozen: null, scene: null, wanted: null, preview: null, trouble: {}, report: null, curve: new PressCurve(), held: new HeldPress(), state: null, busy: '', images: 0 });
     this.canvas = byId('setup-canvas');
     this.pen = this.canvas.getContext('2d', { willReadFrequently: true });
     byId('setup-steps').replaceChildren(...NAMES.map((name, i) => this.stepItem(name, i)));
@@ -38,6 +43,11 @@ export class Setup {
     byId('setup-freeze').addEventListener('click', () => this.freeze());
     byId('setup-live').addEventListener('click', () => (this.answers.set('image', null), this.changed()));
     byId('setup-use').addEventListener('click', () => this.use());
+    byId('setup-right').addEventListener('click', () => this.confirm(this.sentencesText));
+    byId('setup-wrong').addEventListener('click', () => { this.doubts = true; this.draw(); });
+    byId('setup-erase').addEventListener('click', () => this.erase());
+    byId('setup-other-part').addEventListener('click', () => this.holdOtherPart());
+    for (const [id, factor] of [['setup-nearer', 1.5], ['setup-farther', 1 / 1.5], ['setup-fit', 0]]) byId(id).addEventListener('click', () => this.pointing.zoomMiddle(factor));
     byId('setup-download').addEventListener('click', () => this.download());
     byId('setup-clear').addEventListener('click', () => { this.curve = new PressCurve(); });
     byId('setup-hold').addEventListener('click', () => this.holdPress());
@@ -46,9 +56,12 @@ export class Setup {
     byId('setup-form').elements['press.reading'].addEventListener('keydown', (event) => event.key === 'Enter' && this.enter(event));
     byId('setup-form').addEventListener('submit', (event) => event.preventDefault());
     byId('setup-form').addEventListener('change', ({ target }) => this.takeField(target));
-    this.canvas.addEventListener('pointerdown', (event) => this.press(event));
-    this.canvas.addEventListener('pointermove', (event) => this.move(event));
-    this.canvas.addEventListener('pointerup', (event) => this.release(event));
+    byId('setup-form').addEventListener('input', ({ target }) => this.showUnit(target));
+    this.pointing = new Pointing(this.canvas, byId('setup-lens'), {
+      isOpen: () => Boolean(this.frozen) && !this.busy && ['scale', 'object', 'held', 'tool'].includes(this.step) && !(this.step === 'scale' && this.answers.now.scale.by === 'board'),
+      points: () => this.pointsAt(this.step), takesBox: () => this.step === 'tool', click: (at) => this.click(at), move: (i, at) => this.movePoint(i, at),
+      box: (from, to) => this.takeBox(from, to), preview: (preview) => { this.preview = preview; this.draw(); }, redraw: () => this.draw(), tell: (words) => write(byId('setup-place'), words),
+    });
     window.addEventListener('keydown', (event) => this.key(event));
   }
   stepItem(name, i) {
@@ -75,7 +88,7 @@ export class Setup {
   takeStatus({ slave_state: state }) {
     this.state = state;
     if (!state || this.step !== 'press') return;
-    const point = this.curve.add(state);
+    const point = this.curve.add(state, pixelOf(this.answers.now));
     if (point) this.point = point;
     if (point && this.identifies) this.held.add({ ...point, sigma: Math.sqrt(Math.max(0, point.sigma ** 2 - (1e-2 * GUESS_OFF * point.force) ** 2)) }, performance.now());
   }
@@ -125,14 +138,22 @@ export class Setup {
 
   go(step) {
     if (!step) return;
+    if (step !== this.step) this.pointing.reset();
     this.step = step;
+    this.doubts = false;
+    write(byId('setup-place'), '');
     if (step === 'check') this.propose();
     this.keep();
     this.draw();
+    const { activeElement: focused } = document;
+    if (focused && focused !== document.body && !focused.checkVisibility()) this.stepButton.focus();
+  }
+  get stepButton() {
+    return document.querySelector(`#setup-steps [data-step=${this.step}]`);
   }
   next() {
     this.trouble[this.step] = null;
-    if (!problemsAt(this.step, this.answers.now).length && !this.busy) return this.go(NAMES[NAMES.indexOf(this.step) + 1]);
+    if (!problemsAt(this.step, this.answers.now).length && !questionsAt(this.step, this.answers.now).length && !this.busy) return this.go(NAMES[NAMES.indexOf(this.step) + 1]);
     this.tried = this.step;  // only now the step says what it lacks
     this.draw();
   }
@@ -146,6 +167,25 @@ export class Setup {
     event.preventDefault();
     this.undo();
   }
+  // A question that was answered with "right".
+  confirm(text) {
+    this.answers.set('confirmed', [...this.answers.now.confirmed, text]);
+    this.keep();
+    this.draw();
+  }
+  // What is to be done where a question was answered with "wrong": an act, another step, or a field.
+  correct(wrong) {
+    const { tool, object } = this.answers.now;
+    if (wrong === 'otherShape') this.answers.change('tool', { shape: tool.shape === 'round' ? 'flat' : 'round' });
+    else if (wrong === 'useClicks') this.answers.change('object', { ...object, found: null, clear: null });
+    else if (wrong in STEPS) return this.go(wrong);
+    else {
+      const fields = byId('setup-form').elements[wrong];
+      return (fields?.focus ? fields : fields?.[0])?.focus();
+    }
+    this.changed();
+  }
+
   // After each change: the tip is searched again, because it depends on outline and scale.
   changed() {
     const { image, tool, object, scale } = this.answers.now;
@@ -160,19 +200,20 @@ export class Setup {
     this.draw();
   }
   tipIn({ box, width, shape }) {
-    const outline = outlineOf(this.answers.now), px = (1e-3 * number(width)) / pixelOf(this.answers.now);
+    const outline = outlineOf(this.answers.now), px = mm(width) / pixelOf(this.answers.now);
     if (box.length < 2 || !this.frozen || !outline.length || !(px > 0)) return null;
     return px >= 3 ? findTip(this.frozen.grey, box, outline, px, shape === 'round') : { why: `The tip is ${px.toFixed(1)} px wide in the image: expected at least 3 px. Move the camera nearer, or correct the width.` };
   }
   takeField(field) {
     const [step, key] = (field.name || '').split('.');
-    if (!key || this.valueOf(field) === field.value) return;
+    if (!key || (field.type !== 'checkbox' && this.valueOf(field) === field.value)) return;
     if (step === 'name') {  // what was checked stays
       this.answers.set('name', field.value);
       this.keep();
       return this.draw();
     }
     if (key === 'kind') this.answers.change('object', { kind: field.value, points: [], found: null, clear: null });
+    else if (field.type === 'checkbox') this.answers.set('held', field.checked ? [...this.answers.now.held, Number(key)].sort((a, b) => a - b) : this.answers.now.held.filter((i) => i !== Number(key)));
     else this.answers.change(step, { [key]: field.value });
     if (key === 'kind') this.answers.set('held', []);
     this.trouble[step] = null;
@@ -190,14 +231,20 @@ export class Setup {
       const response = await fetch(`/setup/${name}${token && `?token=${token}`}`, { method: 'POST', body: JSON.stringify(request) });
       reply = await response.json().catch(() => ({ error: `palpate-master answers ${response.status} ${response.statusText}` }));
       if (response.ok && !reply.error) this.trouble[step] = null;
-      else this.trouble[step] = [reply.error ? inWords(reply.error) : `palpate-master answers ${response.status}`];
+      else this.trouble[step] = [this.troubleOf(name, { error: `palpate-master answers ${response.status}`, ...reply })];
       if (!response.ok || reply.error) reply = null;
     } catch {
+      reply = null;
       this.trouble[step] = ['palpate-master does not answer. Your answers are kept: try again.'];
     }
     this.busy = '';
     this.draw();
     return reply;
+  }
+  // A scene that is rejected when it is taken into use comes as text.
+  troubleOf(name, reply) {
+    const [, key, value, message, expected] = (name === 'use' && reply.reason === 'INVALID_FIELD' && reply.error.match(/^(?:line \d+: )?((?:object|sense|tool|model|manipulator)[a-z_.]*)(?: = ([^:]*))?: (.*?)(?:: expected (.*))?$/m)) || [];
+    return key ? mistakeWords({ key, value, message, expected }) : { text: callWords(name, reply), details: reply.error };
   }
   async freeze() {
     const reply = await this.call('image', 'image', {}, 'An image is fetched ...');
@@ -228,7 +275,7 @@ export class Setup {
     const { scale } = this.answers.now;
     this.trouble.scale = boardProblems(this.answers.now);
     if (this.trouble.scale.length) return this.draw();
-    const request = { images: [this.frozen.jpeg], columns: number(scale.columns), rows: number(scale.rows), square: 1e-3 * number(scale.square) };
+    const request = { images: [this.frozen.jpeg], columns: quantity(scale.columns, 'plain').value, rows: quantity(scale.rows, 'plain').value, square: mm(scale.square) };
     const reply = await this.call('board', 'scale', request, 'The slave looks for the board ...');
     if (!reply) return;
     this.answers.change('scale', { board: { pixel: reply.pixel, points: reply.corners.map(({ u, v }) => [u, v]) } });
@@ -246,7 +293,7 @@ export class Setup {
   }
   // Checks the scene. Errors go to the step that owns their key.
   async propose() {
-    const first = firstProblem(this.answers.now);
+    const first = firstOpen(this.answers.now);
     if (first) {
       this.step = this.tried = first;
       return this.draw();
@@ -254,20 +301,22 @@ export class Setup {
     const proposal = await this.proposal(), reply = await this.call('propose', 'check', this.requestOf(proposal), 'The slave checks the scene ...');
     if (!reply) return;
     this.scene = proposal;
-    if (!reply.errors?.length) this.report = reply;
-    else this.assign(reply.errors);
+    if (reply.errors?.length) this.assign(reply.errors);
+    else if (reply.contact) this.report = reply;
+    else this.trouble.check = [{ text: 'The slave finds no force for this tool and these held edges: check that the edge that you press is free, and the sizes.', details: reply.report }];
     this.draw();
   }
   // Errors of the slave to the steps that own their keys, and to the first of these.
   assign(errors) {
-    for (const { key, value, message, expected } of errors) {
-      const step = stepOfKey(key || ''), words = [key && `${key}${value ? ` = ${value}` : ''}`, message, expected && `expected ${expected}`].filter(Boolean).join(': ');
-      (this.trouble[step] ||= []).push(inWords(words));
+    for (const error of errors) {
+      const words = mistakeWords(error);
+      (this.trouble[stepOfKey(words.key)] ||= []).push(words);
     }
     this.step = NAMES.find((name) => this.trouble[name]?.length) || 'check';
   }
   async use() {
     if (!this.report) return this.propose();
+    if (!this.isConfirmed) return this.draw();
     this.scene = await this.proposal();  // as checked, but for the name
     this.wanted = true;  // the slave may tell of its scene before it answers
     const reply = await this.call('use', 'check', this.requestOf(this.scene), 'The slave takes the scene into use ...');
@@ -275,6 +324,16 @@ export class Setup {
     this.curve = new PressCurve();
     this.answers.change('press', { held: null, reading: '', readings: [] });  // they belong to the scene before
     this.go('press');
+  }
+  // What step `check` asks: the whole set-up in words.
+  get sentences() {
+    return this.report ? sentencesOf(this.answers.now, this.report.report) : [];
+  }
+  get sentencesText() {
+    return this.sentences.map(({ text }) => text).join(' ');
+  }
+  get isConfirmed() {
+    return Boolean(this.report) && this.answers.now.confirmed.includes(this.sentencesText);
   }
   // With a modulus that is a guess, step `press` finds it by the readings of a scale.
   get identifies() {
@@ -305,57 +364,70 @@ export class Setup {
     return step > 0 ? fitModulus(readings, step) : null;
   }
   useModulus() {
-    const { modulus, tolerance } = this.fitted;
-    this.answers.change('material', { by: 'modulus', modulus: String(Number((1e-3 * modulus).toPrecision(4))), tolerance: String(Number((100 * tolerance).toPrecision(2))) });
+    const { modulus, tolerance } = this.fitted, words = String(Number((1e-3 * modulus).toPrecision(4)));
+    this.answers.change('material', { by: 'modulus', modulus: words, identified: words, tolerance: String(Number((100 * tolerance).toPrecision(2))) });
     this.report = null;
     this.go('check');
   }
   async download() {
-    const scene = this.scene || (firstProblem(this.answers.now) ? null : await this.proposal());
+    const scene = this.scene || (firstOpen(this.answers.now) ? null : await this.proposal());
     if (!scene) return this.go('check');
     save(new Blob([zipOf({ 'scene.yaml': new TextEncoder().encode(scene.scene), ...scene.files })], { type: 'application/zip' }), `${this.answers.now.name}.zip`);
   }
 
   // Clicks. Places are in the frozen image [px].
-  place({ clientX, clientY }) {
-    const box = this.canvas.getBoundingClientRect(), scale = Math.min(box.width / this.canvas.width, box.height / this.canvas.height);
-    this.scale = scale;
-    return [(clientX - box.x - (box.width - scale * this.canvas.width) / 2) / scale - 0.5, (clientY - box.y - (box.height - scale * this.canvas.height) / 2) / scale - 0.5];
-  }
-  isInside([u, v]) {
-    return u >= -0.5 && v >= -0.5 && u < this.canvas.width && v < this.canvas.height;
-  }
-  press(event) {
-    const at = this.place(event);
-    if (event.button !== 0 || !this.frozen || this.busy || !this.isInside(at)) return;
+  click(at) {
     this.trouble[this.step] = null;
-    const act = { scale: () => this.clickScale(at), object: () => this.clickObject(at), held: () => this.clickEdge(at), tool: () => { this.drag = [at, at]; } }[this.step];
-    if (act) this.canvas.setPointerCapture(event.pointerId);
-    act?.();
+    ({ scale: () => this.clickScale(at), object: () => this.clickObject(at), held: () => this.clickEdge(at), tool: () => this.draw() })[this.step]?.();
   }
-  move(event) {
-    if (!this.drag) return;
-    this.drag[1] = this.place(event);
-    this.draw();
+  // The points of a step that can be moved.
+  pointsAt(step) {
+    const { scale, object, tool } = this.answers.now;
+    return { scale: scale.by === 'clicks' ? scale.points : [], object: object.points, tool: tool.box }[step] || [];
   }
-  release() {
-    if (!this.drag) return;
-    const box = this.drag;
-    this.drag = null;
-    if (distance(...box) > 3) this.answers.change('tool', { box });
+  // They, with the one that is being moved where it is now.
+  shownPoints(step) {
+    const points = this.pointsAt(step), { preview } = this;
+    if (step !== this.step || !preview) return points;
+    return preview.box || points.map((point, i) => (i === preview.i ? preview.at : point));
+  }
+  movePoint(i, at) {
+    const { step } = this, points = this.pointsAt(step).map((point, k) => (k === i ? at : point));
+    this.trouble[step] = null;
+    if (step === 'tool') this.answers.change('tool', { box: points });
+    else if (step === 'object') this.answers.change('object', { points, found: null, clear: null });
+    else this.answers.change('scale', { points });
+    this.changed();
+    if (step === 'object' && this.answers.now.object.kind === 'rectangle' && isComplete(this.answers.now.object)) this.pull();
+  }
+  takeBox(from, to) {
+    this.trouble.tool = null;
+    if (distance(from, to) > 3) this.answers.change('tool', { box: [from, to] });
+    this.changed();
+  }
+  // Removes the points of this step.
+  erase() {
+    const { step } = this;
+    if (step === 'object') this.answers.change('object', { points: [], found: null, clear: null });
+    else if (step === 'held') this.answers.set('held', []);
+    else this.answers.change(step, step === 'tool' ? { box: [] } : { points: [] });
+    this.trouble[step] = null;
     this.changed();
   }
   clickScale(at) {
-    const { by, points } = this.answers.now.scale;
-    if (by === 'board') return this.draw();
-    this.answers.change('scale', { points: points.length < 2 ? [...points, at] : [at] });
+    const { points } = this.answers.now.scale;
+    if (points.length === 2) this.trouble.scale = ['Both marks are set. Drag one to move it, or press "Set the points again".'];
+    else this.answers.change('scale', { points: [...points, at] });
     this.changed();
   }
   clickObject(at) {
-    const { object } = this.answers.now, isFull = object.kind === 'rectangle' && object.points.length === 4;
-    this.answers.change('object', { points: isFull ? [at] : [...object.points, at], found: null, clear: null });
-    const isNumbered = object.kind === 'polygon' || object.kind === 'outline';  // its edges are those between the clicks
-    if (isNumbered && this.answers.now.held.length) this.answers.set('held', []);
+    const { object } = this.answers.now;
+    if (object.kind === 'rectangle' && object.points.length === 4) {
+      this.trouble.object = ['All four corners are set. Drag one to move it, or press "Set the points again".'];
+      return this.draw();
+    }
+    this.answers.change('object', { points: [...object.points, at], found: null, clear: null });
+    if (object.kind === 'polygon' && this.answers.now.held.length) this.answers.set('held', []);  // its edges are those between the clicks
     this.changed();
     const now = this.answers.now.object;
     if (isComplete(now) && now.kind === 'rectangle') this.pull();
@@ -366,13 +438,32 @@ export class Setup {
     else this.next();
   }
   clickEdge(at) {
-    const near = edgesOf(this.answers.now).map((edge, i) => ({ i, far: nearestOn(edge, at, false).distance })).sort((a, b) => a.far - b.far)[0];
-    if (!near || near.far * this.scale > EDGE_PX) {
+    const { now } = this.answers, reach = EDGE_PX / this.pointing.scale;
+    if (isRound(now.object)) return this.clickArc(at, reach);
+    const near = edgesOf(now).map((edge, i) => ({ i, far: nearestOn(edge, at, false).distance })).sort((a, b) => a.far - b.far)[0];
+    if (!near || near.far > reach) {
       this.trouble.held = ['No edge is there: click on the line around the object.'];
       return this.draw();
     }
-    const { held } = this.answers.now;
-    this.answers.set('held', held.includes(near.i) ? held.filter((i) => i !== near.i) : [...held, near.i].sort((a, b) => a - b));
+    this.answers.set('held', now.held.includes(near.i) ? now.held.filter((i) => i !== near.i) : [...now.held, near.i].sort((a, b) => a - b));
+    this.changed();
+  }
+  // One end of a held arc, or a held arc that is freed.
+  clickArc(at, reach) {
+    const { now } = this.answers, outline = outlineOf(now), near = outline.length ? nearestOn(outline, at) : null;
+    if (!near || near.distance > reach) {
+      this.trouble.held = ['No edge is there: click on the line around the object.'];
+      return this.draw();
+    }
+    const angle = angleAt(now, near.at), open = now.held.find(({ to }) => to === undefined), whole = now.held.filter((arc) => arc !== open);
+    const freed = open ? [] : whole.filter((arc) => isInArc(arc, angle));
+    this.answers.set('held', open ? [...whole, arcBetween(open.from, angle)] : freed.length ? whole.filter((arc) => !freed.includes(arc)) : [...whole, { from: angle }]);
+    this.changed();
+  }
+  // The last arc goes the other way around.
+  holdOtherPart() {
+    const { held } = this.answers.now, last = held.at(-1);
+    if (last?.to !== undefined) this.answers.set('held', [...held.slice(0, -1), { from: last.to, to: last.from }]);
     this.changed();
   }
 
@@ -391,34 +482,74 @@ export class Setup {
     for (const part of document.querySelectorAll('#setup-form [data-kind]')) part.hidden = !part.dataset.kind.split(' ').includes(now[part.closest('[data-step]').dataset.step].by || now.object.kind);
     for (const field of byId('setup-form').elements) this.fillField(field);
     byId('setup-freeze').dataset.count = now.image?.number || 0;
-    write(byId('setup-hint'), this.busy || HINTS[this.step]);
+    write(byId('setup-hint'), this.busy || (this.step === 'held' && isRound(now.object) ? ARCS_HINT : HINTS[this.step]));
+    byId('setup-erase').hidden = !this.pointsAt(this.step).length && !(this.step === 'held' && now.held.length);
+    byId('setup-other-part').hidden = !(isRound(now.object) && now.held.at(-1)?.to !== undefined);
     byId('setup-undo').disabled = !this.answers.canUndo(this.step);
     byId('setup-back').hidden = this.step === 'image';
     byId('setup-next').hidden = NAMES.indexOf(this.step) >= NAMES.indexOf('check');
-    byId('setup-use').disabled = !this.report || Boolean(this.busy);
-    write(byId('setup-report'), this.report ? this.reportText() : this.busy);
+    byId('setup-use').disabled = !this.isConfirmed || Boolean(this.busy);
+    this.showReport();
+    this.showEdges();
     this.showProblems();
+    this.showQuestions();
     this.showFacts();
   }
   valueOf({ name }) {
     const [step, key] = name.split('.');
     return step === 'name' ? this.answers.now.name : this.answers.now[step][key];
   }
+  // The unit beside a field, unless the answer has one of its own.
+  showUnit(field) {
+    const host = field.closest?.('.quantity');
+    if (host) host.classList.toggle('own-unit', /[a-zµ%]\s*$/i.test(field.value));
+  }
   fillField(field) {
     if (!field.name?.includes('.') || field === document.activeElement) return;
+    if (field.type === 'checkbox') return;
     const value = this.valueOf(field);
     if (field.type === 'radio') field.checked = field.value === value;
     else if (field.value !== value) field.value = value;
+    this.showUnit(field);
   }
   showProblems() {
-    const own = this.tried === this.step ? problemsAt(this.step, this.answers.now) : [], list = [...new Set([...(this.trouble[this.step] || []), ...own])];
+    const own = this.tried === this.step ? problemsAt(this.step, this.answers.now) : [], list = [...(this.trouble[this.step] || []), ...own];
     if (this.step === 'image' && this.answers.now.image?.trouble && !own.length) list.push(this.answers.now.image.trouble);
     if (this.step === 'tool' && this.answers.now.tool.seen?.why && !own.length) list.push(this.answers.now.tool.seen.why);
     if (this.step === 'press' && this.identifies) list.push(...(this.fitted?.warnings || []));
-    const text = JSON.stringify(list);
+    const unlike = list.map((item) => (item.text ? item : { text: item })).filter(({ text }, i, all) => all.findIndex((other) => other.text === text) === i);
+    const text = JSON.stringify(unlike);
     if (text === this.shownProblems) return;
     this.shownProblems = text;
-    byId('setup-problems').replaceChildren(...list.map((words) => Object.assign(document.createElement('li'), { textContent: words })));
+    byId('setup-problems').replaceChildren(...unlike.map(({ text: words, details }) => {
+      const item = Object.assign(document.createElement('li'), { textContent: words });
+      if (details) item.append(detailsOf(details));
+      return item;
+    }));
+  }
+  showQuestions() {
+    const asked = this.busy ? [] : questionsAt(this.step, this.answers.now), text = JSON.stringify(asked);
+    if (text === this.shownQuestions) return;
+    this.shownQuestions = text;
+    byId('setup-questions').replaceChildren(...asked.map(({ text: words, wrong, words: [yes, no] = ['Right', 'Wrong'] }) => {
+      const item = Object.assign(document.createElement('li'), { textContent: words }), acts = document.createElement('div');
+      acts.append(buttonOf(yes, 'right', () => this.confirm(words)), buttonOf(no, 'wrong', () => this.correct(wrong)));
+      item.append(acts);
+      return item;
+    }));
+  }
+  // Edges of a rectangle or a polygon as check boxes, for those who do not click.
+  showEdges() {
+    const { now } = this.answers, edges = edgesOf(now), host = byId('setup-edges');
+    host.hidden = !edges.length;
+    if (host.childElementCount - 1 !== edges.length) {
+      host.replaceChildren(host.firstElementChild, ...edges.map((_, i) => {
+        const label = document.createElement('label'), box = Object.assign(document.createElement('input'), { type: 'checkbox', name: `held.${i}` });
+        label.append(box, document.createTextNode(now.object.kind === 'rectangle' ? EDGE_NAMES[i] : `edge ${i + 1}`));
+        return label;
+      }));
+    }
+    host.querySelectorAll('input').forEach((box, i) => { box.checked = now.held.includes(i); });
   }
   showAlarms(alarms) {
     const text = JSON.stringify(alarms);
@@ -426,22 +557,38 @@ export class Setup {
     this.shownAlarms = text;
     byId('setup-alarms').replaceChildren(...alarms.map(({ level, text: words, next }) => noteItem(level, words, next)));
   }
-  reportText() {
-    const { report, contact } = this.report, words = report.match(/^ *in words +(.*)$/m)?.[1];
-    const lines = contact ? [`At ${figure(1e3 * contact.depth)} mm depth the force is about ${figure(contact.force)} N.`, contact.largest_depth ? `Forces are valid down to about ${figure(1e3 * contact.largest_depth)} mm.` : ''] : [];
-    return [words && `Your object: ${words}. Is that so?`, ...lines, report].filter(Boolean).join('\n');
+  // Step `check`: the set-up in sentences that a person confirms, how deep one may press, and behind "details" the slave's report.
+  showReport() {
+    const { report, sentences } = this, list = byId('setup-sentences');
+    byId('setup-plausible').hidden = !report;
+    write(byId('setup-report'), report?.report || '');
+    byId('setup-right').hidden = this.isConfirmed;
+    byId('setup-doubts').hidden = !this.doubts;
+    const text = JSON.stringify([sentences, this.doubts]);
+    if (text !== this.shownSentences) {
+      list.replaceChildren(...sentences.map(({ text: words, step }) => {
+        const item = Object.assign(document.createElement('li'), { textContent: words });
+        if (this.doubts) item.append(buttonOf('Correct', 'wrong', () => this.go(step)));
+        return item;
+      }));
+    }
+    this.shownSentences = text;
+    const { contact } = report || {};
+    const depth = contact?.largest_depth ? ` The model is made for at most ${figure(1e3 * contact.largest_depth)} mm of depth. A check may flag forces earlier.` : '';
+    write(byId('setup-contact'), contact ? `At ${figure(1e3 * contact.depth)} mm depth the force is about ${figure(contact.force)} N.${depth}` : '');
   }
   showFacts() {
     const { now } = this.answers, pixel = pixelOf(now), { clear } = now.object, { seen } = now.tool;
     write(byId('setup-scale-fact'), pixel > 0 ? `${figure(1e3 * pixel)} mm per pixel` : '');
     write(byId('setup-object-fact'), clear === null ? '' : `${Math.round(100 * clear)} % of the outline lie on a clear edge.`);
     write(byId('setup-tool-fact'), seen?.tip ? `Tip found at (${seen.tip.map((value) => value.toFixed(1)).join(', ')}) px, ${figure(1e3 * seen.width * pixel)} mm wide.` : '');
-    write(byId('setup-held-fact'), `${now.held.length} of ${edgesOf(now).length} edges are held.`);
+    const { length: held } = now.held, edges = edgesOf(now).length, isOpen = held && now.held.at(-1).from !== undefined && now.held.at(-1).to === undefined;
+    write(byId('setup-held-fact'), isRound(now.object) ? `${held - (isOpen ? 1 : 0)} parts of the edge are held.${isOpen ? ' Click the other end.' : ''}` : `${held} of ${edges} edges are held.`);
     if (this.step === 'press') this.showPress();
   }
   showPress() {
     const { state, point } = this, validity = codeOf(state?.validity, 'VALIDITY_'), check = codeOf(state?.check, 'FAILED_CHECK_');
-    write(byId('setup-force'), state?.force && point ? `${figure(point.force)} N ± ${figure(point.sigma)} N at ${figure(1e3 * point.depth)} mm` : 'no force yet');
+    write(byId('setup-force'), state?.force && point ? forceWords(point) : 'no force yet');
     const [level, words] = VALIDITY[validity] || ['idle', 'waiting for the first force'];
     byId('setup-validity').dataset.level = level;
     write(byId('setup-validity'), words + (CHECK_HELP[check] ? `: ${CHECK_HELP[check]}` : ''));
@@ -467,34 +614,76 @@ export class Setup {
     if (!live) this.drawAnswers();
   }
   drawAnswers() {
-    const { pen, answers: { now } } = this, width = Math.max(1, this.canvas.width / 500);
+    const { pen, answers: { now } } = this, px = 1 / this.pointing.scale, width = 1.8 * px;
     const tone = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
-    const line = (points, colour, isClosed = false, dash = []) => {
+    const path = (points, isClosed) => {
       pen.beginPath();
       points.forEach(([u, v], i) => pen[i ? 'lineTo' : 'moveTo'](u + 0.5, v + 0.5));
       if (isClosed) pen.closePath();
-      pen.setLineDash(dash.map((part) => part * width));
-      Object.assign(pen, { strokeStyle: colour, lineWidth: width });
-      pen.stroke();
+    };
+    // A dark line beneath a bright one is seen on every image.
+    const line = (points, colour, isClosed = false, thick = 1) => {
+      path(points, isClosed);
+      for (const [strokeStyle, lineWidth] of [['#000a', (thick + 1.3) * width], [colour, thick * width]]) {
+        Object.assign(pen, { strokeStyle, lineWidth, lineJoin: 'round' });
+        pen.stroke();
+      }
     };
     const dots = (points, colour) => points.forEach(([u, v]) => {
-      line([[u - 4 * width, v], [u + 4 * width, v]], colour);
-      line([[u, v - 4 * width], [u, v + 4 * width]], colour);
+      line([[u - 6 * px, v], [u + 6 * px, v]], colour);
+      line([[u, v - 6 * px], [u, v + 6 * px]], colour);
     });
-    const marks = now.scale.by === 'board' ? now.scale.board?.points || [] : now.scale.points;
-    if (now.scale.by === 'clicks') line(marks, tone('--series-b'));
-    dots(marks, tone('--series-b'));
-    const outline = outlineOf(now);
-    line(outline.length ? outline : now.object.points, tone('--series-a'), outline.length > 0);
-    if (this.step === 'object') dots(now.object.points, tone('--series-a'));
-    const edges = edgesOf(now);
-    pen.save();
-    for (const i of now.held) if (edges[i]) line(edges[i], tone('--stop'), false, [3, 2]);
-    pen.restore();
-    const box = this.drag || now.tool.box;
-    if (box.length === 2) line([box[0], [box[1][0], box[0][1]], box[1], [box[0][0], box[1][1]]], tone('--series-c'), true);
-    if (now.tool.seen?.tip) dots([now.tool.seen.tip], tone('--stop'));
+    const handles = (step, colour) => this.step === step && this.shownPoints(step).forEach(([u, v]) => {
+      path(Array.from({ length: 16 }, (_, i) => [u + 5 * px * Math.cos((i * Math.PI) / 8), v + 5 * px * Math.sin((i * Math.PI) / 8)]), true);
+      Object.assign(pen, { strokeStyle: '#000a', lineWidth: 2.3 * width });
+      pen.stroke();
+      Object.assign(pen, { strokeStyle: colour, lineWidth: width });
+      pen.stroke();
+    });
+    const scaleTone = '#ffb454', objectTone = '#5ab4ff', heldTone = '#ff5a64', toolTone = '#a6e36b';
+    const isBoard = now.scale.by === 'board', marks = this.shownPoints('scale');
+    if (isBoard) dots(now.scale.board?.points || [], scaleTone);
+    else if (this.step === 'scale') line(marks, scaleTone), handles('scale', scaleTone);
+    const outline = this.preview && this.step === 'object' ? [] : outlineOf(now);
+    line(outline.length ? outline : this.shownPoints('object'), objectTone, outline.length > 0);
+    handles('object', objectTone);
+    for (const part of heldLines(now)) line(part, heldTone, false, 2.2);
+    if (this.step === 'held' && isRound(now.object) && outline.length) this.drawEnds(dots, outline, heldTone);
+    const box = this.shownPoints('tool');
+    if (box.length === 2) line([box[0], [box[1][0], box[0][1]], box[1], [box[0][0], box[1][1]]], toolTone, true);
+    handles('tool', toolTone);
+    if (now.tool.seen?.tip && !this.preview) dots([now.tool.seen.tip], heldTone);
+    if (this.pointing.cross) dots([this.pointing.cross], tone('--setup-cross') || '#fff');
   }
+  // The ends of held arcs.
+  drawEnds(dots, outline, colour) {
+    const { now } = this.answers;
+    for (const { from, to } of now.held) {
+      for (const angle of [from, to].filter((value) => value !== undefined)) {
+        const off = (point) => Math.abs(Math.atan2(Math.sin(angleAt(now, point) - angle), Math.cos(angleAt(now, point) - angle)));
+        dots([outline.reduce((best, point) => (off(point) < off(best) ? point : best))], colour);
+      }
+    }
+  }
+}
+
+function buttonOf(words, answer, act) {
+  const button = Object.assign(document.createElement('button'), { type: 'button', textContent: words });
+  button.dataset.answer = answer;
+  button.addEventListener('click', act);
+  return button;
+}
+function detailsOf(text) {
+  const details = document.createElement('details');
+  details.append(Object.assign(document.createElement('summary'), { textContent: 'details' }), Object.assign(document.createElement('code'), { textContent: text }));
+  return details;
+}
+
+const GRAM = 9.80665e-3;  // weight of one gram [N]
+// A force with its sigma. Before the image shows a touch, what is not seen is stated in place of a sigma of 0.
+function forceWords({ force, sigma, depth, isTouching, unseen }) {
+  if (!isTouching && !(sigma > 0)) return `0 N, no touch is seen yet${unseen > 0 ? `: one below ${figure(unseen)} N would not be` : ''}`;
+  return `${figure(force)} N ± ${figure(sigma)} N (${figure(force / GRAM)} g) at ${figure(1e3 * depth)} mm`;
 }
 
 // Force over depth: the points, and a band of one sigma around them.

@@ -53,14 +53,13 @@ export function nearestOn(points, p, isClosed = true) {
   }, { distance: Infinity });
 }
 
-// The outline divided at the points nearest to `marks`: a line of points for each mark, from it to the next.
-export function divideAt(outline, marks) {
-  const places = marks.map((mark) => nearestOn(outline, mark)).sort((a, b) => a.i + a.part - b.i - b.part);
-  return places.map((from, k) => {
-    const to = places[(k + 1) % places.length], line = [from.at], count = outline.length;
-    for (let i = from.i, steps = (to.i - from.i + count) % count || (k + 1 === places.length ? count : 0); steps > 0; --steps) line.push(outline[(i = (i + 1) % count)]);
-    return [...line, to.at].filter((point, i, all) => i === 0 || distance(point, all[i - 1]) > 1e-9);
-  });
+// Where the ray from `p` along `way` crosses the closed polygon: [{at, i: number of the side's first point}], the nearest first.
+export function crossingsWith(points, p, way) {
+  return sidesOf(points).flatMap(([a, b], i) => {
+    const side = minus(b, a), slope = cross(way, side), off = minus(a, p);
+    const far = cross(off, side) / slope, part = cross(off, way) / slope;
+    return slope !== 0 && far > 0 && part >= 0 && part < 1 ? [{ at: [p[0] + far * way[0], p[1] + far * way[1]], i, far }] : [];
+  }).sort((a, b) => a.far - b.far);
 }
 
 // A circle through the points, least squares of their squared distances: {centre, radius}; null: they lie on a line.

@@ -1,4 +1,5 @@
 // Young's modulus from presses onto a kitchen scale: the force of a linear model is proportional to it.
+import { valueOf } from './setup_quantities.js';
 import { figure } from './words.js';
 
 const HOLD_MS = 500;  // of states that make one held press
@@ -38,7 +39,7 @@ export class HeldPress {
 export const modelProblem = (kind) => (LINEAR.includes(kind) ? '' : `The model ${kind} is not linear: its force is not proportional to the modulus. Identify the material by the guide "Identify a material".`);
 
 // A reading [N]; NaN: no number.
-export const newtons = (text, unit) => (String(text).trim() === '' ? NaN : Number(String(text).replace(',', '.')) * UNITS[unit]);
+export const newtons = (text, unit) => valueOf(text, 'plain') * UNITS[unit];
 
 // The modulus [Pa] that fits readings {force: estimated [N], sigma: of it, without the modulus [N], modulus: of the estimate [Pa],
 // reading [N]}: {modulus, half: of the 95 % interval, tolerance: standard deviation, relative, warnings}; null: too few.

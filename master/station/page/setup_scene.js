@@ -1,5 +1,6 @@
-// The answers of the set-up: what is wrong with them, and the scene that they make. Lengths of answers in mm, moduli in kPa.
-import { areaOf, centroidOf, counterClockwise, crossesItself, distance, divideAt, fitCircle, fitRectangle, orderCorners, refineCorners, sidesOf, simplify } from './setup_geometry.js';
+// The answers of the set-up: what is wrong with them, and the scene that they make. Answers are texts as typed.
+import { areaOf, centroidOf, counterClockwise, crossesItself, crossingsWith, distance, fitCircle, fitRectangle, orderCorners, refineCorners, sidesOf, simplify } from './setup_geometry.js';
+import { positive, typedSigma, valueOf, within } from './setup_quantities.js';
 
 // Step: its title. The steps own the keys of the scene below.
 export const STEPS = { image: 'Image', scale: 'Scale', object: 'Object', held: 'Held edges', material: 'Material', tool: 'Tool', check: 'Check', press: 'Press' };
@@ -13,18 +14,22 @@ const SIZE_OFF = 0.05;  // of a measured side, from what the scale gives
 const TOOL_OFF = 0.12;  // of the tool's width, as the slave's check `scale`
 const LEAST_CLEAR = 0.5;  // part of an outline with an edge
 const SKEW_OFF = 0.03;  // of corners from a rectangle, in parts of its diagonal
-const DISC_PARTS = 12, ELEMENTS = { flat: 180, round: 360 };  // a round tool touches a part of its width
+const CIRCLE_POINTS = 120, ELEMENTS = { flat: 180, round: 360 };  // a round tool touches a part of its width
 const PLANE_OFF = 10;  // of the force by a plane model, accepted; it is part of the uncertainty [%]
 export const GUESS_OFF = 50;  // of a modulus that is a first guess [%]
 // The rows of deploy/scenes/materials.md.
 export const MATERIALS = ['dragon-skin-10', 'ecoflex-00-10', 'ecoflex-00-30', 'ecoflex-00-50'];
 export const TEMPLATE = 'tip.png', OUTLINE = 'outline.csv';
 
+const LEAST_ARC = 0.05;  // of a held arc [rad]
+
+// `held`: numbers of edges; of a disc or an outline arcs {from, to} [rad], counter-clockwise to the eye around the object's middle; one
+// without `to` waits for its other end. `confirmed`: texts of the questions that were answered with "right".
 export const emptyAnswers = () => ({
-  name: 'my-object', image: null, scale: { by: 'clicks', points: [], length: '', columns: '9', rows: '6', square: '', board: null },
+  name: 'my-object', confirmed: [], image: null, scale: { by: 'clicks', points: [], length: '', columns: '9', rows: '6', square: '', board: null },
   object: { kind: 'rectangle', points: [], width: '', height: '', diameter: '', sides: '', thickness: '', plane: 'stress', found: null, clear: null },
   press: { held: null, reading: '', unit: 'g', resolution: '1', readings: [] },
-  held: [], material: { by: 'modulus', name: '', modulus: '', poisson: '0.49', tolerance: '5' }, tool: { box: [], width: '', shape: 'flat', by: '', depth: '', seen: null },
+  held: [], material: { by: 'modulus', name: '', modulus: '', poisson: '0.49', tolerance: '5', identified: '' }, tool: { box: [], width: '', shape: 'flat', by: '', depth: '', seen: null },
 });
 
 // Answers with a past for each step, so that a step can be undone alone.
@@ -48,19 +53,20 @@ export class Answers {
   }
 }
 
-export const number = (text) => (String(text).trim() === '' ? NaN : Number(String(text).replace(',', '.')));
-const numbers = (text) => String(text).split(/[;\s]+/).filter(Boolean).map(number);
-const mm = (text) => 1e-3 * number(text);
-const positive = (text, name, unit) => (number(text) > 0 && Number.isFinite(number(text)) ? '' : `${name}: expected a number above 0, in ${unit}.`);
-const digits = (value, count = 6) => String(Number(value.toPrecision(count)));
+export const mm = (text) => 1e-3 * valueOf(text, 'length');  // [m]
+export const kPa = (text) => valueOf(text, 'stress');
+const plain = (text) => valueOf(text, 'plain'), percent = (text) => valueOf(text, 'percent');
+const sidesIn = (text) => String(text).split(String(text).includes(';') ? ';' : /\s+/).map((part) => part.trim()).filter(Boolean);
+export const isRound = ({ kind }) => kind === 'disc' || kind === 'outline';
+export const digits = (value, count = 6) => String(Number(value.toPrecision(count)));
 const length = (metres) => `${digits(1e3 * metres)} mm`;
 
 // [m/px] by the two clicks or the board; NaN: not known.
 const clickedPixel = ({ scale: { by, board, points, length: text } }) => (by === 'board' ? board?.pixel ?? NaN : points.length === 2 ? mm(text) / distance(...points) : NaN);
 // Why a board cannot be looked for; empty: it can.
 export const boardProblems = ({ scale: { columns, rows, square } }) => [
-  ...(number(columns) >= 3 && number(rows) >= 3 && Number.isInteger(number(columns)) && Number.isInteger(number(rows)) ? [] : ['Inner corners of the board: expected whole numbers of 3 or more, one less than its squares.']),
-  positive(square, 'Edge of a square', 'mm')].filter(Boolean);
+  ...([columns, rows].every((count) => plain(count) >= 3 && Number.isInteger(plain(count))) ? [] : ['Inner corners of the board: expected whole numbers of 3 or more, one less than its squares.']),
+  positive(square, 'Edge of a square', 'length')].filter(Boolean);
 
 // The corners or clicks of the object, on the edge where the slave found it.
 const cornersOf = ({ points, found }) => (found?.length ? refineCorners(points, found) : points);
@@ -81,7 +87,7 @@ function measuredSides(object) {
     const [a, b, c, d] = orderCorners(corners);
     return [['width', mm(object.width), (distance(a, b) + distance(d, c)) / 2], ['height', mm(object.height), (distance(a, d) + distance(b, c)) / 2]];
   }
-  if (kind === 'polygon') return numbers(object.sides).map((side, i) => [`side ${i + 1}`, 1e-3 * side, corners[i] ? distance(corners[i], corners[(i + 1) % corners.length]) : NaN]);
+  if (kind === 'polygon') return sidesIn(object.sides).map((side, i) => [`side ${i + 1}`, mm(side), corners[i] ? distance(corners[i], corners[(i + 1) % corners.length]) : NaN]);
   return [];
 }
 
@@ -95,10 +101,16 @@ export function pixelOf(answers) {
 // One standard deviation of pixelOf, relative: of a click along the line, of an edge that was found, of a board's square, and of a
 // lens that nobody corrected, whose scale changes from the middle to the corners: a third of the 1 to 2 % of common webcams.
 const CLICK_PX = 2, FOUND_PX = 0.5, BOARD = 0.002, LENS = 0.005;
+// The sides as they were typed, [m].
+const typedSides = ({ kind, width, height, diameter, sides }) => ({ rectangle: [width, height], disc: [diameter], polygon: sidesIn(sides) }[kind] || []);
 export function pixelToleranceOf(answers) {
   const { scale, object } = answers, sides = measuredSides(object).filter(([, metres, px]) => metres > 0 && px > 0);
   const lens = scale.by === 'board' ? 0 : LENS;
-  if (object.found?.length && sides.length) return Math.hypot(lens, (FOUND_PX * Math.sqrt(2 * sides.length)) / sides.reduce((sum, [, , px]) => sum + px, 0));
+  if (object.found?.length && sides.length) {
+    const typed = 1e-3 * Math.hypot(...typedSides(object).map((side) => typedSigma(side, 'length')));
+    const found = (FOUND_PX * Math.sqrt(2 * sides.length)) / sides.reduce((sum, [, , px]) => sum + px, 0);
+    return Math.hypot(lens, found, typed / sides.reduce((sum, [, metres]) => sum + metres, 0));
+  }
   return scale.by === 'board' ? BOARD : Math.hypot(lens, (CLICK_PX * Math.SQRT2) / distance(...scale.points));
 }
 
@@ -109,19 +121,17 @@ export function outlineOf({ object }) {
   if (object.kind !== 'disc') return object.kind === 'rectangle' ? orderCorners(cornersOf(object)) : counterClockwise(cornersOf(object));
   const circle = fitCircle(object.found?.length ? object.found : object.points);
   if (!circle) return [];
-  return Array.from({ length: 10 * DISC_PARTS }, (_, i) => {
-    const angle = (2 * Math.PI * i) / (10 * DISC_PARTS);
+  return Array.from({ length: CIRCLE_POINTS }, (_, i) => {
+    const angle = (2 * Math.PI * i) / (CIRCLE_POINTS);
     return [circle.centre[0] + circle.radius * Math.cos(angle), circle.centre[1] - circle.radius * Math.sin(angle)];
   });
 }
 
-// The edges that can be held, lines of points in the image, counter-clockwise.
+// The edges that can be held one by one, lines of points in the image, counter-clockwise. A disc or an outline has none: arcs of it are
+// held.
 export function edgesOf(answers) {
-  const outline = outlineOf(answers), { kind, points } = answers.object;
-  if (!outline.length) return [];
-  if (kind === 'rectangle' || kind === 'polygon') return sidesOf(outline);
-  if (kind === 'outline') return divideAt(outline, counterClockwise(points));
-  return Array.from({ length: DISC_PARTS }, (_, i) => Array.from({ length: 11 }, (__, j) => outline[(10 * i + j) % outline.length]));
+  const outline = outlineOf(answers);
+  return outline.length && !isRound(answers.object) ? sidesOf(outline) : [];
 }
 
 // Where frame O is: its origin in the image, and its turn in S [rad].
@@ -134,6 +144,31 @@ function frameOf(answers, pixel) {
 const SIDES = ['bottom', 'right', 'top', 'left'];
 const angleFrom = (origin, [u, v]) => Math.atan2(origin[1] - v, u - origin[0]);
 const turnTo = (from, to) => ((to - from) % (2 * Math.PI) + 2 * Math.PI) % (2 * Math.PI);
+
+// The middle around which the angles of held arcs count, in the image.
+export const middleOf = (answers) => frameOf(answers, 1).origin;
+export const angleAt = (answers, point) => angleFrom(middleOf(answers), point);
+// Arcs that have both ends, as [from, span].
+const arcsOf = ({ held }) => held.filter(({ to }) => to !== undefined).map(({ from, to }) => [from, turnTo(from, to)]);
+export const isInArc = ({ from, to }, angle) => to !== undefined && turnTo(from, angle) <= turnTo(from, to);
+// The arc between two angles, the shorter of both.
+export const arcBetween = (a, b) => (turnTo(a, b) <= Math.PI ? { from: a, to: b } : { from: b, to: a });
+
+// The held part of the outline: lines of points in the image.
+export function heldLines(answers) {
+  if (!isRound(answers.object)) return answers.held.map((i) => edgesOf(answers)[i]).filter(Boolean);
+  const outline = outlineOf(answers), middle = outline.length ? middleOf(answers) : null, lines = [];
+  for (const arc of answers.held) {
+    let line = null;
+    for (const side of sidesOf(outline)) {
+      const [a, b] = side, isIn = isInArc(arc, angleFrom(middle, [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2]));
+      if (isIn && line) line.push(b);
+      else if (isIn) lines.push((line = [...side]));
+      else line = null;
+    }
+  }
+  return lines;
+}
 
 // Held edges in a row, as [first, last] of each.
 export function runsOf(held, count) {
@@ -149,26 +184,35 @@ export function runsOf(held, count) {
 
 function fixedOf(answers, frame) {
   if (answers.object.kind === 'rectangle') return answers.held.map((i) => `{side: ${SIDES[i]}}`);
-  const edges = edgesOf(answers);
-  return runsOf(answers.held, edges.length).map(([first, last]) => {
-    const from = angleFrom(frame.origin, edges[first][0]), span = turnTo(from, angleFrom(frame.origin, edges[last].at(-1)));
-    return `{arc: {centre: ${digits(Math.atan2(Math.sin(from + span / 2), Math.cos(from + span / 2)), 9)} rad, half_angle: ${digits(span / 2, 9)} rad}}`;
+  const edges = edgesOf(answers), arcs = isRound(answers.object) ? arcsOf(answers) : runsOf(answers.held, edges.length).map(([first, last]) => {
+    const from = angleFrom(frame.origin, edges[first][0]);
+    return [from, turnTo(from, angleFrom(frame.origin, edges[last].at(-1)))];
+  });
+  return arcs.map(([from, span]) => {
+    const middle = Math.atan2(Math.sin(from + span / 2), Math.cos(from + span / 2));
+    return `{arc: {centre: ${digits(middle, 9)} rad, half_angle: ${digits(span / 2, 9)} rad}}`;
   });
 }
 
-// Whether no other part of the outline is seen from the origin in the directions of the held edges.
+// Whether no other part of a polygon is seen from its middle in the directions of the held edges.
 function areEdgesApart(answers) {
   const edges = edgesOf(answers), { origin } = frameOf(answers, 1);
   return runsOf(answers.held, edges.length).every(([first, last]) => {
     const from = angleFrom(origin, edges[first][0]), span = turnTo(from, angleFrom(origin, edges[last].at(-1)));
     const inRun = (i) => (last >= first ? i >= first && i <= last : i >= first || i <= last);
-    return edges.every((edge, i) => edge.every((point, j) => {
-      const next = edge[j + 1];
-      if (!next) return true;
-      const off = turnTo(from, angleFrom(origin, [(point[0] + next[0]) / 2, (point[1] + next[1]) / 2]));
-      return inRun(i) === (off <= span);
-    }));
+    return edges.every(([a, b], i) => inRun(i) === (turnTo(from, angleFrom(origin, [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2])) <= span));
   });
+}
+
+// Where the tool's axis enters the object and where it leaves it: {at: in the image, isHeld}; null: it misses the object, or is unknown.
+export function pathOf(answers) {
+  const { seen } = answers.tool, outline = outlineOf(answers);
+  if (!seen?.tip || !outline.length) return null;
+  const crossings = crossingsWith(outline, seen.tip, seen.direction);
+  if (crossings.length < 2) return null;
+  const isHeld = ({ at, i }) => (isRound(answers.object) ? answers.held.some((arc) => isInArc(arc, angleAt(answers, at))) : answers.held.includes(i));
+  const [first, last] = [crossings[0], crossings.at(-1)];
+  return { enters: { at: first.at, isHeld: isHeld(first) }, leaves: { at: last.at, isHeld: isHeld(last) } };
 }
 
 // What is wrong at a step, in words; empty: nothing. `trouble`: of the frozen image and of the tool's box, as setup_tip.js tells it.
@@ -178,7 +222,7 @@ const CHECKS = {
     const { by, board, points, length: text } = answers.scale, found = [];
     if (by === 'board') return board ? [] : [boardProblems(answers), ['Press "Find the board".']].find((list) => list.length);
     if (points.length < 2) return ['Click two marks of the ruler that are far apart.'];
-    const far = distance(...points), wrong = positive(text, 'Length between the two marks', 'mm');
+    const far = distance(...points), wrong = positive(text, 'Length between the two marks', 'length');
     if (far < FEWEST_PX) found.push(`The two marks are ${Math.round(far)} px apart: expected at least ${FEWEST_PX} px. Click marks that are farther apart.`);
     if (wrong) found.push(wrong);
     const wide = clickedPixel(answers) * answers.image.width;
@@ -192,41 +236,56 @@ const CHECKS = {
     if (kind !== 'disc' && crossesItself(kind === 'rectangle' ? points : outlineOf(answers))) return ['The outline crosses itself: click the points in order around the object.'];
     const outline = outlineOf(answers);
     if (!outline.length || Math.abs(areaOf(outline)) < 400) return ['The outline encloses almost nothing: click points all around the object.'];
-    if (kind === 'disc') found.push(positive(object.diameter, 'Diameter', 'mm'));
-    if (kind === 'rectangle') found.push(positive(object.width, 'Width', 'mm'), positive(object.height, 'Height', 'mm'));
-    const sides = numbers(object.sides);
+    if (kind === 'disc') found.push(positive(object.diameter, 'Diameter', 'length'));
+    if (kind === 'rectangle') found.push(positive(object.width, 'Width', 'length'), positive(object.height, 'Height', 'length'));
+    const sides = sidesIn(object.sides).map(mm);
     if (kind === 'polygon' && sides.length && (sides.length !== points.length || !sides.every((side) => side > 0))) found.push(`Sides: expected ${points.length} lengths in mm with semicolons between, in the order of your clicks, or none.`);
-    found.push(positive(object.thickness, 'Thickness', 'mm'));
+    found.push(positive(object.thickness, 'Thickness', 'length'));
     const wrong = found.filter(Boolean);
-    return wrong.length ? wrong : [...sizeProblems(answers), ...skewProblems(answers, outline), ...thicknessProblems(answers, outline)];
+    return wrong.length ? wrong : [...sizeProblems(answers), ...skewProblems(answers, outline), ...thicknessProblems(answers)];
   },
   held(answers) {
-    const edges = edgesOf(answers), { held } = answers;
-    if (!held.length) return ['Click the edges where the object is held: glued, clamped, or lying on the table. Without one it would move away.'];
-    if (held.length >= edges.length) return ['All edges are held, so that none can be pressed: leave the edge free where the tool presses.'];
-    if (answers.object.kind !== 'rectangle' && !areEdgesApart(answers)) return ['From the middle of the object, another edge is seen behind or before a held one. Hold that edge, too, or choose a simpler outline.'];
-    return [];
+    const edges = edgesOf(answers), { held } = answers, arcs = isRound(answers.object) && arcsOf(answers), found = [];
+    if (!held.length) {
+      return [`Click ${arcs ? 'the two ends of each part of the edge that is held' : 'the edges where the object is held'}: glued, clamped, or lying on the table. Without one it would move away.`];
+    }
+    if (arcs && held.length > arcs.length) return ['Click the other end of the held part.'];
+    if (arcs ? arcs.reduce((sum, [, span]) => sum + span, 0) > 2 * Math.PI - LEAST_ARC : held.length >= edges.length) {
+      return ['All edges are held, so that none can be pressed: leave the edge free where the tool presses.'];
+    }
+    if (arcs?.some?.(([, span]) => span < LEAST_ARC)) found.push('A held part is almost a point: click its two ends farther apart.');
+    if (answers.object.kind === 'polygon' && !areEdgesApart(answers)) {
+      found.push('From the middle of the object, another edge is seen behind or before a held one. Hold that edge, too, or choose a simpler outline.');
+    }
+    if (pathOf(answers)?.enters.isHeld) found.push('The tool would press an edge that you marked as held, and that cannot move: free this edge with a click.');
+    return found;
   },
   material({ material: { by, name, modulus, poisson, tolerance } }) {
-    if (by === 'name') return name ? (number(poisson) > -1 && number(poisson) <= 0.5 ? [] : ["Poisson's ratio: expected more than -1 and at most 0.5."]) : ['Choose a material, or give its modulus.'];
-    const found = [positive(modulus, "Young's modulus", 'kPa')];
-    if (!found[0] && !(number(modulus) >= 1e-3 && number(modulus) <= 1e10)) found.push("Young's modulus: expected 0.001 to 1e10 kPa.");
-    if (!(number(poisson) > -1 && number(poisson) <= 0.5)) found.push("Poisson's ratio: expected more than -1 and at most 0.5.");
-    if (by === 'modulus' && !(number(tolerance) >= 0 && number(tolerance) <= 100)) found.push('Uncertainty: expected 0 to 100 %.');
+    const wrong = within(poisson, "Poisson's ratio", 'plain', (value) => value > -1 && value <= 0.5, 'more than -1 and at most 0.5');
+    if (by === 'name') return name ? [wrong].filter(Boolean) : ['Choose a material, or give its modulus.'];
+    const found = [positive(modulus, "Young's modulus", 'stress')];
+    if (!found[0] && !(kPa(modulus) >= 1e-3 && kPa(modulus) <= 1e10)) found.push("Young's modulus: expected 0.001 to 1e10 kPa.");
+    found.push(wrong);
+    if (by === 'modulus') found.push(within(tolerance, 'Uncertainty', 'percent', (value) => value >= 0 && value <= 100, '0 to 100 %'));
     return found.filter(Boolean);
   },
   tool(answers) {
-    const { box, width, by, depth, seen } = answers.tool, wrong = positive(width, 'Width of the tip', 'mm');
+    const { box, width, by, depth, seen } = answers.tool, wrong = positive(width, 'Width of the tip', 'length');
     if (wrong) return [wrong];
     if (!by) return ['Choose how far the tool reaches through the thickness: the force depends on it.'];
-    const short = by === 'part' ? positive(depth, 'Size of the tip in the direction of the thickness', 'mm') : '';
+    const short = by === 'part' ? positive(depth, 'Size of the tip in the direction of the thickness', 'length') : '';
     if (short) return [short];
+    const thick = mm(answers.object.thickness);
+    if (by === 'part' && mm(depth) > 1.02 * thick) {
+      return [`The tip is ${digits(1e3 * mm(depth), 3)} mm deep, more than the thickness of the object, ${digits(1e3 * thick, 3)} mm: choose "through the whole thickness", or correct one of them.`];
+    }
     if (box.length < 2) return ['Drag a box around the tip of the tool, from one corner to the opposite one.'];
     if (!seen || seen.why) return [seen?.why || 'The tip was not searched yet.'];
     const wide = seen.width * pixelOf(answers), outline = outlineOf(answers), found = [];
-    if (Math.abs(wide / mm(width) - 1) > TOOL_OFF) found.push(`Width of the tip: ${digits(number(width), 3)} mm, but the image shows ${digits(1e3 * wide, 3)} mm: correct the width, or the scale.`);
+    if (Math.abs(wide / mm(width) - 1) > TOOL_OFF) found.push(`Width of the tip: ${digits(1e3 * mm(width), 3)} mm, but the image shows ${digits(1e3 * wide, 3)} mm: correct the width, or the scale.`);
     const largest = Math.max(...[0, 1].map((k) => Math.max(...outline.map((p) => p[k])) - Math.min(...outline.map((p) => p[k]))));
     if (seen.width > 0.8 * largest) found.push('The tip is nearly as wide as the object: expected at most 80 % of it.');
+    if (!pathOf(answers)) found.push('The tool does not point at the object: hold it so that it would press the object when it moves along itself, and freeze again.');
     return found;
   },
   check: () => [], press: () => [],
@@ -255,19 +314,32 @@ function skewProblems(answers, outline) {
   return skew < SKEW_OFF ? [] : [`The corners form no rectangle: they are ${Math.round(misfit)} px off. Click the corners again, or turn the camera so that it looks straight at the object.`];
 }
 
-function thicknessProblems({ object }, outline) {
-  const pixel = measuredSides(object).filter(([, metres, px]) => metres > 0 && px > 0).map(([, metres, px]) => metres / px)[0];
-  if (!pixel) return [];
+// Larger and smaller extent of the object in the image [m].
+export function spansOf(answers) {
+  const outline = outlineOf(answers), pixel = pixelOf(answers);
   const spans = [0, 1].map((k) => pixel * (Math.max(...outline.map((p) => p[k])) - Math.min(...outline.map((p) => p[k]))));
-  const most = Math.max(...spans);
-  return mm(object.thickness) < most * (object.plane === 'stress' ? 0.9 : 100) ? [] :
-    [`The thickness is ${digits(number(object.thickness), 3)} mm, as much as the width: thickness is measured towards the camera. A body that is as deep as it is wide is neither thin nor thick, and its forces are flagged.`];
+  return { larger: Math.max(...spans), smaller: Math.min(...spans) };
 }
 
-// Modulus, density and tolerance by name are the slave's; Poisson's ratio is that of the field.
-function materialText({ by, name, modulus, poisson, tolerance }) {
-  if (by === 'name') return `{name: ${name}, poisson_ratio: ${number(poisson)}}`;
-  return `{young_modulus: ${number(modulus)} kPa, poisson_ratio: ${number(poisson)}, tolerance: ${by === 'identify' ? GUESS_OFF : number(tolerance)} %}`;
+function thicknessProblems(answers) {
+  const { object } = answers, { larger, smaller } = spansOf(answers), thick = mm(object.thickness), words = `${digits(1e3 * thick, 3)} mm`;
+  if (!(larger > 0)) return [];
+  if (object.plane === 'strain' && thick < smaller) {
+    return [`You chose "thick", but the thickness of ${words} is less than the ${digits(1e3 * smaller, 3)} mm that the image shows: choose "thin", or correct the thickness.`];
+  }
+  return thick < larger * (object.plane === 'stress' ? 0.9 : 100) ? [] :
+    [`The thickness is ${words}, as much as the width: thickness is measured towards the camera. A body that is as deep as it is wide is neither thin nor thick, and its forces are flagged.`];
+}
+
+// Modulus, density and tolerance by name are the slave's; Poisson's ratio is that of the field. The force of a plane body is
+// proportional to its thickness, and grows with about 0.3 of the width of a tool (a flat punch on a half plane): what the last digits
+// of these two leave open is added to the tolerance, unless a scale has measured the product.
+const WIDTH_SHARE = 0.3;
+function materialText({ object, tool, material: { by, name, modulus, poisson, tolerance, identified } }) {
+  if (by === 'name') return `{name: ${name}, poisson_ratio: ${plain(poisson)}}`;
+  const relative = (text) => (100 * typedSigma(text, 'length')) / valueOf(text, 'length');
+  const sizes = identified === modulus ? [] : [relative(object.thickness), WIDTH_SHARE * relative(tool.width)];
+  return `{young_modulus: ${digits(kPa(modulus), 9)} kPa, poisson_ratio: ${plain(poisson)}, tolerance: ${by === 'identify' ? GUESS_OFF : digits(Math.hypot(percent(tolerance), ...sizes), 3)} %}`;
 }
 
 function geometryText(answers, { origin }, pixel) {
@@ -290,7 +362,7 @@ export function sceneOf(answers, cameraLines, template) {
     `name: ${answers.name}`,
     'object:', '  geometry:', ...geometryText(answers, frame, pixel).map((line) => `    ${line}`),
     ...(Math.abs(frame.turn) > 1e-6 ? [`  pose: {rotation: [0, 0, ${digits(frame.turn, 8)} rad]}`] : []),
-    `  material: ${materialText(answers.material)}`,
+    `  material: ${materialText(answers)}`,
     `  fixed: [${fixedOf(answers, frame).join(', ')}]`,
     `tool: {shape: ${tool.shape}, width: ${length(mm(tool.width))}, depth: ${tool.by === 'whole' ? 'whole' : length(mm(tool.depth))}, direction: [${digits(direction[0], 4)}, ${digits(-direction[1] || 0, 4)}]}`,
     'sense:', '  camera:', ...cameraLines.map((line) => `    ${line}`),
@@ -310,18 +382,26 @@ export function sceneOf(answers, cameraLines, template) {
   return { scene: `${lines.join('\n')}\n`, files };
 }
 
+const UNSEEN_PX = 0.5;  // three standard deviations of a tip that is found well
+// Of the contact along the surface normal [N/m].
+function stiffnessAlong({ stiffness = [], normal }) {
+  const n = [normal.x, normal.y, normal.z];
+  return stiffness.length === 9 ? n.reduce((sum, a, i) => sum + n.reduce((part, b, j) => part + a * b * stiffness[3 * i + j], 0), 0) : 0;
+}
+
 // Largest depth [m] and force [N] that were valid, and the curve of the press: medians over depth.
 export class PressCurve {
   constructor() {
     this.points = [];
   }
-  // `state`: of state.proto, as JSON. Returns its point {depth, force, sigma, valid}; null: it has no force.
-  add(state) {
+  // `state`: of state.proto, as JSON; `pixel` [m]. Returns its point {depth, force, sigma, valid, isTouching, unseen}; null: it has no
+  // force. `unseen`: the force of a touch that is as deep as the tip is uncertain.
+  add(state, pixel = 0) {
     const { force, local_model: model, p_S_tip: tip } = state;
     if (!force || !model?.reference || !tip || this.last === state.sequence) return null;
     this.last = state.sequence;
     const depth = ['x', 'y', 'z'].reduce((sum, axis) => sum + (model.reference[axis] - tip[axis]) * model.normal[axis], 0);
-    const point = { depth: model.in_contact ? Math.max(0, depth) : 0, force: Math.hypot(force.x, force.y, force.z), sigma: state.sigma, valid: state.validity === 'VALIDITY_VALID' };
+    const point = { depth: model.in_contact ? Math.max(0, depth) : 0, force: Math.hypot(force.x, force.y, force.z), sigma: state.sigma, valid: state.validity === 'VALIDITY_VALID', isTouching: Boolean(model.in_contact), unseen: UNSEEN_PX * pixel * stiffnessAlong(model) };
     if (model.in_contact) this.points.push(point);
     if (this.points.length > 3000) this.points.splice(0, 1000);
     return point;

@@ -1,7 +1,7 @@
 // What the page finds in a frozen image by itself: its light, and the tool's tip in a box. `grey` is {width, height, levels: one
 // number per pixel, 0 to 255}.
 
-import { contains } from './setup_geometry.js';
+import { contains, crossingsWith } from './setup_geometry.js';
 
 const DARK = 60, BRIGHT_SHARE = 0.35, LEAST_SPREAD = 8;  // levels
 const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
@@ -11,6 +11,10 @@ const LEAST_MARKS = 200;  // squared changes along the tool, summed [levels^2]
 const BACKGROUND_PX = 3;  // of background before the tip, at least
 const PAST_PX = 10;  // past the box, as far as the tip is searched
 const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;  // of the template, as the slave cuts its own
+
+const SHAPE_PX = 8;  // narrower tips do not show whether their end is round
+const SIDEWAYS = 0.35, HALF_CIRCLE = 0.143;  // of a tip's width: where its end is compared, and how far a half circle recedes there
+const DEPTHS_PX = [4, 10, 20], SEARCH_PX = 12, SAME_PX = 2, EQUAL = 0.01, LEAST_SCORE = 0.6;  // as the slave's search for the tip
 
 export function greyOf({ width, height, data }) {
   const levels = new Float32Array(width * height);
@@ -116,7 +120,65 @@ export function findTip(grey, box, outline, width, isRound = false) {
   // The rows along a round tool end on its arc, on average before its apex.
   const tip = place(isRound ? end + (within * (within + 1)) / (3 * axis.width) : end, 0);
   if (contains(outline, tip)) return { why: 'The tip lies on the object: in the frozen image the tool must not touch it. Lift the tool and freeze again.' };
-  return { tip, direction: axis.d, width: axis.width, ...templateAt(grey, place, along, end, axis) };
+  const template = templateAt(grey, place, along, end, axis), entry = crossingsWith(outline, tip, axis.d)[0]?.at;
+  const follow = entry ? followOf(grey, place, { end, front: template.front, width: axis.width, isMarked: !template.beyond }, levelIn(grey, entry, axis)) : null;
+  const { box: cut, beyond } = template;
+  return { tip, direction: axis.d, width: axis.width, roundness: roundnessOf(grey, place, end, along, axis.width), follow, box: cut, beyond };
+}
+
+// How round the end of a tool is: 0 flat, 1 a half circle; null: it is too small in the image.
+function roundnessOf(grey, place, end, along, width) {
+  if (width < SHAPE_PX) return null;
+  const aside = Math.round(SIDEWAYS * width), background = median(along.slice(-BACKGROUND_PX)), level = (background + along[Math.max(0, Math.floor(end) - 3)]) / 2;
+  const endAt = (s) => {
+    for (let a = Math.ceil(end) + 2; a > end - width; a -= 0.25) {
+      const [here, before] = [a, a - 0.25].map((at) => levelAt(grey, ...place(at, s)));
+      if ((here - level) * (before - level) <= 0 && here !== before) return a;
+    }
+    return end - width;
+  };
+  const middle = (endAt(-1) + endAt(0) + endAt(1)) / 3;
+  return (middle - (endAt(-aside) + endAt(aside)) / 2) / (HALF_CIRCLE * width);
+}
+
+// The median level of the object behind the place where the tool enters it.
+function levelIn(grey, entry, { d, width }) {
+  const levels = [];
+  for (let a = 4; a < 4 + Math.max(8, width); ++a) {
+    for (let s = -width / 2; s <= width / 2; s += 2) levels.push(levelAt(grey, entry[0] + a * d[0] - s * d[1], entry[1] + a * d[1] + s * d[0]));
+  }
+  return median(levels);
+}
+
+// Whether the tool's template is still found where the tool is once the object, of level `object`, lies behind and beside its end: the
+// correlation along the tool, as the slave searches; of a tool with marks by the tool alone. {lost, object, background, tool: levels}.
+function followOf(grey, place, { end, front, width, isMarked }, object) {
+  const half = Math.max(1, Math.floor(width / 2 + (isMarked ? -2 : SIDE_PX))), rear = Math.max(1 + SEARCH_PX, front - LENGTH_PX), rows = [], whole = width / 2;
+  for (let a = rear; a <= front; ++a) rows.push(a);
+  const columns = Array.from({ length: 2 * half + 1 }, (_, i) => i - half), template = rows.flatMap((a) => columns.map((s) => levelAt(grey, ...place(a, s))));
+  const levels = { object, background: median(columns.map((s) => levelAt(grey, ...place(end + BACKGROUND_PX, s)))), tool: median(rows.filter((a) => a < end - 2).map((a) => levelAt(grey, ...place(a, 0)))) };
+  const lost = DEPTHS_PX.some((depth) => {
+    // One pixel of blur at the edges of the tool.
+    const pressed = (a, s) => {
+      const inTool = Math.min(1, Math.max(0, whole - Math.abs(s) + 0.5)) * Math.min(1, Math.max(0, end - a + 0.5));
+      return a > end - depth ? inTool * levelAt(grey, ...place(Math.min(a, end - 2), s)) + (1 - inTool) * object : levelAt(grey, ...place(a, s));
+    };
+    const scores = [];
+    for (let k = -SEARCH_PX; k <= SEARCH_PX; ++k) scores.push(correlation(template, rows.flatMap((a) => columns.map((s) => pressed(a + k, s)))));
+    const best = scores.indexOf(Math.max(...scores)), isPeak = (i) => scores[i] >= (scores[i - 1] ?? -1) && scores[i] >= (scores[i + 1] ?? -1);
+    const hasEqual = scores.some((score, i) => Math.abs(i - best) > SAME_PX && isPeak(i) && score > scores[best] - EQUAL);
+    return Math.abs(best - SEARCH_PX) > SAME_PX || scores[best] < LEAST_SCORE || hasEqual;
+  });
+  return { lost, ...levels };
+}
+
+function correlation(a, b) {
+  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length, [m, n] = [mean(a), mean(b)];
+  let [ab, aa, bb] = [0, 0, 0];
+  a.forEach((value, i) => {
+    ab += (value - m) * (b[i] - n), aa += (value - m) ** 2, bb += (b[i] - n) ** 2;
+  });
+  return aa > 0 && bb > 0 ? ab / Math.sqrt(aa * bb) : 0;
 }
 
 // Where the tool ends: from the front of the box backwards, the first place that is half way from the background to the tool.
@@ -143,5 +205,5 @@ function templateAt(grey, place, along, end, { d, width }) {
   const corners = [rear, front].flatMap((a) => [place(a, -half), place(a, half)]), size = [grey.width, grey.height];
   const low = [0, 1].map((i) => Math.max(0, Math.ceil(Math.min(...corners.map((p) => p[i])))));
   const high = [0, 1].map((i) => Math.min(size[i] - 1, Math.floor(Math.max(...corners.map((p) => p[i])))));
-  return { box: [low, high], beyond: !isMarked };
+  return { box: [low, high], beyond: !isMarked, front };
 }

@@ -1,0 +1,107 @@
+// Charts that are zoomed and read, and the shared file: it opens without a network and shows the forces that were received.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { readFileSync, rmSync, statSync } from 'node:fs';
+import path from 'node:path';
+import { after, before, describe, test } from 'node:test';
+
+import { BIN, SCRATCH, Stage, size, until } from './stage.mjs';
+
+const PYTHON = path.resolve(BIN, '../python');
+
+describe('a press in charts and in a shared file', () => {
+  let stage, shared;
+  const recording = path.join(SCRATCH, 'share.mcap'), file = path.join(SCRATCH, 'share.html');
+  before(async () => {
+    rmSync(recording, { force: true });
+    stage = await Stage.open({ scene: 'silicone-block', args: ['--record', recording], scheme: 'light' });
+  });
+  after(() => stage.close());
+
+  test('the charts have units, show the values of one time, and zoom together', async () => {
+    const { page } = stage;
+    await stage.when((status) => status.state === 'FOLLOWING' && size(status.chain.sent) > 0.5, 'a press');
+    await until(async () => (await page.locator('#strips .u-over').count()) === 6, 'six strips');
+    assert.match(await page.locator('#strips').innerText(), /Force, N[^]*Tip path, mm[^]*Link, ms/);
+    await until(async () => /^[\d.]+ g$/.test(await stage.text('grams')), 'grams');
+    const plot = page.locator('.strip .u-over').first(), box = await plot.boundingBox(), at = (part) => [box.x + part * box.width, box.y + box.height / 2];
+    // Before the last second: there are samples.
+    await until(async () => {
+      await page.mouse.move(...at(0.97));
+      await page.mouse.move(...at(0.98));
+      return /^-\d+\.\d\d s: [\d.e-]+ N, [\d.e-]+ g$/.test(await stage.text('charts-time'));
+    }, 'the force at the cursor');
+    // The keys of another strip show the values of the same time.
+    await until(async () => /age [\d.]+/.test(await page.locator('.strip .legend').nth(2).innerText()), 'the values of another strip');
+    const [newtons, grams] = (await stage.text('charts-time')).match(/: (\S+) N, (\S+) g/).slice(1).map(Number);
+    assert.ok(Math.abs(grams * 9.80665e-3 - newtons) <= 0.006 * newtons + 1e-6, `${newtons} N, ${grams} g`);
+    await page.mouse.move(...at(0.7));
+    await page.mouse.down();
+    await page.mouse.move(...at(0.9), { steps: 4 });
+    await page.mouse.up();
+    await stage.shows('charts-aside', 'paused');
+    await stage.sees('#charts-whole');
+    await stage.shoot('share-zoom');
+    await page.locator('#view').focus();
+    await page.keyboard.press('0');
+    await stage.sees('#charts-whole', false);
+    await stage.shows('charts-aside', '');
+    await page.keyboard.press('+');
+    await stage.shows('charts-aside', 'paused');
+    await page.locator('#charts-whole').click();
+    await stage.shows('charts-aside', '');
+  });
+
+  test('one button writes one file of at most 8 MB a minute', async () => {
+    await until(() => stage.statuses.some(({ slave_state: state }) => state?.local_model?.in_contact) && stage.statuses.length > 150, 'some seconds with a contact');
+    const [download] = await Promise.all([stage.page.waitForEvent('download'), stage.page.click('#share')]);
+    await download.saveAs(file);
+    assert.equal(download.suggestedFilename(), 'palpate-silicone-block.html');
+    shared = JSON.parse(readFileSync(file, 'utf8').match(/<script type="application\/json" id="clip">([^]*?)<\/script>/)[1]);
+    const { states, images, shapes, words } = shared, seconds = Math.max(1, states.at(-1).t);
+    console.log(`${statSync(file).size} bytes for ${seconds.toFixed(1)} s: ${states.length} states, ${images.length} images, ${shapes.length} shapes`);
+    assert.ok(statSync(file).size <= (8e6 / 60) * seconds, 'its size');
+    assert.ok(states.length > 20 && images.length > 3 && shapes.length > 3, 'what it holds');
+    assert.ok(words.some((text) => /rectangle/.test(text)), words.join());
+    assert.ok(shared.mostMoved > 1e-4 && shared.mostMoved < 1e-2, `${shared.mostMoved}`);
+    assert.deepEqual(stage.errors, []);
+  });
+
+  test('without a network it shows the forces that palpate.export reads from the recording', async () => {
+    const browser = stage.context.browser(), context = await browser.newContext({ offline: true }), page = await context.newPage(), errors = [], requests = [];
+    page.on('pageerror', (error) => errors.push(String(error)));
+    page.on('request', (request) => /^(file|data):/.test(request.url()) || requests.push(request.url()));
+    await stage.endMaster();
+    const forces = forcesOf(recording), { states } = shared;
+    let compared = 0;
+    for (const { sequence, force, sigma } of states) {
+      const known = forces.get(sequence);
+      if (!known || force === null) continue;
+      compared += 1;
+      assert.ok(Math.abs(known.force - force) < 1e-9 + 1e-6 * force && Math.abs(known.sigma - sigma) < 1e-9 + 1e-6 * sigma, `${sequence}: ${force} N, exported ${known.force} N`);
+    }
+    assert.ok(compared > 0.5 * states.length, `${compared} of ${states.length} states are in the recording`);
+    await page.goto(`file://${file}`);
+    const most = states.reduce((best, state) => (state.force > best.force ? state : best));
+    await page.locator('#place').fill(String(Math.min(Math.ceil(100 * most.t) / 100, Math.floor(100 * states.at(-1).t) / 100)));
+    const shown = Number((await page.locator('#force').innerText()).match(/: ([\d.]+) N/)[1]);
+    assert.ok(states.some(({ t, force }) => Math.abs(t - most.t) < 0.2 && Math.abs(force - shown) < 6e-4), `${shown} N for ${most.force} N`);
+    assert.ok(await page.locator('#picture').evaluate((image) => image.decode().then(() => image.naturalWidth > 100)), 'the image');
+    await page.locator('#place').fill('0');
+    await page.locator('#play').click();
+    await until(() => page.locator('#place').evaluate((place) => place.valueAsNumber > 0.3), 'that it plays');
+    await page.screenshot({ path: path.join(SCRATCH, 'share-file.png'), fullPage: true });
+    assert.deepEqual([errors, requests], [[], []]);
+    await context.close();
+  });
+});
+
+// Force and sigma by sequence, as the exporter of Python reads them from the master's recording.
+function forcesOf(recording) {
+  const out = path.join(SCRATCH, 'share-exported');
+  rmSync(out, { recursive: true, force: true });
+  execFileSync('/usr/bin/python3', ['-m', 'palpate.export', recording, out], { env: { ...process.env, PYTHONPATH: PYTHON, OMP_NUM_THREADS: '1', PYTHONDONTWRITEBYTECODE: '1' }, stdio: 'ignore' });
+  const [head, ...rows] = readFileSync(path.join(out, 'states.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
+  const at = Object.fromEntries(head.map((name, i) => [name, i]));
+  return new Map(rows.map((row) => [String(Number(row[at.sequence])), { force: size(['force_x', 'force_y', 'force_z'].map((name) => Number(row[at[name]]))), sigma: Number(row[at.sigma]) }]));
+}
