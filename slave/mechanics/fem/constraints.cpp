@@ -36,7 +36,9 @@ Constraints::Constraints(const FemBody& body) : body_(body), taken_by_(Index(bod
 void Constraints::Clear() {
   std::copy(body_.free().begin(), body_.free().end(), held_.free.begin());
   held_.sums.clear();
+  held_.guides.clear();
   held_.shift = 0;
+  touched_.clear();
   for (const int node : nodes_) taken_by_[Index(node)] = 0;
   nodes_.clear();
   contacts_.clear();
@@ -89,6 +91,24 @@ bool Constraints::HoldPoint(std::span<const PlaceWeight> nodes) {
   return true;
 }
 
+void Constraints::ReserveTouched(std::size_t most) {
+  touched_.reserve(most);
+  held_.guides.reserve(most);
+}
+
+void Constraints::HoldTouched(std::span<const TouchedNode> nodes) {
+  for (const TouchedNode& at : touched_) At(held_.free, at.node) = At(body_.free(), at.node);
+  touched_.assign(nodes.begin(), nodes.end());
+  held_.guides.clear();
+  for (const TouchedNode& at : touched_) {
+    if (at.sticks) {
+      At(held_.free, at.node) = {};
+    } else {
+      held_.guides.push_back({at.node, at.normal});
+    }
+  }
+}
+
 bool Constraints::Move(int k, const Vector3d& displacement) {
   Contact& contact = contacts_[Index(k)];
   contact.target = displacement;
@@ -119,8 +139,20 @@ double Constraints::Lift(const NodeVector& u, double share, NodeVector& lift) co
       for (int a = 0; a < 3; ++a) At(lift, sum.node[a]).v[c] += change * sum.weight[a].v[c];
     }
   }
+  for (const TouchedNode& at : touched_) {
+    Vector3d change = at.target - Eigen::Map<const Vector3d>(At(u, at.node).v);
+    if (!at.sticks) change = at.normal.dot(change) * at.normal;
+    Eigen::Map<Vector3d>(At(lift, at.node).v) = change;
+    largest = std::max(largest, change.cwiseAbs().maxCoeff());
+  }
   RemoveMotions(lift);
   return largest;
+}
+
+void Constraints::HeldPart(const NodeVector& u, NodeVector& held) const noexcept {
+  held = u;
+  ProjectMotion(held);
+  ScaleAndAdd(-1, u, held);
 }
 
 void Constraints::ProjectSums(NodeVector& x) const noexcept {
@@ -130,6 +162,10 @@ void Constraints::ProjectSums(NodeVector& x) const noexcept {
       if (square == 0) continue;
       for (int a = 0; a < 3; ++a) At(x, sum.node[a]).v[c] -= value / square * sum.weight[a].v[c];
     }
+  }
+  for (const Guide& guide : held_.guides) {
+    Eigen::Map<Vector3d> of(At(x, guide.row).v);
+    of -= guide.normal.dot(of) * guide.normal;
   }
 }
 

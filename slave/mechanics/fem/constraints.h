@@ -15,6 +15,7 @@
 #include "slave/mechanics/fem/held_motions.h"
 #include "slave/mechanics/footprint/contact_footprint.h"
 #include "slave/mechanics/linear/block_matrix.h"
+#include "slave/mechanics/linear/two_grid.h"
 
 namespace palpate::fem {
 
@@ -25,9 +26,18 @@ struct HeldComponents {
     int node[3] = {-1, -1, -1};
     NodeValue weight[3];  // per component
   };
-  NodeVector free;        // per node and component: 1 free, 0 fixed
-  std::vector<Sum> sums;  // of nodes that share an element
-  double shift = 0;       // added to the diagonal, relative to it: where rigid motions are free
+  NodeVector free;            // per node and component: 1 free, 0 fixed
+  std::vector<Sum> sums;      // of nodes that share an element
+  std::vector<Guide> guides;  // nodes that move in a plane, their components free else
+  double shift = 0;           // added to the diagonal, relative to it: where rigid motions are free
+};
+
+// A node that a tool touches: all of it goes to `target`, or its component along `normal` does.
+struct TouchedNode {
+  int node = -1;
+  bool sticks = false;
+  Eigen::Vector3d normal{0, 0, 1};  // unit
+  Eigen::Vector3d target{0, 0, 0};
 };
 
 class Constraints {
@@ -42,7 +52,15 @@ class Constraints {
   [[nodiscard]] bool HoldNodes(std::span<const PlaceWeight> nodes);
   // The weighted mean of at most three nodes.
   [[nodiscard]] bool HoldPoint(std::span<const PlaceWeight> nodes);
-  // Finds the rigid motions that are free. False: more than 24 of them.
+  // Replaces the nodes that tools touch, which supports and other contacts leave free. Does not
+  // allocate beyond what was reserved.
+  void HoldTouched(std::span<const TouchedNode> nodes);
+  void ReserveTouched(std::size_t most);
+  // Another contact holds the node.
+  [[nodiscard]] bool IsTaken(int node) const {
+    return taken_by_[static_cast<std::size_t>(node)] != 0;
+  }
+  // Finds the rigid motions that are free, whatever tools touch. False: more than 24 of them.
   [[nodiscard]] bool FindFreeMotions();
 
   // What contact k is moved to. False: not zero along a component that supports fix.
@@ -51,6 +69,8 @@ class Constraints {
   // lift = the least change of u that brings the contacts to `share` of where they are moved to,
   // free of free motions. Returns its largest component.
   double Lift(const NodeVector& u, double share, NodeVector& lift) const noexcept;
+  // held = what of u contacts hold: the part that P removes, but for supports.
+  void HeldPart(const NodeVector& u, NodeVector& held) const noexcept;
   void ProjectMotion(NodeVector& change) const noexcept;  // P
   void ProjectForce(NodeVector& force) const noexcept;    // P^T
   // Calls `action` with each moving node on which supports or contacts act, some of them twice.
@@ -67,10 +87,12 @@ class Constraints {
         if (i < body_.moving()) action(i);
       }
     }
+    for (const Guide& guide : held_.guides) action(guide.row);
     return true;
   }
   // What contact k gives, where `force` is what nodes bear of contacts and supports together.
   [[nodiscard]] Eigen::Vector3d Sum(int k, const NodeVector& force) const noexcept;
+  [[nodiscard]] bool has_free_motions() const { return motion_count_ > 0; }
   // The largest part of a free motion in `force`, of the forces' sizes together.
   [[nodiscard]] double Imbalance(const NodeVector& force) const noexcept;
   [[nodiscard]] const HeldComponents& held() const { return held_; }
@@ -84,7 +106,7 @@ class Constraints {
   };
 
   bool Take(std::span<const PlaceWeight> nodes);
-  void ProjectSums(NodeVector& x) const noexcept;
+  void ProjectSums(NodeVector& x) const noexcept;  // and the planes of guided nodes
   void RemoveMotions(NodeVector& x) const noexcept;
   void HoldMotions(int part, HeldMotions* motions) const;
   bool AddMotion(int part, const HeldMotions& motions, const HeldMotions::Motion& motion);
@@ -93,6 +115,7 @@ class Constraints {
   HeldComponents held_;
   std::vector<Contact> contacts_;
   std::vector<int> nodes_;
+  std::vector<TouchedNode> touched_;
   std::vector<int> taken_by_;                           // per node: contact + 1
   std::vector<NodeVector> motions_, weighted_motions_;  // Z and M Z; never shrink
   int motion_count_ = 0;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "shared/mesh/disc_patch.h"
 #include "shared/text/text.h"
@@ -15,8 +17,10 @@ using Eigen::Vector3d;
 using fem::At;
 using fem::NodeVector;
 
-constexpr double kLinearRange = 0.1;        // of the larger side
-constexpr double kBalanced = 1e-6;          // of the loads' sizes
+constexpr double kLinearRange = 0.1;  // of the larger side
+constexpr double kBalanced = 1e-6;    // of the loads' sizes
+// Way of a tool between two accepted states [edges], and what it may be cut to. [tuned: tool_test]
+constexpr double kIncrement = 0.25, kLeastIncrement = 1.0 / 64;
 constexpr int kRehearsed = 30'000;          // elements
 constexpr int kRehearsedInSteps = 300'000;  // where a query is a step on two grids
 
@@ -50,6 +54,15 @@ void CheckOptions(const FemOptions& options) {
   RequireNotNegative("damping.stiffness", options.damping_stiffness);
 }
 
+void CheckTool(const FemModel::Params& params) {
+  const bool shaped =
+      params.contact != ContactLaw::kBonded || params.tool.shape != Tool::Shape::kFlat;
+  if (shaped && Dynamic(params.options)) {
+    throw std::invalid_argument("time = dynamic: expected static with this tool and contact");
+  }
+  if (params.contact == ContactLaw::kFriction) RequirePositive("friction", params.friction);
+}
+
 void CheckMaterial(const Material& material, const FemOptions& options) {
   RequirePositive("young_modulus", material.young_modulus);
   if (!(material.poisson_ratio > -1 && material.poisson_ratio < 0.5)) {
@@ -69,6 +82,7 @@ VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
   const FemOptions& options = params.options;
   CheckOptions(options);
   CheckMaterial(params.material, options);
+  CheckTool(params);
   if (!(params.range >= 0)) RefuseValue("range", params.range, "0 (default) or more");
   RequireTets(mesh, held);
   if (progress != nullptr) {
@@ -122,6 +136,9 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
     equilibrium_.emplace(body_, fem::StaticEquilibrium::Params{options.residual, Linear(options),
                                                                params.deadline, progress});
   }
+  if (params.contact != ContactLaw::kBonded || params.tool.shape != Tool::Shape::kFlat) {
+    tools_.emplace(mesh, body_, constraints_);
+  }
   Reset();
   Describe();
   ReportProgress(progress, "first solution", 0.8);
@@ -172,14 +189,23 @@ void FemModel::Rest() {
   } else {
     equilibrium_->Reset();
   }
+  if (!tools_) return;
+  tools_->Reset();
+  for (Contact& contact : accepted_) contact.prescribed_O.setZero();
+}
+
+bool FemModel::IsTool(const Contact& contact) const {
+  return tools_ && contact.kind == Contact::Kind::kDisplacement &&
+         (contact.width > 0 || params_.tool.shape != Tool::Shape::kFlat);
 }
 
 bool FemModel::Hold(std::span<const Contact> contacts) {
   constraints_.Clear();
   hold_.assign(contacts.size(), -1);
+  tool_.assign(contacts.size(), -1);
   int holds = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    if (contacts[k].kind != Contact::Kind::kDisplacement) continue;
+    if (contacts[k].kind != Contact::Kind::kDisplacement || IsTool(contacts[k])) continue;
     hold_[k] = holds++;
     moved_ = places()[k].nodes;
     for (PlaceWeight& node : moved_) node.place = body_.Number(node.place);
@@ -192,11 +218,36 @@ bool FemModel::Hold(std::span<const Contact> contacts) {
     return true;
   }
   equilibrium_->Renew();
-  return constraints_.FindFreeMotions() || Fail("more than four parts without fixed nodes");
+  if (!constraints_.FindFreeMotions()) return Fail("more than four parts without fixed nodes");
+  return !tools_ || HoldTools(contacts);
+}
+
+// Contacts that were there before keep the way that they came.
+bool FemModel::HoldTools(std::span<const Contact> contacts) {
+  std::swap(accepted_, former_);
+  accepted_.assign(contacts.begin(), contacts.end());
+  std::vector<fem::ToolContacts::Touch> touches;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const auto known = std::ranges::find_if(
+        former_, [&](const Contact& before) { return before.IsAt(contacts[k]); });
+    accepted_[k].prescribed_O =
+        known != former_.end() ? known->prescribed_O : Vector3d(Vector3d::Zero());
+    if (!IsTool(contacts[k])) continue;
+    tool_[k] = static_cast<int>(touches.size());
+    const double friction = params_.contact == ContactLaw::kBonded
+                                ? std::numeric_limits<double>::infinity()
+                                : params_.friction;
+    touches.push_back({params_.tool, contacts[k].p_O, contacts[k].width, friction});
+  }
+  if (!touches.empty() && constraints_.has_free_motions()) {
+    return Fail("a tool that nodes come under and leave: expected an object that supports hold");
+  }
+  return tools_->Set(touches) || Fail("no surface is there");
 }
 
 bool FemModel::SolveUnder(std::span<const Contact> contacts) {
-  if (!Prescribe(contacts)) return Fail("a contact moves fixed nodes");
+  if (tools_ && !tools_->empty()) return MoveTools(contacts);
+  if (!Prescribe(contacts, 1)) return Fail("a contact moves fixed nodes");
   if (stepper_) {
     return stepper_->Step(f_ext_, constraints_) || Fail("the time step did not converge");
   }
@@ -207,11 +258,46 @@ bool FemModel::SolveUnder(std::span<const Contact> contacts) {
   return Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
 }
 
+// In increments, each accepted, so that friction follows the way; cut where one has no equilibrium.
+// After the deadline the rest of the way is one increment.
+bool FemModel::MoveTools(std::span<const Contact> contacts) {
+  double parts = 1;
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    if (tool_[k] < 0) continue;
+    const double way = (contacts[k].prescribed_O - accepted_[k].prescribed_O).norm();
+    const double edge = tools_->at(tool_[k]).edge() * traits_.length_unit;
+    parts = std::max(parts, std::ceil(way / (kIncrement * edge)));
+  }
+  const double least = kLeastIncrement / parts;
+  double done = 0, part = 1 / parts;
+  equilibrium_->Begin();
+  while (done < 1) {
+    const double next = done + part > 1 - 0.5 * least || equilibrium_->late() ? 1 : done + part;
+    if (!Prescribe(contacts, next)) return Fail("a contact moves fixed nodes");
+    if (equilibrium_->Increment(f_ext_, constraints_, *tools_)) {
+      tools_->Accept(equilibrium_->displacement(), equilibrium_->reaction());
+      done = next;
+      continue;
+    }
+    part /= 2;
+    if (equilibrium_->interrupted()) return Fail("interrupted");
+    if (part < least) return Fail("no equilibrium was found");
+  }
+  equilibrium_->End(constraints_);
+  for (std::size_t k = 0; k < contacts.size(); ++k) accepted_[k] = contacts[k];
+  return true;
+}
+
 // False: a contact moves a fixed node.
-bool FemModel::Prescribe(std::span<const Contact> contacts) {
+bool FemModel::Prescribe(std::span<const Contact> contacts, double part) {
   f_ext_ = gravity_;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const Vector3d& prescribed = contacts[k].prescribed_O;
+    Vector3d prescribed = contacts[k].prescribed_O;
+    if (part < 1) prescribed = part * prescribed + (1 - part) * accepted_[k].prescribed_O;
+    if (tool_[k] >= 0) {
+      tools_->Begin(tool_[k], prescribed / traits_.length_unit, equilibrium_->displacement());
+      continue;
+    }
     if (hold_[k] >= 0) {
       if (!constraints_.Move(hold_[k], prescribed / traits_.length_unit)) return false;
       continue;
@@ -231,6 +317,9 @@ VolumeModel::Inversion FemModel::FindInversion() const {
 
 double FemModel::ErrorOf(std::size_t contact) const {
   if (params_.options.law != FemOptions::Law::kNeoHookean) return 0;
+  if (tool_[contact] >= 0) {
+    return tools_->at(tool_[contact]).ForceOf(equilibrium_->reaction_error()).norm();
+  }
   if (hold_[contact] >= 0) {
     return constraints_.Sum(hold_[contact], equilibrium_->reaction_error()).norm();
   }

@@ -32,6 +32,13 @@ class FemModel final : public VolumeModel {
     // At rest: time after which an update gives what it has, `extrapolated` unless it reached the
     // residual [s]; one step is always made. 0: none.
     double deadline = 0;
+    // At rest. Other than bonded flat tools, contacts that move and have a width, or are not flat,
+    // are rigid tools that first touch at p_O: nodes come and go under them, and with friction
+    // their force depends on their way, which is taken as straight from one query to the next. The
+    // body is held by supports then.
+    ContactLaw contact = ContactLaw::kBonded;
+    double friction = 0;  // Coulomb's coefficient, with kFriction [-]
+    Tool tool{};
   };
 
   // `held`: the components that supports fix, per node. Nodes without an element stay in place.
@@ -76,7 +83,14 @@ class FemModel final : public VolumeModel {
   [[nodiscard]] bool gained_energy() const override {
     return stepper_ && stepper_->gained_energy();
   }
-  bool Prescribe(std::span<const Contact> contacts);
+  [[nodiscard]] const fem::ToolContact* ToolOf(std::size_t contact) const override {
+    return tool_[contact] >= 0 ? &tools_->at(tool_[contact]) : nullptr;
+  }
+  [[nodiscard]] bool IsTool(const Contact& contact) const;
+  bool HoldTools(std::span<const Contact> contacts);
+  bool MoveTools(std::span<const Contact> contacts);
+  // `part` of the way from what was accepted last.
+  bool Prescribe(std::span<const Contact> contacts, double part);
   void SetGravity();
   void Describe();
   void Rehearse(const SolidMesh& mesh);
@@ -97,7 +111,11 @@ class FemModel final : public VolumeModel {
   std::optional<fem::StaticEquilibrium> equilibrium_;
   std::optional<fem::TimeStepper> stepper_;
   fem::NodeVector gravity_, f_ext_;
-  std::vector<int> hold_;           // per contact: its number in constraints_; -1: a load
+  std::vector<int> hold_;  // per contact: its number in constraints_; -1: none
+  std::optional<fem::ToolContacts> tools_;
+  std::vector<int> tool_;  // per contact: its number in tools_; -1: none
+  // Per contact where there are tools: what was prescribed last.
+  std::vector<Contact> accepted_, former_;
   std::vector<PlaceWeight> moved_;  // room: a contact's nodes by their numbers in the body
 };
 

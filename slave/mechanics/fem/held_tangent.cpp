@@ -5,7 +5,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kPenalty = 1e4;  // of a held sum, of the diagonal
+constexpr double kPenalty = 1e4;  // of a held sum or a guided node, of the diagonal
 
 }  // namespace
 
@@ -42,6 +42,14 @@ void HeldTangent::Fill(const BlockMatrix& matrix, double scale,
           const bool diagonal = i == j && r == c;
           At(j, k, r, c) = !diagonal ? value : free_j[c] > 0 ? value * (1 + held.shift) : 1;
         }
+      }
+    }
+  }
+  for (const Guide& guide : held.guides) {
+    const int k = pattern_.diagonal[Index(guide.row)];
+    for (int c = 0; c < 3; ++c) {
+      for (int r = 0; r <= c; ++r) {
+        At(guide.row, k, r, c) += kPenalty * guide.normal[r] * guide.normal[c];
       }
     }
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -116,6 +117,7 @@ SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constr
                                  NodeVector& r, NodeVector& x, double target) noexcept {
   if (due_ || (late_factor_ && !has_factor() && spent_ >= late_worth_))
     Prepare(A, constraints.held(), Kind::kSingle);
+  if (std::exchange(holds_others_, false)) FollowHeld(A, constraints.held());
   if (next_ != Next::kNone) ContinueNext(A, constraints.held());
   const double digits = std::log10(Norm(r) / std::max(target, kTiny));
   SolveOutcome outcome = Iterate(A, constraints, r, x, target);
@@ -147,13 +149,25 @@ void LinearSolver::Prepare(const BlockMatrix& A, const HeldComponents& held, Kin
   PrepareGrids(A, held);
 }
 
+// Of a factor the components that it holds or leaves free in error cost a few iterations, which
+// make it older.
+void LinearSolver::FollowHeld(const BlockMatrix& A, const HeldComponents& held) noexcept {
+  if (kind_ == Kind::kDiagonal ||
+      (kind_ == Kind::kGrids && !grids_->Renew(A, held.free, held.guides))) {
+    InvertDiagonal(A, held);
+  }
+}
+
+// Grids that have aged take the new matrix; if that does not make them young, the coarse one too.
 void LinearSolver::PrepareGrids(const BlockMatrix& A, const HeldComponents& held) noexcept {
-  const bool coarse_serves = coarse_serves_ && excess_ <= refactor_worth_;
+  const bool aged = excess_ > refactor_worth_;
+  const bool coarse_serves = coarse_serves_ && !(aged && renewed_);
+  renewed_ = coarse_serves && aged;
   young_iterations_ = -1;
-  young_rate_ = 0;
+  if (!renewed_) young_rate_ = 0;
   excess_ = 0;
-  coarse_serves_ =
-      grids_ && (coarse_serves ? grids_->Renew(A, held.free) : grids_->Factor(A, held.free));
+  coarse_serves_ = grids_ && (coarse_serves ? grids_->Renew(A, held.free, held.guides)
+                                            : grids_->Factor(A, held.free, held.guides));
   if (coarse_serves_) {
     kind_ = Kind::kGrids;
   } else {

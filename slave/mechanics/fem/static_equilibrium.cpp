@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "slave/mesh/index.h"
 
@@ -54,13 +55,21 @@ StaticEquilibrium::StaticEquilibrium(FemBody& body, const Params& params)
                      .most_flops = hyperelastic_ ? kFactorOnce : LinearSolver::kAnyFlops,
                      .progress = &progress_}) {
   for (auto* x : {&u_, &last_u_, &good_u_, &f_ext_, &last_f_, &f_int_, &r_, &x_, &lift_, &trial_,
-                  &reaction_, &contact_motion_}) {
+                  &reaction_, &f_base_}) {
     x->resize(Index(body.size()));
   }
   for (Motion& motion : motions_) {
     motion.body.resize(Index(body.size()));
     motion.contacts.resize(Index(body.size()));
   }
+}
+
+double StaticEquilibrium::AimOf() const {
+  return (solver_.direct() ? kAimDirect : kAimIterative) * params_.residual;
+}
+
+double StaticEquilibrium::GapSlack() const {
+  return tools_ != nullptr ? AimOf() * tools_->depth() : 0;
 }
 
 void StaticEquilibrium::Reset() noexcept {
@@ -75,15 +84,43 @@ void StaticEquilibrium::Reset() noexcept {
   solver_.Reset();
 }
 
-bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept {
-  last_u_ = u_;
+void StaticEquilibrium::Begin() noexcept {
   newton_steps_ = iterations_ = 0;
   ended_early_ = false;
   progress_.Begin();
   before_ = Norm(reaction_);
+}
+
+bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& constraints,
+                                  ToolContacts& tools) noexcept {
+  last_u_ = u_;
+  tools_ = &tools;
+  f_base_ = f_ext_ = f_ext;
+  if (!is_current_) Update(With::kForces);
+  tools.Load(f_base_, &f_ext_);
+  FreeResidual(constraints);
+  tools.Judge(u_, reaction_, AimOf());
+  solver_.HoldOthers();
+  holds_others_ = true;
+  Predict(constraints);
+  const bool found = Iterate(constraints, 1);
+  tools_ = nullptr;
+  if (found) {
+    last_f_ = f_ext;
+    LearnMotion(constraints);
+    return true;
+  }
+  Retreat(last_u_);
+  motion_count_ = 0;
+  return false;
+}
+
+bool StaticEquilibrium::Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept {
+  last_u_ = u_;
+  Begin();
   Predict(constraints);
   if (SolveInParts(f_ext, constraints)) {
-    LearnMotion();
+    LearnMotion(constraints);
     EstimateError(constraints);
     return true;
   }
@@ -130,9 +167,10 @@ bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
 // a motion shares with newer ones is removed from it first.
 void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
-  constraints.Lift(u_, 1, contact_motion_);
-  lift_ = contact_motion_;
+  constraints.Lift(u_, 1, lift_);
   bool predicted = false;
+  const bool renews = std::exchange(holds_others_, false);
+  for (int i = 0; renews && i < motion_count_; ++i) FindHeld(constraints, &motions_[Index(i)]);
   for (int i = 0; i < motion_count_; ++i) {
     Motion& motion = motions_[Index(i)];
     for (int k = 0; k < i; ++k) {
@@ -158,14 +196,18 @@ void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
   is_current_ = false;
 }
 
-void StaticEquilibrium::LearnMotion() noexcept {
+void StaticEquilibrium::FindHeld(const Constraints& constraints, Motion* motion) noexcept {
+  constraints.HeldPart(motion->body, motion->contacts);
+  motion->square = Dot(motion->contacts, motion->contacts);
+}
+
+void StaticEquilibrium::LearnMotion(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
   std::rotate(motions_.begin(), motions_.end() - 1, motions_.end());
   Motion& motion = motions_[0];
   motion.body = u_;
   Add(-1, last_u_, motion.body);
-  motion.contacts = contact_motion_;
-  motion.square = Dot(contact_motion_, contact_motion_);
+  FindHeld(constraints, &motion);
   motion_count_ = std::min(motion_count_ + 1, kMotions);
 }
 
@@ -233,7 +275,7 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
   if (!is_current_) Update(With::kTangent);
   progress_.LimitTo(0);
   released_ = kInner * before_;
-  bool lifted = constraints.Lift(u_, 1, lift_) > 0;
+  bool lifted = constraints.Lift(u_, 1, lift_) > GapSlack();
   if (part < 1) Scale(part, lift_);
   double size = FreeResidual(constraints), previous = size;
   if (!lifted) released_ = std::max(released_, kInner * size);
@@ -244,7 +286,7 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
     relative_residual_ = size > 0 ? size / std::max(reference_, released_) : 0;
     const bool stalled = step > 0 && size > kStalled * previous;
     if (!lifted && (size <= aim * asked || (size <= asked && stalled))) return true;
-    ended_early_ = !lifted && step > 0 && progress_.late();
+    ended_early_ = (!lifted || tools_ != nullptr) && step > 0 && progress_.late();
     if (ended_early_) return true;
     PrepareTangent();
     const double floor = RoundingFloor(tangent_, u_);
@@ -256,10 +298,19 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
     const double enough = std::max(floor, hyperelastic_ ? kLinearShare * aim * asked : 0);
     if (!Advance(constraints, lifted, enough)) return size <= asked && !lifted;
     progress_.LimitTo(kForSteps * params_.deadline);
-    lifted = false;
     size = FreeResidual(constraints);
+    lifted = tools_ != nullptr && Touch(constraints);
+    if (tools_ != nullptr) size = FreeResidual(constraints);
   }
   return false;
+}
+
+// What a step leads to at the tools: which nodes touch now, and their friction. True: the tools
+// move nodes on.
+bool StaticEquilibrium::Touch(const Constraints& constraints) noexcept {
+  if (tools_->Judge(u_, reaction_, AimOf())) solver_.HoldOthers();
+  tools_->Load(f_base_, &f_ext_);
+  return constraints.Lift(u_, 1, lift_) > GapSlack();
 }
 
 // x_ of one step of Newton's method; `enough`: residual of its linear system.

@@ -11,6 +11,7 @@
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/linear_solver.h"
 #include "slave/mechanics/fem/search_progress.h"
+#include "slave/mechanics/fem/tool_contacts.h"
 #include "slave/mechanics/linear/block_matrix.h"
 
 namespace palpate::fem {
@@ -30,15 +31,23 @@ class StaticEquilibrium {
 
   // As after construction: at rest.
   void Reset() noexcept;
-  // Call when the fixed components have changed.
+  // Call when contacts hold other components.
   void Renew() noexcept {
     solver_.Reset();
-    motion_count_ = 0;
+    holds_others_ = true;
   }
   // Finds u for the forces and constraints, from the last one, or from rest should that fail; in
   // parts where all at once does not converge. False: not found, or stopped; the last equilibrium
   // is kept.
   bool Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept;
+  // The same with tools, in increments of their way, each from the last one alone. Begin; then
+  // Increment with all that acts at its end and tools that have begun it, which are judged between
+  // the steps; false: not found, the last equilibrium is kept. End after the last one.
+  void Begin() noexcept;
+  bool Increment(const NodeVector& f_ext, const Constraints& constraints,
+                 ToolContacts& tools) noexcept;
+  void End(const Constraints& constraints) noexcept { EstimateError(constraints); }
+  [[nodiscard]] bool late() const noexcept { return progress_.late(); }
 
   [[nodiscard]] bool interrupted() const { return progress_.stopped(); }
   [[nodiscard]] const NodeVector& displacement() const { return u_; }
@@ -63,9 +72,12 @@ class StaticEquilibrium {
 
   bool SolveInParts(const NodeVector& f_ext, const Constraints& constraints) noexcept;
   bool Iterate(const Constraints& constraints, double part) noexcept;
+  bool Touch(const Constraints& constraints) noexcept;
   void Predict(const Constraints& constraints) noexcept;
-  void LearnMotion() noexcept;
+  void LearnMotion(const Constraints& constraints) noexcept;
   void EstimateError(const Constraints& constraints) noexcept;
+  [[nodiscard]] double GapSlack() const;  // what contacts may lack of where they are moved to
+  [[nodiscard]] double AimOf() const;     // the residual that Newton's method is driven to
   enum class With { kForces, kTangent };
   void Update(With with) noexcept;
   void PrepareTangent() noexcept;
@@ -84,15 +96,18 @@ class StaticEquilibrium {
   bool is_current_ = false;   // forces and energy are those of u_
   bool has_tangent_ = false;  // and so is the tangent
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
-  // What a query moved: all nodes, and the nodes of contacts as they were prescribed to.
+  // What a query moved: all nodes, and what contacts held of that.
   struct Motion {
     NodeVector body, contacts;
     double square = 0;            // of `contacts`, before what newer ones share was removed
     bool is_independent = false;  // of newer ones
   };
+  static void FindHeld(const Constraints& constraints, Motion* motion) noexcept;
   std::array<Motion, kMotions> motions_;  // of the last queries, newest first
   int motion_count_ = 0;
-  NodeVector contact_motion_;  // prescribed in this query
+  bool holds_others_ = false;      // than when the motions were learnt
+  ToolContacts* tools_ = nullptr;  // of the increment that is solved
+  NodeVector f_base_;              // what acts beside their friction
   bool ended_early_ = false;
   ElementSummary summary_;
   double shift_ = 0;      // makes a tangent definite

@@ -12,6 +12,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/fem/tool_contact.h"
 #include "slave/mechanics/footprint/volume_contacts.h"
 #include "slave/mechanics/mesh_resolution.h"
 
@@ -69,6 +70,10 @@ class VolumeModel : public DeformationModel {
   // Estimated error of a contact's force, or displacement if it is a load, without the mesh's; 0:
   // none is estimated.
   [[nodiscard]] virtual double ErrorOf(std::size_t /*contact*/) const { return 0; }
+  // A rigid tool whose nodes come and go; nullptr: the contact is none.
+  [[nodiscard]] virtual const fem::ToolContact* ToolOf(std::size_t /*contact*/) const {
+    return nullptr;
+  }
   // A deadline came before the residual that was asked for.
   [[nodiscard]] virtual bool ended_early() const { return false; }
 
@@ -91,6 +96,9 @@ class VolumeModel : public DeformationModel {
   bool TakeState();
   [[nodiscard]] std::string_view DoubtOf(std::span<const Contact> contacts);
   [[nodiscard]] ContactResponse ResponseOf(std::size_t contact, const Contact& at) const;
+  [[nodiscard]] ContactResponse ToolResponse(const fem::ToolContact& tool, const Contact& at) const;
+  [[nodiscard]] std::string_view DoubtOfPlace(std::size_t contact,
+                                              const ContactResponse& response) const;
   void RemarkInversion();
 
   VolumeContacts contacts_;

@@ -272,7 +272,8 @@ std::size_t TwoGrid::memory_bytes() const {
          3 * r_.size() * sizeof(Single);
 }
 
-bool TwoGrid::Factor(const BlockMatrix& A, const NodeVector& free) noexcept {
+bool TwoGrid::Factor(const BlockMatrix& A, const NodeVector& free,
+                     std::span<const Guide> guides) noexcept {
   double largest = 0;
   for (const int k : pattern_.diagonal) {
     const double* block = A.block(k);
@@ -280,13 +281,35 @@ bool TwoGrid::Factor(const BlockMatrix& A, const NodeVector& free) noexcept {
   }
   if (!(largest > 0) || !std::isfinite(largest)) return false;
   scale_ = 1 / largest;
-  return Renew(A, free) && FactorCoarse(A);
+  return Renew(A, free, guides) && FactorCoarse(A);
 }
 
-bool TwoGrid::Renew(const BlockMatrix& A, const NodeVector& free) noexcept {
+bool TwoGrid::Renew(const BlockMatrix& A, const NodeVector& free,
+                    std::span<const Guide> guides) noexcept {
   std::copy_n(free.begin(), free_.size(), free_.begin());
   CopyFree(A);
-  return InvertDiagonal(A);
+  return InvertDiagonal(A) &&
+         std::ranges::all_of(guides, [&](const Guide& guide) { return GuideRow(A, guide); });
+}
+
+// Q = I - n n^T from the left and from the right, and its inverse among what is left.
+bool TwoGrid::GuideRow(const BlockMatrix& A, const Guide& guide) noexcept {
+  const Eigen::Matrix3d outer = guide.normal * guide.normal.transpose();
+  const Eigen::Matrix3d Q = Eigen::Matrix3d::Identity() - outer;
+  const Eigen::Matrix3f single = Q.cast<float>();
+  const auto block_of = [&](int k) { return Eigen::Map<Eigen::Matrix3f>(&values_[9 * Index(k)]); };
+  for (int k = pattern_.graph.begin[Index(guide.row)];
+       k < pattern_.graph.begin[Index(guide.row) + 1]; ++k) {
+    block_of(k) = (single * block_of(k)).eval();
+    auto mirror = block_of(pattern_.transpose[Index(k)]);
+    mirror = (mirror * single).eval();
+  }
+  const Eigen::Map<const Eigen::Matrix3d> block(A.block(pattern_.diagonal[Index(guide.row)]));
+  const Eigen::Matrix3d among = scale_ * Q * block * Q + outer;
+  if (!(among.determinant() > 0)) return false;
+  Eigen::Map<Eigen::Matrix3f> kept(&inverse_[9 * Index(guide.row)]);
+  kept = (Q * among.inverse() * Q).cast<float>();
+  return true;
 }
 
 // What couples free components, brought near one.

@@ -22,16 +22,25 @@ struct GridPlace {
   std::array<double, 8> weight{};
 };
 
+// A row whose node moves across `normal` only, unit.
+struct Guide {
+  int row = 0;
+  Eigen::Vector3d normal{0, 0, 1};
+};
+
 class TwoGrid {
  public:
   // `points`: where the rows of the pattern are. Keeps a reference to the pattern. O(N log N).
   TwoGrid(std::span<const Eigen::Vector3d> points, const BlockPattern& pattern);
 
   // `free` per row and component: 1 free, 0 fixed, whose rows and columns count as those of the
-  // identity. False: not positive definite. Allocation-free.
-  bool Factor(const BlockMatrix& A, const NodeVector& free) noexcept;
-  // The same with the coarse grid of the last Factor, which serves for like matrices.
-  bool Renew(const BlockMatrix& A, const NodeVector& free) noexcept;
+  // identity; so do the normals of `guides`, but for the coarse grid. False: not positive definite.
+  // Allocation-free.
+  bool Factor(const BlockMatrix& A, const NodeVector& free,
+              std::span<const Guide> guides = {}) noexcept;
+  // The same with the coarse grid of the last Factor, which serves for like matrices and others
+  // that are fixed.
+  bool Renew(const BlockMatrix& A, const NodeVector& free, std::span<const Guide> guides) noexcept;
   // z = M^-1 r on the free components of the pattern's rows, zero elsewhere. Allocation-free.
   void Solve(const NodeVector& r, NodeVector& z) noexcept;
 
@@ -45,6 +54,7 @@ class TwoGrid {
   void FindGrid(std::span<const Eigen::Vector3d> points, int most);
   bool InvertDiagonal(const BlockMatrix& A) noexcept;
   void CopyFree(const BlockMatrix& A) noexcept;
+  bool GuideRow(const BlockMatrix& A, const Guide& guide) noexcept;
   bool FactorCoarse(const BlockMatrix& A) noexcept;
   void CorrectCoarsely() noexcept;
   double& Coarse(int row, int column) {

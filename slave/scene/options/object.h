@@ -142,7 +142,8 @@ struct Tool {
   enum class Shape : std::uint8_t {
     kFlat,
     kRound,
-    kCapsule  // of models that shape tools, see ModelKind
+    kCapsule,   // this and the next one: of models that shape tools, see ModelKind
+    kRectangle  // flat, `length` along `axis_O` and `width` across it
   } shape = Shape::kFlat;
   double width = 0;  // width; of a flat tool the contact width [m], > 0
   // Extent through the thickness of a planar object [m]; infinite: through all of it; nullopt: the

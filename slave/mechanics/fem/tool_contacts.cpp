@@ -1,0 +1,122 @@
+#include "slave/mechanics/fem/tool_contacts.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "shared/mesh/disc_patch.h"
+#include "slave/mesh/index.h"
+
+namespace palpate::fem {
+namespace {
+
+using Eigen::Vector3d;
+
+std::vector<double> EdgesAround(const SurfaceMesh& surface) {
+  std::vector<double> sum(surface.nodes.size(), 0), count(surface.nodes.size(), 0);
+  for (const auto& triangle : surface.triangles) {
+    for (std::size_t v = 0; v < 3; ++v) {
+      const auto a = Index(triangle[v]), b = Index(triangle[(v + 1) % 3]);
+      const double length = (surface.nodes[a] - surface.nodes[b]).norm();
+      for (const std::size_t node : {a, b}) sum[node] += length, ++count[node];
+    }
+  }
+  for (std::size_t n = 0; n < sum.size(); ++n) sum[n] /= std::max(1.0, count[n]);
+  return sum;
+}
+
+// Mean of the triangles around, by their areas.
+std::vector<Vector3d> NormalsAround(const SurfaceMesh& surface) {
+  std::vector<Vector3d> normals(surface.nodes.size(), Vector3d::Zero());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const int triangle = static_cast<int>(t);
+    const Vector3d area = Area(surface, triangle) * Normal(surface, triangle);
+    for (const int node : surface.triangles[t]) normals[Index(node)] += area;
+  }
+  for (Vector3d& normal : normals) normal.stableNormalize();
+  return normals;
+}
+
+}  // namespace
+
+ToolContacts::ToolContacts(const SolidMesh& mesh, const FemBody& body, Constraints& constraints)
+    : body_(body),
+      constraints_(constraints),
+      skin_(SurfaceOf(mesh)),
+      normals_(NormalsAround(skin_)),
+      owner_(Index(body.size()), ToolContact::kNoTool) {
+  const std::vector<double> edges = EdgesAround(skin_);
+  for (std::size_t n = 0; n < edges.size(); ++n) {
+    const int node = body.Number(static_cast<int>(n));
+    const double* free = At(body.free(), node).v;
+    if (edges[n] == 0 || free[0] * free[1] * free[2] == 0) continue;
+    const double unit = body.length_unit();
+    surface_.push_back(
+        {node, skin_.nodes[n] / unit, normals_[n], edges[n] / unit, body.Stiffness(node)});
+  }
+  touched_.reserve(surface_.size());
+  constraints.ReserveTouched(surface_.size());
+}
+
+bool ToolContacts::Set(std::span<const Touch> touches) {
+  std::vector<ToolContact> former = std::exchange(tools_, {});
+  const double unit = body_.length_unit();
+  for (const Touch& touch : touches) {
+    const auto at = FindPlace(skin_, touch.p_O);
+    if (!at) return false;
+    const Vector3d normal = at->node >= 0 ? normals_[Index(at->node)] : Normal(skin_, at->triangle);
+    const auto known = std::ranges::find_if(former, [&](const ToolContact& tool) {
+      return tool.placement().p == touch.p_O / unit && tool.placement().width == touch.width / unit;
+    });
+    if (known != former.end()) {
+      tools_.push_back(std::move(*known));
+      former.erase(known);
+      continue;
+    }
+    Tool tool = touch.tool;
+    tool.radius /= unit;
+    tool.length /= unit;
+    tools_.emplace_back(tool, ToolContact::Placement{touch.p_O / unit, normal, touch.width / unit},
+                        touch.friction, surface_);
+  }
+  for (int i = 0; i < body_.size(); ++i) {
+    owner_[Index(i)] = constraints_.IsTaken(i) ? ToolContact::kTaken : ToolContact::kNoTool;
+  }
+  touched_.clear();
+  return true;
+}
+
+void ToolContacts::Reset() noexcept {
+  for (ToolContact& tool : tools_) tool.Reset();
+  for (const TouchedNode& at : touched_) owner_[Index(at.node)] = ToolContact::kNoTool;
+  touched_.clear();
+  constraints_.HoldTouched(touched_);
+}
+
+double ToolContacts::depth() const noexcept {
+  double depth = 0;
+  for (const ToolContact& tool : tools_) depth = std::max(depth, tool.depth());
+  return depth;
+}
+
+bool ToolContacts::Judge(const NodeVector& u, const NodeVector& reaction, double slack) noexcept {
+  for (const TouchedNode& at : touched_) owner_[Index(at.node)] = ToolContact::kNoTool;
+  for (int k = 0; k < size(); ++k) tools_[Index(k)].Claim(k, &owner_);
+  bool changes = false;
+  touched_.clear();
+  for (int k = 0; k < size(); ++k) {
+    changes = tools_[Index(k)].Judge(u, reaction, slack, k, &owner_) || changes;
+    tools_[Index(k)].AddTouched(&touched_);
+  }
+  constraints_.HoldTouched(touched_);
+  return changes;
+}
+
+void ToolContacts::Load(const NodeVector& base, NodeVector* f_ext) const noexcept {
+  for (const ToolContact& tool : tools_) tool.Load(base, f_ext);
+}
+
+void ToolContacts::Accept(const NodeVector& u, const NodeVector& reaction) noexcept {
+  for (ToolContact& tool : tools_) tool.Accept(u, reaction);
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,58 @@
+// The rigid tools that touch a body, together: what they are to each other, to supports and to
+// contacts that hold nodes.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/fem/constraints.h"
+#include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/fem/tool_contact.h"
+
+namespace palpate::fem {
+
+class ToolContacts {
+ public:
+  // Keeps references. Nodes that supports hold in some direction are not touched.
+  ToolContacts(const SolidMesh& mesh, const FemBody& body, Constraints& constraints);
+
+  // The tools from now on, after the constraints have their other contacts; one that was there
+  // before at the same place keeps its state. Lengths in metres. False: no surface is at a place.
+  struct Touch {
+    Tool tool;
+    Eigen::Vector3d p_O{0, 0, 0};
+    double width = 0, friction = 0;  // see ToolContact
+  };
+  [[nodiscard]] bool Set(std::span<const Touch> touches);
+  void Reset() noexcept;
+  [[nodiscard]] bool empty() const { return tools_.empty(); }
+  [[nodiscard]] int size() const { return static_cast<int>(tools_.size()); }
+  [[nodiscard]] const ToolContact& at(int tool) const {
+    return tools_[static_cast<std::size_t>(tool)];
+  }
+
+  // An increment of one of them to a displacement of its apex [units], see ToolContact::Begin.
+  void Begin(int tool, const Eigen::Vector3d& displacement, const NodeVector& u) noexcept {
+    tools_[static_cast<std::size_t>(tool)].Begin(displacement, u);
+  }
+  [[nodiscard]] double depth() const noexcept;  // the largest, of the increment [units]
+  // Holds the nodes as they touch now. True: others than before.
+  bool Judge(const NodeVector& u, const NodeVector& reaction, double slack) noexcept;
+  void Load(const NodeVector& base, NodeVector* f_ext) const noexcept;
+  void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
+
+ private:
+  const FemBody& body_;
+  Constraints& constraints_;
+  SurfaceMesh skin_;
+  std::vector<Eigen::Vector3d> normals_;  // per node of the mesh
+  std::vector<TouchableNode> surface_;
+  std::vector<ToolContact> tools_;
+  std::vector<int> owner_;  // per node of the body, see ToolContact
+  std::vector<TouchedNode> touched_;
+};
+
+}  // namespace palpate::fem
