@@ -41,6 +41,7 @@ class Fuzzer:
         self.stub, self.page, self.scene, self.rows = stub, page, scene, rows
         self.random = random.Random(seed)
         self.counts = collections.Counter()
+        self.last = {}  # what the newest error of each code stated
 
     def word(self):
         draw = self.random.random()
@@ -137,8 +138,11 @@ class Fuzzer:
         try:
             call(request, timeout=timeout, wait_for_ready=True)
             self.counts[f"{name} OK"] += 1
+            return True
         except grpc.RpcError as error:
             self.counts[f"{name} {error.code().name}"] += 1
+            self.last[error.code().name] = error.details()
+            return False
 
     def post(self, name, request):
         body = json.dumps(self.json(request)).encode()
@@ -210,19 +214,26 @@ def main():
             end = time.monotonic() + options.seconds
             while time.monotonic() < end and not found:
                 fuzzer.step()
+                if "lease is held" in fuzzer.last.pop("FAILED_PRECONDITION", ""):  # a used scene has a manipulator: the master operates
+                    master.terminate()
+                    master.wait(timeout=PATIENCE)
+                    if not wait_until(lambda: fuzzer.call("use", stub.UseScene, scene)):
+                        found.append("no scene can be used after the master left")
+                    master, fuzzer.page = start_master(slave.address)
                 if slave.process.poll() is not None:
                     found.append(f"the slave ended: {slave.process.returncode}")
                 elif master.poll() is not None:
                     found.append(f"the master ended: {master.returncode}")
                 elif memory(slave.process.pid, "VmHWM") > MOST_MB:
                     found.append(f"the slave took {memory(slave.process.pid, 'VmHWM'):.0f} MB")
-                elif strange := strange_files(saved):
-                    found.append(f"files: {strange}")
+                elif strange_files(saved) and not wait_until(lambda: not strange_files(saved)):  # a file that is written has another name
+                    found.append(f"files: {strange_files(saved)}")
             if not found:
                 def recovers():
                     try:
                         return not stub.ProposeScene(scene, timeout=10 * PATIENCE, wait_for_ready=True).errors
-                    except grpc.RpcError:
+                    except grpc.RpcError as error:
+                        fuzzer.last["at the end"] = error.details()
                         return False
                 if not wait_until(recovers):
                     found.append("a good scene is refused")
@@ -235,6 +246,8 @@ def main():
         if left := [path.name for path in temporary.iterdir()]:
             found.append(f"temporary files are left: {left}")
     print(f"{sum(fuzzer.counts.values())} calls: " + ", ".join(f"{count} {name}" for name, count in sorted(fuzzer.counts.items())))
+    for code, details in fuzzer.last.items():
+        print(f"newest {code}: {details[:200]}")
     for what in found:
         print(f"FOUND: {what} (seed {options.seed})")
     return 1 if found else 0
