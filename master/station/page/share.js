@@ -4,7 +4,7 @@ import { save } from './save.js';
 import { playClip } from './share_player.js';
 import { codeOf, figure, xyz } from './words.js';
 
-const SECONDS = 60, IMAGES_HZ = 8, SHAPES_HZ = 8, WIDEST_PX = 480, QUALITY = 0.6;
+const SECONDS = 60, AGAIN_S = 1, IMAGES_HZ = 8, SHAPES_HZ = 8, WIDEST_PX = 480, QUALITY = 0.6;
 const BYTES_PER_S = 8e6 / 60, SPARE = 3e4;  // of the file; of its text
 const PLACES_AT = 20, HEAD = 28;  // of a shape's and a topology's bytes
 
@@ -52,10 +52,16 @@ export class Share {
     if (!slave || slave.sequence === this.states.at(-1)?.sequence) return;
     const before = this.states.at(-1), isTouching = Boolean(slave.local_model?.in_contact), validity = codeOf(slave.validity, 'VALIDITY_');
     this.states.push({ t, sequence: slave.sequence, force: slave.force ? Math.hypot(...xyz(slave.force)) : null, sigma: slave.sigma ?? null, validity, isTouching, state });
-    if (before && isTouching !== before.isTouching) this.events.push({ t, name: isTouching ? 'contact' : 'release' });
-    if (before && validity !== before.validity && validity !== 'valid') this.events.push({ t, name: validity.replaceAll('_', ' ') });
-    if (before && state === 'ESTOP' && before.state !== 'ESTOP') this.events.push({ t, name: 'stop' });
+    if (before && isTouching !== before.isTouching) this.mark(t, isTouching ? 'contact' : 'release');
+    if (before && validity !== before.validity && validity !== 'valid') this.mark(t, validity.replaceAll('_', ' '));
+    if (before && state === 'ESTOP' && before.state !== 'ESTOP') this.mark(t, 'stop');
     for (const list of [this.states, this.events]) this.trim(list, t);
+  }
+
+  // One line for what happens again and again.
+  mark(t, name) {
+    const last = this.events.findLast((event) => event.name === name);
+    if (!last || t - last.t > AGAIN_S) this.events.push({ t, name });
   }
 
   // The file as text. `scene`: of the health message, or null.

@@ -84,8 +84,8 @@ export function playClip(clip) {
   }
 
   function show() {
-    const state = states[Math.max(0, newest(states, now))], i = newest(images, now);
-    if (images.length && i !== shown) byId('picture').src = `data:image/jpeg;base64,${images[Math.max(0, i)].jpeg}`;
+    const state = states[Math.max(0, newest(states, now))], i = Math.max(0, newest(images, now));
+    if (images.length && i !== shown) byId('picture').src = `data:image/jpeg;base64,${images[i].jpeg}`;
     shown = i;
     const force = state.force === null ? 'force unknown' : `${state.force.toFixed(3)} N ± ${figure(state.sigma)} N (${figure(state.force / 9.80665e-3)} g)`;
     byId('force').textContent = `${now.toFixed(2)} s: ${force}, ${state.validity.replaceAll('_', ' ')}`;
