@@ -1,4 +1,4 @@
-#include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/dots/dot_images.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,7 +39,7 @@ void Cover(const Conic& Q, int width, int height, std::vector<double>* coverage)
 }
 
 // The share of the pixel's thin squares that lie in the half-plane.
-double ShareBeyond(const DotPicture::Beyond& edge, int x, int y) {
+double ShareBeyond(const DotImage::Beyond& edge, int x, int y) {
   const double off = edge.n.dot(Eigen::Vector2d(x, y)) - edge.offset;
   if (std::abs(off) > 1) return off > 0 ? 1 : 0;
   int inside = 0;
@@ -71,7 +71,7 @@ Conic DiscSeen(const Lens& lens, const Eigen::Vector3d& p_C, const Eigen::Vector
   return to_ray.transpose() * Q * to_ray;
 }
 
-cv::Mat DotPicture::Render(std::uint64_t seed) const {
+cv::Mat DotImage::Render(std::uint64_t seed) const {
   std::vector<double> coverage(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (const Conic& Q : dots) Cover(Q, width, height, &coverage);
   std::vector<double> levels(coverage.size());

@@ -1,4 +1,4 @@
-// Pictures whose truth is known to any fraction of a pixel: a body and a bar-shaped tool on a
+// Images whose truth is known to any fraction of a pixel: a body and a bar-shaped tool on a
 // plain background, every edge an error function (a blurred step), in closed form.
 #pragma once
 
@@ -30,7 +30,7 @@ struct PaintedTool {
   double contrast = 1;  // of the marks
 };
 
-struct TestPicture {
+struct TestImage {
   cv::Size size{640, 480};
   double background = 200;  // grey levels of 255
   double blur = 0.75;       // sigma of the error functions [px]
@@ -48,8 +48,8 @@ struct TestPicture {
   [[nodiscard]] double LevelAt(double x, double y) const;
 };
 
-// A scene that sees such pictures: 1 mm per pixel, the tool 17 px wide and pointing down, tip and
+// A scene that sees such images: 1 mm per pixel, the tool 17 px wide and pointing down, tip and
 // contour tracked with the defaults.
-Scene SceneForTestPictures();
+Scene SceneForTestImages();
 
 }  // namespace palpate

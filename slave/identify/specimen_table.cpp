@@ -1,4 +1,4 @@
-#include "slave/identify/test_table.h"
+#include "slave/identify/specimen_table.h"
 
 #include <algorithm>
 #include <array>
@@ -12,14 +12,14 @@
 #include "shared/text/text.h"
 #include "slave/identify/bonded_cylinder.h"
 #include "slave/identify/raw_table.h"
-#include "slave/identify/test_beginning.h"
+#include "slave/identify/specimen_loading.h"
 
 namespace palpate::identify {
 namespace {
 
-constexpr std::size_t kMostRows = 240;  // more are averaged: neighbours tell the same
-constexpr double kLeastStretch = 0.02, kMostStretch = 50;
-constexpr double kMostStress = 1e13;  // [Pa]
+constexpr std::size_t kMaxRows = 240;  // more are averaged: neighbours tell the same
+constexpr double kMinStretch = 0.02, kMaxStretch = 50;
+constexpr double kMaxStress = 1e13;  // [Pa]
 
 enum class Measure { kStretch, kStrain, kDisplacement };
 struct Abscissa {
@@ -63,7 +63,7 @@ std::optional<Abscissa> FindDisplacement(const RawTable& table) {
   return std::nullopt;
 }
 
-// What a column holds: its unit decides, then its name.
+// Returns the quantity of a column: its unit decides, then its name.
 Measure MeasureOf(const RawTable& table, std::size_t c, bool shear) {
   const RawColumn& column = table.columns[c];
   const auto has = [&](std::string_view word) {
@@ -206,7 +206,7 @@ void MakeCompressive(MaterialTest* test) {
   for (TestRow& row : test->rows) {
     if (strain > 0) row.abscissa = 2 - row.abscissa;
     if (stress > 0) row.measured.front() *= -1;
-    if (row.abscissa > kLeastStretch) continue;
+    if (row.abscissa > kMinStretch) continue;
     throw InputError(test->name + Formatted(": a compression to a stretch of %g: expected 0.02 "
                                             "or more. Check the units: those of the header and "
                                             "--height",
@@ -216,9 +216,9 @@ void MakeCompressive(MaterialTest* test) {
 
 void CheckRow(const RawTable& table, std::size_t i, const MaterialTest& test, const TestRow& row) {
   const bool shear = test.kind == TestKind::kShear;
-  const bool possible = shear ? std::abs(row.abscissa) < kMostStretch
-                              : row.abscissa > kLeastStretch && row.abscissa < kMostStretch &&
-                                    row.across > kLeastStretch && row.across < kMostStretch;
+  const bool possible = shear ? std::abs(row.abscissa) < kMaxStretch
+                              : row.abscissa > kMinStretch && row.abscissa < kMaxStretch &&
+                                    row.across > kMinStretch && row.across < kMaxStretch;
   if (!possible) {
     FailAt(table, i,
            Formatted("%s = %g: expected %s", shear ? "amount of shear" : "stretch", row.abscissa,
@@ -227,7 +227,7 @@ void CheckRow(const RawTable& table, std::size_t i, const MaterialTest& test, co
                              "unit %"));
   }
   for (const double stress : row.measured) {
-    if (!(std::abs(stress) < kMostStress)) FailAt(table, i, "a stress beyond 1e13 Pa");
+    if (!(std::abs(stress) < kMaxStress)) FailAt(table, i, "a stress beyond 1e13 Pa");
   }
 }
 
@@ -244,19 +244,18 @@ TestRow AverageOf(const std::vector<TestRow>& rows, std::size_t from, std::size_
 }
 
 void Thin(std::vector<TestRow>* rows) {
-  if (rows->size() <= kMostRows) return;
+  if (rows->size() <= kMaxRows) return;
   std::vector<TestRow> few;
-  for (std::size_t i = 0; i < kMostRows; ++i) {
-    few.push_back(
-        AverageOf(*rows, i * rows->size() / kMostRows, (i + 1) * rows->size() / kMostRows));
+  for (std::size_t i = 0; i < kMaxRows; ++i) {
+    few.push_back(AverageOf(*rows, i * rows->size() / kMaxRows, (i + 1) * rows->size() / kMaxRows));
   }
   *rows = std::move(few);
 }
 
 void Finish(const RawTable& table, const Specimen& specimen, MaterialTest* test) {
-  if (test->rows.size() < kLeastRows) {
+  if (test->rows.size() < kMinTestRows) {
     throw TooFewRows(Formatted("%s: %zu rows between --from and --to: expected %zu or more",
-                               table.file.c_str(), test->rows.size(), kLeastRows));
+                               table.file.c_str(), test->rows.size(), kMinTestRows));
   }
   if (!(test->Peak() > 0)) throw InputError(table.file.string() + ": every stress is zero");
   if (test->kind != TestKind::kTensor) Thin(&test->rows);
@@ -282,12 +281,12 @@ double BowOf(const MaterialTest& test) {
 // A strain beyond 100 % without a unit: of a rubber, whose curve bends, or a number of percent or
 // millimetres.
 void CheckUnitOfStrain(const RawTable& table, const Abscissa& x, MaterialTest* test) {
-  constexpr double kMost = 20, kStraight = 0.04;  // strain, bow
+  constexpr double kMaxStrain = 20, kStraight = 0.04;  // strain, bow
   const double largest = LargestStrain(*test);
   const bool named = x.measure == Measure::kStretch || table.columns[x.column].to_si;
   if (named || largest <= 1) return;
   test->units_named = false;
-  if (largest > kMost || BowOf(*test) < kStraight) {
+  if (largest > kMaxStrain || BowOf(*test) < kStraight) {
     throw InputError(
         Formatted("%s: column %s: strains up to %.4g %% on a curve that is straight, "
                   "or beyond any rubber: expected a column that names its unit, "
@@ -516,9 +515,9 @@ RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& spec
     relaxation.strain.push_back(by * table.At(i, x.column) - (stretch ? 1 : 0));
     relaxation.stress.push_back(stress * table.At(i, y.column));
   }
-  if (relaxation.time.size() < kLeastRows) {
+  if (relaxation.time.size() < kMinTestRows) {
     throw TooFewRows(Formatted("%s: %zu rows: expected %zu or more", table.file.c_str(),
-                               relaxation.time.size(), kLeastRows));
+                               relaxation.time.size(), kMinTestRows));
   }
   return relaxation;
 }

@@ -1,4 +1,4 @@
-#include "tests/slave/vision/texture/texture_pictures.h"
+#include "tests/slave/vision/texture/texture_images.h"
 
 #include <cmath>
 #include <numbers>
@@ -22,8 +22,8 @@ WavyTexture::WavyTexture(std::uint64_t seed) : random_(seed * 7919 + 1) {
   }
 }
 
-cv::Mat WavyTexture::Picture(const PatchWarp& warp, double noise, double gain, double offset,
-                             const cv::Size& size) {
+cv::Mat WavyTexture::Image(const PatchWarp& warp, double noise, double gain, double offset,
+                           const cv::Size& size) {
   // cos(kx x + (ky y + phase)), the columns' and the rows' part each drawn up once.
   const Eigen::Matrix<double, kWaves, 2> k = wave_ * warp.A.inverse();
   const Eigen::Matrix<double, kWaves, 1> phase = phase_ - k * warp.p;
@@ -34,15 +34,15 @@ cv::Mat WavyTexture::Picture(const PatchWarp& warp, double noise, double gain, d
   const Eigen::MatrixXd cosines =
       down.array().cos().matrix().transpose() * across.array().cos().matrix() -
       down.array().sin().matrix().transpose() * across.array().sin().matrix();
-  cv::Mat picture(size, CV_8UC1);
+  cv::Mat image(size, CV_8UC1);
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
       const double level = gain * (kMean + kAmplitude * cosines(y, x)) + offset;
-      picture.at<std::uint8_t>(y, x) =
+      image.at<std::uint8_t>(y, x) =
           cv::saturate_cast<std::uint8_t>(level + (noise > 0 ? random_.gaussian(noise) : 0.0));
     }
   }
-  return picture;
+  return image;
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "slave/capture/picture_files.h"
+#include "slave/capture/image_files.h"
 
 #include <stdexcept>
 
@@ -16,13 +16,13 @@ namespace {
 
 std::vector<std::string> Names(const std::string& pattern, const Scratch& scratch) {
   std::vector<std::string> names;
-  for (const auto& file : ListPictures(pattern, scratch.path())) {
+  for (const auto& file : ListImages(pattern, scratch.path())) {
     names.push_back(file.filename().string());
   }
   return names;
 }
 
-TEST(ListPicturesTest, GlobsAndDirectoriesComeInTheOrderOfTheirNumbers) {
+TEST(ListImagesTest, GlobsAndDirectoriesComeInTheOrderOfTheirNumbers) {
   const Scratch scratch;
   for (const char* name : {"f10.png", "f2.png", "f1.png", "note.txt", ".f3.png"}) {
     scratch.Write(name, "x");
@@ -53,13 +53,13 @@ TEST(InstantsTest, NumbersThatTellNoTimeAreNotTakenForOne) {
   EXPECT_THAT(InstantsOf({}), ElementsAre());
 }
 
-TEST(ReadPictureTest, WhatIsNoPictureIsRefusedByNameAndNumber) {
+TEST(ReadImageTest, WhatIsNoImageIsRefusedByNameAndNumber) {
   const Scratch scratch;
   std::vector<unsigned char> bytes;
   ASSERT_TRUE(cv::imencode(".jpg", cv::Mat(96, 128, CV_8UC1, cv::Scalar(9)), bytes));
   const std::string whole(bytes.begin(), bytes.end());
   const auto message = [](const std::filesystem::path& file, int number) {
-    return Thrown<std::runtime_error>([&] { ReadPicture(file, number); });
+    return Thrown<std::runtime_error>([&] { ReadImage(file, number); });
   };
   EXPECT_THAT(message(scratch.Write("cut.jpg", whole.substr(0, whole.size() / 2)), 12),
               testing::HasSubstr("cut.jpg: image 12"));
@@ -85,16 +85,16 @@ std::string PngHeader(std::uint32_t width, std::uint32_t height) {
 }
 
 // 16384 x 16384 px of it would take 2.1 GB, 8192 x 8192 px 0.5 GB.
-TEST(ReadPictureTest, SizesAreJudgedBeforePixelsTakeMemory) {
+TEST(ReadImageTest, SizesAreJudgedBeforePixelsTakeMemory) {
   const Scratch scratch;
   const auto huge = scratch.Write("huge.png", PngHeader(16384, 16384));
-  EXPECT_THAT(Thrown<std::runtime_error>([&] { ReadPicture(huge, 2); }),
+  EXPECT_THAT(Thrown<std::runtime_error>([&] { ReadImage(huge, 2); }),
               testing::HasSubstr("huge.png: image 2 is 16384 x 16384 px: expected at most"));
   const auto large = scratch.Write("large.png", PngHeader(8192, 8192));
   const AcceptSize refuse = [](const cv::Size& size) {
     throw std::runtime_error("not " + std::to_string(size.width));
   };
-  EXPECT_EQ(Thrown<std::runtime_error>([&] { ReadPicture(large, 2, refuse); }), "not 8192");
+  EXPECT_EQ(Thrown<std::runtime_error>([&] { ReadImage(large, 2, refuse); }), "not 8192");
 }
 
 }  // namespace

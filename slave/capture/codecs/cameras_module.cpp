@@ -1,4 +1,4 @@
-// The module palpate-films: see codecs.h.
+// The module palpate-cameras: see codecs.h.
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -8,9 +8,9 @@
 namespace palpate {
 namespace {
 
-class OpenCvFilm final : public Film {
+class OpenCvVideo final : public VideoStream {
  public:
-  explicit OpenCvFilm(const cv::VideoCapture& capture) : capture_(capture) {}
+  explicit OpenCvVideo(const cv::VideoCapture& capture) : capture_(capture) {}
   cv::Mat Next() override {
     cv::Mat image;
     return capture_.read(image) ? image : cv::Mat();
@@ -24,16 +24,16 @@ int IgnoreError(int, const char*, const char*, const char*, int, void*) {
   return 0;
 }
 
-class OpenCvFilms final : public Films {
+class OpenCvVideoBackend final : public VideoBackend {
  public:
-  // What is thrown says what is wrong; OpenCV would tell stderr of it first.
-  OpenCvFilms() { cv::redirectError(&IgnoreError); }
+  // Exceptions state the error; OpenCV would also write it to stderr.
+  OpenCvVideoBackend() { cv::redirectError(&IgnoreError); }
 
-  [[nodiscard]] std::unique_ptr<Film> OpenFile(const std::string& file) const override {
+  [[nodiscard]] std::unique_ptr<VideoStream> OpenFile(const std::string& file) const override {
     return Opened(cv::VideoCapture(file, cv::CAP_FFMPEG));  // other backends load half a desktop
   }
-  [[nodiscard]] std::unique_ptr<Film> OpenDevice(int device, const cv::Size& size,
-                                                 double rate) const override {
+  [[nodiscard]] std::unique_ptr<VideoStream> OpenDevice(int device, const cv::Size& size,
+                                                        double rate) const override {
     cv::VideoCapture capture(device, cv::CAP_V4L2);
     if (capture.isOpened() && !size.empty()) {
       capture.set(cv::CAP_PROP_FRAME_WIDTH, size.width);
@@ -49,13 +49,13 @@ class OpenCvFilms final : public Films {
     capture.set(cv::CAP_PROP_AUTOFOCUS, 0);
     return Opened(capture);
   }
-  [[nodiscard]] std::unique_ptr<Film> OpenUrl(const std::string& address,
-                                              std::chrono::milliseconds patience) const override {
+  [[nodiscard]] std::unique_ptr<VideoStream> OpenUrl(
+      const std::string& address, std::chrono::milliseconds timeout) const override {
     // OpenCV closes a pipeline that is asked for a timeout: it knows none.
     if (address.find('!') != std::string::npos) {
       return Opened(cv::VideoCapture(address, cv::CAP_GSTREAMER));
     }
-    const int ms = static_cast<int>(patience.count());
+    const int ms = static_cast<int>(timeout.count());
     return Opened(
         cv::VideoCapture(address, cv::CAP_FFMPEG,
                          {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, ms, cv::CAP_PROP_READ_TIMEOUT_MSEC, ms}));
@@ -71,15 +71,15 @@ class OpenCvFilms final : public Films {
   }
 
  private:
-  static std::unique_ptr<Film> Opened(const cv::VideoCapture& capture) {
-    return capture.isOpened() ? std::make_unique<OpenCvFilm>(capture) : nullptr;
+  static std::unique_ptr<VideoStream> Opened(const cv::VideoCapture& capture) {
+    return capture.isOpened() ? std::make_unique<OpenCvVideo>(capture) : nullptr;
   }
 };
 
 }  // namespace
 }  // namespace palpate
 
-extern "C" const palpate::Films* palpate_films() {
-  static const palpate::OpenCvFilms films;
-  return &films;
+extern "C" const palpate::VideoBackend* palpate_cameras() {
+  static const palpate::OpenCvVideoBackend videos;
+  return &videos;
 }

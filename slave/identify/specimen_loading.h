@@ -8,7 +8,7 @@
 
 namespace palpate::identify {
 
-inline constexpr std::size_t kLeastRows = 4;  // of a test that is used
+inline constexpr std::size_t kMinTestRows = 4;  // of a test that is used
 
 // Strain of a row: stretch - 1, or amount of shear [-].
 double StrainOf(const MaterialTest& test, const TestRow& row);

@@ -9,7 +9,7 @@ namespace palpate {
 
 // `value` with three significant digits: 0.412, 12.5, 1e+06.
 std::string Readable(double value);
-// As text: `0.41 N`, `free`, `force unknown (tracking lost)`.
+// Returns text: `0.41 N`, `free`, `force unknown (tracking lost)`.
 std::string InWords(const FingerState& finger);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// Pictures that drivers push: what is taken, what is refused and in which words.
-#include "slave/capture/picture_inbox.h"
+// Images that drivers push: what is taken, what is refused and in which words.
+#include "slave/capture/image_inbox.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@ namespace palpate {
 namespace {
 
 using testing::HasSubstr;
-using Encoding = PushedPicture::Encoding;
+using Encoding = PushedImage::Encoding;
 
-constexpr PictureInbox::SenderId kDriver = 1, kOther = 2;
+constexpr ImageInbox::SenderId kDriver = 1, kOther = 2;
 constexpr int kWidth = 64, kHeight = 48;
 
 Scene Mono() {
@@ -35,40 +35,39 @@ Scene Pair() {
 
 Scene Depth() {
   Scene scene;
-  scene.sense.Set(
-      PointsOptions{.cameras = DepthPictures{.source = DepthPictures::Source::kStream}});
+  scene.sense.Set(PointsOptions{.cameras = DepthImages{.source = DepthImages::Source::kStream}});
   return scene;
 }
 
 cv::Mat Ramp(int type, int width = kWidth) {
-  cv::Mat picture(kHeight, width, type);
-  for (int i = 0; i < static_cast<int>(picture.total() * picture.elemSize()); ++i) {
-    picture.data[i] = static_cast<unsigned char>(i % 251);
+  cv::Mat image(kHeight, width, type);
+  for (int i = 0; i < static_cast<int>(image.total() * image.elemSize()); ++i) {
+    image.data[i] = static_cast<unsigned char>(i % 251);
   }
-  return picture;
+  return image;
 }
 
-std::string Raw(const cv::Mat& picture) {
-  return {reinterpret_cast<const char*>(picture.data), picture.total() * picture.elemSize()};
+std::string Raw(const cv::Mat& image) {
+  return {reinterpret_cast<const char*>(image.data), image.total() * image.elemSize()};
 }
 
-PushedPicture Push(Encoding encoding, const std::string& data, int width = 0, int height = 0) {
+PushedImage Push(Encoding encoding, const std::string& data, int width = 0, int height = 0) {
   return {encoding, &data, static_cast<unsigned>(width), static_cast<unsigned>(height)};
 }
 
-class PictureInboxTest : public testing::Test {
+class ImageInboxTest : public testing::Test {
  protected:
   // A sample 1/30 s after the last, of a clock 50 s behind ours.
-  PushedSample Sample(const PushedPicture& picture) {
+  PushedSample Sample(const PushedImage& image) {
     now_ += Seconds(1.0 / 30);
     PushedSample sample;
     sample.sequence = ++sequence_;
     sample.sensed_at = now_ - Seconds(50);
-    sample.picture = picture;
+    sample.image = image;
     return sample;
   }
-  std::string Feed(PictureInbox& inbox, const PushedSample& sample,
-                   PictureInbox::SenderId sender = kDriver) {
+  std::string Feed(ImageInbox& inbox, const PushedSample& sample,
+                   ImageInbox::SenderId sender = kDriver) {
     const auto refusal = inbox.Feed(sample, now_ + Seconds(latency_), sender);
     return refusal ? refusal->why : "";
   }
@@ -80,8 +79,8 @@ class PictureInboxTest : public testing::Test {
   std::uint64_t sequence_ = 0;
 };
 
-TEST_F(PictureInboxTest, PicturesComeOutAsTheyWerePushedOnOurClock) {
-  PictureInbox inbox(Mono());
+TEST_F(ImageInboxTest, ImagesComeOutAsTheyWerePushedOnOurClock) {
+  ImageInbox inbox(Mono());
   const auto source = inbox.OpenFrames({});
   EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))), "");
   const auto frame = source->Next({});
@@ -95,8 +94,8 @@ TEST_F(PictureInboxTest, PicturesComeOutAsTheyWerePushedOnOurClock) {
 }
 
 // Without it the fastest image counts as one without delay.
-TEST_F(PictureInboxTest, TheDelayThatTheDriverKnowsIsTakenOff) {
-  PictureInbox inbox(Mono());
+TEST_F(ImageInboxTest, TheDelayThatTheDriverKnowsIsTakenOff) {
+  ImageInbox inbox(Mono());
   PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
   sample.delay = 0.02;
   EXPECT_EQ(Feed(inbox, sample), "");
@@ -105,8 +104,8 @@ TEST_F(PictureInboxTest, TheDelayThatTheDriverKnowsIsTakenOff) {
   EXPECT_NEAR(SecondsBetween(frame->sensed_at, now_ + Seconds(latency_)), 0.02, 1e-6);
 }
 
-TEST_F(PictureInboxTest, PairsAreGreyAndStateTheirSkew) {
-  PictureInbox inbox(Pair());
+TEST_F(ImageInboxTest, PairsAreGreyAndStateTheirSkew) {
+  ImageInbox inbox(Pair());
   const auto source = inbox.OpenPairs();
   PushedSample sample = Sample(Push(Encoding::kPng, png_));
   sample.right = Push(Encoding::kJpeg, jpeg_);
@@ -121,11 +120,11 @@ TEST_F(PictureInboxTest, PairsAreGreyAndStateTheirSkew) {
   EXPECT_NEAR(SecondsBetween(pair->sensed_at, now_ + Seconds(latency_)), 0.0015, 1e-6);
 }
 
-TEST_F(PictureInboxTest, PairsTakenTooFarApartAreDroppedAndCounted) {
-  PictureInbox inbox(Pair());
+TEST_F(ImageInboxTest, PairsTakenTooFarApartAreDroppedAndCounted) {
+  ImageInbox inbox(Pair());
   for (const double skew : {0.0, 0.004, 0.006, -0.006}) {
     PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
-    sample.right = sample.picture;
+    sample.right = sample.image;
     sample.right_sensed_at = sample.sensed_at + Seconds(skew);
     EXPECT_EQ(Feed(inbox, sample), "") << skew;
   }
@@ -133,15 +132,15 @@ TEST_F(PictureInboxTest, PairsTakenTooFarApartAreDroppedAndCounted) {
   EXPECT_EQ(inbox.health().dropped, 2U);
   EXPECT_THAT(inbox.health().trouble, HasSubstr("6 ms apart and are dropped: sync is 5 ms"));
   PushedSample together = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
-  together.right = together.picture;
+  together.right = together.image;
   EXPECT_EQ(Feed(inbox, together), "");
   EXPECT_EQ(inbox.health().trouble, "");
 }
 
-TEST_F(PictureInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
-  const auto refused = [&](const Scene& scene, const PushedPicture& picture) {
-    PictureInbox inbox(scene);
-    return Feed(inbox, Sample(picture));
+TEST_F(ImageInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
+  const auto refused = [&](const Scene& scene, const PushedImage& image) {
+    ImageInbox inbox(scene);
+    return Feed(inbox, Sample(image));
   };
   const std::string half = grey_.substr(0, 100), cut = png_.substr(0, png_.size() / 2);
   EXPECT_THAT(refused(Mono(), Push(Encoding::kGrey8, half, kWidth, kHeight)),
@@ -155,30 +154,30 @@ TEST_F(PictureInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
   EXPECT_THAT(refused(Pair(), Push(Encoding::kPng, png_)), HasSubstr("expected a pair"));
   EXPECT_THAT(refused(Depth(), Push(Encoding::kPng, png_)),
               HasSubstr("for depth, expected one channel of 16 bit"));
-  PictureInbox inbox(Mono());
+  ImageInbox inbox(Mono());
   PushedSample two = Sample(Push(Encoding::kPng, png_));
-  two.right = two.picture;
+  two.right = two.image;
   EXPECT_THAT(Feed(inbox, two), HasSubstr("expected one image"));
 }
 
-TEST_F(PictureInboxTest, OneThatIsUnlikeTheFirstIsRefused) {
-  PictureInbox inbox(Mono());
+TEST_F(ImageInboxTest, OneThatIsUnlikeTheFirstIsRefused) {
+  ImageInbox inbox(Mono());
   EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kPng, png_))), "");
   EXPECT_THAT(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))),
               HasSubstr("1 channel of 8 bit: expected the format of the first image"));
 }
 
-TEST_F(PictureInboxTest, OrderAndPaceAreKept) {
-  PictureInbox inbox(Mono());
+TEST_F(ImageInboxTest, OrderAndPaceAreKept) {
+  ImageInbox inbox(Mono());
   const PushedSample first = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
   EXPECT_EQ(Feed(inbox, first), "");
   EXPECT_THAT(Feed(inbox, first), HasSubstr("expected a time that increases"));
-  PushedSample old = Sample(first.picture);
+  PushedSample old = Sample(first.image);
   old.sequence = 1;
   EXPECT_THAT(Feed(inbox, old), HasSubstr("sequence = 1: expected one above the last"));
   std::string flood;
   for (int i = 0; i < 200 && flood.empty(); ++i) {
-    PushedSample sample = Sample(first.picture);
+    PushedSample sample = Sample(first.image);
     now_ -= Seconds(1.0 / 31);
     flood = Feed(inbox, sample);
   }
@@ -201,12 +200,12 @@ TEST(PaceLimitTest, WhatASilenceHeldUpIsAllowedAndAFloodIsNot) {
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(pace.Allows(start + Seconds(0.01 * i)));
   EXPECT_NEAR(allowed(pace, start + Seconds(15), 0), 500, 2);
   EXPECT_EQ(allowed(pace, start + Seconds(15), 0), 0);
-  EXPECT_NEAR(allowed(pace, start + Seconds(1e6), 0), 100 * PaceLimit::kLongestStall, 1);
+  EXPECT_NEAR(allowed(pace, start + Seconds(1e6), 0), 100 * PaceLimit::kMaxStall, 1);
 }
 
-TEST_F(PictureInboxTest, OneSenderAtATimeAndTheNextBeginsAnew) {
-  PictureInbox inbox(Mono());
-  const PushedPicture grey = Push(Encoding::kGrey8, grey_, kWidth, kHeight);
+TEST_F(ImageInboxTest, OneSenderAtATimeAndTheNextBeginsAnew) {
+  ImageInbox inbox(Mono());
+  const PushedImage grey = Push(Encoding::kGrey8, grey_, kWidth, kHeight);
   EXPECT_EQ(Feed(inbox, Sample(grey)), "");
   EXPECT_THAT(Feed(inbox, Sample(grey), kOther), HasSubstr("is already fed"));
   inbox.Leave(kDriver);

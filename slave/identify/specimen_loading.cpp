@@ -1,4 +1,4 @@
-#include "slave/identify/test_beginning.h"
+#include "slave/identify/specimen_loading.h"
 
 #include <algorithm>
 #include <cmath>
@@ -113,7 +113,7 @@ void KeepFirstLoading(MaterialTest* test) {
   constexpr double kDiffer = 0.03;  // mean distance by the largest stress
   const std::vector<Leg> legs = LegsOf(*test);
   const auto first = std::ranges::find_if(legs, &Leg::is_loading);
-  if (legs.size() < 2 || first == legs.end() || first->to - first->from < kLeastRows) return;
+  if (legs.size() < 2 || first == legs.end() || first->to - first->from < kMinTestRows) return;
   double hysteresis = 0, softening = 0;
   std::string moduli;
   for (const Leg& leg : legs) {
@@ -140,19 +140,19 @@ void KeepFirstLoading(MaterialTest* test) {
 }
 
 void TakeOffTravel(MaterialTest* test) {
-  constexpr double kBeginning = 0.1;           // of the range of strains: the first rows
-  constexpr std::size_t kFewest = 3;           // of them
-  constexpr double kNegligible = 0.005;        // of the largest strain
-  constexpr double kUnloaded = 0.25;           // of the load of the travel: less is none
-  constexpr double kBoth = 4;                  // of it: an offset of the load, too
-  constexpr double kLeast = 0.6, kMost = 1.6;  // of it: a row of the curve
+  constexpr double kBeginning = 0.1;                  // of the range of strains: the first rows
+  constexpr std::size_t kMinCount = 3;                // of them
+  constexpr double kNegligible = 0.005;               // of the largest strain
+  constexpr double kUnloaded = 0.25;                  // of the load of the travel: less is none
+  constexpr double kBoth = 4;                         // of it: an offset of the load, too
+  constexpr double kMinShare = 0.6, kMaxShare = 1.6;  // of it: a row of the curve
   std::vector<TestRow>& rows = test->rows;
-  if (rows.size() < kFewest + kLeastRows || !(test->Peak() > 0)) return;
+  if (rows.size() < kMinCount + kMinTestRows || !(test->Peak() > 0)) return;
   const double begin = StrainOf(*test, rows.front()), largest = LargestStrain(*test);
   if (std::abs(begin) <= kNegligible * largest) return;
   std::size_t count = 1;
-  while (count < rows.size() && (count < kFewest || std::abs(StrainOf(*test, rows[count]) - begin) <
-                                                        kBeginning * largest)) {
+  while (count < rows.size() && (count < kMinCount || std::abs(StrainOf(*test, rows[count]) -
+                                                               begin) < kBeginning * largest)) {
     ++count;
   }
   const double slope = SlopeOf(*test, 0, count), load = rows.front().measured.front();
@@ -176,7 +176,7 @@ void TakeOffTravel(MaterialTest* test) {
                             Formatted(": the first row has %.3g %% strain and a load of another "
                                       "cause: both are taken off as offsets",
                                       100 * std::abs(begin)));
-  } else if (share < kLeast || share > kMost) {
+  } else if (share < kMinShare || share > kMaxShare) {
     test->remarks.push_back(
         test->name + Formatted(": the first row has %.3g %% strain and %.2g times the load of so "
                                "much: travel, load or both may have an offset, which the table "
@@ -186,20 +186,20 @@ void TakeOffTravel(MaterialTest* test) {
 }
 
 void TakeOffBeginning(MaterialTest* test) {
-  constexpr double kContact = 0.01;    // of the largest load: more is loaded
-  constexpr std::size_t kFewest = 3;   // rows of slack
-  constexpr double kFlat = 0.05;       // of the slope behind contact: slack is flatter
-  constexpr double kMostAtRest = 0.5;  // of the largest load: more is no beginning
-  constexpr double kConcave = 4;       // initial over mean slope of rubber, at most
+  constexpr double kContact = 0.01;     // of the largest load: more is loaded
+  constexpr std::size_t kMinCount = 3;  // rows of slack
+  constexpr double kFlat = 0.05;        // of the slope behind contact: slack is flatter
+  constexpr double kMaxAtRest = 0.5;    // of the largest load: more is no beginning
+  constexpr double kConcave = 4;        // initial over mean slope of rubber, at most
   std::vector<TestRow>& rows = test->rows;
-  if (rows.size() < kFewest + kLeastRows) return;
+  if (rows.size() < kMinCount + kMinTestRows) return;
   const auto stress = [&](std::size_t i) { return rows[i].measured.front(); };
   const double peak = test->Peak();
-  if (std::abs(stress(0)) > kMostAtRest * peak) return;
+  if (std::abs(stress(0)) > kMaxAtRest * peak) return;
   std::size_t loaded = 0;
   while (loaded < rows.size() && std::abs(stress(loaded) - stress(0)) <= kContact * peak) ++loaded;
   const bool has_slack =
-      loaded >= kFewest && loaded + 2 <= rows.size() &&
+      loaded >= kMinCount && loaded + 2 <= rows.size() &&
       std::abs(SlopeOf(*test, 0, loaded)) < kFlat * std::abs(SlopeOf(*test, loaded, loaded + 2));
   const double largest = LargestStrain(*test);
   double at_rest = 0, slack = 0;
@@ -228,15 +228,15 @@ void TakeOffBeginning(MaterialTest* test) {
 }
 
 bool RemarkSoftBeginning(MaterialTest* test) {
-  constexpr double kBeginning = 0.05;  // of the largest strain
-  constexpr double kSofter = 0.7;      // of the slope in the next rows
-  constexpr std::size_t kFewest = 3;   // rows of a slope
+  constexpr double kBeginning = 0.05;   // of the largest strain
+  constexpr double kSofter = 0.7;       // of the slope in the next rows
+  constexpr std::size_t kMinCount = 3;  // rows of a slope
   const double largest = LargestStrain(*test);
   const auto behind = std::ranges::find_if(test->rows, [&](const TestRow& row) {
     return std::abs(StrainOf(*test, row)) > kBeginning * largest;
   });
   const auto beginning = behind - test->rows.begin();
-  const std::size_t rows = std::max(kFewest, static_cast<std::size_t>(beginning));
+  const std::size_t rows = std::max(kMinCount, static_cast<std::size_t>(beginning));
   if (test->rows.size() < 3 * rows) return false;
   const double softer = SlopeOf(*test, 0, rows) / SlopeOf(*test, rows, 2 * rows);
   if (!(softer < kSofter)) return false;
@@ -249,15 +249,15 @@ bool RemarkSoftBeginning(MaterialTest* test) {
 }
 
 void RemarkOppositeKind(MaterialTest* test) {
-  constexpr double kLeast = 0.08, kMost = 0.4;  // strain: a smaller one shows no bend
+  constexpr double kMinBend = 0.08, kMaxBend = 0.4;  // strain: a smaller one shows no bend
   // Stress E (e + bend e^2): bend is -1 of a neo-Hookean solid in tension and in compression (e <
   // 0).
   constexpr double kOpposite = 0.4;
-  if (test->kind != TestKind::kUniaxial || LargestStrain(*test) < kLeast) return;
+  if (test->kind != TestKind::kUniaxial || LargestStrain(*test) < kMinBend) return;
   double a = 0, b = 0, c = 0, d = 0, e = 0;  // least squares of stress against e and e^2
   for (const TestRow& row : test->rows) {
     const double strain = StrainOf(*test, row), stress = row.measured.front();
-    if (std::abs(strain) > kMost) continue;
+    if (std::abs(strain) > kMaxBend) continue;
     const double square = strain * strain;
     a += square, b += square * strain, c += square * square;
     d += stress * strain, e += stress * square;

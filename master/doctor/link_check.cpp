@@ -1,4 +1,4 @@
-#include "master/doctor/line.h"
+#include "master/doctor/link_check.h"
 
 #include <algorithm>
 #include <chrono>
@@ -21,8 +21,8 @@ namespace {
 
 constexpr int kCalls = 100;
 constexpr double kMicro = 1e6, kMilli = 1e3;
-constexpr std::chrono::seconds kLongestCall(20);
-constexpr std::size_t kLongestWords = 200;
+constexpr std::chrono::seconds kMaxCall(20);
+constexpr std::size_t kMaxWordsLength = 200;
 
 using Stub = v1::Teleoperation::Stub;
 
@@ -65,7 +65,7 @@ v1::Status QueryStatus(Stub& stub, const std::stop_token& stop, ClockOffset* off
                        LatencyHistogram* round_trip_us) {
   grpc::ClientContext context;
   const auto ends = Until(stop, &context);
-  context.set_deadline(std::chrono::system_clock::now() + kLongestCall);
+  context.set_deadline(std::chrono::system_clock::now() + kMaxCall);
   v1::Status reply;
   const Time left = Clock::now();
   Require(stub.GetStatus(&context, {}, &reply));
@@ -75,7 +75,7 @@ v1::Status QueryStatus(Stub& stub, const std::stop_token& stop, ClockOffset* off
   return reply;
 }
 
-void QueryLine(Stub& stub, double seconds, const std::stop_token& stop, LineSample* line) {
+void QueryLine(Stub& stub, double seconds, const std::stop_token& stop, LinkSample* line) {
   ClockOffset offset;
   const Time begin = Clock::now();
   v1::Status status;
@@ -85,12 +85,12 @@ void QueryLine(Stub& stub, double seconds, const std::stop_token& stop, LineSamp
   line->clock_offset = offset.seconds();
   line->phase = InWords(status.phase());
   for (const std::string& alarm : status.alarms()) {
-    line->alarms.push_back(Presentable(alarm, kLongestWords));
+    line->alarms.push_back(Presentable(alarm, kMaxWordsLength));
   }
 }
 
 void Watch(Stub& stub, double dead_after, double seconds, const std::stop_token& stop,
-           LineSample* line) {
+           LinkSample* line) {
   grpc::ClientContext context;
   const auto ends = Until(stop, &context);
   const auto stream = stub.WatchState(&context, {});
@@ -118,7 +118,7 @@ void Watch(Stub& stub, double dead_after, double seconds, const std::stop_token&
   if (line->states == 0) Require(status);
 }
 
-Finding RoundTrip(const LineSample& line) {
+Finding RoundTrip(const LinkSample& line) {
   const double p50 = line.round_trip_us.Quantile(0.5) / kMilli;
   Finding finding{
       Grade::kGood, "round trip",
@@ -135,7 +135,7 @@ Finding RoundTrip(const LineSample& line) {
   return finding;
 }
 
-Finding Gaps(const LineSample& line, double dead_after) {
+Finding Gaps(const LinkSample& line, double dead_after) {
   const double rate = line.seconds > 0 ? static_cast<double>(line.states - 1) / line.seconds : 0;
   Finding finding{
       Grade::kGood, "states",
@@ -148,12 +148,12 @@ Finding Gaps(const LineSample& line, double dead_after) {
         "%llu gaps would have ended the engagement: use a better link, or set "
         "`link: {dead_after: %.0f ms}` in the slave's scene (at most 500 ms)",
         static_cast<unsigned long long>(line.gaps_beyond),
-        std::min(kMilli * kMostDeadAfter, 1.5 * line.gap_us.max() / kMilli));
+        std::min(kMilli * kMaxDeadAfter, 1.5 * line.gap_us.max() / kMilli));
   }
   return finding;
 }
 
-Finding Clocks(const LineSample& line) {
+Finding Clocks(const LinkSample& line) {
   constexpr double kApart = 60;  // [s]
   Finding finding{Grade::kGood, "clocks",
                   Formatted("the slave's clock differs by %+.3f s", line.clock_offset), ""};
@@ -167,20 +167,20 @@ Finding Clocks(const LineSample& line) {
   return finding;
 }
 
-Finding Samples(const LineSample& line) {
+Finding Samples(const LinkSample& line) {
   if (line.age) return {Grade::kGood, "sensing", "samples arrive", ""};
   return {Grade::kNote, "sensing", "nothing was sensed yet",
           "start the driver of the camera or the fingertips, or palpate-simulator for a simulated "
           "scene"};
 }
 
-Finding Versions(const LineSample& line) {
+Finding Versions(const LinkSample& line) {
   if (line.version == Version()) return {Grade::kGood, "version", line.version, ""};
   return {Grade::kNote, "version", "the slave is " + line.version + ", this master " + Version(),
           "they work together, but features that only one of them has are off"};
 }
 
-Finding Health(const LineSample& line) {
+Finding Health(const LinkSample& line) {
   Finding finding{Grade::kGood, "slave", line.phase, ""};
   if (line.alarms.empty()) return finding;
   finding.grade = Grade::kNote;
@@ -191,20 +191,20 @@ Finding Health(const LineSample& line) {
 
 }  // namespace
 
-LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& scene, double seconds,
+LinkSample MeasureLink(const SlaveLink::Options& options, const RemoteScene& scene, double seconds,
                        const std::stop_token& stop) {
   const bool beyond = options.insecure || !options.tls.empty();
   const auto stub = v1::Teleoperation::NewStub(OpenChannel(PermittedTarget(options.target, beyond),
                                                            Traffic::kTicks, options.tls,
                                                            options.longest_round_trip));
-  LineSample line;
+  LinkSample line;
   line.version = scene.version;
   QueryLine(*stub, seconds, stop, &line);
   Watch(*stub, scene.dead_after, seconds, stop, &line);
   return line;
 }
 
-Findings CheckLine(const LineSample& line, const RemoteScene& scene) {
+Findings CheckLink(const LinkSample& line, const RemoteScene& scene) {
   return {Versions(line), RoundTrip(line), Gaps(line, scene.dead_after),
           Clocks(line),   Samples(line),   Health(line)};
 }
@@ -246,7 +246,7 @@ Finding CheckDatagrams(const LinkStats& tried) {
           "lost packet delays the next ones"};
 }
 
-Findings ExamineLine(const SlaveLink::Options& options, double seconds,
+Findings ExamineLink(const SlaveLink::Options& options, double seconds,
                      const std::stop_token& stop) {
   try {
     SlaveLink link(options);
@@ -254,7 +254,7 @@ Findings ExamineLine(const SlaveLink::Options& options, double seconds,
     SlaveLink::Options measured = options;
     measured.longest_round_trip = link.longest_round_trip();
     Findings findings{{Grade::kGood, "scene", scene.name + ", " + scene.model, ""}};
-    for (Finding& finding : CheckLine(MeasureLine(measured, scene, seconds, stop), scene)) {
+    for (Finding& finding : CheckLink(MeasureLink(measured, scene, seconds, stop), scene)) {
       findings.push_back(std::move(finding));
     }
     if (measured.datagrams.value_or(false))

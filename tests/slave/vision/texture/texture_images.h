@@ -13,14 +13,14 @@ inline PatchWarp Shifted(double x, double y) {
   return {Eigen::Matrix2d::Identity(), {x, y}};
 }
 
-// A sum of waves, so that it is known between the pixels too: every picture of it is exact.
+// A sum of waves, so that it is known between the pixels too: every image of it is exact.
 class WavyTexture {
  public:
   explicit WavyTexture(std::uint64_t seed = 3);
-  // About 120 +- 40 levels. The picture in which the texture's place x lies at A x + p, times
+  // About 120 +- 40 levels. The image in which the texture's place x lies at A x + p, times
   // `gain` plus `offset`, with white noise of `noise` levels.
-  [[nodiscard]] cv::Mat Picture(const PatchWarp& warp, double noise = 0, double gain = 1,
-                                double offset = 0, const cv::Size& size = {320, 240});
+  [[nodiscard]] cv::Mat Image(const PatchWarp& warp, double noise = 0, double gain = 1,
+                              double offset = 0, const cv::Size& size = {320, 240});
 
  private:
   static constexpr int kWaves = 24;

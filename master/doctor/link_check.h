@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-struct LineSample {
+struct LinkSample {
   LatencyHistogram round_trip_us;             // of consecutive small calls
   double clock_offset = 0;                    // slave's clock minus master's clock [s]
   LatencyHistogram gap_us;                    // between consecutive arrivals of states
@@ -28,11 +28,11 @@ struct LineSample {
 
 // Calls GetStatus repeatedly, then watches states for `seconds`. A requested `stop` ends both.
 // Throws std::runtime_error with the reason if the slave rejects a call or the link fails.
-LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& scene, double seconds,
+LinkSample MeasureLink(const SlaveLink::Options& options, const RemoteScene& scene, double seconds,
                        const std::stop_token& stop = {});
 
 // Findings from the measured numbers.
-Findings CheckLine(const LineSample& line, const RemoteScene& scene);
+Findings CheckLink(const LinkSample& line, const RemoteScene& scene);
 
 // Takes the lease without engaging, for at most `seconds` plus the round trips to begin. The result
 // shows whether datagrams were received.
@@ -41,7 +41,7 @@ Finding CheckDatagrams(const LinkStats& tried);
 
 // Connects, measures and evaluates the link. Tests datagrams if `options` request them. A failure
 // is a finding. A requested `stop` ends it early, and the findings are then invalid.
-Findings ExamineLine(const SlaveLink::Options& options, double seconds,
+Findings ExamineLink(const SlaveLink::Options& options, double seconds,
                      const std::stop_token& stop = {});
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Pictures of discs whose truth is known: an ellipse covers each pixel by its exact share of thin
+// Images of discs whose truth is known: an ellipse covers each pixel by its exact share of thin
 // scan lines; then blur, light and noise.
 #pragma once
 
@@ -22,7 +22,7 @@ Conic Ellipse(const Eigen::Vector2d& centre, double a, double b, double angle = 
 Conic DiscSeen(const Lens& lens, const Eigen::Vector3d& p_C, const Eigen::Vector3d& n_C,
                double radius);
 
-struct DotPicture {
+struct DotImage {
   int width = 640, height = 480;
   double ground = 180, dot = 50;  // grey levels
   double blur = 0.7;              // sigma [px]

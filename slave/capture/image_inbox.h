@@ -14,7 +14,7 @@
 namespace palpate {
 
 // An image as received.
-struct PushedPicture {
+struct PushedImage {
   enum class Encoding : std::uint8_t {
     kJpeg,
     kPng,
@@ -30,22 +30,22 @@ struct PushedPicture {
 struct PushedSample {
   std::uint64_t sequence = 0;  // 0: not used
   Time sensed_at{};
-  PushedPicture picture;
-  std::optional<PushedPicture> right;
+  PushedImage image;
+  std::optional<PushedImage> right;
   std::optional<Time> right_sensed_at;
   double delay = 0;  // from the capture to the sending, as the driver knows it [s]
 };
 
 // Thread-safe. Contains one sample.
-class PictureInbox {
+class ImageInbox {
  public:
   using SenderId = std::uint64_t;  // never 0
 
-  // For the scene's camera, pair or depth images, whose source is a stream.
-  explicit PictureInbox(const Scene& scene);
-  ~PictureInbox();
-  PictureInbox(const PictureInbox&) = delete;
-  PictureInbox& operator=(const PictureInbox&) = delete;
+  // Makes the inbox of the scene's camera, pair or depth images, whose source is a stream.
+  explicit ImageInbox(const Scene& scene);
+  ~ImageInbox();
+  ImageInbox(const ImageInbox&) = delete;
+  ImageInbox& operator=(const ImageInbox&) = delete;
 
   struct Refusal {
     std::string why;
@@ -71,7 +71,7 @@ class PictureInbox {
 
   // A source of the received samples, one at a time; the inbox must outlive it. `filter`: optional
   // processing of each image.
-  std::unique_ptr<FrameSource> OpenFrames(PictureFilter filter);
+  std::unique_ptr<FrameSource> OpenFrames(ImageFilter filter);
   std::unique_ptr<StereoSource> OpenPairs();
 
  private:

@@ -16,7 +16,7 @@ inline constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 
 // `x, z`.
 std::string AxisNames(const std::vector<int>& axes);
-// Which measured axis is estimated as which, or where the sign is reversed.
+// Returns which measured axis is estimated as which, or where the sign is reversed.
 std::string RelationWords(const AxisRelation& relation, const std::vector<int>& axes);
 // `1.012 (0.998 to 1.027)`, times `scale`.
 std::string Words(const Interval& interval, const char* unit = "", double scale = 1,
@@ -30,7 +30,7 @@ struct UnitMistake {
 // The mistake whose factor lies in the interval of a `gain`; factor 1: none.
 UnitMistake UnitOf(const Interval& gain);
 
-// What is likely wrong.
+// Returns the likely causes of a wrong result.
 std::vector<std::string> CausesOf(const ForceComparison& comparison, const ForceSource& source);
 
 }  // namespace palpate

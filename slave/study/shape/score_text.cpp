@@ -1,4 +1,4 @@
-#include "slave/study/shape/score_words.h"
+#include "slave/study/shape/score_text.h"
 
 #include <cmath>
 

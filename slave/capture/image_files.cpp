@@ -1,4 +1,4 @@
-#include "slave/capture/picture_files.h"
+#include "slave/capture/image_files.h"
 
 #include <algorithm>
 #include <charconv>
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
   throw std::runtime_error(what.string() + ": " + why);
 }
 
-bool IsPictureName(const fs::path& file) {
+bool IsImageName(const fs::path& file) {
   static const std::vector<std::string> kExtensions = {
       ".png", ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".bmp", ".pgm", ".ppm", ".pnm", ".webp"};
   const std::string extension = Lowercase(file.extension().string());
@@ -109,7 +109,7 @@ std::optional<std::vector<std::uint64_t>> NumbersOf(const std::vector<fs::path>&
   return numbers;
 }
 
-constexpr std::streamoff kLargestFile = 1'000'000'000;  // more than kMostPixels need
+constexpr std::streamoff kLargestFile = 1'000'000'000;  // more than kMaxPixels need
 
 std::vector<unsigned char> ReadBytes(const fs::path& file, const std::string& which) {
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
@@ -133,9 +133,9 @@ cv::Mat WithoutAlpha(const cv::Mat& image) {
 }
 
 // A format that only the module knows: how large its image is, it says after decoding alone.
-class OtherPicture final : public CodedPicture {
+class OtherImage final : public CodedImage {
  public:
-  explicit OtherPicture(Bytes bytes) : image_(WithoutAlpha(LoadFilms().Decode(bytes))) {
+  explicit OtherImage(Bytes bytes) : image_(WithoutAlpha(LoadVideoBackend().Decode(bytes))) {
     if (!image_.empty()) return;
     const std::string_view beginning(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const std::string foreign = ForeignFormat(beginning);
@@ -148,14 +148,14 @@ class OtherPicture final : public CodedPicture {
   cv::Mat image_;
 };
 
-std::unique_ptr<CodedPicture> OpenPicture(Bytes bytes) {
+std::unique_ptr<CodedImage> OpenImage(Bytes bytes) {
   auto image = OpenPng(bytes);
   if (!image) image = OpenJpeg(bytes);
-  if (!image) image = std::make_unique<OtherPicture>(bytes);
-  if (const cv::Size size = image->size(); long{size.width} * size.height > kMostPixels) {
+  if (!image) image = std::make_unique<OtherImage>(bytes);
+  if (const cv::Size size = image->size(); long{size.width} * size.height > kMaxPixels) {
     throw std::runtime_error("is " + std::to_string(size.width) + " x " +
                              std::to_string(size.height) + " px: expected at most " +
-                             std::to_string(kMostPixels / 1'000'000) + " megapixels");
+                             std::to_string(kMaxPixels / 1'000'000) + " megapixels");
   }
   return image;
 }
@@ -216,12 +216,12 @@ bool NaturallyLess(const std::string& a, const std::string& b) {
   return a < b;  // the same numbers, written with more zeros
 }
 
-std::vector<fs::path> ListPictures(const std::string& pattern, const fs::path& base) {
+std::vector<fs::path> ListImages(const std::string& pattern, const fs::path& base) {
   fs::path full = base / pattern;
   if (full.parent_path().empty()) full = "." / full;  // what has no folder lies in this one
   const std::string name = full.filename().string();
   if (fs::is_directory(full)) {
-    auto files = Collect(full, IsPictureName);
+    auto files = Collect(full, IsImageName);
     if (files.empty()) Refuse(full, "the directory contains no image");
     return files;
   }
@@ -241,7 +241,7 @@ std::vector<fs::path> ListPictures(const std::string& pattern, const fs::path& b
   return files;
 }
 
-cv::Mat ReadPicture(const fs::path& file, std::size_t number, const AcceptSize& accept) {
+cv::Mat ReadImage(const fs::path& file, std::size_t number, const AcceptSize& accept) {
   const std::string which = "image " + std::to_string(number);
   const std::vector<unsigned char> bytes = ReadBytes(file, which);
   const auto stated = [&](const auto& step) {
@@ -251,7 +251,7 @@ cv::Mat ReadPicture(const fs::path& file, std::size_t number, const AcceptSize& 
       Refuse(file, which + " " + error.what());
     }
   };
-  const auto image = stated([&] { return OpenPicture(bytes); });
+  const auto image = stated([&] { return OpenImage(bytes); });
   if (accept) accept(image->size());
   return stated([&] { return image->Decode(); });
 }

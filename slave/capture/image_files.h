@@ -20,8 +20,8 @@ namespace palpate {
 //   embryo.jpg       one image
 // A relative pattern is relative to `base`. Throws std::runtime_error naming the pattern: nothing
 // matches, no such directory, a malformed printf pattern.
-std::vector<std::filesystem::path> ListPictures(const std::string& pattern,
-                                                const std::filesystem::path& base);
+std::vector<std::filesystem::path> ListImages(const std::string& pattern,
+                                              const std::filesystem::path& base);
 
 // Digits compare as numbers, everything else as characters.
 bool NaturallyLess(const std::string& a, const std::string& b);
@@ -41,10 +41,10 @@ std::string LastNumber(const std::filesystem::path& file);
 using AcceptSize = std::function<void(const cv::Size&)>;
 
 // Reads one image unchanged, 8 or 16 bit, without alpha. PNG and JPEG are decoded here, other
-// formats by the module palpate-films. Throws std::runtime_error naming the file and its `number`
-// (from 1): missing, not an image, truncated, damaged, more than kMostPixels; exceptions of
+// formats by the module palpate-cameras. Throws std::runtime_error naming the file and its `number`
+// (from 1): missing, not an image, truncated, damaged, more than kMaxPixels; exceptions of
 // `accept`.
-cv::Mat ReadPicture(const std::filesystem::path& file, std::size_t number,
-                    const AcceptSize& accept = {});
+cv::Mat ReadImage(const std::filesystem::path& file, std::size_t number,
+                  const AcceptSize& accept = {});
 
 }  // namespace palpate

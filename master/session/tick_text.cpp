@@ -1,4 +1,4 @@
-#include "master/session/tick_words.h"
+#include "master/session/tick_text.h"
 
 #include <algorithm>
 #include <array>

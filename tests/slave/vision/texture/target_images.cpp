@@ -1,4 +1,4 @@
-#include "tests/slave/vision/texture/target_pictures.h"
+#include "tests/slave/vision/texture/target_images.h"
 
 #include <cmath>
 #include <optional>
@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr double kNoise = 2, kBlur = 0.7, kBehind = 60;
-constexpr int kSpare = 256;  // of the noise beyond a picture's size [px]
+constexpr int kSpare = 256;  // of the noise beyond an image's size [px]
 
 // The point of the surface visible at p_I, frame B [m]. nullopt: the body is not there.
 std::optional<Eigen::Vector3d> PointAt(const site::TexturedTarget& target, const Lens& lens,
@@ -42,13 +42,13 @@ std::optional<Eigen::Vector3d> PointAt(const site::TexturedTarget& target, const
 }  // namespace
 
 // S as the middle camera would have it, at the point both look at.
-TargetPictures::TargetPictures() : target_(site::TexturedTarget::Shape{}) {
+TargetImages::TargetImages() : target_(site::TexturedTarget::Shape{}) {
   noise_.create(rig.left.size[1] + kSpare, rig.left.size[0] + kSpare, CV_32F);
   random_.fill(noise_, cv::RNG::NORMAL, 0, kNoise);
 }
 
-Eigen::Isometry3d TargetPictures::X_SB(const Eigen::Vector3d& p_S,
-                                       const Eigen::Vector3d& turn) const {
+Eigen::Isometry3d TargetImages::X_SB(const Eigen::Vector3d& p_S,
+                                     const Eigen::Vector3d& turn) const {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   const double tip = site::TexturedTarget::Shape{}.semi_axes.z();  // its tip rests at S's origin
   X.translation() = p_S + Eigen::Vector3d(0, 0, tip);
@@ -58,16 +58,16 @@ Eigen::Isometry3d TargetPictures::X_SB(const Eigen::Vector3d& p_S,
   return X;
 }
 
-cv::Mat TargetPictures::Finish(const cv::Mat& canvas) {
+cv::Mat TargetImages::Finish(const cv::Mat& canvas) {
   cv::GaussianBlur(canvas, blurred_, {7, 7}, kBlur);
   const int x = random_.uniform(0, kSpare), y = random_.uniform(0, kSpare);
-  cv::Mat picture;
+  cv::Mat image;
   cv::Mat seen = blurred_ + noise_(cv::Rect(x, y, canvas.cols, canvas.rows));
-  seen.convertTo(picture, CV_8U);
-  return picture;
+  seen.convertTo(image, CV_8U);
+  return image;
 }
 
-TargetPictures::Pair TargetPictures::Take(const Eigen::Vector3d& p_S, const Eigen::Vector3d& turn) {
+TargetImages::Pair TargetImages::Take(const Eigen::Vector3d& p_S, const Eigen::Vector3d& turn) {
   const Eigen::Isometry3d X_LB = X_SL.inverse() * X_SB(p_S, turn);
   const auto take = [&](const Lens& lens, const Eigen::Isometry3d& X_CB) {
     canvas_.create(lens.size[1], lens.size[0], CV_32F);
@@ -78,8 +78,8 @@ TargetPictures::Pair TargetPictures::Take(const Eigen::Vector3d& p_S, const Eige
   return {take(rig.left, X_LB), take(rig.right, rig.X_RL * X_LB)};
 }
 
-Eigen::Vector3d TargetPictures::PointOf(const Eigen::Vector2d& p_I, const Eigen::Vector3d& from,
-                                        const Eigen::Vector3d& to) const {
+Eigen::Vector3d TargetImages::PointOf(const Eigen::Vector2d& p_I, const Eigen::Vector3d& from,
+                                      const Eigen::Vector3d& to) const {
   const auto p_B = PointAt(target_, rig.left, X_SL.inverse() * X_SB(from, {0, 0, 0}), p_I);
   return X_SB(to, {0, 0, 0}) * p_B.value();
 }

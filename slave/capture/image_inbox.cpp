@@ -1,4 +1,4 @@
-#include "slave/capture/picture_inbox.h"
+#include "slave/capture/image_inbox.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,11 +20,11 @@
 namespace palpate {
 namespace {
 
-using Encoding = PushedPicture::Encoding;
+using Encoding = PushedImage::Encoding;
 
-constexpr double kSilence = 1;         // of a sender, gives way to another [s]
-constexpr double kMostPerRate = 4;     // samples per second over the scene's rate
-constexpr double kLeastAllowed = 120;  // samples per second
+constexpr double kSilence = 1;       // of a sender, gives way to another [s]
+constexpr double kMaxPerRate = 4;    // samples per second over the scene's rate
+constexpr double kMinAllowed = 120;  // samples per second
 
 [[noreturn]] void Refuse(const std::string& why) {
   throw std::runtime_error(why);
@@ -41,12 +41,12 @@ PixelFormat FormatOf(Encoding encoding) {
   return {CV_8UC1, 1, "GREY8"};
 }
 
-cv::Mat Pixels(const PushedPicture& pushed) {
+cv::Mat Pixels(const PushedImage& pushed) {
   const PixelFormat format = FormatOf(pushed.encoding);
   const std::uint64_t pixels = std::uint64_t{pushed.width} * pushed.height;
-  if (pixels == 0 || pixels > kMostPixels) {
+  if (pixels == 0 || pixels > kMaxPixels) {
     Refuse(fmt::format("width = {}, height = {}: expected at least one and at most {} pixels",
-                       pushed.width, pushed.height, kMostPixels));
+                       pushed.width, pushed.height, kMaxPixels));
   }
   const std::uint64_t bytes = pixels * static_cast<unsigned>(format.bytes);
   if (pushed.data->size() != bytes) {
@@ -58,9 +58,9 @@ cv::Mat Pixels(const PushedPicture& pushed) {
       .clone();
 }
 
-// `accepts`: throws where a picture of this size is not wanted, before it takes memory.
+// `accepts`: throws where an image of this size is not wanted, before it takes memory.
 template <typename Accepts>
-cv::Mat Decoded(const PushedPicture& pushed, const Accepts& accepts) {
+cv::Mat Decoded(const PushedImage& pushed, const Accepts& accepts) {
   if (pushed.encoding != Encoding::kJpeg && pushed.encoding != Encoding::kPng) {
     cv::Mat pixels = Pixels(pushed);
     accepts(pixels.size());
@@ -82,7 +82,7 @@ cv::Mat Decoded(const PushedPicture& pushed, const Accepts& accepts) {
   }
 }
 
-// What the scene accepts.
+// Wanted holds the properties of images that the scene accepts.
 struct Wanted {
   PairLayout layout = PairLayout::kOneCamera;
   cv::Size size;  // empty: the first one's
@@ -94,7 +94,7 @@ Wanted WantedBy(const Scene& scene) {
   if (const auto* pair = scene.sense.Find<StereoCameras>()) {
     return {PairLayout::kTwoCameras, {pair->size[0], pair->size[1]}, pair->rate, pair->sync};
   }
-  if (const auto* depth = scene.sense.Find<DepthPictures>()) {
+  if (const auto* depth = scene.sense.Find<DepthImages>()) {
     return {PairLayout::kDepth, {}, depth->rate, 0};
   }
   if (const auto* camera = scene.sense.Find<Camera>()) {
@@ -105,11 +105,11 @@ Wanted WantedBy(const Scene& scene) {
 
 }  // namespace
 
-struct PictureInbox::State {
+struct ImageInbox::State {
   explicit State(const Scene& scene) : wanted(WantedBy(scene)) {}
 
   // Throw std::runtime_error: what is not accepted. Without the mutex.
-  [[nodiscard]] cv::Mat SizedAsWanted(const PushedPicture& pushed) const;
+  [[nodiscard]] cv::Mat SizedAsWanted(const PushedImage& pushed) const;
   [[nodiscard]] StereoPair Accepted(const PushedSample& pushed) const;
   // With the mutex.
   std::optional<std::string> TooMany(Time arrived_at);
@@ -130,14 +130,14 @@ struct PictureInbox::State {
   SenderClock clock;
   std::optional<Time> heard_at, sensed_at;  // slave's clock; sender's
   std::uint64_t sequence = 0;               // of the sender's newest
-  PaceLimit pace{std::max(kLeastAllowed, kMostPerRate* wanted.rate)};
+  PaceLimit pace{std::max(kMinAllowed, kMaxPerRate* wanted.rate)};
   cv::Size size;  // of the first
   int type = -1;
   Time newest_at{}, taken_at{};  // of the sample kept last, and of the one taken last
   CameraHealth health;
 };
 
-cv::Mat PictureInbox::State::SizedAsWanted(const PushedPicture& pushed) const {
+cv::Mat ImageInbox::State::SizedAsWanted(const PushedImage& pushed) const {
   return Decoded(pushed, [this](const cv::Size& is) {
     if (wanted.size.empty() || is == wanted.size) return;
     Refuse(fmt::format("{} x {} px: expected the scene's {} x {} px", is.width, is.height,
@@ -145,7 +145,7 @@ cv::Mat PictureInbox::State::SizedAsWanted(const PushedPicture& pushed) const {
   });
 }
 
-StereoPair PictureInbox::State::Accepted(const PushedSample& pushed) const {
+StereoPair ImageInbox::State::Accepted(const PushedSample& pushed) const {
   const bool is_pair = wanted.layout == PairLayout::kTwoCameras;
   if (is_pair && !pushed.right)
     Refuse("right is absent: expected a pair, because the scene has a stereo pair");
@@ -153,7 +153,7 @@ StereoPair PictureInbox::State::Accepted(const PushedSample& pushed) const {
     Refuse("right: expected one image, because the scene has one camera");
   }
   StereoPair sample;
-  sample.left = SizedAsWanted(pushed.picture);
+  sample.left = SizedAsWanted(pushed.image);
   if (is_pair) sample.right = SizedAsWanted(*pushed.right);
   if (is_pair && pushed.right_sensed_at) {
     sample.skew = SecondsBetween(pushed.sensed_at, *pushed.right_sensed_at);
@@ -161,13 +161,13 @@ StereoPair PictureInbox::State::Accepted(const PushedSample& pushed) const {
   return Arranged(std::move(sample), wanted.layout, "images");
 }
 
-std::optional<std::string> PictureInbox::State::TooMany(Time arrived_at) {
+std::optional<std::string> ImageInbox::State::TooMany(Time arrived_at) {
   if (pace.Allows(arrived_at)) return std::nullopt;
   return fmt::format("more than {:g} samples within a second: expected the scene's rate, {:g} Hz",
                      pace.most(), wanted.rate);
 }
 
-std::optional<std::string> PictureInbox::State::OutOfOrder(const PushedSample& pushed) const {
+std::optional<std::string> ImageInbox::State::OutOfOrder(const PushedSample& pushed) const {
   if (!sensed_at) return std::nullopt;
   if (pushed.sensed_at <= *sensed_at) {
     return fmt::format("sensed_at: expected a time that increases; this one changed by {} s",
@@ -177,7 +177,7 @@ std::optional<std::string> PictureInbox::State::OutOfOrder(const PushedSample& p
   return fmt::format("sequence = {}: expected one above the last, {}", pushed.sequence, sequence);
 }
 
-std::optional<std::string> PictureInbox::State::Unlike(const StereoPair& sample) {
+std::optional<std::string> ImageInbox::State::Unlike(const StereoPair& sample) {
   if (type < 0) {
     type = sample.left.type();
     size = sample.left.size();
@@ -191,7 +191,7 @@ std::optional<std::string> PictureInbox::State::Unlike(const StereoPair& sample)
 // No image comes before it was taken, the later of two neither; what two cameras show together is
 // of the moment in their middle. Times rise, even where the fastest sample so far moves those after
 // it back.
-void PictureInbox::State::Stamp(const PushedSample& pushed, Time arrived_at, StereoPair* sample) {
+void ImageInbox::State::Stamp(const PushedSample& pushed, Time arrived_at, StereoPair* sample) {
   heard_at = arrived_at;
   sensed_at = pushed.sensed_at;
   sequence = pushed.sequence;
@@ -202,7 +202,7 @@ void PictureInbox::State::Stamp(const PushedSample& pushed, Time arrived_at, Ste
   newest_at = sample->sensed_at;
 }
 
-void PictureInbox::State::Keep(StereoPair sample) {
+void ImageInbox::State::Keep(StereoPair sample) {
   ++health.taken;
   if (std::abs(sample.skew) > wanted.sync) {
     ++health.dropped;
@@ -215,12 +215,12 @@ void PictureInbox::State::Keep(StereoPair sample) {
   queue.Replace(std::move(sample));
 }
 
-PictureInbox::PictureInbox(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+ImageInbox::ImageInbox(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
 
-PictureInbox::~PictureInbox() = default;
+ImageInbox::~ImageInbox() = default;
 
-std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& pushed, Time arrived_at,
-                                                        SenderId sender) {
+std::optional<ImageInbox::Refusal> ImageInbox::Feed(const PushedSample& pushed, Time arrived_at,
+                                                    SenderId sender) {
   State& s = *state_;
   {
     const std::scoped_lock lock(s.mutex);
@@ -253,36 +253,36 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
   return std::nullopt;
 }
 
-void PictureInbox::Leave(SenderId sender) {
+void ImageInbox::Leave(SenderId sender) {
   const std::scoped_lock lock(state_->mutex);
   if (sender == state_->sender) state_->sender = 0;
 }
 
-bool PictureInbox::Wait(const std::stop_token& stop) {
+bool ImageInbox::Wait(const std::stop_token& stop) {
   return !state_->WouldWaitForEver() && state_->queue.Wait(stop);
 }
 
-void PictureInbox::Drop() {
+void ImageInbox::Drop() {
   const std::scoped_lock lock(state_->mutex);
   state_->queue.Clear();
   state_->type = -1;
 }
 
-Time PictureInbox::taken_at() const {
+Time ImageInbox::taken_at() const {
   const std::scoped_lock lock(state_->mutex);
   return state_->taken_at;
 }
 
-CameraHealth PictureInbox::health() const {
+CameraHealth ImageInbox::health() const {
   const std::scoped_lock lock(state_->mutex);
   return state_->health;
 }
 
-std::unique_ptr<FrameSource> PictureInbox::OpenFrames(PictureFilter filter) {
+std::unique_ptr<FrameSource> ImageInbox::OpenFrames(ImageFilter filter) {
   return LeftImages(OpenPairs(), std::move(filter));
 }
 
-std::unique_ptr<StereoSource> PictureInbox::OpenPairs() {
+std::unique_ptr<StereoSource> ImageInbox::OpenPairs() {
   class Pairs final : public StereoSource {
    public:
     explicit Pairs(State& state) : state_(state) {}

@@ -11,9 +11,9 @@
 
 namespace palpate {
 
-class TargetPictures {
+class TargetImages {
  public:
-  TargetPictures();
+  TargetImages();
 
   struct Pair {
     cv::Mat left, right;
@@ -35,7 +35,7 @@ class TargetPictures {
   cv::Mat Finish(const cv::Mat& canvas);
 
   site::TexturedTarget target_;
-  cv::Mat noise_;  // larger than a picture; each takes another part of it
+  cv::Mat noise_;  // larger than an image; each takes another part of it
   cv::RNG random_{11};
   cv::Mat canvas_, blurred_;
 };

@@ -1,4 +1,4 @@
-#include "master/view/finger_words.h"
+#include "master/view/finger_text.h"
 
 #include <algorithm>
 

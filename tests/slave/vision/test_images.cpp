@@ -1,4 +1,4 @@
-#include "tests/slave/vision/test_pictures.h"
+#include "tests/slave/vision/test_images.h"
 
 #include <algorithm>
 #include <cmath>
@@ -42,7 +42,7 @@ double Marks(double behind, double aside) {
 
 }  // namespace
 
-double TestPicture::LevelAt(double x, double y) const {
+double TestImage::LevelAt(double x, double y) const {
   double level = background;
   const Eigen::Vector2d p(x, y);
   if (body) {
@@ -64,7 +64,7 @@ double TestPicture::LevelAt(double x, double y) const {
   return level * (1 - lighting * x / size.width);
 }
 
-cv::Mat TestPicture::Render(std::uint64_t seed, int type, double full_scale) const {
+cv::Mat TestImage::Render(std::uint64_t seed, int type, double full_scale) const {
   std::mt19937_64 random(seed);
   NormalNoise normal;
   const bool deep = CV_MAT_DEPTH(type) == CV_16U;
@@ -86,9 +86,9 @@ cv::Mat TestPicture::Render(std::uint64_t seed, int type, double full_scale) con
   return image;
 }
 
-Scene SceneForTestPictures() {
+Scene SceneForTestImages() {
   Scene scene;
-  scene.name = "test pictures";
+  scene.name = "test images";
   scene.tool.emplace();
   scene.tool->width = 0.017;
   scene.sense.Set(CameraOptions{Camera{.pixel = 0.001}, TipTracking{}, ContourTracking{}});

@@ -1,5 +1,5 @@
 // Tables as machines and people write them, and what is wrong with some.
-#include "slave/identify/test_table.h"
+#include "slave/identify/specimen_table.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "slave/verify/compare_words.h"
+#include "slave/verify/compare_text.h"
 
 #include <algorithm>
 #include <cmath>
