@@ -72,8 +72,8 @@ std::string OtherRelease(const std::string& slave, const std::string& master) {
 }
 
 double MaxAge(double sensor_rate) {
-  constexpr double kOnTop = 0.1, kMinWait = 0.06, kMaxWait = 1, kPeriods = 3;  // [s], [s], [s], [-]
-  return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kMinWait, kMaxWait);
+  constexpr double kOnTop = 0.1, kMinAge = 0.06, kMaxAge = 1, kPeriods = 3;  // [s], [s], [s], [-]
+  return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kMinAge, kMaxAge);
 }
 
 RemoteScene ToRemoteScene(const v1::SceneDescription& scene) {

@@ -81,10 +81,10 @@ class ReplayScene {
   using StatesByTime = std::map<double, std::string>;  // JSON by time [s]
 
   void TakeNote(const McapMap& session) {
-    constexpr std::size_t kMaxLength = 200;
+    constexpr std::size_t kMaxNoteLength = 200;
     const auto take = [&](const char* key, std::string* value) {
       const auto found = session.find(key);
-      if (found != session.end()) *value = Presentable(found->second, kMaxLength);
+      if (found != session.end()) *value = Presentable(found->second, kMaxNoteLength);
     };
     std::string limit;
     take("scene", &hello_.scene.name);

@@ -145,7 +145,7 @@ void TakeOffTravel(MaterialTest* test) {
   constexpr double kNegligible = 0.005;               // of the largest strain
   constexpr double kUnloaded = 0.25;                  // of the load of the travel: less is none
   constexpr double kBoth = 4;                         // of it: an offset of the load, too
-  constexpr double kMinShare = 0.6, kMaxShare = 1.6;  // of it: a row of the curve
+  constexpr double kMinRatio = 0.6, kMaxRatio = 1.6;  // of it: a row of the curve
   std::vector<TestRow>& rows = test->rows;
   if (rows.size() < kMinCount + kMinTestRows || !(test->Peak() > 0)) return;
   const double begin = StrainOf(*test, rows.front()), largest = LargestStrain(*test);
@@ -176,7 +176,7 @@ void TakeOffTravel(MaterialTest* test) {
                             Formatted(": the first row has %.3g %% strain and a load of another "
                                       "cause: both are taken off as offsets",
                                       100 * std::abs(begin)));
-  } else if (share < kMinShare || share > kMaxShare) {
+  } else if (share < kMinRatio || share > kMaxRatio) {
     test->remarks.push_back(
         test->name + Formatted(": the first row has %.3g %% strain and %.2g times the load of so "
                                "much: travel, load or both may have an offset, which the table "

@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kMaxDelay = 1;  // [s]
+constexpr double kMaxSearchedDelay = 1;  // [s]
 
 Matrix3Xd Centred(const Matrix3Xd& vectors) {
   return vectors.colwise() - vectors.rowwise().mean();
@@ -105,7 +105,7 @@ VectorXd Loading(const Matrix3Xd& measured, const Vector3d& direction) {
 std::optional<Interval> EstimateDelay(const ForceRecord& record) {
   const Index n = record.t.size();
   if (n < kMinFitRows) return std::nullopt;
-  const double reach = std::min(kMaxDelay, (record.t(n - 1) - record.t(0)) / 4);
+  const double reach = std::min(kMaxSearchedDelay, (record.t(n - 1) - record.t(0)) / 4);
   const DelaySearch search(record, reach);
   if (!(reach > 0) || !search.is_possible()) return std::nullopt;
   constexpr int kSteps = 60, kRefinements = 3;
