@@ -1,4 +1,4 @@
-# How every target of the house is compiled, and the helpers that declare one.
+# How every target is compiled, and the helpers that declare one.
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)

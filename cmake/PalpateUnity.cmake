@@ -4,7 +4,7 @@
 option(PALPATE_UNITY "Compile several sources as one unit" OFF)
 set(PALPATE_UNITY_SIZE 10 CACHE STRING "Sources in one unit, at most")
 
-# Names that `file` defines at namespace level: by the format of the house those lines are not indented. Each as in.NAME
+# Names that `file` defines at namespace level: by the code format those lines are not indented. Each as in.NAME
 # within an unnamed namespace, out.NAME outside of one (overloads of a public function are then no matter), or
 # using.NAME for another namespace's, which may be taken twice; as.NAME and same.NAME.HASH for a second name of a type,
 # which may be given twice to the same.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
-# usage: deploy/install.sh [insertion] [films] [devices] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [python] [packages] [tests] [bare] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [cameras] [devices] [calibration] [clouds] [mesher] [training] [view] [page] [plots] [python] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, the browser of its tests, and the tool that joins images
 #   plots: matplotlib of palpate.plot   python: the Python package with its models, and pip that builds it   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
 #   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
@@ -12,8 +12,8 @@ packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc li
           libopencv-core-dev libopencv-imgproc-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
           libspdlog-dev nlohmann-json3-dev libboost-dev libmetis-dev liblapacke-dev libopenblas0-pthread zlib1g-dev
           libzstd-dev libnats-dev ccache)
-# palpate-films.so: films, cameras, pictures other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
-films=(libopencv-videoio-dev gstreamer1.0-plugins-base)
+# palpate-cameras.so: videos, cameras, images other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
+cameras=(libopencv-videoio-dev gstreamer1.0-plugins-base)
 devices=(libsdl2-dev libspnav-dev)    # palpate-devices.so: gamepad and SpaceMouse; 54 packages come with them
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 insertion=(python3)                   # motion and figures of the embryo demo
@@ -32,7 +32,7 @@ for part in "$@"; do
     insertion) packages+=("${insertion[@]}") ;;
     view) want_npm ;;
     page) packages+=(chromium webp); want_npm ;;
-    films) packages+=("${films[@]}") ;;
+    cameras) packages+=("${cameras[@]}") ;;
     devices) packages+=("${devices[@]}") ;;
     calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
@@ -41,7 +41,7 @@ for part in "$@"; do
     python) packages+=("${python[@]}") ;;
     training) packages+=("${training[@]}") ;;
     tests)
-      packages+=("${films[@]}" "${devices[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
+      packages+=("${cameras[@]}" "${devices[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev clang-format
                  clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial python3-yaml iproute2 git openssl universal-ctags chromium
                  nats-server "${plots[@]}" "${python[@]}")
       want_npm ;;
@@ -49,7 +49,7 @@ for part in "$@"; do
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: expected insertion, films, devices, calibration, clouds, mesher, training, view, page, plots, python, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: expected insertion, cameras, devices, calibration, clouds, mesher, training, view, page, plots, python, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

@@ -108,7 +108,7 @@ void DeclareMotion(CLI::App* connect, Arguments* a) {
       ->capture_default_str();
   Add(connect, "--clutch-button", &a->clutch_button, "N",
       "Button of the device that opens the clutch while it is held; 0: none")
-      ->check(CLI::Range(0, MotionOptions::kMostButtons))
+      ->check(CLI::Range(0, MotionOptions::kMaxButtons))
       ->capture_default_str();
   Add(connect, "--lock", &a->lock, "AXES",
       "Axes of the master that stay where the operator engages, for example z or x,z");

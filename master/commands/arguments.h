@@ -51,12 +51,12 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor);
 // The operator's motion settings. Throws std::invalid_argument that names the option.
 MotionOptions MotionOf(const Arguments& a);
 
-// Whether `--device pointer` is chosen.
+// Returns whether `--device pointer` is chosen.
 inline bool IsPointer(const Arguments& a) {
   return a.device == "pointer";
 }
 
-// Whether the device can be made only when the scene is known.
+// Returns whether the device can be made only when the scene is known.
 inline bool IsMadeForScene(const Arguments& a) {
   return a.device == "sim-hand" || IsPointer(a);
 }

@@ -37,8 +37,8 @@ void ConnectRecorder::Begin(const std::string& target, McapMap session) {
   recording_.Begin(session);
 }
 
-void ConnectRecorder::AddOnlooker(Recorder::Onlooker* onlooker) {
-  *onlooker = [this, before = *onlooker](const TickRecord& tick) {
+void ConnectRecorder::AddTickObserver(Recorder::TickObserver* observer) {
+  *observer = [this, before = *observer](const TickRecord& tick) {
     if (before) before(tick);
     recording_.OnTick(tick);
   };

@@ -31,7 +31,7 @@ class ConnectRecorder {
     return [this](const auto& message) { recording_.OnObserved(message); };
   }
   // Adds itself to the callback of ticks.
-  void AddOnlooker(Recorder::Onlooker* onlooker);
+  void AddTickObserver(Recorder::TickObserver* observer);
   // Switches the recording on or off. Thread-safe, like the functions below.
   void Switch(bool on) { recording_.Switch(on); }
   [[nodiscard]] RecordingMoment moment() const;  // reads the free disk space

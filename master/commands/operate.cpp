@@ -31,13 +31,13 @@
 namespace palpate {
 namespace {
 
-constexpr int kPatience = 100;  // between looks whether to end [ms]
+constexpr int kPollMs = 100;  // between looks whether to end [ms]
 
 // A line of the terminal, or what came of it; empty: none within the patience. nullopt: the
 // terminal is gone, and would be found readable for ever.
 std::optional<std::string_view> TypedLine(std::array<char, 256>* buffer) {
   pollfd input{STDIN_FILENO, POLLIN, 0};
-  if (poll(&input, 1, kPatience) <= 0) return std::string_view();
+  if (poll(&input, 1, kPollMs) <= 0) return std::string_view();
   if ((input.revents & ~POLLIN) != 0) return std::nullopt;
   const ssize_t size = read(STDIN_FILENO, buffer->data(), buffer->size());
   return size > 0 ? std::string_view(buffer->data(), static_cast<std::size_t>(size))
@@ -234,8 +234,8 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
     console.Print(notice);
     if (station) station->Notify(notice);
   };
-  options.see_tick = [&console, &device,
-                      fault = DeviceFault::kNone](const TickRecord& tick) mutable {
+  options.on_tick = [&console, &device,
+                     fault = DeviceFault::kNone](const TickRecord& tick) mutable {
     if (std::exchange(fault, tick.device.fault) == tick.device.fault) return;
     const std::string words = FaultInWords(tick.device);
     console.Print("device " + device->description() + ": " +
@@ -245,7 +245,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   };
   if (station) {
     console.Print("view at " + station->address());
-    options.see_tick = [&station, print = options.see_tick](const TickRecord& tick) {
+    options.on_tick = [&station, print = options.on_tick](const TickRecord& tick) {
       print(tick);
       station->OnTick(tick);
     };
@@ -261,7 +261,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   if (console.live() && !scene.fingertips.empty()) {
     observer->Need(Observer::User::kTable, {.mesh_rate = 5});
   }
-  if (recorder) recorder->AddOnlooker(&options.see_tick);
+  if (recorder) recorder->AddTickObserver(&options.on_tick);
   // A reset may take seconds on a slow line, while this thread must go on reading the ticks.
   LatestValue<std::string> reset_answer;
   TaskQueue calls;

@@ -1,5 +1,5 @@
-// What the haptic loop needs of a device: readings in, forces out. Every driver derives from
-// HapticDevice, which applies the last limits.
+// Device is the interface between the haptic loop and a device: it returns readings and takes
+// forces. Every driver derives from HapticDevice, which applies the last limits.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +28,7 @@ struct DeviceReading {
   DeviceStatus status = {};            // with a fault, the rest is not usable
 };
 
-// What a scripted device may know of the scene: the position of the surface, in frame M.
+// A scripted device may use this knowledge of the scene: the position of the surface, in frame M.
 struct DeviceGuide {
   bool known = false;
   Eigen::Vector3d inward_M{0, -1, 0};  // unit direction into the object
@@ -36,7 +36,7 @@ struct DeviceGuide {
   double round_trip = 0;  // of the link [s]; set even if `known` is false
 };
 
-// What a device renders and measures. What it does not limit is infinite.
+// The ranges that a device renders and measures. A value without a limit is infinite.
 struct DeviceLimits {
   static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
@@ -54,7 +54,7 @@ class Device {
   // Timeout of a driver [s]: without a new force it sets the force to zero, because the program may
   // have stopped.
   static constexpr double kLetGoAfter = 0.020;
-  // One tick of the haptic loop, at the given time. Real-time safe.
+  // Runs one tick of the haptic loop at the given time. Real-time safe.
   using Tick = std::function<void(Time)>;
 
   virtual ~Device() = default;
@@ -82,8 +82,8 @@ class Device {
   // Sets the master's limit [N], which can only be lowered.
   virtual void LowerForceLimit(double limit) noexcept = 0;
 
-  // From now on a thread of the device calls `tick` once per period, where the device has one.
-  // False: it has none, and the caller's thread polls. `tick` must stay valid until StopTicks.
+  // Lets a thread of the device call `tick` once per period. Returns false if the device has no
+  // thread, and the caller's thread polls. `tick` must stay valid until StopTicks.
   virtual bool StartTicks(const Tick* tick) = 0;
   // On return no thread of the device is inside `tick`, nor will be.
   virtual void StopTicks() = 0;

@@ -34,12 +34,12 @@ enum class Calibration : std::uint8_t {
   kUnknown,     // not read yet
 };
 std::string_view InWords(Calibration calibration);
-// Whether positions are usable.
+// Returns whether positions are usable.
 inline bool IsUsable(Calibration calibration) {
   return calibration == Calibration::kNotNeeded || calibration == Calibration::kCalibrated;
 }
 
-// What became of the last force.
+// States whether the last force was output.
 enum class DeviceOutput : std::uint8_t {
   kOk,         // rendered as written
   kSaturated,  // rendered, but limited by the device class or by the device
@@ -59,7 +59,7 @@ struct DeviceStatus {
                               // reports it [-]; NaN: it reports none
 };
 
-// One line: `calibrated, output ok, buttons 1 3, motor 40 %`.
+// Returns one line: `calibrated, output ok, buttons 1 3, motor 40 %`.
 std::string InWords(const DeviceStatus& status);
 // The fault with its cause and code: `unplugged: USB cable (code 0x302)`. Empty without a fault.
 std::string FaultInWords(const DeviceStatus& status);

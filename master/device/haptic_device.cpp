@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 constexpr double kTick = 0.001;         // longest step of the slew limit [s]
-constexpr double kFarthest = 100;       // largest position [m] and velocity [m/s]
+constexpr double kMaxReading = 100;     // largest position [m] and velocity [m/s]
 constexpr double kRounding = 1 + 1e-9;  // the loop limits by the same bounds
 constexpr double kUnit = 1e-2;          // deviation of the length of an orientation from 1 [-]
 
@@ -104,7 +104,7 @@ DeviceReading HapticDevice::Read(Time now) noexcept {
 
 bool HapticDevice::IsPossible(const DeviceReading& reading) const noexcept {
   const auto is_within = [](const Eigen::Vector3d& v) {
-    return v.allFinite() && v.cwiseAbs().maxCoeff() <= kFarthest;
+    return v.allFinite() && v.cwiseAbs().maxCoeff() <= kMaxReading;
   };
   return is_within(reading.p_M) && is_within(reading.v_M) &&
          (!senses_orientation() || std::abs(reading.q_M.norm() - 1) <= kUnit);

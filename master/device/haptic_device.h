@@ -34,7 +34,8 @@ struct DeviceCapabilities {
   Eigen::AlignedBox3d workspace;       // frame M [m]; empty: unknown
   double rate = 0;                     // of new readings [Hz]
 };
-// One line: `6 axes sensed, 3 with force, up to 3.3 N, continuous 0.88 N, 500 N/m, 1000 Hz`.
+// Returns one line: `6 axes sensed, 3 with force, up to 3.3 N, continuous 0.88 N, 500 N/m, 1000
+// Hz`.
 std::string InWords(const DeviceCapabilities& capabilities);
 
 class HapticDevice : public Device {

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kLongestLeap = 0.1;  // longest gap between readings that is made up for [s]
+constexpr double kMaxLeap = 0.1;  // longest gap between readings that is made up for [s]
 
 }  // namespace
 
@@ -22,15 +22,15 @@ DeviceOutput Pointer::DoWrite(const Wrench& wrench) noexcept {
 }
 
 DeviceReading Pointer::DoRead(Time now) noexcept {
-  const double dt = last_ ? std::clamp(SecondsBetween(*last_, now), 0.0, kLongestLeap) : 0;
+  const double dt = last_ ? std::clamp(SecondsBetween(*last_, now), 0.0, kMaxLeap) : 0;
   last_ = now;
-  Take(now);
+  TakeAim(now);
   MoveIntent(dt);
   hand_.Step(dt, intent_);
   return {hand_.p_M(), hand_.v_M(), intent_.engaged};
 }
 
-void Pointer::Take(Time now) noexcept {
+void Pointer::TakeAim(Time now) noexcept {
   const PointerAim* newest = aims_.Take();
   const bool is_another = newest != nullptr && newest->page != aim_.page;
   if (newest != nullptr) aim_ = *newest;

@@ -36,7 +36,7 @@ class Pointer final : public HapticDevice {
   // The stamp of the newest target that a reading has used. Thread-safe.
   [[nodiscard]] double used() const noexcept { return used_; }
 
-  // Whether the device is engaged. Thread-safe.
+  // Returns whether the device is engaged. Thread-safe.
   [[nodiscard]] bool holds() const noexcept { return holds_; }
 
   [[nodiscard]] std::string description() const override;
@@ -48,7 +48,7 @@ class Pointer final : public HapticDevice {
   DeviceOutput DoWrite(const Wrench& wrench) noexcept override;
 
  private:
-  void Take(Time now) noexcept;
+  void TakeAim(Time now) noexcept;
   void MoveIntent(double dt) noexcept;
 
   const double speed_;  // [m/s]

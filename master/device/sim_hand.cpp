@@ -10,15 +10,15 @@
 namespace palpate {
 namespace {
 
-constexpr double kRest = 0.2;        // at rest before engaging [s]
-constexpr double kSettle = 0.1;      // engaged before moving [s]
-constexpr double kPatience = 1.0;    // engaged without a guide before giving up [s], and
-constexpr double kTrips = 3;         // additional round trips
-constexpr double kHold = 1.0;        // at the peak, if the cycle has room [s]
+constexpr double kRest = 0.2;           // at rest before engaging [s]
+constexpr double kSettle = 0.1;         // engaged before moving [s]
+constexpr double kEngageTimeout = 1.0;  // engaged without a guide before giving up [s], and
+constexpr double kTrips = 3;            // additional round trips
+constexpr double kHold = 1.0;           // at the peak, if the cycle has room [s]
 constexpr double kHoldShare = 1.3;   // of half the rest of the contact: a third of all, with margin
 constexpr double kBlind = 0.25;      // without a guide: wait before the retreat [s]
-constexpr double kLongest = 20;      // a longer ramp is not started [s]
-constexpr double kShortest = 0.1;    // retreat [s]
+constexpr double kMaxRamp = 20;      // a longer ramp is not started [s]
+constexpr double kMinRamp = 0.1;     // retreat [s]
 constexpr double kMargin = 0.05;     // reserve at the end of a cycle [s]
 constexpr double kCorrection = 8.0;  // gain of the visual correction [1/s]
 constexpr double kPeakRate = 15.0 / 8;
@@ -73,7 +73,7 @@ HandIntent PressScript::Step(double t, double dt, const DeviceGuide& guide) noex
       break;
     case Phase::kEngage:
       if (elapsed >= kSettle && usable && PlanPress(t, guide)) break;
-      if (elapsed > kPatience + kTrips * guide.round_trip) Release(t);
+      if (elapsed > kEngageTimeout + kTrips * guide.round_trip) Release(t);
       break;
     case Phase::kPress: {
       const double tau = std::min(elapsed / ramp_, 1.0);
@@ -111,7 +111,7 @@ void PressScript::Go(Phase phase, double t) noexcept {
 bool PressScript::PlanPress(double t, const DeviceGuide& guide) noexcept {
   const double length = guide.gap_M + depth_;
   const double ramp = kPeakRate * length / speed_;
-  if (!(length > 0 && ramp <= kLongest)) return false;
+  if (!(length > 0 && ramp <= kMaxRamp)) return false;
   inward_ = guide.inward_M;
   length_ = length;
   back_ = guide.gap_M < 0 ? guide.gap_M - depth_ : 0;
@@ -135,7 +135,7 @@ void PressScript::Correct(double dt, const DeviceGuide& guide) noexcept {
 // The correction fades with the force that it overcame, so that the tip keeps its speed.
 void PressScript::Retreat(double t) noexcept {
   length_ = advance_;
-  ramp_ = std::max(kPeakRate * (advance_ - correction_ - back_) / speed_, kShortest);
+  ramp_ = std::max(kPeakRate * (advance_ - correction_ - back_) / speed_, kMinRamp);
   Go(Phase::kRetreat, t);
 }
 

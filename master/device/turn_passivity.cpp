@@ -16,7 +16,7 @@ void TurnPassivity::Observe(const Eigen::Quaterniond& q, const Eigen::Vector3d& 
 
 Eigen::Vector3d TurnPassivity::Apply(const Eigen::Vector3d& t) const noexcept {
   const double size = turned_.norm(), along = t.dot(turned_);
-  if (balance_ >= -kLent || !(along > 0)) return t;
+  if (balance_ >= -kEnergyCredit || !(along > 0)) return t;
   return t - along / (size * size) * turned_;
 }
 

@@ -18,7 +18,7 @@ namespace palpate {
 
 class TurnPassivity {
  public:
-  static constexpr double kLent = 0.5e-3;  // W_0, as of the force [J]
+  static constexpr double kEnergyCredit = 0.5e-3;  // W_0, as of the force [J]
 
   // Adds a tick: the handle has the orientation `q`, of unit length, after it had the torque `t`
   // [N m]. Real-time safe, like the next one.

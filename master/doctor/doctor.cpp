@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "master/device/device.h"
-#include "master/doctor/line.h"
+#include "master/doctor/link_check.h"
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 
@@ -103,7 +103,7 @@ Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, 
   Findings findings = ExamineTimer(seconds, stop);
   Append(ExamineProcessors(), &findings);
   findings.push_back(std::move(device));
-  if (line && !stop.stop_requested()) Append(ExamineLine(*line, seconds, stop), &findings);
+  if (line && !stop.stop_requested()) Append(ExamineLink(*line, seconds, stop), &findings);
   std::ranges::stable_sort(findings, {}, &Finding::grade);
   return findings;
 }

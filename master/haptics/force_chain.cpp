@@ -79,8 +79,8 @@ void PassivityControl::Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d
   balance_ += work;
   if (shown) return;
   const double eaten = kPhysicalDamping * last_dp_.squaredNorm() / dt;
-  const double at_once = std::clamp(-kLent - balance_, 0.0, eaten);
-  balance_ = std::min(balance_ + at_once + std::min(eaten, kLent / kLentAnew * dt), 0.0);
+  const double at_once = std::clamp(-kEnergyCredit - balance_, 0.0, eaten);
+  balance_ = std::min(balance_ + at_once + std::min(eaten, kEnergyCredit / kRepayTime * dt), 0.0);
 }
 
 Eigen::Vector3d PassivityControl::Apply(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
@@ -93,8 +93,9 @@ Eigen::Vector3d PassivityControl::Apply(const Eigen::Vector3d& f_M, const Eigen:
   return f_M - size / speed * v_M;
 }
 
-Eigen::Vector3d PassivityControl::PaidFor(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
-                                          double slew) const noexcept {
+Eigen::Vector3d PassivityControl::WithinBalance(const Eigen::Vector3d& f_M,
+                                                const Eigen::Vector3d& v_M,
+                                                double slew) const noexcept {
   const double size = f_M.norm();
   if (!(size > 0)) return f_M;
   const double giving_way = std::max(f_M.dot(v_M) / size, 0.0);
@@ -104,16 +105,18 @@ Eigen::Vector3d PassivityControl::PaidFor(const Eigen::Vector3d& f_M, const Eige
   // A weaker force also leaks less.
   Eigen::Vector3d paid = f_M;
   for (int i = 0; i < 2; ++i) {
-    const double energy = balance_ + Leak(paid) + kLent;
+    const double energy = balance_ + Leak(paid) + kEnergyCredit;
     const double most = std::sqrt(2 * std::max(energy, 0.0) * stiffness);
     if (most < paid.norm()) paid = most / size * f_M;
   }
   return paid;
 }
 
-Eigen::Vector3d PassivityControl::Afford(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
-                                         double slew) const noexcept {
-  const Eigen::Vector3d paid = PaidFor(f_M, v_M, slew), rest = PaidFor(held_, v_M, slew);
+Eigen::Vector3d PassivityControl::LimitToBalance(const Eigen::Vector3d& f_M,
+                                                 const Eigen::Vector3d& v_M,
+                                                 double slew) const noexcept {
+  const Eigen::Vector3d paid = WithinBalance(f_M, v_M, slew),
+                        rest = WithinBalance(held_, v_M, slew);
   if (rest == held_) return paid;
   const Eigen::Vector3d along = held_.normalized();
   return std::clamp(paid.dot(along), 0.0, rest.norm()) * along;

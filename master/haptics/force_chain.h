@@ -43,7 +43,7 @@ enum class Reason : std::uint8_t {
 };
 inline constexpr std::size_t kReasonCount = 24;
 
-// As written in the log: `stale`, `clamped`, ...
+// Returns the name that the log contains: `stale`, `clamped`, ...
 std::string_view ToString(Reason reason);
 
 class Reasons {
@@ -60,7 +60,7 @@ class Reasons {
 
 // Joined by `+`; empty without a reason.
 std::string ToString(const Reasons& reasons);
-// The same for people: `other epoch, fading`.
+// Returns all reasons as text for people: `other epoch, fading`.
 std::string InWords(const Reasons& reasons);
 
 struct ForceChain {
@@ -103,18 +103,18 @@ Eigen::Vector3d LimitForce(const Eigen::Vector3d& force, double limit, Reasons* 
 // second term is the energy released while the force falls at the slew limit `s` and the device
 // yields at the measured speed `v` and acceleration `a`: a spring that must release faster is
 // weakened. W_0 is the credit for a surface that moves by itself, and so the most that a slave can
-// release. Damping repays it; without a force b repays it within kLentAnew. Each new engagement
+// release. Damping repays it; without a force b repays it within kRepayTime. Each new engagement
 // renews it, because a contact that begins pressed would otherwise have no force. Energy released
 // beyond it (less than the work of a tick) is repaid by b at once.
 class PassivityControl {
  public:
-  static constexpr double kPhysicalDamping = 1.0;  // b [N s/m]
-  static constexpr double kMaxDamping = 50.0;      // alpha_max [N s/m]
-  static constexpr double kLent = 0.5e-3;          // W_0 [J]
-  static constexpr double kLentAnew = 60;          // [s]
-  static constexpr double kMaxStiffness = 2000;    // K_max at 1 kHz [N/m]
-  static constexpr double kUndamped = kLent / 2;   // a smaller debt is not damped [J]
-  static constexpr double kSmooth = 0.002;         // smoothing time of a, against encoder steps [s]
+  static constexpr double kPhysicalDamping = 1.0;         // b [N s/m]
+  static constexpr double kMaxDamping = 50.0;             // alpha_max [N s/m]
+  static constexpr double kEnergyCredit = 0.5e-3;         // W_0 [J]
+  static constexpr double kRepayTime = 60;                // [s]
+  static constexpr double kMaxStiffness = 2000;           // K_max at 1 kHz [N/m]
+  static constexpr double kUndamped = kEnergyCredit / 2;  // a smaller debt is not damped [J]
+  static constexpr double kSmooth = 0.002;  // smoothing time of a, against encoder steps [s]
 
   // Sets the largest damping of the device, if it is below kMaxDamping [N s/m]. Call it first.
   void set_most_damping(double most) noexcept { most_damping_ = std::min(most, kMaxDamping); }
@@ -122,10 +122,10 @@ class PassivityControl {
   // safe.
   void Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d& f_M, double dt) noexcept;
   // Renews the credit W_0 at a new engagement. Real-time safe.
-  void Lend() noexcept { balance_ = std::max(balance_, 0.0); }
+  void RenewCredit() noexcept { balance_ = std::max(balance_, 0.0); }
   // Credits the energy that the last contact received and did not return, when a contact begins
   // pressed. Real-time safe.
-  void Restore() noexcept {
+  void CreditStored() noexcept {
     balance_ += stored_;
     stored_ = 0;
   }
@@ -135,8 +135,9 @@ class PassivityControl {
   // Returns `f_M` [N], limited to what the balance covers while the device moves at `v_M` [m/s] and
   // the force falls by at most `slew` [N/s]. If it does not even cover the present force, that
   // force falls by the shortest path. Real-time safe.
-  [[nodiscard]] Eigen::Vector3d Afford(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
-                                       double slew) const noexcept;
+  [[nodiscard]] Eigen::Vector3d LimitToBalance(const Eigen::Vector3d& f_M,
+                                               const Eigen::Vector3d& v_M,
+                                               double slew) const noexcept;
   [[nodiscard]] double balance() const noexcept { return balance_; }        // W [J]
   [[nodiscard]] double min_balance() const noexcept { return min_; }        // least W ever [J]
   [[nodiscard]] double energy_in() const noexcept { return energy_in_; }    // from the operator [J]
@@ -146,8 +147,9 @@ class PassivityControl {
 
  private:
   // `f_M` [N], limited by the balance alone.
-  [[nodiscard]] Eigen::Vector3d PaidFor(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
-                                        double slew) const noexcept;
+  [[nodiscard]] Eigen::Vector3d WithinBalance(const Eigen::Vector3d& f_M,
+                                              const Eigen::Vector3d& v_M,
+                                              double slew) const noexcept;
   // c, if the next force is `f_M` [J].
   [[nodiscard]] double Leak(const Eigen::Vector3d& f_M) const noexcept;
 
@@ -183,7 +185,7 @@ class OutputBlend {
   // The force to send [N] toward `wanted`. The slew limit uses `dt` [s], but at most one tick.
   // Real-time safe.
   Eigen::Vector3d Send(const Eigen::Vector3d& wanted, double dt) noexcept;
-  // Whether the slew limit applied in the last step.
+  // Returns whether the slew limit applied in the last step.
   [[nodiscard]] bool is_slewed() const noexcept { return is_slewed_; }
   [[nodiscard]] bool is_blending() const noexcept { return elapsed_ < duration_; }
 

@@ -16,7 +16,7 @@ namespace palpate {
 namespace {
 
 constexpr double kLargestForce = 1e9;  // larger forces are invalid [N]
-constexpr double kFarthest = 1e4;      // larger positions are invalid [m]
+constexpr double kMaxPosition = 1e4;   // larger positions are invalid [m]
 
 // Finite and of at most this size in each direction.
 bool IsWithin(const Eigen::Vector3d& v, double limit) {
@@ -24,16 +24,17 @@ bool IsWithin(const Eigen::Vector3d& v, double limit) {
 }
 
 bool IsSane(const FingerState& finger) {
-  return IsWithin(finger.p_S_contact.cast<double>(), kFarthest) &&
+  return IsWithin(finger.p_S_contact.cast<double>(), kMaxPosition) &&
          (!finger.force || IsWithin(finger.force->cast<double>(), kLargestForce));
 }
 
-// Whether positions, forces and number of fingertips of a received state can be used at all.
+// Returns whether positions, forces and number of fingertips of a received state can be used at
+// all.
 bool IsSane(const SlaveState& state) {
   if (state.finger_count < 0 || state.finger_count > kMaxFingers) return false;
   const auto fingers = std::span(state.fingers).first(static_cast<std::size_t>(state.finger_count));
   return std::ranges::all_of(fingers, [](const FingerState& finger) { return IsSane(finger); }) &&
-         IsWithin(state.p_S_tip, kFarthest) && IsWithin(state.offset, kFarthest) &&
+         IsWithin(state.p_S_tip, kMaxPosition) && IsWithin(state.offset, kMaxPosition) &&
          (!state.force || IsWithin(*state.force, kLargestForce)) &&
          (!state.true_force || IsWithin(*state.true_force, kLargestForce)) &&
          (!state.local_model.known() || IsSane(state.local_model));
@@ -104,7 +105,7 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
   PositiveOrThrow(options.transform.force_scale, "force_scale");
   renderer_.set_stiffest(AtTool(motion_.contact_stiffness(), transform_));
   passivity_.set_most_damping(options.most_damping);
-  machine_.set_dead_after(std::clamp(options.dead_after, kLeastDeadAfter, kMostDeadAfter));
+  machine_.set_dead_after(std::clamp(options.dead_after, kMinDeadAfter, kMaxDeadAfter));
 }
 
 // Real-time: no allocation, lock, log, exception or network from here down.
@@ -240,7 +241,7 @@ void HapticLoop::TakeSettings() noexcept {
     settings_ = *read;
     settings_wait_ = true;
     options_.force_limit = std::min(options_.force_limit, read->force_limit);
-    machine_.set_dead_after(std::clamp(read->dead_after, kLeastDeadAfter, machine_.dead_after()));
+    machine_.set_dead_after(std::clamp(read->dead_after, kMinDeadAfter, machine_.dead_after()));
   }
   if (!settings_wait_ || machine_.commands_engaged()) return;
   settings_wait_ = false;
@@ -282,7 +283,7 @@ bool HapticLoop::KeepsOffset() noexcept {
 
 DeviceReading HapticLoop::Checked(const DeviceReading& reading) noexcept {
   const bool good = reading.status.fault == DeviceFault::kNone &&
-                    IsWithin(reading.p_M, kFarthest) && IsWithin(reading.v_M, kFarthest);
+                    IsWithin(reading.p_M, kMaxPosition) && IsWithin(reading.v_M, kMaxPosition);
   if (good) return last_reading_ = reading;
   record_.chain.reasons.Add(Reason::kBadDevice);
   DeviceReading kept;
@@ -311,7 +312,8 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   in.stop = stops_.is_wanted();
   const OperatorState before = machine_.state();
   const OperatorState after = machine_.Step(in);
-  if (after == OperatorState::kFollowing && before == OperatorState::kAligning) passivity_.Lend();
+  if (after == OperatorState::kFollowing && before == OperatorState::kAligning)
+    passivity_.RenewCredit();
   if (after != before) OnStateChange(after);
   if (after == OperatorState::kHold) FadeOutOfHold(in.now);
 
@@ -328,7 +330,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
 void HapticLoop::OnStateChange(OperatorState to) noexcept {
   hold_is_fading_ = false;
   if (to == OperatorState::kFollowing) {
-    passivity_.Restore();
+    passivity_.CreditStored();
     output_.Go(OutputBlend::Target::kRendered, kFadeIn);
   } else if (to == OperatorState::kHold) {
     output_.Go(OutputBlend::Target::kFrozen, 0);
@@ -379,12 +381,12 @@ void HapticLoop::RunChain(const DeviceReading& reading, const DeviceReading& com
   }
   const double slew = options_.slew_limit * kTicksPerSecond;
   chain.passive = passivity_.Apply(chain.scaled, reading.v_M, dt);
-  chain.passive = passivity_.Afford(chain.passive, reading.v_M, slew);
+  chain.passive = passivity_.LimitToBalance(chain.passive, reading.v_M, slew);
   if (chain.passive != chain.scaled) chain.reasons.Add(Reason::kPassivity);
   chain.limited = LimitForce(chain.passive, options_.force_limit, &chain.reasons);
   // A held or fading force also needs energy: it would drive a device that draws back.
   const Eigen::Vector3d wanted = output_.Wanted(chain.limited, dt);
-  const Eigen::Vector3d afforded = passivity_.Afford(wanted, reading.v_M, slew);
+  const Eigen::Vector3d afforded = passivity_.LimitToBalance(wanted, reading.v_M, slew);
   if (afforded != wanted) chain.reasons.Add(Reason::kPassivity);
   chain.sent = output_.Send(afforded, dt);
   if (output_.is_slewed()) chain.reasons.Add(Reason::kSlewed);

@@ -62,8 +62,8 @@ class HapticLoop {
   // the last force is zero.
   void Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept;
 
-  // One tick: returns the force on the device [N] for its `reading` at `now`, both along its own
-  // axes. The force is finite and within the limit. Does not allocate, lock or wait.
+  // Runs one tick and returns the force on the device [N] for its `reading` at `now`, both along
+  // its own axes. The force is finite and within the limit. Does not allocate, lock or wait.
   Eigen::Vector3d Tick(const DeviceReading& reading, Time now) noexcept;
   // The operator's settings. Its guide is unknown unless following.
   [[nodiscard]] const OperatorMotion& motion() const noexcept { return motion_; }
@@ -83,7 +83,7 @@ class HapticLoop {
   void TakeSettings() noexcept;
   void TakePatch(double now) noexcept;
   void CompareWithSlave(const SlaveState& state) noexcept;
-  // Whether the newest state may be rendered. Adds the reason if not.
+  // Returns whether the newest state may be rendered. Adds the reason if not.
   [[nodiscard]] bool Trusts(Time now) noexcept;
   [[nodiscard]] bool KeepsOffset() noexcept;
   [[nodiscard]] DeviceReading Checked(const DeviceReading& reading) noexcept;

@@ -62,7 +62,7 @@ OperatorState OperatorMachine::Engage() noexcept {
 
 OperatorState OperatorMachine::NextInHold(const Input& in, bool fresh, bool sound) noexcept {
   if (!in.engaged) return kClutched;
-  if (in.now - since_ <= kLongestHold) return sound ? kFollowing : kHold;
+  if (in.now - since_ <= kMaxHold) return sound ? kFollowing : kHold;
   if (in.state_age > kDisconnectAfter) return kDisconnected;
   return fresh && in.force_known ? kReady : kHold;
 }

@@ -33,7 +33,7 @@ std::string_view ToString(OperatorState state);  // `FOLLOWING`, ...
 
 class OperatorMachine {
  public:
-  static constexpr double kLongestHold =
+  static constexpr double kMaxHold =
       0.250;  // HOLD ends by itself within this time; later a new engagement is needed [s]
   static constexpr double kAlignWithin =
       1.0;  // plus a round trip, for the slave to accept an epoch [s]
@@ -54,13 +54,13 @@ class OperatorMachine {
   // Sets the link timeout without a state [s]. Call it between two ticks.
   void set_dead_after(double seconds) noexcept { dead_after_ = seconds; }
   [[nodiscard]] double dead_after() const noexcept { return dead_after_; }
-  // One tick. Real-time safe.
+  // Advances the state by one tick. Real-time safe.
   OperatorState Step(const Input& in) noexcept;
 
   [[nodiscard]] OperatorState state() const noexcept { return state_; }
   [[nodiscard]] double since() const noexcept { return since_; }         // when `state` began [s]
   [[nodiscard]] std::uint32_t epoch() const noexcept { return epoch_; }  // 0: none yet
-  // Whether commands request the tool to follow.
+  // Returns whether commands request the tool to follow.
   [[nodiscard]] bool commands_engaged() const noexcept;
 
  private:

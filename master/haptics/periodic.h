@@ -56,7 +56,7 @@ class TickClock {
     if (!origin_) origin_ = now, last_ = now - kHapticPeriod;
     const double dt = SecondsBetween(last_, now);
     last_ = now;
-    return std::clamp(dt, kShortest, kLongest);
+    return std::clamp(dt, kMinPeriod, kMaxPeriod);
   }
   // Since the first tick [s].
   [[nodiscard]] double ToSeconds(Time t) const noexcept {
@@ -64,7 +64,7 @@ class TickClock {
   }
 
  private:
-  static constexpr double kShortest = 1e-6, kLongest = 0.1;  // [s]
+  static constexpr double kMinPeriod = 1e-6, kMaxPeriod = 0.1;  // [s]
 
   std::optional<Time> origin_;
   Time last_{};

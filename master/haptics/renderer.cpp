@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 3> kModes{"local", "interpolate", "hold"}
 constexpr double kNoticeable = 0.01;  // a change of K, of its size
 constexpr double kLowering = 0.01;    // of the transport delay [s/s]
 
-// One `step` from `share` to 1 where it is `wanted`, else to 0.
+// Moves `share` by one `step` towards 1 if it is `wanted`, else towards 0.
 double Towards(bool wanted, double step, double share) {
   return wanted ? std::min(1.0, share + step) : std::max(0.0, share - step);
 }

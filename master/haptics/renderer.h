@@ -55,17 +55,19 @@ class LocalContact {
   [[nodiscard]] bool IsBlending(double now) const noexcept {
     return known() && now - since_ < kBlendTime;
   }
-  // Whether the tip is outside the valid radius of the model.
+  // Returns whether the tip is outside the valid radius of the model.
   [[nodiscard]] bool IsBeyond(const Eigen::Vector3d& p_S) const noexcept;
 
  private:
   LocalModel from_, to_;
   double since_ = 0;  // when the blend from `from_` to `to_` began [s]
-  // Where the tip passed the plane; empty: it is outside.
+  // The position at which the tip passed the plane is kept while the tip is inside; nullopt
+  // outside.
   std::optional<Eigen::Vector3d> entry_;
 };
 
-// Whether `model` can be rendered: finite, a unit normal within 1 %, and no number beyond 1e12.
+// Returns whether `model` can be rendered: finite, a unit normal within 1 %, and no number beyond
+// 1e12.
 bool IsSane(const LocalModel& model) noexcept;
 
 // Converts forces at the image rate to the haptic rate: delays them by one sample period and the

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// One writer thread, one reader thread. T is copied without allocating.
+// SpscRing is a queue for one writer thread and one reader thread. T is copied without allocating.
 template <class T>
 class SpscRing {
  public:

@@ -1,4 +1,5 @@
-// What a device renders stably at its rate, and which setting asks for more.
+// StableStiffness is the largest stiffness that a device renders stably at its rate.
+// StiffnessNotice reports the setting that exceeds it.
 //
 // A spring that is sampled with the period T and held is passive if the physical damping b of
 // device and operator dissipates the energy that it leaks (Colgate & Schenkel 1994; the time t_d
@@ -22,23 +23,25 @@
 
 namespace palpate {
 
-// What of it depends on device and session.
+// RenderedRate holds the properties of device and session that the limit depends on.
 struct RenderedRate {
   double device_stiffness = std::numeric_limits<double>::infinity();  // by its maker [N/m]
   double device_rate = 0;                                             // [Hz]; 0: unknown
   double sensor_rate = 0;                                             // [Hz]; 0: unknown
 };
 
-// The largest stiffness at the device in `mode` [N/m]. `one_way`: delay of the link [s].
+// Returns the largest stable stiffness at the device in `mode` [N/m]. `one_way` is the delay of the
+// link [s].
 double StableStiffness(RenderMode mode, const RenderedRate& rate, double one_way);
 
-// Compares each tick's stiffness with it, and reports a setting once.
+// StiffnessNotice compares the stiffness of each tick with the limit, and reports each setting
+// once.
 class StiffnessNotice {
  public:
-  // `limit`: the stiffness that `local` leaves to the contact [N/m].
+  // `limit` is the stiffness that `local` leaves to the contact [N/m].
   StiffnessNotice(const RenderedRate& rate, double limit) : rate_(rate), limit_(limit) {}
 
-  // A sentence that names the key to change; empty: nothing new.
+  // Returns a sentence that names the key to change; empty if there is nothing new.
   std::string Check(const TickRecord& tick);
 
  private:

@@ -49,7 +49,7 @@ void Tare::Measure(const SlaveState& state, bool follows, double largest, double
   sensed_at_ = state.sensed_at;
   if (count_++ == 0) since_ = now;
   sum_ += *state.force;
-  if (now - since_ < kMeasure || count_ < kFewest) return;
+  if (now - since_ < kMeasure || count_ < kMinSamples) return;
   const Eigen::Vector3d mean = sum_ / count_;
   state_ = mean.norm() <= kLargestShare * largest ? TareState::kDone : TareState::kTooLarge;
   if (state_ == TareState::kDone) bias_ = mean;

@@ -34,7 +34,7 @@ class Tare {
  public:
   static constexpr double kMeasure = 0.2;       // [s]
   static constexpr double kLargestShare = 0.1;  // of the largest force [-]
-  static constexpr int kFewest = 3;             // samples
+  static constexpr int kMinSamples = 3;         // samples
 
   // `count`: requests so far. A new one starts a measurement.
   void Request(std::uint32_t count) noexcept;

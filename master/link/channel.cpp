@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kFirstRetryMs = 50, kLongestRetryMs = 500;
+constexpr int kFirstRetryMs = 50, kMaxRetryMs = 500;
 // As gRPC has it, an attempt is given up after so many round trips: a handshake takes several, or
 // the while that a busy machine needs.
 constexpr int kHandshakeTrips = 3;
@@ -25,7 +25,7 @@ constexpr int kKeepaliveMs = 1000;
 // [bytes] on their way at most. Ticks: 200 states of 256 bytes a second, twice, for each second of
 // round trip; how many old ones a stall may leave is bounded by the loop's limit on age.
 constexpr int kTickWindow = 2 * 200 * 256, kBulkWindow = 65536;
-constexpr std::chrono::milliseconds kSecond(1000), kLongest(30000);
+constexpr std::chrono::milliseconds kSecond(1000), kMaxWait(30000);
 constexpr int kLargestMesh = 64 << 20;  // [bytes]
 
 class OperatorName final : public grpc::ClientContext::GlobalCallbacks {
@@ -40,7 +40,7 @@ class OperatorName final : public grpc::ClientContext::GlobalCallbacks {
   const std::string name_;
 };
 
-constexpr std::size_t kLongestReason = 300;  // [characters]
+constexpr std::size_t kMaxReasonLength = 300;  // [characters]
 
 // A part of a gRPC message, and the words shown for it. The first match counts.
 struct Row {
@@ -76,12 +76,12 @@ void NameCalls(const std::string& name) {
 std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic,
                                            const std::filesystem::path& tls,
                                            std::chrono::milliseconds longest_round_trip) {
-  const int trip_ms = static_cast<int>(std::clamp(longest_round_trip, kSecond, kLongest).count());
+  const int trip_ms = static_cast<int>(std::clamp(longest_round_trip, kSecond, kMaxWait).count());
   const bool bulk = traffic == Traffic::kBulk;
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstRetryMs);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kHandshakeTrips * trip_ms);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kLongestRetryMs);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kMaxRetryMs);
   // The window of the whole connection is 64 kB, and nothing but the probe makes it larger, which a
   // long line needs; on a short one it would only leave room for what is old.
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, trip_ms > kSecond.count());
@@ -110,7 +110,7 @@ std::string WordsOf(const grpc::Status& status) {
         kRows, [&](const Row& one) { return message.find(one.part) != std::string::npos; });
     if (row != kRows.end()) return std::string(row->words);
   }
-  return Presentable(message, kLongestReason);
+  return Presentable(message, kMaxReasonLength);
 }
 
 }  // namespace palpate

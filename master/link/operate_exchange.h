@@ -81,7 +81,7 @@ class OperateExchange {
   bool TakeDatagram(const v1::SlaveState& message, Time now);
   // The stream has ended: the haptic loop learns of it at once, and no later state is accepted.
   void End();
-  // Whether a state arrived. Thread-safe.
+  // Returns whether a state arrived. Thread-safe.
   [[nodiscard]] bool was_served() const;
 
  private:

@@ -1,6 +1,6 @@
-// One Operate stream from its opening to its end: sends commands at 500 Hz, receives states and
-// evaluates their echoes. If both ends allow it, the same messages also travel as datagrams. The
-// stream begins and ends the datagrams, and the newer message counts.
+// OperateSession runs one Operate stream from its opening to its end. It sends commands at 500 Hz,
+// receives states and evaluates their echoes. If both ends allow it, the same messages also travel
+// as datagrams. The stream begins and ends the datagrams, and the newer message counts.
 #pragma once
 
 #include <algorithm>
@@ -103,7 +103,7 @@ class OperateSession {
   grpc::Status Run(const std::stop_token& stop);
   // Cancels the stream without waiting for the slave. Thread-safe.
   void Cancel() { context_.TryCancel(); }
-  // Whether the slave answered at least once.
+  // Returns whether the slave answered at least once.
   [[nodiscard]] bool was_served() const { return exchange_.was_served(); }
 
  private:

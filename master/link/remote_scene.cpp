@@ -15,7 +15,7 @@ namespace palpate {
 namespace {
 
 constexpr const char* kUnitQuaternion = "four: a unit quaternion w, x, y, z";
-constexpr std::size_t kLongestWords = 200;  // [characters]
+constexpr std::size_t kMaxWordsLength = 200;  // [characters]
 
 [[noreturn]] void Refuse(const std::string& field, double value, const std::string& accepted) {
   throw std::runtime_error(
@@ -42,16 +42,16 @@ Eigen::Matrix3d Rotation(const v1::SceneDescription::Operator& mapping) {
 // The force continues for this time after a lost link, so the slave's value is bounded.
 double DeadAfter(double stated) {
   if (stated == 0) return kUsualDeadAfter;
-  if (!(stated >= kLeastDeadAfter && stated <= kMostDeadAfter)) {
+  if (!(stated >= kMinDeadAfter && stated <= kMaxDeadAfter)) {
     Refuse("operator.dead_after", stated, "0.010 to 0.500 s");
   }
   return stated;
 }
 
 RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& message) {
-  RemoteFingertip fingertip{Presentable(message.name(), kLongestWords),
-                            Presentable(message.network(), kLongestWords),
-                            Presentable(message.localiser(), kLongestWords),
+  RemoteFingertip fingertip{Presentable(message.name(), kMaxWordsLength),
+                            Presentable(message.network(), kMaxWordsLength),
+                            Presentable(message.localiser(), kMaxWordsLength),
                             {}};
   const auto& p = message.p_s_finger();
   fingertip.p_S_home = {p.x(), p.y(), p.z()};
@@ -72,19 +72,19 @@ std::string OtherRelease(const std::string& slave, const std::string& master) {
 }
 
 double MaxAge(double sensor_rate) {
-  constexpr double kOnTop = 0.1, kLeast = 0.06, kMost = 1, kPeriods = 3;  // [s], [s], [s], [-]
-  return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kLeast, kMost);
+  constexpr double kOnTop = 0.1, kMinAge = 0.06, kMaxAge = 1, kPeriods = 3;  // [s], [s], [s], [-]
+  return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kMinAge, kMaxAge);
 }
 
 RemoteScene ToRemoteScene(const v1::SceneDescription& scene) {
   const auto& mapping = scene.operator_();
   const auto& capabilities = scene.capabilities();
   RemoteScene remote;
-  remote.name = Presentable(scene.name(), kLongestWords);
-  remote.geometry = Presentable(scene.geometry(), kLongestWords);
-  remote.model = Presentable(scene.model().kind(), kLongestWords);
-  remote.source = Presentable(scene.source(), kLongestWords);
-  remote.version = Presentable(capabilities.version(), kLongestWords);
+  remote.name = Presentable(scene.name(), kMaxWordsLength);
+  remote.geometry = Presentable(scene.geometry(), kMaxWordsLength);
+  remote.model = Presentable(scene.model().kind(), kMaxWordsLength);
+  remote.source = Presentable(scene.source(), kMaxWordsLength);
+  remote.version = Presentable(capabilities.version(), kMaxWordsLength);
   remote.sensor_rate = NonNegative("sensor_rate", capabilities.sensor_rate());
   remote.accepts_setup = !scene.setup_camera().empty();
   if (remote.accepts_setup && remote.name.empty()) return remote;  // there is no scene yet

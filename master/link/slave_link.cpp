@@ -28,12 +28,12 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
+constexpr milliseconds kFirstRetry(50), kMaxRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
-constexpr milliseconds kLostLeaseRetry(10000);   // another operator has the time to take it
-constexpr double kObservedRate = 10;             // states of a slave that nobody can operate [Hz]
-constexpr milliseconds kShortestDeadline(1000);  // of a call
-constexpr milliseconds kLongestDeadline(60000);
+constexpr milliseconds kLostLeaseRetry(10000);  // another operator has the time to take it
+constexpr double kObservedRate = 10;            // states of a slave that nobody can operate [Hz]
+constexpr milliseconds kMinDeadline(1000);      // of a call
+constexpr milliseconds kMaxDeadline(60000);
 constexpr milliseconds kNoRefusal(500);        // what takes so long is no port without a listener
 constexpr milliseconds kFirstReckoned(10000);  // round trip, until one is known
 constexpr int kTripsBorne =
@@ -70,7 +70,7 @@ bool IsAnswer(const grpc::Status& status) {
          code != grpc::StatusCode::DEADLINE_EXCEEDED && code != grpc::StatusCode::CANCELLED;
 }
 
-// Why a call was refused; empty: it was not.
+// Returns why a call was refused; empty: it was not.
 std::string Refusal(const grpc::Status& status) {
   if (status.ok()) return {};
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
@@ -166,7 +166,7 @@ struct SlaveLink::Parts {
   std::shared_ptr<grpc::Channel> channel;            // never null
   std::unique_ptr<v1::Teleoperation::Stub> stub;     // never null
   RoundTrips trips;
-  std::atomic<milliseconds> call_deadline{kShortestDeadline};
+  std::atomic<milliseconds> call_deadline{kMinDeadline};
   std::atomic<std::uint64_t> states_received{0}, commands_sent{0}, states_by_datagram{0};
   std::atomic<Time> datagram_at{Time{}};  // or when they could begin to come
   std::optional<RemoteScene> first;       // that was connected to
@@ -209,7 +209,7 @@ grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, mill
   answered_in = SinceThen(connected);
   known_stops = answer.stops();
   *scene = ToRemoteScene(description);
-  call_deadline = std::max(kShortestDeadline, kTimesTheFirst * SinceThen(start));
+  call_deadline = std::max(kMinDeadline, kTimesTheFirst * SinceThen(start));
   return status;
 }
 
@@ -266,7 +266,7 @@ void SlaveLink::Parts::Follow(const SlaveState& state) {
 void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
                            LatestValue<OperatorCommand>* commands) {
   MakeThreadRealtime(kLinkPriority);
-  Backoff backoff(kFirstRetry, kLongestRetry);
+  Backoff backoff(kFirstRetry, kMaxRetry);
   while (!stop.stop_requested()) {
     const grpc::Status read = ReadSettings();
     for (const int line : LinesTo(ParseEndpoint(target).port)) PrepareLine(line);
@@ -372,21 +372,21 @@ SlaveLink::~SlaveLink() {
 
 RemoteScene SlaveLink::Connect() {
   const Time start = Clock::now();
-  Backoff backoff(kFirstRetry, kLongestRetry);
+  Backoff backoff(kFirstRetry, kMaxRetry);
   const milliseconds wait(static_cast<std::int64_t>(1000 * parts_->options.wait));
-  milliseconds patience = kShortestDeadline;  // a long line needs more than one round trip
+  milliseconds patience = kMinDeadline;  // a long line needs more than one round trip
   RemoteScene scene;
   grpc::Status status;
   for (int attempts = 1;; ++attempts) {
     const Time asked = Clock::now();
-    const milliseconds left = std::max(kShortestDeadline, wait - SinceThen(start));
+    const milliseconds left = std::max(kMinDeadline, wait - SinceThen(start));
     status = parts_->RequestScene(&scene, false, std::min(patience, left));
     if (status.ok()) {
       parts_->Open(std::max(parts_->options.longest_round_trip, kTripsBorne * parts_->answered_in));
       parts_->first = scene;
       return scene;
     }
-    if (SinceThen(asked) >= kNoRefusal) patience = std::min(2 * patience, kLongestDeadline);
+    if (SinceThen(asked) >= kNoRefusal) patience = std::min(2 * patience, kMaxDeadline);
     if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
       throw std::runtime_error(
           parts_->target +

@@ -58,7 +58,8 @@ class StreamKeeper {
     std::string trouble;  // why none is received, or why the last one was rejected; empty: neither
   };
 
-  // Both are called on this object's thread and must outlive it, the second at ordinary priority.
+  // Both functions are called on this object's thread and must outlive it, the second at ordinary
+  // priority.
   StreamKeeper(Open open, Take take)
       : open_(std::move(open)), take_(std::move(take)), thread_([this] { Run(); }) {}
   ~StreamKeeper() { Stop(); }
@@ -86,10 +87,10 @@ class StreamKeeper {
   }
 
  private:
-  static constexpr std::chrono::milliseconds kFirstRetry{100}, kLongestRetry{2000};
+  static constexpr std::chrono::milliseconds kFirstRetry{100}, kMaxRetry{2000};
 
   void Run() {
-    Backoff backoff(kFirstRetry, kLongestRetry);
+    Backoff backoff(kFirstRetry, kMaxRetry);
     while (Watch(&backoff)) {
       std::unique_lock lock(mutex_);
       const auto due = std::chrono::steady_clock::now() + backoff.Next();

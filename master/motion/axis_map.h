@@ -22,7 +22,7 @@ class AxisMap {
   AxisMap() = default;  // the identity
   // `P`: one entry of 1 or -1 in each row and column. Throws std::invalid_argument otherwise.
   explicit AxisMap(const Eigen::Matrix3d& P);
-  // From the device's axes for right, up and towards the operator: `x,y,z`, `-z,y,x`. Throws
+  // Parses the device's axes for right, up and towards the operator: `x,y,z`, `-z,y,x`. Throws
   // std::invalid_argument.
   static AxisMap Parse(std::string_view text);
 

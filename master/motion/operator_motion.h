@@ -27,7 +27,7 @@
 namespace palpate {
 
 struct MotionOptions {
-  static constexpr int kMostButtons = 32;
+  static constexpr int kMaxButtons = 32;
 
   AxisMap axes;
   int clutch_button = 0;  // from 1; held, it opens the clutch; 0: none
@@ -43,7 +43,7 @@ struct MotionOptions {
 
 class OperatorMotion {
  public:
-  // What the loop knows at a tick.
+  // Situation is the input from the haptic loop at a tick.
   struct Situation {
     std::uint32_t epoch = 0;  // of the engagement; another one begins at this reading
     bool engaged = false;     // commands let the tool follow
@@ -61,7 +61,7 @@ class OperatorMotion {
   [[nodiscard]] const AxisMap& axes() const noexcept { return options_.axes; }
   // Sets the position of the surface at the last command, frame M.
   void SetSurface(const DeviceGuide& surface) noexcept { surface_ = surface; }
-  // The same along the device's axes.
+  // Returns the guide of the surface along the device's axes.
   [[nodiscard]] DeviceGuide guide() const noexcept;
   [[nodiscard]] bool IsClutched(const DeviceReading& reading) const noexcept;
   // Position and velocity to command for `reading` [m], [m/s].
@@ -69,7 +69,7 @@ class OperatorMotion {
                         const Situation& now) noexcept;
   // Force at the device for the contact's force `f_M` at the last command [N].
   [[nodiscard]] Eigen::Vector3d ForceAtDevice(const Eigen::Vector3d& f_M) const noexcept;
-  // Whether the last command or its force differs from the device's.
+  // Returns whether the last command or its force differs from the device's.
   [[nodiscard]] bool is_active() const noexcept { return is_active_; }
   // Largest stiffness left for the contact [N/m].
   [[nodiscard]] double contact_stiffness() const noexcept { return contact_stiffness_; }

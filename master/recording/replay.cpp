@@ -17,8 +17,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kStep = 0.01;       // of the player's time [s]
-constexpr double kLongestGap = 0.2;  // without a tick, which is waited for [s]
+constexpr double kStep = 0.01;   // of the player's time [s]
+constexpr double kMaxGap = 0.2;  // without a tick, which is waited for [s]
 
 template <class Message>
 Message Parsed(const RecordingReader& reader) {
@@ -40,8 +40,8 @@ class MessageDispatcher {
       feed_.on_tick(FromProto(Parsed<v1::ForceTick>(reader_), reader_.at()));
     } else if (topic == kStateTopic && feed_.on_state) {
       DispatchState();
-    } else if (topic == kImageTopic && feed_.on_picture) {
-      DispatchPicture();
+    } else if (topic == kImageTopic && feed_.on_image) {
+      DispatchImage();
     } else if (topic == kMeshTopic && feed_.on_mesh) {
       DispatchMesh();
     } else if (topic == kTraceTopic && feed_.on_trace) {
@@ -56,7 +56,7 @@ class MessageDispatcher {
   }
 
  private:
-  static constexpr std::size_t kLongestLine = 300;
+  static constexpr std::size_t kMaxLineLength = 300;
 
   void DispatchState() {
     std::string reason;
@@ -73,13 +73,13 @@ class MessageDispatcher {
   }
   void DispatchLog() {
     const auto log = Parsed<foxglove::Log>(reader_);
-    feed_.on_log(Presentable(log.message(), kLongestLine), reader_.at(),
+    feed_.on_log(Presentable(log.message(), kMaxLineLength), reader_.at(),
                  log.level() >= foxglove::Log::WARNING);
   }
-  void DispatchPicture() {
+  void DispatchImage() {
     const auto image = Parsed<foxglove::CompressedImage>(reader_);
     std::string reason;
-    feed_.on_picture(image.data(), FieldReader(&reason).Stamp("timestamp", image.timestamp()));
+    feed_.on_image(image.data(), FieldReader(&reason).Stamp("timestamp", image.timestamp()));
   }
   void DispatchMesh() {
     std::string reason;
@@ -131,7 +131,7 @@ void Replay::Play(double from, double speed, const ReplayFeed& feed,
     const double played = SecondsBetween(begin, std::min(reader.at(), span_.last));
     if (reader.topic() == kTickTopic && played - asked >= kStep * (speed > 0 ? speed : 1)) {
       // While nothing was recorded nothing is to be seen.
-      if (speed > 0 && played - asked > kLongestGap) started -= Seconds((played - asked) / speed);
+      if (speed > 0 && played - asked > kMaxGap) started -= Seconds((played - asked) / speed);
       asked = played;
       if (feed.goes_on && !feed.goes_on(from + played)) return;
       if (speed > 0) {

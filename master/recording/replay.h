@@ -27,7 +27,7 @@ class Status;
 struct ReplayFeed {
   std::function<void(const TickRecord&)> on_tick;
   std::function<void(const SlaveState&, Time received_at)> on_state;
-  std::function<void(const std::string& jpeg, Time sensed_at)> on_picture;
+  std::function<void(const std::string& jpeg, Time sensed_at)> on_image;
   std::function<void(const std::shared_ptr<const RemoteMesh>&)> on_mesh;
   std::function<void(const SampleTrace&)> on_trace;
   std::function<void(const std::string& line, Time at, bool is_alarm)> on_log;

@@ -7,14 +7,14 @@
 #include "palpate/v1/teleoperation.pb.h"
 
 #include "foxglove/schemas.pb.h"
-#include "master/session/tick_words.h"
+#include "master/session/tick_text.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kHandEvery = 0.01;  // [s]
+constexpr double kTipPeriod = 0.01;  // [s]
 
 foxglove::CompressedImage ImageOf(const v1::ImageState& frame) {
   foxglove::CompressedImage image;
@@ -25,7 +25,8 @@ foxglove::CompressedImage ImageOf(const v1::ImageState& frame) {
   return image;
 }
 
-// Whether a message received `now` is kept, at about `rate` [Hz] after the one `*kept` before.
+// Returns whether a message received `now` is kept, at about `rate` [Hz] after the one `*kept`
+// before.
 bool IsDue(Time now, double rate, Time* kept) {
   constexpr double kJitter = 0.9;  // of a period: messages at this very rate are all kept
   if (SecondsBetween(*kept, now) < kJitter / rate) return false;
@@ -51,12 +52,12 @@ SessionRecording::SessionRecording(Recording::Options options)
       tick_(recording_.Open(kTickTopic, v1::ForceTick())),
       command_(recording_.Open(kCommandTopic, v1::OperatorCommand())),
       state_(recording_.Open(kStateTopic, v1::SlaveState())),
-      picture_(recording_.Open(kImageTopic, foxglove::CompressedImage())),
+      image_(recording_.Open(kImageTopic, foxglove::CompressedImage())),
       mesh_(recording_.Open(kMeshTopic, v1::MeshState())),
       trace_(recording_.Open(kTraceTopic, v1::TraceUpdate())),
       scene_(recording_.Open(kSceneTopic, v1::SceneDescription())),
       health_(recording_.Open(kHealthTopic, v1::Status())),
-      hand_(recording_.Open(kHandTopic, foxglove::PoseInFrame())),
+      hand_(recording_.Open(kTipTopic, foxglove::PoseInFrame())),
       log_(recording_.Open(kMasterLogTopic, foxglove::Log())) {}
 
 SessionRecording::~SessionRecording() = default;
@@ -67,8 +68,8 @@ void SessionRecording::OnTick(const TickRecord& record) {
   v1::ForceTick message;
   ToProto(record, &message);
   recording_.Put(tick_, record.at, message);
-  if (SecondsBetween(hand_written_, record.at) < kHandEvery) return;
-  hand_written_ = record.at;
+  if (SecondsBetween(tip_written_, record.at) < kTipPeriod) return;
+  tip_written_ = record.at;
   foxglove::PoseInFrame pose;
   ToProto(record.at, pose.mutable_timestamp());
   pose.set_frame_id("master");
@@ -118,7 +119,7 @@ void SessionRecording::OnObserved(const google::protobuf::Message& message) {
     return;
   } else if (type == v1::ImageState::descriptor()) {
     if (!IsDue(now, kViews.image_rate, &image_kept_)) return;
-    recording_.Put(picture_, now, ImageOf(static_cast<const v1::ImageState&>(message)));
+    recording_.Put(image_, now, ImageOf(static_cast<const v1::ImageState&>(message)));
   } else if (type == v1::MeshState::descriptor()) {
     PutMesh(now, static_cast<const v1::MeshState&>(message));
   } else if (type == v1::TraceUpdate::descriptor()) {

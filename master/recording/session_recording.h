@@ -45,7 +45,7 @@ inline constexpr std::string_view kTickTopic = "/master/tick", kCommandTopic = "
                                   kStateTopic = "/slave/state", kImageTopic = "/slave/image",
                                   kMeshTopic = "/slave/mesh", kTraceTopic = "/slave/trace",
                                   kSceneTopic = "/slave/scene", kHealthTopic = "/slave/health",
-                                  kHandTopic = "/master/tip", kMasterLogTopic = "/log";
+                                  kTipTopic = "/master/tip", kMasterLogTopic = "/log";
 // Name of the metadata with the settings of the session.
 inline constexpr const char* kSessionNote = "palpate.session";
 
@@ -83,11 +83,11 @@ class SessionRecording {
   void LogAlarms(const google::protobuf::Message& status);
 
   Recording recording_;
-  std::uint16_t tick_, command_, state_, picture_, mesh_, trace_, scene_, health_, hand_, log_;
+  std::uint16_t tick_, command_, state_, image_, mesh_, trace_, scene_, health_, hand_, log_;
   std::atomic<bool> is_on_{true};
   // Used by the thread of the ticks.
   TickRecord last_;
-  Time hand_written_{};
+  Time tip_written_{};
   std::set<std::string> alarms_;  // of the last status, without numbers; used by the status thread
   Time image_kept_{};             // used by the image thread
   // Used by the mesh thread.

@@ -26,8 +26,8 @@ void AppendVectorOrNothing(std::string* row, bool known, const Eigen::Vector3d& 
   }
 }
 
-constexpr double kLongestGap = 0.100;       // [s]
-constexpr std::size_t kMostRows = 1 << 16;  // unflushed rows [bytes]
+constexpr double kMaxGap = 0.100;          // [s]
+constexpr std::size_t kMaxRows = 1 << 16;  // unflushed rows [bytes]
 
 }  // namespace
 
@@ -61,7 +61,7 @@ void TickLog::Add(double t, const TickRecord& record, const std::optional<Eigen:
     rows_.append(chain.reasons.empty() ? "mark" : "+mark");
   }
   rows_.append("\n");
-  if (rows_.size() > kMostRows) Flush();
+  if (rows_.size() > kMaxRows) Flush();
 }
 
 void TickLog::Flush() {
@@ -86,7 +86,7 @@ std::optional<Eigen::Vector3d> TruthTrack::At(Time t) const {
   if (after == samples_.begin()) return std::nullopt;
   const auto before = after - 1;
   const double gap = SecondsBetween(before->at, after->at);
-  if (gap > kLongestGap) return std::nullopt;
+  if (gap > kMaxGap) return std::nullopt;
   const double share = SecondsBetween(before->at, t) / gap;
   return before->force + share * (after->force - before->force);
 }
@@ -95,8 +95,9 @@ void TruthTrack::DropBefore(Time t) {
   while (samples_.size() > 1 && samples_[1].at <= t) samples_.pop_front();
 }
 
-Recorder::Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker)
-    : ring_(ring), onlooker_(std::move(onlooker)) {
+Recorder::Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log,
+                   TickObserver observer)
+    : ring_(ring), observer_(std::move(observer)) {
   if (!log.empty()) log_ = std::make_unique<TickLog>(log);
 }
 
@@ -107,9 +108,9 @@ void Recorder::Drain(Time now) {
     // At once, because after a stall the ring contains seconds of ticks.
     while (!waiting_.empty() && IsKnown(waiting_.front())) FinishFirst();
   }
-  const double patience = kPatience + kTrips * round_trip_;
+  const double max_wait = kMaxWait + kTrips * round_trip_;
   while (!waiting_.empty() &&
-         (IsKnown(waiting_.front()) || SecondsBetween(waiting_.front().at, now) > patience)) {
+         (IsKnown(waiting_.front()) || SecondsBetween(waiting_.front().at, now) > max_wait)) {
     FinishFirst();
   }
   if (log_) log_->Flush();
@@ -130,7 +131,7 @@ void Recorder::Finish() {
 void Recorder::Take(const TickRecord& record) {
   if (taken_++ == 0) begin_ = record.at;
   newest_ = record;
-  if (onlooker_) onlooker_(record);
+  if (observer_) observer_(record);
   waiting_.push_back(record);
   if (record.round_trip > 0) round_trip_ = record.round_trip;
   if (!record.has_truth) return;

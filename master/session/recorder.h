@@ -54,7 +54,7 @@ class TruthTrack {
   // apart.
   [[nodiscard]] std::optional<Eigen::Vector3d> At(Time t) const;
   [[nodiscard]] bool empty() const { return samples_.empty(); }
-  // Whether there is a sample at `t` or later.
+  // Returns whether there is a sample at `t` or later.
   [[nodiscard]] bool Reaches(Time t) const { return !samples_.empty() && samples_.back().at >= t; }
   // Forgets samples that At(t) and later times do not need.
   void DropBefore(Time t);
@@ -69,14 +69,15 @@ class TruthTrack {
 
 class Recorder {
  public:
-  // A tick waits kPatience [s] plus kTrips round trips for its true force.
-  static constexpr double kPatience = 0.5, kTrips = 1.5;
+  // A tick waits kMaxWait [s] plus kTrips round trips for its true force.
+  static constexpr double kMaxWait = 0.5, kTrips = 1.5;
 
   // Called for each tick, in order.
-  using Onlooker = std::function<void(const TickRecord&)>;
+  using TickObserver = std::function<void(const TickRecord&)>;
 
-  // `log` and `onlooker` may be empty. Throws std::runtime_error if the log cannot be written.
-  Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker = {});
+  // `log` and `observer` may be empty. Throws std::runtime_error if the log cannot be written.
+  Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log,
+           TickObserver observer = {});
 
   // Reads the ring and completes ticks whose wait has ended at `now`.
   void Drain(Time now);
@@ -93,11 +94,11 @@ class Recorder {
  private:
   void Take(const TickRecord& record);
   void FinishFirst();
-  // Whether the true force of `record` is known.
+  // Returns whether the true force of `record` is known.
   [[nodiscard]] bool IsKnown(const TickRecord& record) const;
 
   SpscRing<TickRecord>* ring_;
-  Onlooker onlooker_;
+  TickObserver observer_;
   std::unique_ptr<TickLog> log_;
   TickSummary summary_;
   TruthTrack truth_;       // over the time of the sample

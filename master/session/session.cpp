@@ -80,7 +80,7 @@ constexpr const char* kUnanswered = "the slave has not answered the emergency st
 constexpr std::size_t kRingCapacity = 4096;  // four seconds of ticks
 constexpr double kForever = 1e9;             // [s]
 constexpr double kShowEvery = 0.1;           // [s]
-constexpr std::chrono::milliseconds kNap{10};
+constexpr std::chrono::milliseconds kPollPeriod{10};
 
 std::string Join(const std::string& a, const std::string& b) {
   return a.empty() || b.empty() ? a + b : a + "; " + b;
@@ -242,7 +242,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   Recorder recorder(&ring, options.log, [&](const TickRecord& tick) {
     const std::string notice = stiffness.Check(tick);
     if (!notice.empty() && options.notify) options.notify(notice);
-    if (options.see_tick) options.see_tick(tick);
+    if (options.on_tick) options.on_tick(tick);
   });
 
   Report report;
@@ -261,7 +261,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   RateMeter meter;
   double shown = -1;
   while (!done) {
-    std::this_thread::sleep_for(kNap);
+    std::this_thread::sleep_for(kPollPeriod);
     if (stop_wanted()) haptic.request_stop();
     recorder.Drain(Clock::now());
     const double t = SecondsBetween(begin, Clock::now());

@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-// One of several fingertips.
+// FingerReport summarises one of several fingertips.
 struct FingerReport {
   std::string name;
   double contact_share = 0;  // share of ticks in contact [-]
@@ -94,7 +94,7 @@ struct SessionOptions {
   LatestValue<ReceivedPatch>* patches = nullptr;    // must outlive the run; null: no patches
   std::function<PatchStats()> patch_stats;          // called at the end; may be empty
   StopPath::Ways emergency;                         // may be empty
-  Recorder::Onlooker see_tick;  // called for every tick on the calling thread; may be empty
+  Recorder::TickObserver on_tick;  // called for every tick on the calling thread; may be empty
   std::vector<std::string>
       finger_names;           // in the scene's order; fingertips without a name are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over

@@ -5,7 +5,7 @@
 namespace palpate {
 
 void Display::PutImage(const std::string& jpeg, double t) {
-  board_->Put(Topic::kPicture, Framed({static_cast<std::uint32_t>(Topic::kPicture), 0, t}, jpeg));
+  board_->Put(Topic::kImage, Framed({static_cast<std::uint32_t>(Topic::kImage), 0, t}, jpeg));
 }
 
 void Display::PutShape(const RemoteMesh& mesh, double t) {

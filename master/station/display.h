@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// Not thread-safe.
+// A Display is not thread-safe.
 class Display {
  public:
   // `board` must outlive this object.

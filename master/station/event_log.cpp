@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "master/session/tick_words.h"
+#include "master/session/tick_text.h"
 
 namespace palpate {
 namespace {

@@ -50,7 +50,7 @@ struct ShownHealth {
   std::string trouble;
 };
 
-// Whether scales may change: the operator is disengaged and nothing is touched.
+// Returns whether scales may change: the operator is disengaged and nothing is touched.
 bool IsFree(const StationMoment& moment) {
   const OperatorState state = moment.ticks.newest.state;
   const bool is_let_go = state == OperatorState::kReady || state == OperatorState::kClutched ||
@@ -119,7 +119,7 @@ struct LiveStation::Parts {
   SessionStatus status;
   SlaveLink::Mapping waiting;
   PointerControlLock lead;  // the server's thread
-  // What the editor alone uses.
+  // Only the editor uses the members below.
   StationHello hello;
   PageViews page_views;
   ShownHealth health;

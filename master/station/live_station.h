@@ -22,7 +22,7 @@ class LiveStation {
   struct Options {
     PagePlace at;  // address of the page
     StationHello hello;
-    // These must outlive this object.
+    // These pointers must outlive this object.
     Observer* observer = nullptr;  // with states
     Pointer* pointer = nullptr;    // null: the page cannot move the tool
     OperatorRequests* requests = nullptr;

@@ -286,12 +286,12 @@ std::string HealthJson(const SlaveTexts& texts) {
 }
 
 std::vector<std::string> AlarmsIn(const SlaveTexts& texts) {
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMaxAlarms = 8;
   std::vector<std::string> alarms;
   const Json status = Parsed(texts.status);
   if (!status.is_object()) return alarms;
   for (const Json& alarm : status.value("alarms", Json::array())) {
-    if (alarm.is_string() && alarms.size() < kMost) alarms.push_back(alarm.get<std::string>());
+    if (alarm.is_string() && alarms.size() < kMaxAlarms) alarms.push_back(alarm.get<std::string>());
   }
   return alarms;
 }

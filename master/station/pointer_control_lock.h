@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// Not thread-safe: used by the server's thread.
+// The lock is not thread-safe: it is used by the server's thread.
 class PointerControlLock {
  public:
   // Processes a message of `page` at `now`. Returns whether the page has control. False: another

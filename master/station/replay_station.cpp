@@ -81,10 +81,10 @@ class ReplayScene {
   using StatesByTime = std::map<double, std::string>;  // JSON by time [s]
 
   void TakeNote(const McapMap& session) {
-    constexpr std::size_t kLongest = 200;
+    constexpr std::size_t kMaxNoteLength = 200;
     const auto take = [&](const char* key, std::string* value) {
       const auto found = session.find(key);
-      if (found != session.end()) *value = Presentable(found->second, kLongest);
+      if (found != session.end()) *value = Presentable(found->second, kMaxNoteLength);
     };
     std::string limit;
     take("scene", &hello_.scene.name);
@@ -103,8 +103,8 @@ class ReplayScene {
 constexpr auto kFrame = std::chrono::milliseconds(33), kStill = std::chrono::milliseconds(100);
 constexpr double kBefore =
     10;  // time before a jump target that is read for image, shape and charts [s]
-constexpr double kLeast = 0.02;     // played at a jump even while paused [s]
-constexpr double kHealthEvery = 1;  // [s]
+constexpr double kMinPlayed = 0.02;  // played at a jump even while paused [s]
+constexpr double kHealthEvery = 1;   // [s]
 constexpr std::size_t kUntraced = 256;
 
 // Requested position and speed.
@@ -138,7 +138,7 @@ struct ReplayStation::Parts {
   void Update(const SampleTrace& trace);
   // When the slave sensed, since the recording began [s].
   [[nodiscard]] double Since(Time sensed_at) const;
-  // What a page wants; the answer.
+  // Processes a request of a page and returns the answer.
   std::string Hear(std::string_view message);
 
   // Jumps to `t`, shows the data there and forgets earlier data.
@@ -184,7 +184,7 @@ ReplayFeed ReplayStation::Parts::Feed() {
   ReplayFeed consumer;
   consumer.on_tick = [this](const TickRecord& tick) { Update(tick); };
   consumer.on_state = [this](const SlaveState& state, Time) { Update(state); };
-  consumer.on_picture = [this](const std::string& jpeg, Time sensed_at) {
+  consumer.on_image = [this](const std::string& jpeg, Time sensed_at) {
     display.PutImage(jpeg, Since(sensed_at));
   };
   consumer.on_trace = [this](const SampleTrace& trace) { Update(trace); };
@@ -273,7 +273,7 @@ void ReplayStation::Parts::Cut(double t) {
   ReplayFeed quick = feed;
   quick.goes_on = [&](double now) {
     at = now;
-    return now < std::max(t, kLeast);
+    return now < std::max(t, kMinPlayed);
   };
   replay.Play(at, 0, quick, {});
 }

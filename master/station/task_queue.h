@@ -13,7 +13,7 @@ namespace palpate {
 
 class TaskQueue {
  public:
-  static constexpr std::size_t kMostTasks = 4;
+  static constexpr std::size_t kMaxTasks = 4;
 
   TaskQueue() : thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
@@ -21,7 +21,7 @@ class TaskQueue {
   // token of the running task and waits for it. Thread-safe.
   bool Submit(std::function<void(const std::stop_token&)> task) {
     const std::scoped_lock lock(mutex_);
-    if (tasks_.size() >= kMostTasks) return false;
+    if (tasks_.size() >= kMaxTasks) return false;
     tasks_.push_back(std::move(task));
     changed_.notify_all();
     return true;

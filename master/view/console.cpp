@@ -7,7 +7,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "master/view/finger_words.h"
+#include "master/view/finger_text.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -33,11 +33,11 @@ std::string OrDash(bool known, double value, const char* format) {
   return std::string(numeral.size() - 1, ' ').append("-");
 }
 
-constexpr int kLongestName = 8;  // characters
+constexpr int kMaxNameLength = 8;  // characters
 
 std::string Name(const std::string& name) {
-  std::string padded = name.substr(0, kLongestName);
-  padded.resize(kLongestName, ' ');
+  std::string padded = name.substr(0, kMaxNameLength);
+  padded.resize(kMaxNameLength, ' ');
   return "  " + padded + " ";
 }
 

@@ -59,7 +59,7 @@ std::string FormatStatus(const SessionStatus& status);
 std::vector<std::string> FingerTable(const std::vector<NamedFinger>& fingers,
                                      const RemoteMesh* mesh);
 
-// The same in one line: `  ff 0.41 N  th free  moved 4.2 mm`.
+// Returns all fingertips in one line: `  ff 0.41 N  th free  moved 4.2 mm`.
 std::string FingerBrief(const std::vector<NamedFinger>& fingers, const RemoteMesh* mesh);
 
 // Names and networks, for example `fingertips ff (rnn_21; polarity-free), th (no neural network:

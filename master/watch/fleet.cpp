@@ -18,8 +18,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLongestName = 40, kLongestAlarm = 200;  // characters
-constexpr int kMostAlarms = 20;                                // of a slave
+constexpr std::size_t kMaxNameLength = 40, kMaxAlarmLength = 200;  // characters
+constexpr int kMaxAlarms = 20;                                     // of a slave
 constexpr double kDoubledFor = 10;  // that an alarm about two slaves stays [s]
 
 template <class Message>
@@ -37,10 +37,10 @@ void Fleet::Take(std::string_view subject, std::string_view bytes, Time now) {
   const auto [slave, kind] = PartsOf(subject);
   if (kind != "state" && kind != "status") return;
   const std::scoped_lock lock(mutex_);
-  const std::string name = Presentable(slave, kLongestName);
+  const std::string name = Presentable(slave, kMaxNameLength);
   auto found = entries_.find(name);
   if (found == entries_.end()) {
-    if (entries_.size() >= kMost) return;
+    if (entries_.size() >= kMaxSlaves) return;
     found = entries_.emplace(name, Entry{.came = now, .counted = now}).first;
   }
   if (kind == "state") {
@@ -54,7 +54,7 @@ void Fleet::TakeState(std::string_view bytes, Time now, Entry* entry) {
   v1::SlaveState message;
   std::string why = "no state of palpate.v1";
   auto state = Parse(bytes, &message) ? FromProto(message, &why) : std::nullopt;
-  entry->unreadable = state ? "" : Presentable(why, kLongestAlarm);
+  entry->unreadable = state ? "" : Presentable(why, kMaxAlarmLength);
   entry->state = std::move(state);
   entry->came = now;
   ++entry->states;
@@ -65,8 +65,8 @@ void Fleet::TakeStatus(std::string_view bytes, Time now, Entry* entry) {
   if (!Parse(bytes, &message)) return;
   entry->alarms.clear();
   for (const std::string& alarm : message.alarms()) {
-    if (entry->alarms.size() < kMostAlarms)
-      entry->alarms.push_back(Presentable(alarm, kLongestAlarm));
+    if (entry->alarms.size() < kMaxAlarms)
+      entry->alarms.push_back(Presentable(alarm, kMaxAlarmLength));
   }
   std::string why;
   FieldReader reader(&why);

@@ -14,11 +14,12 @@
 
 namespace palpate {
 
-// One slave as of an instant.
+// SlaveLine describes one slave at an instant.
 struct SlaveLine {
   std::string name;
   std::optional<double> force, sigma;  // [N]; nullopt: unknown
-  // As in CSV files; `silent` if its states have stopped, `unreadable` if they are no states.
+  // The validity has the words of CSV files. It is `silent` if the states have stopped, and
+  // `unreadable` if they cannot be parsed.
   std::string validity;
   std::string check;          // that failed; empty: none
   std::string phase;          // of state.proto, in lower case; empty: there was no state
@@ -32,11 +33,11 @@ class Fleet {
  public:
   // A slave is silent after this time without a state [s]: it sends 30 of them.
   static constexpr double kSilentAfter = 1;
-  static constexpr std::size_t kMost = 1000;  // slaves; others are not kept
+  static constexpr std::size_t kMaxSlaves = 1000;  // slaves; others are not kept
 
   // A message arrived at `now`. Other kinds than `state` and `status` are ignored.
   void Take(std::string_view subject, std::string_view bytes, Time now);
-  // By name. Rates count from the last call.
+  // Returns the slaves sorted by name. Rates count from the last call.
   std::vector<SlaveLine> Lines(Time now);
 
  private:
@@ -57,9 +58,9 @@ class Fleet {
   std::map<std::string, Entry, std::less<>> entries_;
 };
 
-// One line for each slave below a line of titles.
+// Returns a line of titles, then one line for each slave.
 std::vector<std::string> FleetTable(const std::vector<SlaveLine>& lines);
-// One object of JSON; unknown numbers are null.
+// Returns one object of JSON, in which unknown numbers are null.
 std::string FleetJson(const SlaveLine& line);
 
 }  // namespace palpate

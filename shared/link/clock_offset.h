@@ -32,8 +32,8 @@ class BaseRoundTrip {
     remembered_ = 0;
     before_ = std::exchange(newest_, kUnknown);
   }
-  // Whether packets are queued: `shortest` exceeds the base by `standing` [s] plus `share` of the
-  // base.
+  // Returns whether packets are queued: `shortest` exceeds the base by `standing` [s] plus `share`
+  // of the base.
   [[nodiscard]] bool Waits(double shortest, double standing, double share) const noexcept {
     return shortest < kUnknown && shortest > own_ + standing + share * own_;
   }
@@ -44,7 +44,7 @@ class BaseRoundTrip {
   double own_ = kUnknown, newest_ = kUnknown, before_ = kUnknown, remembered_ = 0;
 };
 
-// Not thread-safe. Does not allocate.
+// ClockOffset is not thread-safe and does not allocate.
 class ClockOffset {
  public:
   static constexpr std::size_t kWindow = 32;

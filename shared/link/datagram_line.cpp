@@ -16,12 +16,12 @@
 namespace palpate {
 namespace {
 
-// Both ends send 200 to 1000 in a second.
+// At most kMaxInWindow datagrams are processed per window: both ends send 200 to 1000 per second.
 constexpr std::chrono::milliseconds kWindow(1);
-constexpr int kMostInWindow = 8;
-// [bytes] that wait at most: what is old need not be looked at, and a flood shall leave no long
-// queue before those that count.
-constexpr int kMostWaiting = 32 * 1024;
+constexpr int kMaxInWindow = 8;
+// Size of the receive buffer [bytes]. It is small: old datagrams are useless, and a flood must not
+// leave a long queue before valid ones.
+constexpr int kMaxWaiting = 32 * 1024;
 
 socklen_t SizeOf(const sockaddr_storage& address) {
   return address.ss_family == AF_INET6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in);
@@ -51,14 +51,15 @@ DatagramLine::Descriptor::~Descriptor() {
   close(fd);
 }
 
-DatagramLine::DatagramLine(Role role, const sockaddr_storage& at, const Keys& keys, Take take)
+DatagramLine::DatagramLine(Role role, const sockaddr_storage& at, const Keys& keys,
+                           OnMessage on_message)
     : role_(role),
       socket_(socket(at.ss_family, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
       wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      take_(std::move(take)),
+      on_message_(std::move(on_message)),
       sealer_(keys.send),
       opener_(keys.receive) {
-  setsockopt(socket_.fd, SOL_SOCKET, SO_RCVBUF, &kMostWaiting, sizeof kMostWaiting);
+  setsockopt(socket_.fd, SOL_SOCKET, SO_RCVBUF, &kMaxWaiting, sizeof kMaxWaiting);
   if (role == Role::kAnswers) {
     Bind(socket_.fd, at);
   } else {
@@ -79,7 +80,7 @@ void DatagramLine::Send(std::string_view plain) noexcept {
   {
     const std::scoped_lock lock(mutex_);
     const Time now = Clock::now();
-    const bool is_there = role_ == Role::kCalls || now - heard_at_ < kSilence;
+    const bool is_there = role_ == Role::kCalls || now - received_at_ < kSilence;
     if (is_there && peer_ && pace_.Allows(now)) to = peer_;
   }
   if (!to) return;
@@ -108,41 +109,42 @@ void DatagramLine::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     poll(both.data(), both.size(), -1);
     Pace();
-    TakeNext();
+    ReceiveNext();
   }
 }
 
-void DatagramLine::TakeNext() {
+void DatagramLine::ReceiveNext() {
   std::array<std::uint8_t, kLargestDatagram + 1> bytes;  // one that is too large shows
   sockaddr_storage from{};
   socklen_t size = sizeof from;
-  const ssize_t came = recvfrom(socket_.fd, bytes.data(), bytes.size(), MSG_DONTWAIT,
-                                reinterpret_cast<sockaddr*>(&from), &size);
-  if (came <= 0) return;
-  const auto plain = opener_.Open(std::span(bytes).first(static_cast<std::size_t>(came)));
+  const ssize_t size_received = recvfrom(socket_.fd, bytes.data(), bytes.size(), MSG_DONTWAIT,
+                                         reinterpret_cast<sockaddr*>(&from), &size);
+  if (size_received <= 0) return;
+  const auto plain = opener_.Open(std::span(bytes).first(static_cast<std::size_t>(size_received)));
   if (plain.empty()) return;
   newest_ = opener_.newest();
   ++received_;
   {
     const std::scoped_lock lock(mutex_);
-    heard_at_ = Clock::now();
+    received_at_ = Clock::now();
     if (role_ == Role::kAnswers) peer_ = from;
   }
-  const LinkFeedback feedback = take_({reinterpret_cast<const char*>(plain.data()), plain.size()});
+  const LinkFeedback feedback =
+      on_message_({reinterpret_cast<const char*>(plain.data()), plain.size()});
   const std::scoped_lock lock(mutex_);
-  pace_.Hear(feedback.seen, feedback.round_trip, Clock::now());
+  pace_.AddFeedback(feedback.seen, feedback.round_trip, Clock::now());
 }
 
 void DatagramLine::Pace() {
   const Time now = Clock::now();
-  if (now - window_ >= kWindow) {
-    window_ = now;
-    looked_at_ = 0;
+  if (now - window_began_ >= kWindow) {
+    window_began_ = now;
+    processed_ = 0;
   }
-  if (++looked_at_ > kMostInWindow) {
-    std::this_thread::sleep_until(Clock::ToSteady(window_ + kWindow));
-    window_ = Clock::now();
-    looked_at_ = 1;
+  if (++processed_ > kMaxInWindow) {
+    std::this_thread::sleep_until(Clock::ToSteady(window_began_ + kWindow));
+    window_began_ = Clock::now();
+    processed_ = 1;
   }
 }
 

@@ -30,7 +30,7 @@ std::optional<DatagramKey> DatagramKeyFrom(std::string_view bytes);
 
 using CipherContext = std::unique_ptr<EVP_CIPHER_CTX, void (*)(EVP_CIPHER_CTX*)>;
 
-// Not thread-safe. Does not allocate after construction, like DatagramOpener.
+// Sealer and opener are not thread-safe. They do not allocate after construction.
 class DatagramSealer {
  public:
   // Throws std::runtime_error if OpenSSL lacks the cipher.
@@ -44,7 +44,7 @@ class DatagramSealer {
   std::array<std::uint8_t, kLargestDatagram> sealed_{};
 };
 
-// Not thread-safe.
+// DatagramOpener is not thread-safe.
 class DatagramOpener {
  public:
   explicit DatagramOpener(const DatagramKey& key);

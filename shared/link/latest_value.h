@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-// One writer thread, one reader thread. T is copied; it must not allocate when copied if either
-// side is real-time.
+// LatestValue passes the newest value from one writer thread to one reader thread. T is copied; it
+// must not allocate when copied if either side is real-time.
 template <class T>
 class LatestValue {
  public:

@@ -17,8 +17,8 @@ struct Endpoint {
 Endpoint ParseEndpoint(const std::string& address);
 // `HOST:PORT`, an IPv6 address in brackets.
 std::string ToString(const Endpoint& endpoint);
-// Whether `host` is in 127.0.0.0/8, ::1, an IPv4-mapped form of these, or `localhost`. Other names
-// are not resolved, because their address may change.
+// Returns whether `host` is in 127.0.0.0/8, ::1, an IPv4-mapped form of these, or `localhost`.
+// Other names are not resolved, because their address may change.
 bool IsLoopback(const std::string& host);
 // Throws std::invalid_argument unless `endpoint` is loopback or `insecure`.
 void RequireLoopbackUnless(bool insecure, const Endpoint& endpoint);

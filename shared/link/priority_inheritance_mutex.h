@@ -39,8 +39,9 @@ class PriorityInheritanceMutex {
   pthread_mutex_t mutex_;
 };
 
-// What std::condition_variable is for std::mutex. std::condition_variable_any is no substitute: it
-// has an ordinary mutex of its own, for which a notifying real-time thread waits.
+// PriorityInheritanceCondition serves PriorityInheritanceMutex as std::condition_variable serves
+// std::mutex. std::condition_variable_any is no substitute: it has an ordinary mutex of its own,
+// for which a notifying real-time thread waits.
 class PriorityInheritanceCondition {
  public:
   PriorityInheritanceCondition() { pthread_cond_init(&condition_, nullptr); }
@@ -53,7 +54,7 @@ class PriorityInheritanceCondition {
   // thread may make `done` false.
   void notify_one() noexcept { pthread_cond_signal(&condition_); }
   void notify_all() noexcept { pthread_cond_broadcast(&condition_); }
-  // What `done` says at the end: false after `due` only.
+  // Returns the last value of `done`, which is false only after `due`.
   template <class Predicate>
   bool wait_until(std::unique_lock<PriorityInheritanceMutex>& lock,
                   std::chrono::steady_clock::time_point due, const Predicate& done) {
@@ -68,7 +69,7 @@ class PriorityInheritanceCondition {
     }
     return true;
   }
-  // What `done` says at the end: false after the stop only.
+  // Returns the last value of `done`, which is false only after the stop.
   template <class Predicate>
   bool wait(std::unique_lock<PriorityInheritanceMutex>& lock, const std::stop_token& stop,
             const Predicate& done) {
@@ -79,7 +80,7 @@ class PriorityInheritanceCondition {
       return done();
     });
   }
-  // The same, or false after `due`.
+  // Returns the last value of `done`, which is false only after the stop or after `due`.
   template <class Predicate>
   bool wait_until(std::unique_lock<PriorityInheritanceMutex>& lock, const std::stop_token& stop,
                   std::chrono::steady_clock::time_point due, const Predicate& done) {

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-// One of IPv4 is written as such, though a socket for both families tells it as ::ffff:1.2.3.4.
+// Converts an IPv4 address that a socket for both families reports as ::ffff:1.2.3.4 to IPv4.
 sockaddr_storage Unmapped(const sockaddr_storage& address) {
   const auto& v6 = reinterpret_cast<const sockaddr_in6&>(address);
   if (address.ss_family != AF_INET6 || !IN6_IS_ADDR_V4MAPPED(&v6.sin6_addr)) return address;
@@ -27,7 +27,8 @@ sockaddr_storage Unmapped(const sockaddr_storage& address) {
   return unmapped;
 }
 
-// What `ask`, getpeername or getsockname, says; nullopt: no connection over IP.
+// Returns the address that `ask`, getpeername or getsockname, reports; nullopt without a connection
+// over IP.
 std::optional<sockaddr_storage> AddressOf(int fd, decltype(getpeername)* ask) {
   sockaddr_storage address{};
   socklen_t size = sizeof address;
@@ -59,7 +60,7 @@ std::vector<int> LinesThat(const Wanted& wanted) {
 }  // namespace
 
 void PrepareLine(int fd) noexcept {
-  setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kMostUnsent, sizeof kMostUnsent);
+  setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kMaxUnsent, sizeof kMaxUnsent);
   for (const std::string_view control : {"cubic", "reno"}) {
     const auto size = static_cast<socklen_t>(control.size());
     if (setsockopt(fd, IPPROTO_TCP, TCP_CONGESTION, control.data(), size) == 0) return;

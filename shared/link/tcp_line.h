@@ -12,7 +12,7 @@ namespace palpate {
 
 // Largest amount of unsent data [bytes], about 40 states. The next state is written when there is
 // room, and is then the newest one.
-inline constexpr int kMostUnsent = 8 * 1024;
+inline constexpr int kMaxUnsent = 8 * 1024;
 
 // Bounds the unsent data. Also replaces the congestion control BBR, which sends only four packets
 // in a round trip every ten seconds, a gap of seconds on a slow link. Settings that the system

@@ -36,13 +36,13 @@ class ScopedPriority {
  private:
   int policy_ = 0, priority_ = 0;
 };
-// That of threads that work on bulk data.
+// OrdinaryPriority is for threads that process bulk data.
 class OrdinaryPriority : private ScopedPriority {
  public:
   OrdinaryPriority();
 };
-// That of threads that read network data. Any thread that waits in gRPC may be the one that gRPC
-// lets read the connections of all others, the operator's included.
+// ReadingPriority is for threads that read network data. Any thread that waits in gRPC may be the
+// one that gRPC lets read the connections of all others, the operator's included.
 class ReadingPriority : private ScopedPriority {
  public:
   ReadingPriority();

@@ -25,14 +25,15 @@ std::size_t NodeMerger::Hash::operator()(const Cell& cell) const noexcept {
 
 // Without a tolerance every place is a cell of its own (0 and -0 are one place).
 NodeMerger::Cell NodeMerger::CellOf(const Eigen::Vector3d& p) const {
-  constexpr double kMost = 9e18;  // what the number of a cell can hold
-  constexpr double kFarthest = std::numeric_limits<double>::max();
+  constexpr double kMaxCell = 9e18;  // what the number of a cell can hold
+  constexpr double kMaxCoordinate = std::numeric_limits<double>::max();
   Cell cell{};
   for (int i = 0; i < 3; ++i) {
-    const double x = std::clamp(p[i], -kFarthest, kFarthest);  // a reach may overflow
+    const double x = std::clamp(p[i], -kMaxCoordinate, kMaxCoordinate);  // a reach may overflow
     cell[static_cast<std::size_t>(i)] =
-        tolerance_ > 0 ? static_cast<std::int64_t>(std::clamp(std::floor(x / edge_), -kMost, kMost))
-                       : std::bit_cast<std::int64_t>(x == 0 ? 0.0 : x);
+        tolerance_ > 0
+            ? static_cast<std::int64_t>(std::clamp(std::floor(x / edge_), -kMaxCell, kMaxCell))
+            : std::bit_cast<std::int64_t>(x == 0 ? 0.0 : x);
   }
   return cell;
 }

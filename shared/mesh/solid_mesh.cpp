@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using Triangle = std::array<int, 3>;
 
-constexpr std::int64_t kMostTets = 4'000'000;
+constexpr std::int64_t kMaxTets = 4'000'000;
 
 // Faces of a tetrahedron with positive volume, outward.
 constexpr std::array<Triangle, 4> kFaces{{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
@@ -66,10 +66,10 @@ SolidMesh MeshBox(const Vector3d& size, const std::array<int, 3>& cells) {
   if (!(size.minCoeff() > 0) || !size.allFinite()) {
     throw std::invalid_argument("box size: expected three finite lengths > 0");
   }
-  if (n_x < 1 || n_y < 1 || n_z < 1 || n_x > kMostTets || n_y > kMostTets || n_z > kMostTets ||
-      6.0 * n_x * n_y * n_z > static_cast<double>(kMostTets)) {
+  if (n_x < 1 || n_y < 1 || n_z < 1 || n_x > kMaxTets || n_y > kMaxTets || n_z > kMaxTets ||
+      6.0 * n_x * n_y * n_z > static_cast<double>(kMaxTets)) {
     throw std::invalid_argument("box cells: expected three counts >= 1, " +
-                                std::to_string(kMostTets) + " tetrahedra at most");
+                                std::to_string(kMaxTets) + " tetrahedra at most");
   }
   SolidMesh mesh;
   for (int k = 0; k <= n_z; ++k) {

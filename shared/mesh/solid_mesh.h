@@ -29,7 +29,7 @@ struct SurfaceMesh {
   std::vector<std::array<int, 3>> triangles;
 };
 
-// Which components x, y, z of each node or triangle are fixed at zero.
+// HeldNodes flags the components x, y, z of each node or triangle that are fixed at zero.
 using HeldNodes = std::vector<std::array<bool, 3>>;
 
 // The faces that belong to one tetrahedron only, in the order of the tetrahedra, outward. Node

@@ -26,7 +26,7 @@ struct VtuGrid {
   std::vector<std::array<int, 2>> lines;
   std::vector<PointArray> arrays;
 };
-// What an array of one of several cases is called; with one case only, `quantity` itself.
+// Returns the name of an array of one of several cases; `quantity` itself if there is one case.
 std::string CaseArrayName(const std::string& quantity, const std::string& case_name,
                           std::size_t cases);
 

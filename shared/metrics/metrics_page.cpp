@@ -25,10 +25,10 @@ using beast::error_code;
 
 // With who asks: from the first byte to the last. Who asks has its place at once, whoever else is
 // there: the eldest goes.
-constexpr std::chrono::seconds kPatience(1);
-constexpr std::size_t kMostAskers = 16;
+constexpr std::chrono::seconds kTimeout(1);
+constexpr std::size_t kMaxAskers = 16;
 constexpr std::chrono::milliseconds kBreath(20);  // where there is no descriptor left
-constexpr std::uint32_t kLongestHeader = 8192;    // [bytes]
+constexpr std::uint32_t kMaxHeaderLength = 8192;  // [bytes]
 
 Endpoint Permitted(const std::string& address, bool insecure) {
   try {
@@ -41,8 +41,8 @@ Endpoint Permitted(const std::string& address, bool insecure) {
 // A connection, for one answer.
 struct Asker {
   explicit Asker(tcp::socket&& socket) : stream(std::move(socket)) {
-    stream.expires_after(kPatience);
-    parser.header_limit(kLongestHeader);
+    stream.expires_after(kTimeout);
+    parser.header_limit(kMaxHeaderLength);
   }
 
   beast::tcp_stream stream;
@@ -51,7 +51,7 @@ struct Asker {
   http::response<http::string_body> answer;
 };
 
-constexpr std::size_t kLongestValue = 200;  // [characters]
+constexpr std::size_t kMaxValueLength = 200;  // [characters]
 
 void AppendValue(double value, std::string* text) {
   if (std::isnan(value)) {
@@ -126,7 +126,7 @@ void MetricsPage::Parts::Accept() {
       return breath.async_wait([this](error_code /*error*/) { Accept(); });
     }
     askers.remove_if([](const auto& other) { return other.expired(); });
-    if (askers.size() >= kMostAskers) {
+    if (askers.size() >= kMaxAskers) {
       if (const auto eldest = askers.front().lock()) eldest->stream.close();
       askers.pop_front();
     }
@@ -189,7 +189,7 @@ const Endpoint& MetricsPage::endpoint() const {
 
 std::string Label(std::string_view name, std::string_view value) {
   std::string label = std::string(name) + "=\"";
-  for (const char c : Presentable(value, kLongestValue)) {
+  for (const char c : Presentable(value, kMaxValueLength)) {
     if (c == '"' || c == '\\') label += '\\';
     label += c;
   }

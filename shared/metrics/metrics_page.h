@@ -30,7 +30,7 @@ using Metrics = std::vector<Metric>;
 
 // `name="value"`, with escapes.
 std::string Label(std::string_view name, std::string_view value);
-// One number without a label.
+// Returns a metric with one number and no label.
 Metric Gauge(std::string name, std::string help, double value);
 Metric Counter(std::string name, std::string help, double value);
 

@@ -22,7 +22,7 @@ constexpr int kConnectMs = 1000, kConfirmMs = 400, kWriteMs = 500;
 constexpr std::chrono::milliseconds kRetry(200);
 constexpr int kPingMs = 2000, kPingsOut = 2;  // a server that says nothing for 4 s is given up
 constexpr std::chrono::seconds kCloseWait(2);
-constexpr std::size_t kLongestReason = 200;
+constexpr std::size_t kMaxReasonLength = 200;
 
 struct Free {
   void operator()(natsOptions* options) const { natsOptions_Destroy(options); }
@@ -42,7 +42,7 @@ void Check(natsStatus status, const std::string& what) {
 std::string WordsOf(std::string_view why) {
   const std::size_t place = why.starts_with("(conn.c:") ? why.find("): ") : std::string_view::npos;
   if (place != std::string_view::npos) why.remove_prefix(place + 3);
-  return why.empty() ? std::string() : ": " + Presentable(why, kLongestReason);
+  return why.empty() ? std::string() : ": " + Presentable(why, kMaxReasonLength);
 }
 std::string WordsOf(natsConnection* connection) {
   const char* why = nullptr;

@@ -36,7 +36,7 @@ SubjectParts PartsOf(std::string_view subject);
 // methods are called by one thread.
 class NatsConnection {
  public:
-  // Both are called by threads of the library, too.
+  // Both callbacks are also called by threads of the library, too.
   using OnNews = std::function<void(const std::string& text)>;
   using OnMessage = std::function<void(std::string_view subject, std::string_view bytes)>;
 
@@ -53,12 +53,13 @@ class NatsConnection {
   // The news name each client that the server cuts off because it reads too slowly, if the server
   // tells its clients (deploy/nats-server.conf).
   void ReportSlowClients();
-  // Whether there is a connection. Without one it tries to connect, up to five times a second,
-  // which takes a second where nobody answers.
+  // Returns whether there is a connection. Without one it tries to connect, up to five times a
+  // second, which takes a second where nobody answers.
   bool Connected();
   // False: there is no connection, or the server accepts no message of this size.
   bool Publish(const std::string& subject, std::string_view bytes);
-  // Whether the server has received everything that was published. Waits up to 0.4 s for it.
+  // Returns whether the server has received everything that was published. Waits up to 0.4 s for
+  // it.
   bool Confirm();
 
  private:

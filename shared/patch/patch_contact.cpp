@@ -13,11 +13,11 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Least accepted compliance [m/N].
-constexpr double kLeastCompliance = 1e-9;
+constexpr double kMinCompliance = 1e-9;
 // A motion is carried on until its error is this part of the full depth.
 constexpr double kTrustedMotion = 0.25;
-constexpr double kLongestMotion = 10;  // [s]
-constexpr double kLeastFriction = 1e-3;
+constexpr double kMaxMotion = 10;  // [s]
+constexpr double kMinFriction = 1e-3;
 
 std::size_t At(int i) {
   return static_cast<std::size_t>(i);
@@ -101,8 +101,8 @@ Vector3d PatchContact::ShiftAt(double now, double then) const noexcept {
     const PatchLaw& law = timed.law;
     const double trusted = law.velocity_error > 0
                                ? kTrustedMotion * patch_.full_depth / law.velocity_error
-                               : kLongestMotion;
-    const double passed = std::clamp(then - timed.at, 0.0, std::min(trusted, kLongestMotion));
+                               : kMaxMotion;
+    const double passed = std::clamp(then - timed.at, 0.0, std::min(trusted, kMaxMotion));
     return law.offset + passed * law.velocity;
   };
   const Vector3d old = shift(from_);
@@ -225,9 +225,9 @@ void PatchContact::Relax(int tool) noexcept {
   const std::optional<double>& mu = to_.law.friction;
   if (mu && patch_.directions == 3) {
     const Vector3d along = f - pressed * n;
-    const double most = std::max(*mu, kLeastFriction) * pressed;
+    const double most = std::max(*mu, kMinFriction) * pressed;
     if (along.norm() > most) {
-      // What is more drags the anchor behind the tool.
+      // A larger displacement drags the anchor behind the tool.
       const double kept = most / along.norm();
       const Vector3d slip = (1 - kept) * (d - n.dot(d) * n);
       f = pressed * n + kept * along;
@@ -267,8 +267,8 @@ Matrix3d PatchContact::StiffnessAt(const PatchPlace& place) noexcept {
   const Vector3d& n = place.normal;
   const Matrix3d own = OwnCompliance(place);
   Matrix3d K = patch_.directions == 1
-                   ? Matrix3d(n * n.transpose() / (own(0, 0) + kLeastCompliance))
-                   : Matrix3d((own + kLeastCompliance * Matrix3d::Identity()).inverse());
+                   ? Matrix3d(n * n.transpose() / (own(0, 0) + kMinCompliance))
+                   : Matrix3d((own + kMinCompliance * Matrix3d::Identity()).inverse());
   if (!K.allFinite()) return Matrix3d::Zero();
   const Matrix3d shown = NearestSpring(K, stiffest_ / steepest_ratio_);
   capped_ = capped_ || (shown - K).norm() > 0.01 * K.norm();

@@ -58,9 +58,9 @@ class PatchContact {
   [[nodiscard]] double depth() const noexcept { return depth_; }  // [m]; negative outside
   [[nodiscard]] const Eigen::Vector3d& normal() const noexcept { return touches_[0].place.normal; }
   [[nodiscard]] bool serves() const noexcept { return serves_; }
-  // Whether the depth exceeds the valid depth of the model.
+  // Returns whether the depth exceeds the valid depth of the model.
   [[nodiscard]] bool is_beyond() const noexcept { return depth_ > patch_.valid_depth; }
-  // Whether the last ForceAt limited the stiffness.
+  // Returns whether the last ForceAt limited the stiffness.
   [[nodiscard]] bool is_capped() const noexcept { return capped_; }
 
  private:
@@ -109,7 +109,7 @@ class PatchRender {
  public:
   static constexpr double kBlendTime = PatchContact::kBlendTime;  // [s]
 
-  // These functions are those of PatchContact.
+  // These functions forward to PatchContact.
   void Take(const SurfacePatch& patch, const PatchLaw& law, double at, double now) noexcept;
   void LetGo() noexcept;
   void Forget() noexcept;

@@ -25,7 +25,7 @@ Vector3d OnLine(const Vector3d& a, const Vector3d& b, const Vector3d& p) {
   return {1 - s, s, 0};
 }
 
-// The same of a triangle: inside it, else on the nearest of its edges.
+// Returns the nearest point of a triangle: inside it, else on the nearest of its edges.
 Vector3d OnTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& p) {
   const Vector3d n = (b - a).cross(c - a);
   const double area2 = n.squaredNorm();

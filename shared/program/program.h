@@ -14,8 +14,8 @@ const char* Version();
 // found.
 std::filesystem::path FindPart(std::string_view name);
 
-// Whether the standard output could not be written because the disk is full. A terminal or a reader
-// that went away is no failure.
+// Returns whether the standard output could not be written because the disk is full. A terminal or
+// a reader that went away is no failure.
 bool OutputIsOnFullDisk();
 
 }  // namespace palpate

@@ -129,15 +129,16 @@ bool McapReader::Next(McapMessage* message) {
       const std::string_view content = records.LongBytes();
       if (!records.ok()) Damage("a chunk ends in the middle of a record");
       rest_ = records.ok() ? records.rest() : std::string_view();
-      if (records.ok() && kind != McapRecord::kChunk && Take(kind, content, message)) return true;
+      if (records.ok() && kind != McapRecord::kChunk && TakeRecord(kind, content, message))
+        return true;
     }
     if (is_over_ || (!is_fresh_ && !ReadRecord())) return false;
     is_fresh_ = false;
-    if (Take(kind_, record_, message)) return true;
+    if (TakeRecord(kind_, record_, message)) return true;
   }
 }
 
-bool McapReader::Take(McapRecord kind, std::string_view content, McapMessage* message) {
+bool McapReader::TakeRecord(McapRecord kind, std::string_view content, McapMessage* message) {
   McapUnpacker numbers(content);
   switch (kind) {
     case McapRecord::kSchema:

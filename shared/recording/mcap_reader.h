@@ -52,7 +52,7 @@ class McapReader {
   [[nodiscard]] const std::map<std::string, McapMap>& notes() const { return notes_; }
   [[nodiscard]] const std::string& library() const { return library_; }
 
-  // Whether the end of the data was reached; false: the file is truncated.
+  // Returns whether the end of the data was reached; false: the file is truncated.
   [[nodiscard]] bool is_whole() const { return is_whole_; }
   // Unreadable parts so far, as text; empty: none.
   [[nodiscard]] const std::string& damage() const { return damage_; }
@@ -68,7 +68,7 @@ class McapReader {
   bool ReadBytes(std::uint64_t count, std::string* bytes);
   void Skip(std::uint64_t count);
   // Processes a record. True: it is a message, stored in `message`.
-  bool Take(McapRecord kind, std::string_view content, McapMessage* message);
+  bool TakeRecord(McapRecord kind, std::string_view content, McapMessage* message);
   void TakeSchema(std::string_view content);
   void TakeChannel(std::string_view content);
   void TakeChunk(std::string_view content);

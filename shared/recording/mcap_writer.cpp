@@ -53,7 +53,7 @@ McapWriter::McapWriter(std::filesystem::path file, const Options& options)
   }
   std::string header;
   McapPacker(&header).Add(std::string_view()).Add(options.library);
-  Put(std::string(kMcapMagic) + Record(McapRecord::kHeader, header));
+  PutBytes(std::string(kMcapMagic) + Record(McapRecord::kHeader, header));
   if (!trouble_.empty()) throw std::runtime_error(trouble_);
 }
 
@@ -102,7 +102,7 @@ void McapWriter::Attach(std::string_view name, std::string_view media_type, std:
   McapPacker(&content).Add(Crc32(content));
   const std::uint64_t at = bytes_;
   if (!MakeRoom(content.size() + kMcapRecordHead)) return;
-  if (!Put(Record(McapRecord::kAttachment, content))) return;
+  if (!PutBytes(Record(McapRecord::kAttachment, content))) return;
   ++attachments_;
   std::string index;
   McapPacker(&index).Add(at).Add(bytes_ - at).Add(time).Add(std::uint64_t{0});
@@ -116,7 +116,7 @@ void McapWriter::Note(std::string_view name, const McapMap& values) {
   McapPacker(&content).Add(name).Add(values);
   const std::uint64_t at = bytes_;
   if (!MakeRoom(content.size() + kMcapRecordHead)) return;
-  if (!Put(Record(McapRecord::kMetadata, content))) return;
+  if (!PutBytes(Record(McapRecord::kMetadata, content))) return;
   ++notes_;
   std::string index;
   McapPacker(&index).Add(at).Add(bytes_ - at).Add(name);
@@ -153,7 +153,7 @@ bool McapWriter::MakeRoom(std::uint64_t bytes) {
   return false;
 }
 
-bool McapWriter::Put(std::string_view part) {
+bool McapWriter::PutBytes(std::string_view part) {
   const std::uint64_t before = bytes_;
   while (!part.empty()) {
     const ssize_t written = write(file_descriptor_, part.data(), part.size());
@@ -198,7 +198,7 @@ void McapWriter::WriteChunk() {
   std::string part = Record(McapRecord::kChunk, content);
   const std::uint64_t at = bytes_, length = part.size();
   part += MessageIndexes(&offsets);
-  if (!MakeRoom(part.size()) || !Put(part)) return;
+  if (!MakeRoom(part.size()) || !PutBytes(part)) return;
 
   std::string where, index;
   for (const auto& [channel, offset] : offsets) {
@@ -258,7 +258,7 @@ void McapWriter::WriteSummary() {
   McapPacker(&summary).Add(static_cast<std::uint8_t>(McapRecord::kFooter)).Add(kFooterSize);
   McapPacker(&summary).Add(begin).Add(offsets_at);
   McapPacker(&summary).Add(Crc32(summary));
-  Put(part + summary + std::string(kMcapMagic));
+  PutBytes(part + summary + std::string(kMcapMagic));
 }
 
 void McapWriter::Fail(const std::string& why) {

@@ -22,7 +22,7 @@ struct McapSchema {
   std::string data;      // a FileDescriptorSet
 };
 
-// Not thread-safe. Times are nanoseconds since 1970.
+// McapWriter is not thread-safe. Times are nanoseconds since 1970.
 class McapWriter {
  public:
   struct Options {
@@ -53,9 +53,9 @@ class McapWriter {
   // Flushes, writes the summary and closes the file.
   void Close();
 
-  // Whether writing has ended: closed, at the limit, or failed.
+  // Returns whether writing has ended: closed, at the limit, or failed.
   [[nodiscard]] bool ended() const { return file_descriptor_ < 0; }
-  // Why it ended early, as text; empty: it did not.
+  // Returns why it ended early, as text; empty: it did not.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
   [[nodiscard]] bool failed() const { return failed_; }         // a write failed
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }  // of the file
@@ -77,10 +77,10 @@ class McapWriter {
 
   void AddToChunk(McapRecord kind, std::string_view content);
   [[nodiscard]] bool IsWithinLimit(std::uint64_t more) const;
-  // Whether `bytes` and the summary fit within the limit; otherwise reports it and closes.
+  // Returns whether `bytes` and the summary fit within the limit; otherwise reports it and closes.
   [[nodiscard]] bool MakeRoom(std::uint64_t bytes);
   // Writes all of `part` or nothing.
-  bool Put(std::string_view part);
+  bool PutBytes(std::string_view part);
   void WriteChunk();
   [[nodiscard]] std::string MessageIndexes(std::map<std::uint16_t, std::uint64_t>* offsets) const;
   void WriteSummary();

@@ -72,7 +72,7 @@ void Recording::GoOnIn(int part, Time at) {
   }
 }
 
-void Recording::Begin(Beginning step) {
+void Recording::RunFirst(Beginning step) {
   step(writer_.get());
   beginning_.push_back(std::move(step));
 }
@@ -85,33 +85,33 @@ std::uint16_t Recording::Open(std::string_view topic, const google::protobuf::Me
 }
 
 void Recording::Attach(std::string_view name, std::string_view data) {
-  Begin([name = std::string(name), data = std::string(data), at = Nanoseconds(Clock::now())](
-            McapWriter* writer) { writer->Attach(name, "application/octet-stream", data, at); });
+  RunFirst([name = std::string(name), data = std::string(data), at = Nanoseconds(Clock::now())](
+               McapWriter* writer) { writer->Attach(name, "application/octet-stream", data, at); });
 }
 
 void Recording::Note(std::string_view name, const McapMap& values) {
-  Begin([name = std::string(name), values](McapWriter* writer) { writer->Note(name, values); });
+  RunFirst([name = std::string(name), values](McapWriter* writer) { writer->Note(name, values); });
 }
 
 void Recording::Put(std::uint16_t channel, Time at, const google::protobuf::Message& message) {
   std::string bytes = message.SerializeAsString();
   const std::size_t size = bytes.size();
-  Put(Waiting{channel, at, size, std::move(bytes), {}});
+  PutWaiting(Waiting{channel, at, size, std::move(bytes), {}});
 }
 
 void Recording::PutStanding(std::uint16_t channel, Time at,
                             const google::protobuf::Message& message) {
   std::string bytes = message.SerializeAsString();
   const std::size_t size = bytes.size();
-  Put(Waiting{channel, at, size, std::move(bytes), {}, true});
+  PutWaiting(Waiting{channel, at, size, std::move(bytes), {}, true});
 }
 
 void Recording::Put(std::uint16_t channel, Time at, std::size_t size,
                     std::function<std::string()> make) {
-  Put(Waiting{channel, at, size, {}, std::move(make)});
+  PutWaiting(Waiting{channel, at, size, {}, std::move(make)});
 }
 
-void Recording::Put(Waiting waiting) {
+void Recording::PutWaiting(Waiting waiting) {
   const std::lock_guard lock(mutex_);
   if (is_closed_) return;
   if (!thread_.joinable()) {
@@ -126,7 +126,7 @@ void Recording::Put(Waiting waiting) {
                      " wait to be written";
     return;
   }
-  // By the clock, whatever the stamps say.
+  // The clock decides, not the time stamps.
   const Time now = Clock::now();
   if (options_.part > 0 && SecondsBetween(part_began_, now) >= options_.part) {
     part_began_ = now;
@@ -140,12 +140,12 @@ void Recording::Put(Waiting waiting) {
 }
 
 void Recording::Run(const std::stop_token& stop) {
-  constexpr auto kNap = std::chrono::milliseconds(50);
+  constexpr auto kPollPeriod = std::chrono::milliseconds(50);
   std::deque<Waiting> batch;
   for (bool is_last = false; !is_last && !stop.stop_requested();) {
     {
       std::unique_lock lock(mutex_);
-      changed_.wait_until(lock, stop, std::chrono::steady_clock::now() + kNap,
+      changed_.wait_until(lock, stop, std::chrono::steady_clock::now() + kPollPeriod,
                           [] { return false; });
       batch.swap(queue_);
       is_last = is_closed_;
@@ -211,7 +211,7 @@ void Recording::FlushWhenDue(const std::deque<Waiting>& batch) {
 std::string Recording::TextIfBehind() const {
   if (!oldest_unwritten_) return {};
   const double age = SecondsBetween(*oldest_unwritten_, Clock::now());
-  if (age <= kMostBehind) return {};
+  if (age <= kMaxBehind) return {};
   return options_.file.string() +
          Formatted(": the recording falls behind: the last %.0f s are not yet written", age);
 }
@@ -261,7 +261,7 @@ Recording::Stats Recording::stats() const {
 }
 
 std::uint64_t ParseRecordLimit(std::string_view text) {
-  constexpr double kLeast = 1e5, kMost = 1e15;  // [bytes]
+  constexpr double kMinBytes = 1e5, kMaxBytes = 1e15;  // [bytes]
   struct Unit {
     std::string_view name;
     double bytes;
@@ -271,7 +271,7 @@ std::uint64_t ParseRecordLimit(std::string_view text) {
     if (!text.ends_with(unit.name)) continue;
     const auto number = ParseFinite(Trimmed(text.substr(0, text.size() - unit.name.size())));
     const double bytes = number ? *number * unit.bytes : 0;
-    if (bytes >= kLeast && bytes <= kMost) return static_cast<std::uint64_t>(bytes);
+    if (bytes >= kMinBytes && bytes <= kMaxBytes) return static_cast<std::uint64_t>(bytes);
     break;
   }
   throw std::invalid_argument("--record-limit = " + Shown(text) +
@@ -288,7 +288,7 @@ McapMap PartNote(const std::string& identity, int number) {
 }
 
 std::vector<std::filesystem::path> PartsOf(const std::filesystem::path& file) {
-  constexpr std::size_t kLeastDigits = 4, kMostDigits = 9;
+  constexpr std::size_t kMinDigits = 4, kMaxDigits = 9;
   std::error_code none;
   if (std::filesystem::exists(file, none)) return {file};
   const std::string begin = file.stem().string() + "-", end = file.extension().string();
@@ -296,12 +296,12 @@ std::vector<std::filesystem::path> PartsOf(const std::filesystem::path& file) {
   std::map<int, std::filesystem::path> parts;
   for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
     const std::string name = entry.path().filename().string();
-    if (name.size() < begin.size() + end.size() + kLeastDigits || !name.starts_with(begin) ||
+    if (name.size() < begin.size() + end.size() + kMinDigits || !name.starts_with(begin) ||
         !name.ends_with(end)) {
       continue;
     }
     const std::string digits = name.substr(begin.size(), name.size() - begin.size() - end.size());
-    const bool is_number = digits.size() <= kMostDigits && std::ranges::all_of(digits, [](char c) {
+    const bool is_number = digits.size() <= kMaxDigits && std::ranges::all_of(digits, [](char c) {
                              return std::isdigit(static_cast<unsigned char>(c)) != 0;
                            });
     if (is_number) parts.emplace(std::stoi(digits), entry.path());
@@ -313,16 +313,17 @@ std::vector<std::filesystem::path> PartsOf(const std::filesystem::path& file) {
 }
 
 std::filesystem::path UnusedFile(const std::filesystem::path& file) {
-  constexpr int kMost = 999;
+  constexpr int kMaxNumber = 999;
   std::filesystem::path chosen = file;
-  for (int number = 2; number <= kMost; ++number) {
+  for (int number = 2; number <= kMaxNumber; ++number) {
     std::error_code none;
     const bool is_file = std::filesystem::is_regular_file(chosen, none);
     if (!is_file && PartsOf(chosen).front() == chosen) return chosen;
     chosen = file.parent_path() /
              (file.stem().string() + Formatted("-%d", number) + file.extension().string());
   }
-  throw std::runtime_error(file.string() + ": recordings up to number " + std::to_string(kMost) +
+  throw std::runtime_error(file.string() + ": recordings up to number " +
+                           std::to_string(kMaxNumber) +
                            " exist: move them, or record to another name");
 }
 

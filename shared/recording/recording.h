@@ -62,7 +62,7 @@ class Recording {
  public:
   static constexpr std::uint64_t kDefaultLimit = 8'000'000'000;  // [bytes]
   static constexpr double kFlushEvery = 0.25;                    // [s]
-  static constexpr double kMostBehind = 1;  // age of unwritten messages without trouble [s]
+  static constexpr double kMaxBehind = 1;  // age of unwritten messages without trouble [s]
 
   struct Options {
     std::filesystem::path file;            // the next unused one is written, see UnusedFile
@@ -117,8 +117,8 @@ class Recording {
     Time queued_at{};
   };
   using Beginning = std::function<void(McapWriter*)>;
-  void Begin(Beginning step);
-  void Put(Waiting waiting);
+  void RunFirst(Beginning step);
+  void PutWaiting(Waiting waiting);
   // Opens part `number` with the common beginning.
   [[nodiscard]] std::unique_ptr<McapWriter> BeginPart(int number) const;
   void GoOnIn(int part, Time at);

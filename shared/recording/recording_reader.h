@@ -38,7 +38,7 @@ class RecordingReader {
  private:
   // Opens the next part; false: there is none.
   bool OpenNext();
-  // Whether the current part belongs to the earlier ones; otherwise reports it.
+  // Returns whether the current part belongs to the earlier ones; otherwise reports it.
   bool Belongs();
   void Damage(const std::string& what);
 

@@ -15,7 +15,7 @@ struct Clock {
 
   // Now. Real-time safe.
   static time_point now() noexcept;
-  // The same time on the steady clock, for `sleep_until`.
+  // Converts a time to the steady clock, for `sleep_until`.
   static std::chrono::steady_clock::time_point ToSteady(time_point t) noexcept;
 };
 

@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-inline constexpr double kUsualDeadAfter = 0.030;                          // [s]
-inline constexpr double kLeastDeadAfter = 0.010, kMostDeadAfter = 0.500;  // [s]
+inline constexpr double kUsualDeadAfter = 0.030;                       // [s]
+inline constexpr double kMinDeadAfter = 0.010, kMaxDeadAfter = 0.500;  // [s]
 
 }  // namespace palpate

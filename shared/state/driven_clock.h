@@ -17,9 +17,10 @@ class DrivenClock {
   DrivenClock(const DrivenClock&) = delete;
   DrivenClock& operator=(const DrivenClock&) = delete;
 
-  // Whether this thread has one.
+  // Returns whether this thread has one.
   static bool is_active() noexcept;
-  // It is `t` now, or later if it was later. False: this thread has none.
+  // Sets the clock of this thread to `t` unless it is later already. Returns false if the thread
+  // has no driven clock.
   static bool Reach(Time t) noexcept;
 
  private:

@@ -73,7 +73,7 @@ enum class Phase : std::uint8_t {
 
 inline constexpr int kMaxFingers = 5;
 
-// One of several fingertips.
+// FingerState is the state of one of several fingertips.
 struct FingerState {
   Eigen::Vector3f p_S_contact = Eigen::Vector3f::Zero();  // [m]; the fingertip's while it is free
   std::optional<Eigen::Vector3f> force;  // object on fingertip, S [N]; nullopt: unknown
@@ -81,7 +81,7 @@ struct FingerState {
   Validity validity = Validity::kFailed;
 };
 
-// Whether a force is present and valid as a number.
+// Returns whether a force is present and valid as a number.
 template <class Estimate>
 bool IsForceKnown(const Estimate& estimate) {
   return estimate.force.has_value() && IsForceKnown(estimate.validity);

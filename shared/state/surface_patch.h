@@ -45,7 +45,8 @@ struct SurfacePatch {
   double full_depth = 0, valid_depth = 0;             // [m], > 0
 
   [[nodiscard]] bool known() const { return epoch != 0; }
-  // Whether it is of an unknown object: a curve along the plane, identified from estimated forces.
+  // Returns whether it is of an unknown object: a curve along the plane, identified from estimated
+  // forces.
   [[nodiscard]] bool is_learnt() const { return vertices_per_cell == 1; }
 };
 

@@ -18,7 +18,7 @@ enum class Validity : std::uint8_t {
   kFailed,        // no solution: the force is unknown
 };
 
-// Whether the force is known with this validity.
+// Returns whether the force is known with this validity.
 constexpr bool IsForceKnown(Validity v) {
   return v < Validity::kStale;
 }

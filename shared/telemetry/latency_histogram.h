@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// Not thread-safe.
+// LatencyHistogram is not thread-safe.
 class LatencyHistogram {
  public:
   // `us` [us]; negative and not finite count as 0. Real-time safe.

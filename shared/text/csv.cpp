@@ -13,8 +13,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLongestLine = 1 << 16;  // [bytes]
-constexpr int kMostLines = 10'000'000;
+constexpr std::size_t kMaxLineLength = 1 << 16;  // [bytes]
+constexpr int kMaxLines = 10'000'000;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 // Blanks, minus and square as typesetters write them.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypeset{
@@ -44,8 +44,8 @@ std::optional<std::string> WithPoint(std::string_view cell) {
   return ParseFinite(point) ? std::optional(point) : std::nullopt;
 }
 
-// What is expected of a number beyond `limit`. Since 1970 1e18 to 1e19 ns have passed by 2001 to
-// 2286.
+// Returns the expected range for a number beyond `limit`. Since 1970 1e18 to 1e19 ns have passed by
+// 2001 to 2286.
 std::string InRange(double value, double limit) {
   std::string words = Formatted("a finite number up to %.3g", limit);
   if (value >= 1e18 && value < 1e19) {
@@ -88,7 +88,7 @@ CsvLines::CsvLines(const std::filesystem::path& file, char comment)
 }
 
 bool CsvLines::Fill() {
-  std::string block(kLongestLine, '\0');
+  std::string block(kMaxLineLength, '\0');
   const bool is_first = at_ == 0 && buffer_.empty() && odd_.empty();
   stream_.read(block.data(), static_cast<std::streamsize>(block.size()));
   block.resize(static_cast<std::size_t>(stream_.gcount()));
@@ -144,7 +144,7 @@ void CsvLines::ChooseDialect() {
       const std::string_view line = Trimmed(head.substr(begin, end - begin));
       begin = end + 1;
       if (line.empty() || (comment_ != 0 && line.front() == comment_)) continue;
-      if (end == head.size() && end >= kLongestLine) continue;  // it may go on
+      if (end == head.size() && end >= kMaxLineLength) continue;  // it may go on
       try {
         Split(line, separator);
       } catch (const InputError&) {
@@ -230,14 +230,14 @@ void CsvLines::TakeCommas() {
 bool CsvLines::Next() {
   do {
     std::size_t end = buffer_.find(line_end_, at_);
-    while (end == std::string::npos && buffer_.size() - at_ < kLongestLine && Fill()) {
+    while (end == std::string::npos && buffer_.size() - at_ < kMaxLineLength && Fill()) {
       end = buffer_.find(line_end_, at_);
     }
     if (at_ >= buffer_.size()) return false;
     ++number_;
     const std::size_t length = std::min(end, buffer_.size()) - at_;
-    if (length + 1 >= kLongestLine) Fail("a line of 64 KiB or more: expected a CSV file");
-    if (number_ > kMostLines) Fail("more than ten million lines: expected a shorter file");
+    if (length + 1 >= kMaxLineLength) Fail("a line of 64 KiB or more: expected a CSV file");
+    if (number_ > kMaxLines) Fail("more than ten million lines: expected a shorter file");
     const std::string_view raw = std::string_view(buffer_).substr(at_, length);
     line_.clear();
     if (FindInvalidUtf8(raw) == std::string_view::npos) {

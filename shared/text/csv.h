@@ -43,7 +43,7 @@ class CsvLines {
   [[nodiscard]] std::string Located(const std::string& what, int line = 0) const;
 
  private:
-  // One more block of the file as UTF-8. False: its end.
+  // Reads one more block of the file as UTF-8. Returns false at its end.
   bool Fill();
   void Decode(std::string_view block);
   void ChooseDialect();
@@ -97,7 +97,8 @@ class CsvTable : public CsvLines {
   // Throws InputError for an empty cell.
   [[nodiscard]] std::string Text(std::string_view column) const;
   [[nodiscard]] double to_si(std::size_t column) const { return to_si_[column]; }
-  // In SI. Throws InputError unless that is a finite number of magnitude `limit` or less.
+  // Returns the number in SI. Throws InputError unless it is a finite number of magnitude `limit`
+  // or less.
   [[nodiscard]] double Number(std::size_t column, double limit = 1e300) const;
   // 0 if an optional column or its cell is absent.
   [[nodiscard]] double Number(std::string_view column) const;

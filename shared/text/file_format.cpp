@@ -24,7 +24,7 @@ constexpr std::string_view kAsCsv = "save the table as CSV";
 constexpr std::string_view kAsPng = "write each image as a 16-bit PNG, for depths in a whole unit";
 constexpr std::string_view kByMeshio = "meshio convert FILE OUT.msh";
 
-// By the documents of the formats.
+// The first bytes come from the documents of the formats.
 constexpr std::array kFormats{
     Format{"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1", 0, "a workbook (.xls)", kAsCsv},
     Format{"PAR1", 0, "a Parquet file", kAsCsv},
@@ -61,7 +61,8 @@ constexpr std::array kFormats{
     Format{"MeshVersionFormatted", 0, "a Medit mesh", kByMeshio},
 };
 
-// What a ZIP archive contains, by the names of its first members, which are not compressed.
+// Recognises the content of a ZIP archive by the names of its first members, which are not
+// compressed.
 std::string ArchiveFormat(std::string_view beginning) {
   const auto has = [&](std::string_view part) {
     return beginning.find(part) != std::string_view::npos;

@@ -1,4 +1,5 @@
-// What a file is that Palpate does not read, by its first bytes, and how to convert it.
+// ForeignFormat recognises files that Palpate does not read by their first bytes, and says how to
+// convert them.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +10,8 @@ namespace palpate {
 
 // `a workbook (.xlsx): save the table as CSV`, by up to 512 bytes. Empty: text, or unknown.
 std::string ForeignFormat(std::string_view beginning);
-// The same for the beginning of a file. Empty also where it cannot be read.
+// Applies ForeignFormat to the beginning of a file. Also returns an empty string if the file cannot
+// be read.
 std::string ForeignFile(const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -123,9 +123,9 @@ std::size_t FindInvalidUtf8(std::string_view text) {
 }
 
 std::string CodesIn(std::string_view text) {
-  constexpr int kMost = 3;
+  constexpr int kMaxCount = 3;
   std::string codes;
-  for (int count = 0; !text.empty() && count < kMost;) {
+  for (int count = 0; !text.empty() && count < kMaxCount;) {
     const std::size_t length = std::max<std::size_t>(LengthOfFirst(text), 1);
     if (length > 1) {
       const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };

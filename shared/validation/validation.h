@@ -20,7 +20,7 @@ std::string FirstViolation(const SurfacePatch& patch);
 std::string FirstViolation(const PatchLaw& law);
 std::string FirstViolation(const SolidMesh& mesh);
 
-// Whether this build validates.
+// Returns whether this build validates.
 bool IsValidating() noexcept;
 // Prints place and violation, and aborts.
 [[noreturn]] void EndOnViolation(std::string_view place, std::string_view violation) noexcept;

@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-// In lower case and without the prefix of the enumeration: `following` for PHASE_FOLLOWING. The
-// prefix is that of the first value, which is PREFIX_UNSPECIFIED.
+// Returns the name in lower case and without the prefix of the enumeration: `following` for
+// PHASE_FOLLOWING. The prefix is that of the first value, which is PREFIX_UNSPECIFIED.
 std::string ProtoNameOf(const google::protobuf::EnumValueDescriptor& value);
 
 }  // namespace palpate

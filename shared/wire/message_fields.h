@@ -58,7 +58,7 @@ class MessageWriter {
 // Reads fields of `message`. `reader` keeps the first rejection; rejected values become zero.
 class MessageReader {
  public:
-  // Both must outlive this reader.
+  // Message and reader must outlive this object.
   MessageReader(const google::protobuf::Message& message, FieldReader* reader)
       : message_(message), reader_(*reader) {}
 

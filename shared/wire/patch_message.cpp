@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kMaxCompliance = 1e6;  // [m/N]
 constexpr double kMaxRatio = 1e6, kMaxFriction = 1e3;
-constexpr double kLeastLength = 1e-9;  // of a cell's side, of a depth [m]
+constexpr double kMinLength = 1e-9;  // of a cell's side, of a depth [m]
 
 std::size_t At(int i) {
   return static_cast<std::size_t>(i);
@@ -73,9 +73,9 @@ void RequireShape(const SurfacePatch& patch, FieldReader* reader) {
       return patch.vertices[At(VertexOf(patch, cell, k))].cast<double>();
     };
     const Eigen::Vector3d side = vertex(1) - vertex(0);
-    const bool is_line = side.head<2>().norm() > kLeastLength;
+    const bool is_line = side.head<2>().norm() > kMinLength;
     const bool is_area = patch.vertices_per_cell == 3 &&
-                         side.cross(vertex(2) - vertex(0)).norm() > kLeastLength * kLeastLength;
+                         side.cross(vertex(2) - vertex(0)).norm() > kMinLength * kMinLength;
     reader->Require(patch.vertices_per_cell == 2 ? is_line : is_area, "cells",
                     "lines and triangles with an extent");
   }
@@ -146,7 +146,7 @@ void ReadNormal(const v1::SurfacePatch& message, FieldReader* reader, SurfacePat
 }
 
 double Depth(std::string_view name, double value, FieldReader* reader) {
-  reader->Require(value >= kLeastLength, name, "a length above 1 nm");
+  reader->Require(value >= kMinLength, name, "a length above 1 nm");
   return reader->NonNegative(name, value, kMaxLength);
 }
 

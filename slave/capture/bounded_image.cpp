@@ -19,23 +19,23 @@ auto NamingImage(const Work& work) {
   }
 }
 
-long PixelsOf(const CodedPicture& picture) {
-  return long{picture.size().width} * picture.size().height;
+long PixelsOf(const CodedImage& image) {
+  return long{image.size().width} * image.size().height;
 }
 
-std::unique_ptr<CodedPicture> Open(const std::string& bytes) {
+std::unique_ptr<CodedImage> Open(const std::string& bytes) {
   const Bytes file(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
-  auto picture = NamingImage([&] {
+  auto image = NamingImage([&] {
     auto png = OpenPng(file);
     return png ? std::move(png) : OpenJpeg(file);
   });
-  if (!picture) throw std::invalid_argument("image: expected a PNG or JPEG file");
-  if (PixelsOf(*picture) > kMostImagePixels) {
+  if (!image) throw std::invalid_argument("image: expected a PNG or JPEG file");
+  if (PixelsOf(*image) > kMaxImagePixels) {
     throw std::invalid_argument(fmt::format("image of {} x {} px: expected at most {} megapixels",
-                                            picture->size().width, picture->size().height,
-                                            kMostImagePixels / 1'000'000));
+                                            image->size().width, image->size().height,
+                                            kMaxImagePixels / 1'000'000));
   }
-  return picture;
+  return image;
 }
 
 }  // namespace
@@ -43,15 +43,15 @@ std::unique_ptr<CodedPicture> Open(const std::string& bytes) {
 void RequireBounded(std::span<const std::string> images) {
   long pixels = 0;
   for (const std::string& image : images) pixels += PixelsOf(*Open(image));
-  if (pixels <= kMostRequestPixels) return;
+  if (pixels <= kMaxRequestPixels) return;
   throw std::invalid_argument(
       fmt::format("{} images of {} megapixels: expected at most {} megapixels together",
-                  images.size(), pixels / 1'000'000, kMostRequestPixels / 1'000'000));
+                  images.size(), pixels / 1'000'000, kMaxRequestPixels / 1'000'000));
 }
 
 cv::Mat DecodeBounded(const std::string& image) {
-  const auto picture = Open(image);
-  return NamingImage([&] { return picture->Decode(); });
+  const auto coded = Open(image);
+  return NamingImage([&] { return coded->Decode(); });
 }
 
 }  // namespace palpate

@@ -9,11 +9,11 @@ namespace palpate {
 namespace {
 
 constexpr Clock::duration kSilence = std::chrono::seconds(1);  // of a driver, gives way to another
-constexpr int kDrivers = 20;         // samples without a gap make a driver of a sender
-constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
-constexpr double kFarthest = 1e6;    // [m]
-constexpr double kRigid = 1e-6;      // of a rotation matrix
-constexpr double kLongestPause = 3;  // periods; longer ones are gaps
+constexpr int kDrivers = 20;          // samples without a gap make a driver of a sender
+constexpr double kMaxCounts = 1e9;    // beyond, no sensor and soon no float
+constexpr double kMaxDistance = 1e6;  // [m]
+constexpr double kRigid = 1e-6;       // of a rotation matrix
+constexpr double kMaxPause = 3;       // periods; longer ones are gaps
 constexpr double kSlowest = 10;      // of the scene's periods: what comes more rarely comes in gaps
 constexpr double kSameRate = 0.1;    // of the scene's period
 constexpr double kSmoothing = 0.05;  // share of the newest interval in the sender's period
@@ -26,7 +26,7 @@ std::optional<std::string> RefuseCounts(const FingerReading& reading,
            (channels.are_electrodes() ? " electrodes: expected " : " channels: expected ") +
            std::to_string(channels.count) + ", " + channels.Names();
   }
-  const auto is_count = [](float x) { return std::abs(static_cast<double>(x)) <= kMostCounts; };
+  const auto is_count = [](float x) { return std::abs(static_cast<double>(x)) <= kMaxCounts; };
   const auto refuse = [&](const std::string& which, float value) {
     return which + " = " + std::to_string(value) + ": expected a finite number of " + channels.unit;
   };
@@ -45,7 +45,7 @@ bool IsPose(const Eigen::Isometry3d& X) {
   const Eigen::Matrix3d R = X.linear();
   const bool is_rotation =
       ((R * R.transpose()) - Eigen::Matrix3d::Identity()).norm() < kRigid && R.determinant() > 0;
-  return is_rotation && X.translation().norm() <= kFarthest;  // so written, NaN is refused too
+  return is_rotation && X.translation().norm() <= kMaxDistance;  // so written, NaN is refused too
 }
 
 }  // namespace
@@ -76,7 +76,7 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
   sample.reading.present = true;
   if (sensed_at_) {
     const double interval = SecondsBetween(*sensed_at_, sensed_at);
-    const double longest = kLongestPause * std::max(period_, sender_period_);
+    const double longest = kMaxPause * std::max(period_, sender_period_);
     sample.begins = interval > longest;
     sender_period_ += kSmoothing * (std::min(interval, longest) - sender_period_);
     sender_period_ = std::min(sender_period_, kSlowest * period_);
@@ -120,7 +120,7 @@ Clock::duration FingerStream::SilenceAllowed() const noexcept {
 }
 
 Clock::duration FingerStream::patience() const noexcept {
-  return Seconds(kLongestPause * std::max(period_, sender_period_));
+  return Seconds(kMaxPause * std::max(period_, sender_period_));
 }
 
 bool FingerStream::IsSending(Time now) const noexcept {

@@ -13,10 +13,10 @@
 #include <opencv2/core.hpp>
 
 #include "slave/capture/codecs/codecs.h"
+#include "slave/capture/image_files.h"
 #include "slave/capture/image_queue.h"
 #include "slave/capture/live_cameras.h"
 #include "slave/capture/pair_images.h"
-#include "slave/capture/picture_files.h"
 
 namespace palpate {
 namespace {
@@ -89,8 +89,8 @@ class DecodeAhead final : public StereoSource {
   std::jthread thread_;  // last member: it stops and joins before the others are destroyed
 };
 
-// What `read` reads, as `filter` makes it, if there is one: in the decoding thread.
-std::unique_ptr<FrameSource> OpenRecorded(std::function<cv::Mat()> read, PictureFilter filter,
+// Returns the images of `read`. The decoding thread applies `filter` if there is one.
+std::unique_ptr<FrameSource> OpenRecorded(std::function<cv::Mat()> read, ImageFilter filter,
                                           ReadOptions options) {
   auto filtered = [read = std::move(read), filter = std::move(filter)] {
     const cv::Mat image = read();
@@ -110,10 +110,10 @@ class ImageFiles {
   [[nodiscard]] std::string next_file() const { return files_[index_].string(); }
   [[nodiscard]] std::size_t next_number() const { return index_ + 1; }
 
-  // `accept`: see ReadPicture, before the comparison with the first.
+  // `accept`: see ReadImage, before the comparison with the first.
   cv::Mat ReadNext(const AcceptSize& accept = {}) {
     const fs::path& file = files_[index_++];
-    return ReadPicture(file, index_, [&](const cv::Size& size) {
+    return ReadImage(file, index_, [&](const cv::Size& size) {
       if (accept) accept(size);
       if (size_.empty()) size_ = size;
       if (size == size_) return;
@@ -129,8 +129,8 @@ class ImageFiles {
   cv::Size size_;          // of the first
 };
 
-std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const PictureFilter& filter) {
-  auto files = ListPictures(camera.pattern, {});
+std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const ImageFilter& filter) {
+  auto files = ListImages(camera.pattern, {});
   const auto instants = InstantsOf(files);
   ReadOptions options{.description = fmt::format("files {} ({}{})", camera.pattern, files.size(),
                                                  MissingInWords(instants)),
@@ -146,10 +146,10 @@ std::unique_ptr<FrameSource> OpenFiles(const Camera& camera, const PictureFilter
   return OpenRecorded(std::move(read), filter, std::move(options));
 }
 
-std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, const PictureFilter& filter) {
+std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, const ImageFilter& filter) {
   const fs::path file = camera.pattern;
   if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": no such video");
-  const std::shared_ptr<Film> video = LoadFilms().OpenFile(file.string());
+  const std::shared_ptr<VideoStream> video = LoadVideoBackend().OpenFile(file.string());
   cv::Mat first = video ? video->Next() : cv::Mat();
   if (first.empty())
     throw std::runtime_error(file.string() + ": not a video, or a video without images");
@@ -161,7 +161,7 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, const PictureFilter
                       {.description = "video " + file.string(), .rate = camera.rate});
 }
 
-std::unique_ptr<FrameSource> OpenLive(const Camera& camera, const PictureFilter& filter) {
+std::unique_ptr<FrameSource> OpenLive(const Camera& camera, const ImageFilter& filter) {
   const bool is_device = camera.source == Camera::Source::kDevice;
   const Eye eye{is_device ? Eye::Kind::kDevice : Eye::Kind::kUrl, camera.device, camera.pattern};
   return FramesOf({InputOf(eye, {camera.size[0], camera.size[1]}, camera.rate)}, filter);
@@ -202,21 +202,21 @@ void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
   }
 }
 
-// The images of films in step, which are paired by their number.
-std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& cameras, PairLayout layout,
-                                        double rate) {
-  std::vector<std::shared_ptr<Film>> films;
+// The images of videos in step, which are paired by their number.
+std::unique_ptr<StereoSource> OpenVideos(const std::vector<Eye>& cameras, PairLayout layout,
+                                         double rate) {
+  std::vector<std::shared_ptr<VideoStream>> videos;
   std::string names;
   for (const Eye& eye : cameras) {
-    films.push_back(LoadFilms().OpenFile(eye.address));
-    if (!films.back()) throw std::runtime_error(eye.address + ": not a video");
+    videos.push_back(LoadVideoBackend().OpenFile(eye.address));
+    if (!videos.back()) throw std::runtime_error(eye.address + ": not a video");
     names += (names.empty() ? "" : " | ") + eye.address;
   }
-  const auto read = [films, layout, names]() -> StereoPair {
+  const auto read = [videos, layout, names]() -> StereoPair {
     StereoPair images;
-    images.left = films.front()->Next();
-    if (films.size() > 1) images.right = films.back()->Next();
-    const bool ended = images.left.empty() || (films.size() > 1 && images.right.empty());
+    images.left = videos.front()->Next();
+    if (videos.size() > 1) images.right = videos.back()->Next();
+    const bool ended = images.left.empty() || (videos.size() > 1 && images.right.empty());
     return ended ? StereoPair() : Arranged(std::move(images), layout, names);
   };
   return std::make_unique<DecodeAhead>(read,
@@ -227,8 +227,8 @@ std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& cameras, PairLay
 std::unique_ptr<StereoSource> OpenCameras(const std::vector<Eye>& cameras, PairLayout layout,
                                           const cv::Size& size, double rate, double sync) {
   RequireRate(rate);
-  const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
-  if (std::ranges::all_of(cameras, is_film)) return OpenFilms(cameras, layout, rate);
+  const auto is_video = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
+  if (std::ranges::all_of(cameras, is_video)) return OpenVideos(cameras, layout, rate);
   std::vector<CameraInput> inputs;
   for (const Eye& eye : cameras) inputs.push_back(InputOf(eye, size, rate));
   return PairsOf(std::move(inputs), layout, sync);
@@ -236,7 +236,7 @@ std::unique_ptr<StereoSource> OpenCameras(const std::vector<Eye>& cameras, PairL
 
 std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras) {
   RequireRate(cameras.rate);
-  ImageFiles left(ListPictures(cameras.left, {})), right(ListPictures(cameras.right, {}));
+  ImageFiles left(ListImages(cameras.left, {})), right(ListImages(cameras.right, {}));
   if (left.count() != right.count()) {
     throw std::runtime_error(
         fmt::format("sense.camera.stereo: left = {} has {} images, right = {} has {}: expected "
@@ -256,9 +256,9 @@ std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras) {
   return std::make_unique<DecodeAhead>(std::move(read), std::move(options));
 }
 
-std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth) {
+std::unique_ptr<StereoSource> OpenDepth(const DepthImages& depth) {
   RequireRate(depth.rate);
-  ImageFiles files(ListPictures(depth.pattern, {}));
+  ImageFiles files(ListImages(depth.pattern, {}));
   const auto instants = InstantsOf(files.files());
   ReadOptions options{.description = fmt::format("files {} ({} depth images{})", depth.pattern,
                                                  files.count(), MissingInWords(instants)),
@@ -270,13 +270,13 @@ std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth) {
 
 }  // namespace
 
-std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, const PictureFilter& filter) {
+std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, const ImageFilter& filter) {
   if (!scene.sense.Find<Camera>())
     throw std::runtime_error(scene.name + ": the scene has no camera");
   return OpenCamera(*scene.sense.Find<Camera>(), filter);
 }
 
-std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, const PictureFilter& filter) {
+std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, const ImageFilter& filter) {
   if (!(camera.rate > 0)) {
     throw std::runtime_error("sense.camera.rate = " + std::to_string(camera.rate) +
                              " Hz: expected > 0");
@@ -300,8 +300,8 @@ std::unique_ptr<StereoSource> OpenStereo(const Scene& scene) {
   if (TakesPictures(scene.sense)) {
     throw std::runtime_error(scene.name + ": images of a stream arrive only from a driver");
   }
-  if (const auto* depth = scene.sense.Find<DepthPictures>()) {
-    if (depth->source != DepthPictures::Source::kEye) return OpenDepth(*depth);
+  if (const auto* depth = scene.sense.Find<DepthImages>()) {
+    if (depth->source != DepthImages::Source::kEye) return OpenDepth(*depth);
     return OpenCameras({depth->eye}, PairLayout::kDepth, {}, depth->rate, 0);
   }
   const auto* stereo = scene.sense.Find<StereoCameras>();

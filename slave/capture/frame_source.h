@@ -38,41 +38,41 @@ struct CameraHealth {
   double skew = 0;            // of the last pair used, right minus left [s]
 };
 
-template <typename Picture>
-class PictureSource {
+template <typename Image>
+class ImageSource {
  public:
-  virtual ~PictureSource() = default;
-  PictureSource() = default;
-  PictureSource(const PictureSource&) = delete;
-  PictureSource& operator=(const PictureSource&) = delete;
+  virtual ~ImageSource() = default;
+  ImageSource() = default;
+  ImageSource(const ImageSource&) = delete;
+  ImageSource& operator=(const ImageSource&) = delete;
   // The next image or pair; blocks until there is one. nullopt: the source has ended or `stop` was
   // requested. Throws std::runtime_error on an error of the source (unreadable file, camera gone, a
   // pair of two sizes); the message names it.
-  virtual std::optional<Picture> Next(const std::stop_token& stop) = 0;
+  virtual std::optional<Image> Next(const std::stop_token& stop) = 0;
   // Description for people: `files frames/%04d.png (120)`, `files left/*.png (120 pairs)`.
   [[nodiscard]] virtual std::string description() const = 0;
   // nullopt: not a live source. Thread-safe.
   [[nodiscard]] virtual std::optional<CameraHealth> health() const { return std::nullopt; }
 };
-using FrameSource = PictureSource<Frame>;
-using StereoSource = PictureSource<StereoPair>;
+using FrameSource = ImageSource<Frame>;
+using StereoSource = ImageSource<StereoPair>;
 
 // Never called with an empty image; throws std::runtime_error if it cannot use one.
-using PictureFilter = std::function<cv::Mat(const cv::Mat&)>;
+using ImageFilter = std::function<cv::Mat(const cv::Mat&)>;
 // Opens the images of one camera.
-using FrameOpener = std::function<std::unique_ptr<FrameSource>(const PictureFilter& filter)>;
+using FrameOpener = std::function<std::unique_ptr<FrameSource>(const ImageFilter& filter)>;
 
 // Opens the source of the scene (files, video, device, stream); relative paths are relative to the
 // scene file. Images of files and videos come at the scene's rate by the Clock of the thread that
 // takes them. `filter`: optional processing of each image in the decoding thread; files and videos
 // test it on the first image at once. Throws std::runtime_error: nothing matches, unreadable, no
 // such camera, an image that the filter rejects. Not for kSimulated and kStream.
-std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, const PictureFilter& filter = {});
-// The same for one camera.
-std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, const PictureFilter& filter = {});
+std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, const ImageFilter& filter = {});
+// Opens the source of one camera.
+std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, const ImageFilter& filter = {});
 
 // Opens the cameras of sense.camera.stereo or sense.camera.depth: cameras and streams (see
-// live_cameras.h), videos, which are paired image by image, or files, listed as ListPictures()
+// live_cameras.h), videos, which are paired image by image, or files, listed as ListImages()
 // does; the first left file is paired with the first right file, and so on. Colour becomes grey
 // (ITU-R BT.601). 16-bit images are rejected, because two differently scaled cameras would not
 // match. Depth has one channel of 16 bit. Pairs of files and videos come at the scene's rate, as

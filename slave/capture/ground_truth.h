@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// What really happens at one fingertip. Frame S.
+// FingerTruth is the true contact of one fingertip. Frame S.
 struct FingerTruth {
   Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
   bool in_contact = false;
@@ -29,7 +29,7 @@ struct Truth {
   double depth = 0;                // of the surface under the tool, along its normal [m]
   // False: the force is an approximation, because the contact is not solved yet.
   bool solved = true;
-  // In scenes with fingertips, the first of which is the tool.
+  // The fingertips of scenes that have some; the first is the tool.
   std::array<FingerTruth, kMaxFingers> fingers{};
   bool punctured = false;  // the tool is through the membrane, which pushes no more
 };
@@ -52,7 +52,8 @@ class GroundTruth {
   [[nodiscard]] virtual Truth truth() const = 0;
   // nullopt: nothing moves as a rigid body.
   [[nodiscard]] virtual std::optional<TargetTruth> target() const { return std::nullopt; }
-  // Where the tool is to go, S [m]; nullopt: nowhere. Never changes.
+  // Returns the target of the tool in frame S [m]; nullopt if there is none. The target never
+  // changes.
   [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const { return std::nullopt; }
   // Displacement of the point of the membrane that rests at p_O [m], frame O [m]; zero for other
   // objects.

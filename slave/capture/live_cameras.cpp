@@ -30,9 +30,9 @@ constexpr auto kAnswers = std::chrono::seconds(5);       // a stream that is ope
 constexpr double kNoPair = 1;                            // [s] without one is reported
 
 // Empty: there is no image any more. An exception of the library counts as a camera that is gone.
-cv::Mat NextOf(Film* film) {
+cv::Mat NextOf(VideoStream* video) {
   try {
-    return film != nullptr ? film->Next() : cv::Mat();
+    return video != nullptr ? video->Next() : cv::Mat();
   } catch (const std::exception&) {
     return {};
   }
@@ -47,7 +47,7 @@ struct Taken {
   Time at{};
 };
 
-// One camera, as its thread left it.
+// LiveCamera is the state of one camera, written by its thread.
 struct LiveCamera {
   enum class Stage : std::uint8_t { kOpening, kOpened, kEnded } stage = Stage::kOpening;
   std::exception_ptr refusal;  // of the first opening
@@ -65,7 +65,7 @@ struct LiveCameras::State {
 
   // A camera's thread. Opening and reading it are another library's, which may never come back.
   void Run(std::size_t i, const std::stop_token& stop);
-  void ReadOpened(std::size_t i, std::unique_ptr<Film> film, const std::stop_token& stop);
+  void ReadOpened(std::size_t i, std::unique_ptr<VideoStream> video, const std::stop_token& stop);
   void Reach(std::size_t i, LiveCamera::Stage stage);
   // Throws std::runtime_error: it is not there, or does not answer.
   void AwaitOpened(std::size_t i);
@@ -96,13 +96,13 @@ struct LiveCameras::State {
 
 void LiveCameras::State::Run(std::size_t i, const std::stop_token& stop) {
   try {
-    std::unique_ptr<Film> film = inputs[i].open();
-    if (!film) {
+    std::unique_ptr<VideoStream> video = inputs[i].open();
+    if (!video) {
       throw std::runtime_error(inputs[i].name +
                                ": no such camera or stream, no permission, or no answer");
     }
     Reach(i, LiveCamera::Stage::kOpened);
-    ReadOpened(i, std::move(film), stop);
+    ReadOpened(i, std::move(video), stop);
   } catch (const std::exception&) {
     const std::lock_guard lock(mutex);
     cameras[i].refusal = std::current_exception();
@@ -135,15 +135,15 @@ bool LiveCameras::State::HasEnded(std::size_t i) {
                             [&] { return cameras[i].stage == LiveCamera::Stage::kEnded; });
 }
 
-void LiveCameras::State::ReadOpened(std::size_t i, std::unique_ptr<Film> film,
+void LiveCameras::State::ReadOpened(std::size_t i, std::unique_ptr<VideoStream> video,
                                     const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    cv::Mat image = NextOf(film.get());
+    cv::Mat image = NextOf(video.get());
     if (!image.empty()) {
       Put(i, std::move(image), Clock::now());
       continue;
     }
-    film.reset();  // before it is opened again
+    video.reset();  // before it is opened again
     SetGone(i, true);
     {
       std::unique_lock lock(mutex);
@@ -151,10 +151,10 @@ void LiveCameras::State::ReadOpened(std::size_t i, std::unique_ptr<Film> film,
     }
     if (stop.stop_requested()) return;
     try {
-      film = inputs[i].open();
+      video = inputs[i].open();
     } catch (const std::exception&) {  // it is still not there
     }
-    if (film) SetGone(i, false);
+    if (video) SetGone(i, false);
   }
 }
 
@@ -212,7 +212,7 @@ void LiveCameras::State::Match() {
       right.pop_front();
       continue;
     }
-    // What is older finds no partner any more.
+    // An older image has no partner.
     ++health.dropped;
     apart = skew;
     (skew > 0 ? left : right).pop_front();
@@ -303,16 +303,16 @@ std::string LiveCameras::description() const {
 }
 
 CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate) {
-  const Films& films = LoadFilms();
+  const VideoBackend& videos = LoadVideoBackend();
   if (eye.kind == Eye::Kind::kDevice) {
     return {fmt::format("camera {}", eye.device),
-            [&films, eye, size, rate] { return films.OpenDevice(eye.device, size, rate); }, size};
+            [&videos, eye, size, rate] { return videos.OpenDevice(eye.device, size, rate); }, size};
   }
-  return {"stream " + eye.address, [&films, eye] { return films.OpenUrl(eye.address, kAnswers); },
+  return {"stream " + eye.address, [&videos, eye] { return videos.OpenUrl(eye.address, kAnswers); },
           size};
 }
 
-std::unique_ptr<FrameSource> FramesOf(std::vector<CameraInput> inputs, PictureFilter filter) {
+std::unique_ptr<FrameSource> FramesOf(std::vector<CameraInput> inputs, ImageFilter filter) {
   return LeftImages(PairsOf(std::move(inputs), PairLayout::kOneCamera, 0), std::move(filter));
 }
 

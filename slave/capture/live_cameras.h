@@ -20,8 +20,8 @@ namespace palpate {
 
 // Source of one camera's images. Tests replace it by their own camera.
 struct CameraInput {
-  std::string name;                             // for people: `camera 0`
-  std::function<std::unique_ptr<Film>()> open;  // null: it is not there (now)
+  std::string name;                                    // for people: `camera 0`
+  std::function<std::unique_ptr<VideoStream>()> open;  // null: it is not there (now)
   cv::Size size{};  // size of its images [px]; empty: that of the first image
 };
 // Inputs of the scene's cameras. `unit`: depth of a count [m]; a camera that reports another unit
@@ -34,9 +34,9 @@ CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate);
 // different times.
 class LiveCameras final : public StereoSource {
  public:
-  // One or two cameras. `sync`: images of two cameras that arrive farther apart are not a pair [s].
-  // Opens them at once. `patience`: longest time for opening one, and for the first image or pair.
-  // Throws std::runtime_error: one is missing, or does not answer.
+  // Opens one or two cameras at once. `sync`: images of two cameras that arrive farther apart are
+  // not a pair [s]. Opens them at once. `patience`: longest time for opening one, and for the first
+  // image or pair. Throws std::runtime_error: one is missing, or does not answer.
   LiveCameras(std::vector<CameraInput> inputs, PairLayout layout, double sync,
               std::chrono::milliseconds patience = std::chrono::seconds(10));
   ~LiveCameras() override;
@@ -57,7 +57,7 @@ class LiveCameras final : public StereoSource {
   PairLayout layout_;
 };
 
-std::unique_ptr<FrameSource> FramesOf(std::vector<CameraInput> inputs, PictureFilter filter);
+std::unique_ptr<FrameSource> FramesOf(std::vector<CameraInput> inputs, ImageFilter filter);
 std::unique_ptr<StereoSource> PairsOf(std::vector<CameraInput> inputs, PairLayout layout,
                                       double sync);
 

@@ -1,5 +1,5 @@
 // Limits the number of messages per second of a peer. Messages that the network held up arrive all
-// at once and are no flood: after a silence of up to kLongestStall all that could be sent in it is
+// at once and are no flood: after a silence of up to kMaxStall all that could be sent in it is
 // allowed.
 #pragma once
 
@@ -9,10 +9,10 @@
 
 namespace palpate {
 
-// Not thread-safe.
+// PaceLimit is not thread-safe.
 class PaceLimit {
  public:
-  static constexpr double kLongestStall = 30;  // a longer one ends the connection [s]
+  static constexpr double kMaxStall = 30;  // a longer one ends the connection [s]
 
   // `most`: largest number per second, and at once in the beginning.
   explicit PaceLimit(double most) : most_(most), left_(most) {}
@@ -21,7 +21,7 @@ class PaceLimit {
   bool Allows(Time now) noexcept {
     if (counted_at_ != Time{}) {
       const double gap = SecondsBetween(counted_at_, now);
-      const double limit = most_ * std::clamp(gap, 1.0, kLongestStall);
+      const double limit = most_ * std::clamp(gap, 1.0, kMaxStall);
       left_ = std::max(left_, std::min(left_ + most_ * gap, limit));
     }
     counted_at_ = now;

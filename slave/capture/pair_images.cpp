@@ -22,7 +22,7 @@ cv::Mat Grey(const cv::Mat& image, const std::string& name) {
 
 class LeftImagesOf final : public FrameSource {
  public:
-  LeftImagesOf(std::unique_ptr<StereoSource> source, PictureFilter filter)
+  LeftImagesOf(std::unique_ptr<StereoSource> source, ImageFilter filter)
       : source_(std::move(source)), filter_(std::move(filter)) {}
   std::optional<Frame> Next(const std::stop_token& stop) override {
     const auto images = source_->Next(stop);
@@ -35,7 +35,7 @@ class LeftImagesOf final : public FrameSource {
 
  private:
   std::unique_ptr<StereoSource> source_;
-  PictureFilter filter_;
+  ImageFilter filter_;
 };
 
 }  // namespace
@@ -70,8 +70,7 @@ std::string TypeInWords(int type) {
                      8 * CV_ELEM_SIZE1(type));
 }
 
-std::unique_ptr<FrameSource> LeftImages(std::unique_ptr<StereoSource> source,
-                                        PictureFilter filter) {
+std::unique_ptr<FrameSource> LeftImages(std::unique_ptr<StereoSource> source, ImageFilter filter) {
   return std::make_unique<LeftImagesOf>(std::move(source), std::move(filter));
 }
 

@@ -20,6 +20,6 @@ std::string TypeInWords(int type);
 
 // The left images of `source`, each as `filter`, if there is one, makes it.
 std::unique_ptr<FrameSource> LeftImages(std::unique_ptr<StereoSource> source,
-                                        PictureFilter filter = {});
+                                        ImageFilter filter = {});
 
 }  // namespace palpate

@@ -14,11 +14,11 @@
 namespace palpate {
 namespace {
 
-constexpr double kSameRate = 0.1;    // relative difference of periods below which none is resampled
-constexpr double kSlowest = 4;       // periods of the scene from one recorded sample to the next
-constexpr double kJitter = 0.02;     // relative, of the recorded period
-constexpr double kLongestPause = 3;  // periods; a longer one is a gap
-constexpr double kRounding = 1e-6;   // periods that a sample may be late and still count
+constexpr double kSameRate = 0.1;   // relative difference of periods below which none is resampled
+constexpr double kSlowest = 4;      // periods of the scene from one recorded sample to the next
+constexpr double kJitter = 0.02;    // relative, of the recorded period
+constexpr double kMaxPause = 3;     // periods; a longer one is a gap
+constexpr double kRounding = 1e-6;  // periods that a sample may be late and still count
 
 // The median of the times between two samples [s]; 0: fewer than two samples.
 double MedianPeriod(const std::vector<double>& t) {
@@ -72,7 +72,7 @@ class RecordedTactile final : public TactileSource {
     }
     is_resampled_ = recorded > 0 && std::abs(recorded - period) > kSameRate * period;
     instants_ = InstantsOf(recording_.t, is_resampled_ ? period : 0,
-                           kLongestPause * std::max(period, recorded));
+                           kMaxPause * std::max(period, recorded));
   }
 
   std::optional<TactileFrame> Next(const std::stop_token& stop) override {

@@ -55,21 +55,21 @@ class TappedSource : public Source {
   SampleTap* tap_;
 };
 
-template <typename Picture>
-class TappedPictures final : public TappedSource<PictureSource<Picture>> {
+template <typename Image>
+class TappedImages final : public TappedSource<ImageSource<Image>> {
  public:
-  using TappedSource<PictureSource<Picture>>::TappedSource;
+  using TappedSource<ImageSource<Image>>::TappedSource;
   [[nodiscard]] std::optional<CameraHealth> health() const override {
     return this->inner()->health();
   }
 };
 
 // `source` itself, if there is no tap.
-template <typename Picture>
-std::unique_ptr<PictureSource<Picture>> Tapped(std::unique_ptr<PictureSource<Picture>> source,
-                                               SampleTap* tap) {
+template <typename Image>
+std::unique_ptr<ImageSource<Image>> Tapped(std::unique_ptr<ImageSource<Image>> source,
+                                           SampleTap* tap) {
   if (tap == nullptr) return source;
-  return std::make_unique<TappedPictures<Picture>>(std::move(source), tap);
+  return std::make_unique<TappedImages<Image>>(std::move(source), tap);
 }
 inline std::unique_ptr<TactileSource> Tapped(std::unique_ptr<TactileSource> source,
                                              SampleTap* tap) {

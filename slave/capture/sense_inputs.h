@@ -1,4 +1,4 @@
-// Where a sensing gets its samples from, if not from the scene's own source.
+// SenseInputs replace the scene's own source of samples.
 #pragma once
 
 #include "slave/capture/sample_tap.h"
@@ -6,14 +6,14 @@
 namespace palpate {
 
 class Progress;
-class PictureInbox;
+class ImageInbox;
 
 struct SenseInputs {
-  PictureInbox* pictures = nullptr;  // receiver of streamed samples, which must outlive the source
-  SampleTap* tap = nullptr;          // tap that gets each sample, and outlives the source
-  SamplePlayer* player = nullptr;    // player of recorded samples, which outlives the source
-  FrameOpener open = {};             // opens the images of one camera; empty: as the scene has them
-  Progress* progress = nullptr;      // of the model of one camera while it is built; null: none
+  ImageInbox* images = nullptr;    // receiver of streamed samples, which must outlive the source
+  SampleTap* tap = nullptr;        // tap that gets each sample, and outlives the source
+  SamplePlayer* player = nullptr;  // player of recorded samples, which outlives the source
+  FrameOpener open = {};           // opens the images of one camera; empty: as the scene has them
+  Progress* progress = nullptr;    // of the model of one camera while it is built; null: none
 };
 
 }  // namespace palpate

@@ -24,7 +24,7 @@ bool IsLive(const Camera& camera) {
 // Recorded images, again and again.
 class RepeatedFrames final : public FrameSource {
  public:
-  RepeatedFrames(const Camera& camera, PictureFilter filter)
+  RepeatedFrames(const Camera& camera, ImageFilter filter)
       : camera_(camera), filter_(std::move(filter)), source_(Reopened()) {}
 
   std::optional<Frame> Next(const std::stop_token& stop) override {
@@ -44,7 +44,7 @@ class RepeatedFrames final : public FrameSource {
   }
 
   const Camera camera_;
-  const PictureFilter filter_;
+  const ImageFilter filter_;
   std::unique_ptr<FrameSource> source_;
   std::uint64_t sequence_ = 0;
 };
@@ -60,7 +60,7 @@ std::string Quoted(const std::string& text) {
 
 }  // namespace
 
-// One thread reads a live camera; every reader gets the newest image.
+// A thread reads the live camera; every reader gets the newest image.
 class SharedCamera::Live {
  public:
   explicit Live(std::unique_ptr<FrameSource> source)
@@ -124,10 +124,10 @@ class SharedCamera::Live {
   std::jthread thread_;  // last: it uses all of the above
 };
 
-// One reader of a live camera.
+// LiveFrames is one reader of a live camera.
 class SharedCamera::LiveFrames final : public FrameSource {
  public:
-  LiveFrames(std::shared_ptr<Live> live, PictureFilter filter, std::optional<Frame> first)
+  LiveFrames(std::shared_ptr<Live> live, ImageFilter filter, std::optional<Frame> first)
       : live_(std::move(live)), filter_(std::move(filter)), first_(std::move(first)) {}
 
   std::optional<Frame> Next(const std::stop_token& stop) override {
@@ -145,7 +145,7 @@ class SharedCamera::LiveFrames final : public FrameSource {
 
  private:
   const std::shared_ptr<Live> live_;
-  const PictureFilter filter_;
+  const ImageFilter filter_;
   std::optional<Frame> first_;
   std::uint64_t last_ = 0;
 };
@@ -159,16 +159,16 @@ SharedCamera::SharedCamera(const Camera& camera) : camera_(camera) {
 
 SharedCamera::~SharedCamera() = default;
 
-std::unique_ptr<FrameSource> SharedCamera::Open(const PictureFilter& filter,
+std::unique_ptr<FrameSource> SharedCamera::Open(const ImageFilter& filter,
                                                 std::optional<Frame> first) const {
   if (live_) return std::make_unique<LiveFrames>(live_, filter, std::move(first));
   return std::make_unique<RepeatedFrames>(camera_, filter);
 }
 
 std::optional<Frame> SharedCamera::Fresh(const std::stop_token& stop) const {
-  constexpr double kPatience = 2;  // [s]
+  constexpr double kTimeout = 2;  // [s]
   if (!live_) return Open()->Next(stop);
-  return live_->Fresh(std::max(kPatience, 2 / camera_.rate), stop);
+  return live_->Fresh(std::max(kTimeout, 2 / camera_.rate), stop);
 }
 
 std::string SharedCamera::SceneLines() const {

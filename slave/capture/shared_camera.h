@@ -22,17 +22,17 @@ class SharedCamera {
 
   // A source of its own for one reader, which this object outlives. Live: from `first` on, if it is
   // given, else from the newest image on. Recorded: from the first image on, again and again.
-  [[nodiscard]] std::unique_ptr<FrameSource> Open(const PictureFilter& filter = {},
+  [[nodiscard]] std::unique_ptr<FrameSource> Open(const ImageFilter& filter = {},
                                                   std::optional<Frame> first = {}) const;
   // Live: the next image, which was taken after this call. Recorded: the first one. nullopt:
   // `stop`. Throws std::runtime_error: none comes within 2 s and two periods.
   [[nodiscard]] std::optional<Frame> Fresh(const std::stop_token& stop) const;
 
-  // With the size of the images.
+  // Returns the camera with the size of its images.
   [[nodiscard]] const Camera& camera() const { return camera_; }
   // The keys of `sense.camera` that open it, one a line.
   [[nodiscard]] std::string SceneLines() const;
-  // Whether `other` opens the same images.
+  // Returns whether `other` opens the same images.
   [[nodiscard]] bool IsOpenedBy(const Camera& other) const;
 
  private:

@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-// At most `kMost` values; `kUsual` zeros at first.
-template <typename T, std::size_t kMost, std::size_t kUsual>
+// At most `kMaxSize` values; `kUsual` zeros at first.
+template <typename T, std::size_t kMaxSize, std::size_t kUsual>
 class ShortList {
  public:
   using value_type = T;
@@ -17,7 +17,7 @@ class ShortList {
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   // New values are zero.
   void resize(std::size_t size) noexcept {
-    assert(size <= kMost);
+    assert(size <= kMaxSize);
     if (size > size_) std::fill(values_.begin() + size_, values_.begin() + size, T{});
     size_ = size;
   }
@@ -37,7 +37,7 @@ class ShortList {
   }
 
  private:
-  std::array<T, kMost> values_{};
+  std::array<T, kMaxSize> values_{};
   std::size_t size_ = kUsual;
 };
 

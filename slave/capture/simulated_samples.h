@@ -17,8 +17,8 @@
 
 namespace palpate {
 
-// What the sensing of a simulated scene observes, and the truth at the sample that was returned
-// last; before the first sample, the truth at the first one.
+// Simulation provides the samples of a simulated scene, and the truth at the sample that was
+// returned last. Before the first sample it provides the truth of the first one.
 class Simulation : public SamplePlayer, public GroundTruth {
  public:
   // The next sample as its drivers send it, valid until the next call; null: the simulation has

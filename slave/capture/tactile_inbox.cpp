@@ -12,10 +12,10 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLeastKept = 64;    // samples per finger
-constexpr std::size_t kLongestUnit = 16;  // [characters]
-constexpr double kKept = 0.5;             // [s] of samples at the scene's rate
-constexpr double kMissing = 1.5;          // periods to the next sample: one is missing between
+constexpr std::size_t kMinKept = 64;        // samples per finger
+constexpr std::size_t kMaxUnitLength = 16;  // [characters]
+constexpr double kKept = 0.5;               // [s] of samples at the scene's rate
+constexpr double kMissing = 1.5;            // periods to the next sample: one is missing between
 
 using Sample = FingerStream::Sample;
 
@@ -25,7 +25,7 @@ struct TactileInbox::State {
   explicit State(const Tactile& tactile) : period(Seconds(1 / tactile.rate)) {
     const auto kept = static_cast<std::size_t>(std::lround(kKept * tactile.rate));
     for (const Finger& finger : tactile.fingers) {
-      fingers.emplace_back(finger.name, tactile.channels, period, std::max(kLeastKept, kept));
+      fingers.emplace_back(finger.name, tactile.channels, period, std::max(kMinKept, kept));
     }
   }
 
@@ -149,7 +149,8 @@ std::optional<TactileInbox::Refusal> TactileInbox::Feed(std::string_view finger,
       return Refusal{"is not a finger of this scene: expected " + known};
     }
     if (!unit.empty() && unit != stream->unit()) {
-      return Refusal{"unit = " + Presentable(unit, kLongestUnit) + ": expected " + stream->unit()};
+      return Refusal{"unit = " + Presentable(unit, kMaxUnitLength) + ": expected " +
+                     stream->unit()};
     }
     if (auto why = stream->Take(sequence, sensed_at, reading, arrived_at, sender)) {
       return Refusal{std::move(*why)};

@@ -1,5 +1,5 @@
-// Where drivers in any language feed tactile samples (FeedTactile): assembles the fingers' streams
-// into frames at a steady rate.
+// TactileInbox receives tactile samples that drivers in any language feed (FeedTactile). It
+// assembles the fingers' streams into frames at a steady rate.
 #pragma once
 
 #include <cstddef>
@@ -43,9 +43,9 @@ class FingerStream {
   // Ends the feed if it is the present sender: the next one may start again.
   void Leave(SenderId sender) noexcept;
 
-  // Whether samples arrive, at `now`, the newest time of any finger.
+  // Returns whether samples arrive, at `now`, the newest time of any finger.
   [[nodiscard]] bool IsSending(Time now) const noexcept;
-  // Whether the sender's rate is within a tenth of the scene's.
+  // Returns whether the sender's rate is within a tenth of the scene's.
   [[nodiscard]] bool KeepsRate() const noexcept;
   // Null: none yet.
   [[nodiscard]] const Sample* newest() const noexcept;
@@ -97,13 +97,13 @@ class TactileInbox final : public TactileSource {
   explicit TactileInbox(const Tactile& tactile);
   ~TactileInbox() override;
 
-  // One sample of one finger, in `unit` (empty: not stated), taken at `sensed_at` of the sender's
-  // clock; `arrived_at` is the slave's clock. The offset of the clocks follows from the smallest
-  // delay of the last seconds, which counts as zero. Rejects: unknown finger, another number or
-  // unit of channels, values that are not finite, a time that decreases, a sequence that does not
-  // rise (0: not used), an invalid pose, another `sender` than the one that sent this finger's
-  // samples within the last second. A sample with the time of the previous one is a repetition:
-  // accepted, and dropped.
+  // Takes one sample of one finger, in `unit` (empty: not stated), taken at `sensed_at` of the
+  // sender's clock; `arrived_at` is the slave's clock. The offset of the clocks follows from the
+  // smallest delay of the last seconds, which counts as zero. Rejects: unknown finger, another
+  // number or unit of channels, values that are not finite, a time that decreases, a sequence that
+  // does not rise (0: not used), an invalid pose, another `sender` than the one that sent this
+  // finger's samples within the last second. A sample with the time of the previous one is a
+  // repetition: accepted, and dropped.
   std::optional<Refusal> Feed(std::string_view finger, std::uint64_t sequence, Time sensed_at,
                               const FingerReading& reading, Time arrived_at,
                               SenderId sender = kOnlySender, std::string_view unit = {});

@@ -12,9 +12,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
+constexpr double kMaxCounts = 1e9;  // beyond, no sensor and soon no float
 
-constexpr double kFarthest = 10;         // [m]; beyond, these are millimetres
+constexpr double kMaxPosition = 10;      // [m]; beyond, these are millimetres
 constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
 
 constexpr std::array kPoseNames{"x", "y", "z", "qw", "qx", "qy", "qz"};
@@ -109,9 +109,10 @@ std::optional<PoseColumns> FindPose(const CsvTable& rows, const std::string& pre
 Eigen::Isometry3d ReadPose(const CsvTable& rows, const PoseColumns& columns) {
   std::array<double, kPoseNames.size()> v{};
   for (std::size_t i = 0; i < v.size(); ++i) v[i] = rows.Number(columns[i]);
-  if (const double far = Eigen::Vector3d(v[0], v[1], v[2]).cwiseAbs().maxCoeff(); far > kFarthest) {
+  if (const double far = Eigen::Vector3d(v[0], v[1], v[2]).cwiseAbs().maxCoeff();
+      far > kMaxPosition) {
     rows.Fail(
-        fmt::format("x,y,z is {:.6g} m from the origin: expected up to {:g} m", far, kFarthest));
+        fmt::format("x,y,z is {:.6g} m from the origin: expected up to {:g} m", far, kMaxPosition));
   }
   const Eigen::Quaterniond q_SF(v[3], v[4], v[5], v[6]);
   if (!(std::abs(q_SF.norm() - 1) <= kUnitTolerance)) {
@@ -194,7 +195,7 @@ RecordedFinger Described(const FingerColumns& columns) {
 
 FingerReading ReadSample(const CsvTable& rows, const FingerColumns& columns) {
   const auto counts = [&](std::size_t column) {  // in the file's unit
-    return static_cast<float>(rows.Number(column, kMostCounts) / rows.to_si(column));
+    return static_cast<float>(rows.Number(column, kMaxCounts) / rows.to_si(column));
   };
   FingerReading reading;
   reading.present = true;

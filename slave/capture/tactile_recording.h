@@ -57,8 +57,8 @@ std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file
 // ReadTactileRecording.
 std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene);
 
-// Which column of a recording is its clock: `rel_time_s`, `time_s`, `t`, `time` or `timestamp`, the
-// first that is there. Throws std::runtime_error `file:line: ...`: none is.
+// Returns the column of a recording that is its clock: the first of `rel_time_s`, `time_s`, `t`,
+// `time`, `timestamp` that is there. Throws std::runtime_error `file:line: ...`: none is.
 std::size_t FindTimeColumn(const CsvTable& rows);
 
 // The time of this row [s]. Throws: no time in seconds, or not later than `*before` (null: the

@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// What the checks of one sample find.
+// Findings collects the results of the checks of one sample.
 struct Findings {
   Verdict verdict{Validity::kValid};
   double sigma_force = 0;  // independent of the sigma of the estimate [N]

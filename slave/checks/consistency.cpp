@@ -11,12 +11,12 @@ namespace {
 
 // Square that a residual counts for at most [-]. [by definition: over the gate of any window, and
 // finite]
-constexpr double kMostSquare = 1e6;
+constexpr double kMaxSquare = 1e6;
 
 }  // namespace
 
 Consistency::Consistency(int window) : window_(static_cast<std::size_t>(window)) {
-  assert(window >= 1 && window <= kMostWindow);
+  assert(window >= 1 && window <= kMaxWindow);
 }
 
 Consistency::Window* Consistency::FindWindow(FailedCheck code) noexcept {
@@ -35,7 +35,7 @@ void Consistency::Add(const Residual& residual) noexcept {
   if (window == nullptr) return;
   const double ratio = residual.value / residual.sigma;
   const bool is_usable = std::isfinite(ratio) && residual.sigma > 0;
-  const double square = is_usable ? std::min(ratio * ratio, kMostSquare) : kMostSquare;
+  const double square = is_usable ? std::min(ratio * ratio, kMaxSquare) : kMaxSquare;
   Sum& sum = window->sums[now_];
   if (sum.n == 0 || square > window->largest) {
     window->largest = square;

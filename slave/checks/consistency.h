@@ -1,4 +1,5 @@
-// One test for all residuals of a sensing pipeline: a chi-square over a short window of samples.
+// Consistency tests all residuals of a sensing pipeline together: by a chi-square over a short
+// window of samples.
 #pragma once
 
 #include <array>
@@ -26,8 +27,8 @@ struct Residual {
 // into the estimate, as a parameter. One thread; allocation-free.
 class Consistency {
  public:
-  static constexpr int kMostCodes = 16;   // that one pipeline adds [-] [by definition]
-  static constexpr int kMostWindow = 16;  // [samples] [by definition]
+  static constexpr int kMaxCodes = 16;   // that one pipeline adds [-] [by definition]
+  static constexpr int kMaxWindow = 16;  // [samples] [by definition]
 
   struct Result {
     Verdict verdict{Validity::kValid};
@@ -35,7 +36,7 @@ class Consistency {
     double widening = 1;
   };
 
-  // `window`: samples that are summed, 1 to kMostWindow.
+  // `window`: samples that are summed, 1 to kMaxWindow.
   explicit Consistency(int window = 10);
 
   // A residual of the present sample. One that is not finite fails at once. A code may have
@@ -56,7 +57,7 @@ class Consistency {
     FailedCheck code = FailedCheck::kNone;
     std::string_view reason;
     double largest = 0;  // square of the residual that gave `reason`
-    std::array<Sum, kMostWindow> sums{};
+    std::array<Sum, kMaxWindow> sums{};
   };
   [[nodiscard]] Window* FindWindow(FailedCheck code) noexcept;
   [[nodiscard]] Sum Total(const Window& window) const noexcept;
@@ -64,7 +65,7 @@ class Consistency {
   std::size_t window_;
   std::size_t now_ = 0;  // index of the present sample's sums
   std::size_t count_ = 0;
-  std::array<Window, kMostCodes> windows_;
+  std::array<Window, kMaxCodes> windows_;
 };
 
 }  // namespace palpate

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// One thread; allocation-free.
+// RepeatDetector is for one thread and does not allocate.
 class RepeatDetector {
  public:
   struct Params {
@@ -21,8 +21,8 @@ class RepeatDetector {
   explicit RepeatDetector(const Params& params)
       : learning_(params.learning), has_noise_(params.has_noise) {}
 
-  // Whether an image equals the one before in every eighth row, although the source has noise. An
-  // empty image is not compared.
+  // Returns whether an image equals the one before in every eighth row, although the source has
+  // noise. An empty image is not compared.
   bool Repeats(const cv::Mat& left, const cv::Mat& right = {}) noexcept;
 
  private:

@@ -83,7 +83,7 @@ void Decide(const std::filesystem::path& file, const std::stop_token& stop, Scen
   if (!file.empty() && ApplyDecided(BytesOf(file), scene)) return;
   ProgressBar bar("auto", stop);
   auto decided =
-      study::DecideQuickly(*scene, study::RealWorkshop(), study::kQuickBudget, stop, &bar);
+      study::DecideQuickly(*scene, study::DefaultModelFactory(), study::kQuickBudget, stop, &bar);
   if (!decided) return;
   *scene = *std::move(decided);
   if (!stop.stop_requested()) Keep(*scene, file);

@@ -16,7 +16,7 @@ namespace palpate::identify {
 struct ChordModulus {
   double modulus = 0, sigma = 0;  // [Pa]; sigma by the scatter about the line
   double from = 0, to = 0;        // sizes of strain [-]
-  // By how much the line from rest with this slope exceeds the stress at `to` [-].
+  // Relative amount by which the line from rest with this slope exceeds the stress at `to` [-].
   double excess = 0;
   bool compression = false;
 };

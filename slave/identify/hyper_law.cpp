@@ -66,7 +66,7 @@ HyperLaw LawFamily::Make(const VectorXd& c, const VectorXd& exponents) const {
   const auto count = static_cast<Eigen::Index>(fixed.size());
   for (Eigen::Index i = 0; i < c.size(); ++i) {
     double alpha = i < count ? fixed[static_cast<std::size_t>(i)] : exponents[i - count];
-    if (std::abs(alpha) < kLeastExponent) alpha = std::copysign(kLeastExponent, alpha);
+    if (std::abs(alpha) < kMinExponent) alpha = std::copysign(kMinExponent, alpha);
     law.terms.push_back({c[i], alpha});
   }
   return law;

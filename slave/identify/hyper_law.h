@@ -32,7 +32,8 @@ struct HyperLaw {
   [[nodiscard]] double YoungModulus() const;  // at rest [Pa]
 };
 
-// Which numbers of a law are sought. For given exponents W is linear in the moduli.
+// LawFamily states which parameters of a law are fitted. For given exponents W is linear in the
+// moduli.
 struct LawFamily {
   std::string name;
   std::vector<double> fixed;  // exponents that the name decides
@@ -45,12 +46,12 @@ struct LawFamily {
   [[nodiscard]] int parameters() const { return moduli() + free; }
   [[nodiscard]] HyperLaw Make(const Eigen::VectorXd& moduli,
                               const Eigen::VectorXd& exponents) const;
-  // As reports call them: G1, alpha1, ..., in the order of Make's arguments.
+  // Returns the names that reports use: G1, alpha1, ..., in the order of Make's arguments.
   [[nodiscard]] std::vector<std::string> ParameterNames() const;
 };
 
 // Range of the size of a free exponent [-].
-inline constexpr double kLeastExponent = 1e-3, kMostExponent = 40;
+inline constexpr double kMinExponent = 1e-3, kMaxExponent = 40;
 
 // All that are offered, from the simplest on.
 const std::vector<LawFamily>& OfferedLaws();
@@ -60,8 +61,8 @@ const std::vector<LawFamily>& OfferedLaws();
 // (Drucker). By differences.
 double LeastStability(const HyperLaw& law, const Eigen::Vector3d& stretches);
 
-// Where in uniaxial, equibiaxial or planar load between the stretches `low` <= 1 <= `high` a law
-// first is unstable, as text; empty: nowhere.
+// Returns as text where a law first becomes unstable in uniaxial, equibiaxial or planar load
+// between the stretches `low` <= 1 <= `high`; empty if it is stable.
 std::string FirstInstability(const HyperLaw& law, double low, double high);
 
 }  // namespace palpate::identify

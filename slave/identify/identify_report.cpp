@@ -195,7 +195,7 @@ std::string ToWords(const PictureFit& fit) {
 }
 
 bool IsRefused(const LawFit& fit) {
-  return fit.at_rest.excess() > identify::kMostOffAtRest;
+  return fit.at_rest.excess() > identify::kMaxOffAtRest;
 }
 
 std::string WordsOf(const LawFit& fit) {

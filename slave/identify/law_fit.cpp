@@ -23,9 +23,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLeastShare = 0.1;  // of the highest peak: a test's weight is bounded
-constexpr std::size_t kStarts = 4;   // of the grid's best that are refined
-constexpr int kMostEvaluations = 200;
+constexpr double kMinShare = 0.1;   // of the highest peak: a test's weight is bounded
+constexpr std::size_t kStarts = 4;  // of the grid's best that are refined
+constexpr int kMaxEvaluations = 200;
 constexpr double kWide = 1.96;         // sigmas of a 95 % interval
 constexpr double kEffectiveRows = 40;  // of one test: neighbours on a curve repeat each other
 constexpr Index kNeighbours = 10;      // of the rows of a test one tenth counts as neighbours,
@@ -39,7 +39,7 @@ VectorXd Weights(const std::vector<MaterialTest>& tests) {
   const double peak = PeakOf(tests);
   std::vector<double> weights;
   for (const MaterialTest& test : tests) {
-    weights.insert(weights.end(), test.values(), 1 / std::max(test.Peak(), kLeastShare * peak));
+    weights.insert(weights.end(), test.values(), 1 / std::max(test.Peak(), kMinShare * peak));
   }
   return Eigen::Map<VectorXd>(weights.data(), static_cast<Index>(weights.size()));
 }
@@ -78,7 +78,7 @@ class Projection {
   }
 
   [[nodiscard]] VectorXd Bounded(const VectorXd& free) const {
-    return free.unaryExpr([](double x) { return kMostExponent * std::tanh(x / kMostExponent); });
+    return free.unaryExpr([](double x) { return kMaxExponent * std::tanh(x / kMaxExponent); });
   }
   // Nothing where the law overflows.
   std::optional<VectorXd> Moduli(const VectorXd& shape, VectorXd* left) const {
@@ -157,7 +157,7 @@ VectorXd BestShape(const LawFamily& family, const Projection& projection) {
     const ShapeResidual residual{&projection, family.free};
     Eigen::NumericalDiff<ShapeResidual, Eigen::Central> differences(residual, 1e-12);
     Eigen::LevenbergMarquardt search(differences);
-    search.parameters.maxfev = kMostEvaluations;
+    search.parameters.maxfev = kMaxEvaluations;
     search.minimize(free);
     if (projection.Moduli(projection.Bounded(free), &left)) misfit = left.squaredNorm();
   }
@@ -408,19 +408,19 @@ std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests,
 }
 
 FitFromRest FitLawsFromRest(const std::vector<MaterialTest>& tests, bool may_leave_out) {
-  constexpr double kShortest = 0.2;   // range of strains
-  constexpr std::size_t kFewest = 8;  // rows of a test
+  constexpr double kMinStrainRange = 0.2;  // range of strains
+  constexpr std::size_t kMinRows = 8;      // rows of a test
   FitFromRest best;
   double strain = 0;
   for (const MaterialTest& test : tests) {
     for (const TestRow& row : test.rows) strain = std::max(strain, LargestStrain(test, row));
   }
-  for (; best.fits.empty() || strain >= kShortest; strain /= 2) {
+  for (; best.fits.empty() || strain >= kMinStrainRange; strain /= 2) {
     FitFromRest next{
         .tests = UpTo(tests, strain), .largest_strain = strain, .is_all = best.fits.empty()};
     const bool is_first = best.fits.empty();
     const bool has_rows = std::ranges::all_of(
-        next.tests, [](const MaterialTest& test) { return test.rows.size() >= kFewest; });
+        next.tests, [](const MaterialTest& test) { return test.rows.size() >= kMinRows; });
     if (!is_first && !has_rows) break;
     try {
       next.fits = FitLaws(next.tests, &next.dropped);

@@ -23,11 +23,12 @@ namespace palpate::identify {
 struct AtRest {
   double off = 0, sigma = 0;  // of several tests, that which is farthest off [-]
 
-  // What the scatter of the rows does not explain.
+  // Returns the part of `off` that the scatter of the rows does not explain.
   [[nodiscard]] double excess() const { return std::max(0.0, std::abs(off) - 2 * sigma); }
 };
-// Beyond it a law is reported as off at rest, and is not proposed [-].
-inline constexpr double kOffAtRest = 0.1, kMostOffAtRest = 0.5;
+// A law beyond the first limit is reported as off at rest; beyond the second it is not proposed
+// [-].
+inline constexpr double kOffAtRest = 0.1, kMaxOffAtRest = 0.5;
 
 struct LawFit {
   LawFamily family;
@@ -51,11 +52,11 @@ struct LawFit {
 // the data.
 LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests);
 
-// Those of OfferedLaws() that this number of rows can determine, the best first: stable ones before
-// others, then by BIC; the simplest of those that BIC does not separate from the least comes first.
-// A modulus whose 95 % interval includes zero is dropped and the model fitted without it. What is
-// then a simpler model of the list is not repeated. `dropped`: model and modulus of each, unless
-// null.
+// Fits the laws of OfferedLaws() that this number of rows can determine. Returns the best first:
+// stable ones before others, then by BIC; the simplest of those that BIC does not separate from the
+// least comes first. A modulus whose 95 % interval includes zero is dropped and the model fitted
+// without it. What is then a simpler model of the list is not repeated. `dropped`: model and
+// modulus of each, unless null.
 std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests,
                             std::vector<std::string>* dropped = nullptr);
 

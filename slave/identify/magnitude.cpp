@@ -26,19 +26,19 @@ void Require(bool possible, const std::string& name, const char* what, double va
 }
 
 std::string Require(const std::string& name, const Magnitudes& m) {
-  const bool soft = m.modulus >= kLeastSoft && m.modulus <= kMostSoft;
+  const bool soft = m.modulus >= kMinSoft && m.modulus <= kMaxSoft;
   Require(m.units_named || soft, name, "Young's modulus [Pa]", m.modulus,
           "1e3 to 1e8 for a column that names no unit; 10 to 1e12 for one that does");
-  Require(m.modulus >= kLeastModulus && m.modulus <= kMostModulus, name, "Young's modulus [Pa]",
+  Require(m.modulus >= kMinModulus && m.modulus <= kMaxModulus, name, "Young's modulus [Pa]",
           m.modulus, "10 to 1e12");
-  Require(m.modulus > kStiff || m.strain >= kLeastStrain, name, "largest strain", m.strain,
+  Require(m.modulus > kStiff || m.strain >= kMinStrain, name, "largest strain", m.strain,
           "0.01 or more of a solid softer than 1e9 Pa");
-  Require(m.modulus <= kMostSoft || m.strain <= kYieldStrain, name, "largest strain", m.strain,
+  Require(m.modulus <= kMaxSoft || m.strain <= kYieldStrain, name, "largest strain", m.strain,
           "at most 0.05 of a solid harder than 1e8 Pa, or --to 0.05");
-  Require(m.modulus > kMostSoft || m.stress <= kStrength, name, "largest stress [Pa]", m.stress,
+  Require(m.modulus > kMaxSoft || m.stress <= kStrength, name, "largest stress [Pa]", m.stress,
           "at most 6e7, the strength of elastomers");
   std::string remark;
-  if (m.modulus < kLeastUsual || m.modulus > kMostUsual) {
+  if (m.modulus < kMinUsual || m.modulus > kMaxUsual) {
     remark =
         Formatted(": a modulus of %.3g Pa is rare for a soft solid: check the unit", m.modulus);
   } else if (m.stretch > kLongStretch) {

@@ -5,26 +5,27 @@
 #include <string>
 
 #include "slave/identify/material_test.h"
-#include "slave/identify/test_table.h"
+#include "slave/identify/specimen_table.h"
 
 namespace palpate::identify {
 
 // Young's modulus [Pa]: from mucus and gels to diamond.
-inline constexpr double kLeastModulus = 10, kMostModulus = 1e12;
-// That of soft solids: of organs, which flatten under their own weight if they are softer [derived:
-// density * g * height of 100 mm = 1 kPa], to hard rubber. A table that names no unit must be of
-// these.
-inline constexpr double kLeastSoft = 1e3, kMostSoft = 1e8;
-// That of most samples [Pa]: from liver and soft gels to rubbers of Shore A 80 [paper: moduli of
-// tissues and elastomers in common tables]. Of others a remark asks for a look at the unit.
-inline constexpr double kLeastUsual = 3e3, kMostUsual = 1e7;
+inline constexpr double kMinModulus = 10, kMaxModulus = 1e12;
+// Range of the modulus of soft solids [Pa]: from organs, which flatten under their own weight if
+// they are softer [derived: density * g * height of 100 mm = 1 kPa], to hard rubber. A table that
+// names no unit must be of these.
+inline constexpr double kMinSoft = 1e3, kMaxSoft = 1e8;
+// Range of the modulus of most samples [Pa]: from liver and soft gels to rubbers of Shore A 80
+// [paper: moduli of tissues and elastomers in common tables]. Of others a remark asks for a look at
+// the unit.
+inline constexpr double kMinUsual = 3e3, kMaxUsual = 1e7;
 // Nominal stress of soft solids [Pa]: the strength of the strongest elastomers, cast polyurethanes
 // [paper: data sheets, 40 to 60 MPa].
 inline constexpr double kStrength = 6e7;
 // Least largest strain of what is softer than 1 GPa: up to 1 % the seating of the ends is as large
 // as the strain [paper: ISO 7743 evaluates from 10 % on]. Largest strain of what is harder than
 // soft solids: it yields or breaks before.
-inline constexpr double kLeastStrain = 0.01, kStiff = 1e9, kYieldStrain = 0.05;
+inline constexpr double kMinStrain = 0.01, kStiff = 1e9, kYieldStrain = 0.05;
 // Largest stretch without a remark: silicones reach 18 [-].
 inline constexpr double kLongStretch = 12;
 

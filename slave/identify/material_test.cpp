@@ -165,15 +165,18 @@ std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests) {
 }
 
 std::pair<double, double> LinearRange(const HyperLaw& law) {
-  constexpr double kStrainStep = 0.005, kTenth = 0.1, kShortest = -0.9, kLongest = 1;
+  constexpr double kStrainStep = 0.005, kTenth = 0.1, kMinStretchStrain = -0.9,
+                   kMaxStretchStrain = 1;
   MaterialTest one{.kind = TestKind::kUniaxial, .components = {{0, 0}}, .rows = {{}}};
   const auto linear = [&](double strain) {
     one.rows[0].abscissa = 1 + strain;
     return std::abs(law.YoungModulus() * strain / Predict(law, one, 0)[0] - 1) <= kTenth;
   };
   std::pair<double, double> range{0, 0};
-  while (range.first > kShortest && linear(range.first - kStrainStep)) range.first -= kStrainStep;
-  while (range.second < kLongest && linear(range.second + kStrainStep)) range.second += kStrainStep;
+  while (range.first > kMinStretchStrain && linear(range.first - kStrainStep))
+    range.first -= kStrainStep;
+  while (range.second < kMaxStretchStrain && linear(range.second + kStrainStep))
+    range.second += kStrainStep;
   return range;
 }
 

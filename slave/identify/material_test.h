@@ -55,8 +55,8 @@ Eigen::VectorXd Measured(const std::vector<MaterialTest>& tests);
 std::size_t ValuesOf(const std::vector<MaterialTest>& tests);
 double PeakOf(const std::vector<MaterialTest>& tests);
 
-// Why no isotropic model can fit a test: equal stretches in two directions with stresses that
-// differ by more than a tenth of the peak. Empty: it can.
+// Returns why no isotropic model can fit a test: equal stretches in two directions with stresses
+// that differ by more than a tenth of the peak. Empty: it can.
 std::string AgainstIsotropy(const MaterialTest& test);
 
 // Strains, the first not above zero, between which a straight line with the law's modulus at rest

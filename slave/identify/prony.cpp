@@ -20,7 +20,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kPerDecade = 2;
-constexpr int kMostSweeps = 20'000;
+constexpr int kMaxSweeps = 20'000;
 constexpr double kSettled = 1e-10;    // of the largest modulus, in a sweep
 constexpr double kNegligible = 1e-3;  // of the sum: such a term is left out
 constexpr double kWide = 1.96;        // sigmas of a 95 % interval
@@ -54,8 +54,8 @@ std::vector<double> Times(const std::vector<RelaxationTable>& tables) {
   return times;
 }
 
-// What a modulus of one with this time answers to the strain, straight between the rows. The strain
-// before the first row is zero.
+// Returns the stress of a unit modulus with this relaxation time under the strain, which is linear
+// between the rows. The strain before the first row is zero.
 VectorXd Branch(const RelaxationTable& table, double time) {
   VectorXd stress(static_cast<Index>(table.time.size()));
   double branch = table.strain.front();
@@ -71,7 +71,7 @@ VectorXd Branch(const RelaxationTable& table, double time) {
 // Coordinate by coordinate: convex, so that it ends at the least squares with none negative.
 VectorXd SolveNonNegative(const MatrixXd& H, const VectorXd& g) {
   VectorXd x = VectorXd::Zero(g.size());
-  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     double moved = 0;
     for (Index i = 0; i < x.size(); ++i) {
       const double next = std::max(0.0, x[i] + (g[i] - H.row(i).dot(x)) / H(i, i));
@@ -118,7 +118,7 @@ double RateOf(const RelaxationTable& table) {
   return rates[(rates.size() - 1) * 9 / 10];
 }
 
-// Whether the strain is held for a while, or returns.
+// Returns whether the strain is held for a while, or returns.
 bool HoldsOrReturns(const RelaxationTable& table) {
   const auto [low, high] = std::ranges::minmax(table.strain);
   const double range = high - low, record = table.time.back() - table.time.front();

@@ -11,7 +11,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/identify/test_table.h"
+#include "slave/identify/specimen_table.h"
 
 namespace palpate::identify {
 

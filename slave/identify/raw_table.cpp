@@ -15,7 +15,7 @@ RawColumn ColumnOf(std::string_view title) {
   return {SplitFreeTitle(title), std::string(title)};
 }
 
-constexpr std::size_t kMostRemarks = 3;  // lines of numbers above a header
+constexpr std::size_t kMaxRemarks = 3;  // lines of numbers above a header
 
 std::ptrdiff_t CountNumbers(const std::vector<std::string_view>& cells) {
   return std::ranges::count_if(cells,
@@ -35,21 +35,21 @@ bool IsRow(const std::vector<std::string_view>& cells, std::size_t columns) {
 // Below the names: short words, and a unit or brackets in half of them or more. Instruments also
 // write temperatures and the like.
 bool IsRowOfUnits(const std::vector<std::string_view>& cells, std::size_t columns) {
-  constexpr std::size_t kLongestUnit = 8;
+  constexpr std::size_t kMaxUnitLength = 8;
   if (cells.size() != columns) return false;
   std::size_t words = 0, units = 0;
   for (const std::string_view cell : cells) {
     if (cell.empty()) continue;
     const bool is_unit = cell.front() == '(' || cell.front() == '[' || FindUnit(cell).has_value();
-    if (!is_unit && cell.size() > kLongestUnit) return false;
+    if (!is_unit && cell.size() > kMaxUnitLength) return false;
     ++words;
     units += is_unit ? 1 : 0;
   }
   return units > 0 && 2 * units >= words;
 }
 
-// Whether two columns of one name have the same numbers in SI, as one quantity in two units has.
-// Columns of specimens side by side differ.
+// Returns whether two columns of one name have the same numbers in SI, as one quantity in two units
+// has. Columns of specimens side by side differ.
 bool IsSame(const RawTable& table, std::size_t a, std::size_t b) {
   constexpr double kRounding = 0.01;  // of the largest
   const double of_a = table.columns[a].to_si.value_or(1), of_b = table.columns[b].to_si.value_or(1);
@@ -149,7 +149,7 @@ RawTable ReadRawTable(const std::filesystem::path& file) {
     const auto& cells = lines.cells();
     if (table.rows.empty() && HasWord(cells) && IsRowOfUnits(cells, table.columns.size())) {
       TakeUnits(cells, &table);
-    } else if (table.rows.size() <= kMostRemarks && HasWord(cells)) {
+    } else if (table.rows.size() <= kMaxRemarks && HasWord(cells)) {
       table.columns.clear();
       table.rows.clear();
       table.lines.clear();

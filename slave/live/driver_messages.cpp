@@ -12,10 +12,10 @@ constexpr double kFarthest = 100;           // [m]
 constexpr double kLongestDelay = 1;         // of an image [s]
 constexpr std::size_t kLongestFault = 200;  // [characters]
 
-std::optional<PushedPicture> Pushed(const v1::Image& message, std::string_view name,
-                                    FieldReader* reader) {
-  using Encoding = PushedPicture::Encoding;
-  PushedPicture picture{
+std::optional<PushedImage> Pushed(const v1::Image& message, std::string_view name,
+                                  FieldReader* reader) {
+  using Encoding = PushedImage::Encoding;
+  PushedImage picture{
       .data = &message.data(), .width = message.width(), .height = message.height()};
   const int encoding = message.encoding();
   const bool is_known =
@@ -52,7 +52,7 @@ std::optional<PushedSample> FromProto(const v1::ImageSample& message, std::strin
   PushedSample sample;
   sample.sequence = message.sequence();
   sample.sensed_at = reader.Stamp("sensed_at", message.sensed_at());
-  if (const auto image = Pushed(message.image(), "image", &reader)) sample.picture = *image;
+  if (const auto image = Pushed(message.image(), "image", &reader)) sample.image = *image;
   if (message.has_right()) sample.right = Pushed(message.right(), "right", &reader);
   if (message.has_right_sensed_at()) {
     sample.right_sensed_at = reader.Stamp("right_sensed_at", message.right_sensed_at());

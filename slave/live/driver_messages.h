@@ -7,7 +7,7 @@
 #include "palpate/v1/devices.pb.h"
 #include "palpate/v1/state.pb.h"
 
-#include "slave/capture/picture_inbox.h"
+#include "slave/capture/image_inbox.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/manipulator/driven_arm.h"
 

@@ -157,12 +157,12 @@ BoundaryShape LiveSlave::Shape(bool nodal_forces) {
   return sense_->Shape(nodal_forces);
 }
 
-std::optional<JpegPicture> LiveSlave::Picture(bool overlays, int quality) {
+std::optional<JpegPicture> LiveSlave::Image(bool overlays, int quality) {
   const double full_scale = settings_.FullScale();
   std::optional<SeenPicture> seen;
   {
     const std::lock_guard lock(sense_mutex_);
-    seen = sense_->Picture(full_scale);
+    seen = sense_->Image(full_scale);
   }
   if (!seen) return std::nullopt;
   return JpegPicture{seen->sensed_at, EncodeJpeg(overlays ? seen->draw() : seen->plain, quality),

@@ -73,7 +73,7 @@ class LiveSlave final : public Slave {
   // std::runtime_error: the folder is not writable.
   void KeepStopIn(const std::filesystem::path& folder);
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
-  [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
+  [[nodiscard]] std::optional<JpegPicture> Image(bool overlays, int quality) override;
   void SetWatched(bool is_watched) override { sensing_.SetWatched(is_watched); }
   // From now on the status has the alarm of the recording. `recorder` outlives the slave. Before
   // the slave is served.
@@ -86,7 +86,7 @@ class LiveSlave final : public Slave {
   }
   PatchSnapshot Patch() override { return sensing_.Patch(); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
-  [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
+  [[nodiscard]] ImageInbox* picture_inbox() override { return sense_->pictures(); }
   [[nodiscard]] StreamedManipulator* driven_arm() override { return manipulator_->driven(); }
   [[nodiscard]] SceneSetup* setup() override { return setup_; }
   // From now on a client may set up another scene by `setup`, which outlives the slave. `camera`:

@@ -210,7 +210,7 @@ class Run {
 
   void WritePicture(std::uint64_t sequence) const {
     const OperatorOptions& hand = scene_.operator_options;
-    const auto picture = slave_->sense().Picture(hand.force_limit / hand.transform.force_scale);
+    const auto picture = slave_->sense().Image(hand.force_limit / hand.transform.force_scale);
     if (!picture) return;
     const auto file = options_.out / "pictures" / fmt::format("{:06}.jpg", sequence);
     WriteWholeFile(file, EncodeJpeg(picture->draw(), kJpegQuality));

@@ -63,7 +63,7 @@ inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
 // Limits of scales and the force limit, so that quotients stay finite.
 inline constexpr double kLeastSetting = 1e-15;
 
-class PictureInbox;
+class ImageInbox;
 class Progress;
 class SceneSetup;
 class TactileInbox;
@@ -114,7 +114,7 @@ class Slave {
   // --- bulk data, computed only on request.
   [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // nullopt: the scene has no camera, or no image yet.
-  [[nodiscard]] virtual std::optional<JpegPicture> Picture(bool overlays, int quality) = 0;
+  [[nodiscard]] virtual std::optional<JpegPicture> Image(bool overlays, int quality) = 0;
 
   // Traces of the samples after the one of `sensed_at`, oldest first; the newest ones if there are
   // too many. Thread-safe.
@@ -126,7 +126,7 @@ class Slave {
   // Receiver of streamed tactile samples; null: none.
   [[nodiscard]] virtual TactileInbox* tactile_inbox() = 0;
   // Receiver of streamed images; null: none.
-  [[nodiscard]] virtual PictureInbox* picture_inbox() = 0;
+  [[nodiscard]] virtual ImageInbox* picture_inbox() = 0;
   // The manipulator that a client drives; null: none.
   [[nodiscard]] virtual StreamedManipulator* driven_arm() = 0;
   // The set-up of another scene; null: none.

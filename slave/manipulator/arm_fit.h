@@ -22,7 +22,7 @@ class ArmFit {
     double scale = 1;  // [-]
   };
 
-  // One report; `dt` [s] since the one before.
+  // Adds one report, `dt` [s] after the one before.
   void Add(const Eigen::Vector3d& p_S_measured, const Eigen::Vector3d& p_S_target,
            const Eigen::Vector3d& v_S_target, double dt) noexcept {
     if (v_S_target.norm() < kAtRest || !(dt > 0)) return;  // a stationary arm gives no information

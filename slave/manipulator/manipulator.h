@@ -49,7 +49,7 @@ class Manipulator {
   [[nodiscard]] virtual std::uint32_t frame() const noexcept { return 0; }
   // The last target was clipped by the workspace or a speed limit. Thread-safe.
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
-  // Whether it moves a tool that images may show.
+  // Returns whether it moves a tool that images may show.
   [[nodiscard]] virtual bool carries_tool() const noexcept = 0;
 
   // The manipulator does not move the tool, or its position is unknown. It holds until a new

@@ -9,9 +9,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kLongestStep = 0.05;  // a slave that slept makes no leap of it [s]
-constexpr double kFastest = 3;         // of max_speed: what no report may show
-constexpr double kSlack = 0.01;        // of a report: what it goes in so long at max_speed [s]
+constexpr double kMaxStep = 0.05;  // a slave that slept makes no leap of it [s]
+constexpr double kFastest = 3;     // of max_speed: what no report may show
+constexpr double kSlack = 0.01;    // of a report: what it goes in so long at max_speed [s]
 constexpr double kOutside = 0.02;  // of the workspace's diagonal: how far a tip may overshoot it
 constexpr double kSmoothing = 0.05;
 constexpr double kSettles = 0.05;  // so long after the last thing wrong a fault is over [s]
@@ -247,7 +247,7 @@ ArmAim StreamedManipulator::Aim(Time now) {
   const double dt = stepped_at_ ? SecondsBetween(*stepped_at_, now) : 0;
   stepped_at_ = now;
   if (motion_ == ArmAim::Motion::kFollow && HasFault(now)) Stand();
-  const double step = std::clamp(dt, 0.0, kLongestStep);
+  const double step = std::clamp(dt, 0.0, kMaxStep);
   follower_.Step(step);
   rotation_.Step(step);
   ArmAim aim{.motion = motion_, .sequence = ++aims_, .p_S_tip = follower_.tip()};

@@ -19,9 +19,9 @@
 
 namespace palpate {
 
-// It has a fault and holds its last measured position while no driver is connected, the driver is
-// silent for longer than the scene allows, reports a fault, or reports a tip outside the workspace
-// or one that is unreachable since the last report.
+// The manipulator has a fault and holds its last measured position while no driver is connected,
+// the driver is silent for longer than the scene allows, reports a fault, or reports a tip outside
+// the workspace or one that is unreachable since the last report.
 class StreamedManipulator final : public Manipulator {
  public:
   using Now = Time (*)();
@@ -43,7 +43,7 @@ class StreamedManipulator final : public Manipulator {
   [[nodiscard]] std::optional<Eigen::Vector3d> measured_force() const noexcept override;
   [[nodiscard]] StreamedManipulator* driven() noexcept override { return this; }
 
-  // For the driver's stream. Thread-safe; every call is short.
+  // The functions below serve the driver's stream. They are thread-safe and short.
   //
   // The first reading of `driver` makes it the driver. nullopt: accepted. Otherwise the reading is
   // not used.
@@ -72,7 +72,7 @@ class StreamedManipulator final : public Manipulator {
   };
 
   [[nodiscard]] bool IsFaultyAt(Time now) const noexcept;
-  // With mutex_ held, as all functions below.
+  // Requires mutex_ to be held, as all functions below.
   [[nodiscard]] std::optional<DriverRefusal> Rejects(DriverId driver, const ArmReading& reading,
                                                      Time arrived_at) const;
   // Fault of a readable reading; empty: none.

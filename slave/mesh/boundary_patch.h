@@ -26,8 +26,8 @@ int FindElement(const BoundaryMesh& mesh, const Eigen::Vector2d& p) noexcept;
 // finite, negative width.
 std::vector<int> PatchElements(const BoundaryMesh& mesh, int element, const Eigen::Vector2d& place,
                                double width);
-// The same without allocation: fills `patch` and returns the number of elements, which may exceed
-// its size.
+// Finds the elements without allocation: fills `patch` and returns the number of elements, which
+// may exceed its size.
 int PatchElements(const BoundaryMesh& mesh, int element, const Eigen::Vector2d& place, double width,
                   std::span<int> patch) noexcept;
 

@@ -14,16 +14,16 @@ using Eigen::Vector3d;
 
 constexpr double kSamePlace = 1e-9;                         // of the diagonal
 constexpr double kLargestUsual = 2, kSmallestUsual = 2e-5;  // diagonal [m]
-constexpr std::size_t kMostListed = 5;
+constexpr std::size_t kMaxListed = 5;
 
 template <class Name>
 std::string List(const char* what, const std::vector<int>& indices, Name name) {
   std::string text = what;
-  for (std::size_t i = 0; i < std::min(indices.size(), kMostListed); ++i) {
+  for (std::size_t i = 0; i < std::min(indices.size(), kMaxListed); ++i) {
     text += (i == 0 ? " " : ", ") + name(indices[i]);
   }
-  if (indices.size() <= kMostListed) return text;
-  return text + " and " + std::to_string(indices.size() - kMostListed) + " more";
+  if (indices.size() <= kMaxListed) return text;
+  return text + " and " + std::to_string(indices.size() - kMaxListed) + " more";
 }
 
 // Behind the word that List has written already.

@@ -29,7 +29,7 @@ template <std::size_t N>
 std::vector<int> PartsOf(const std::vector<std::array<int, N>>& elements, std::size_t nodes,
                          int* parts);
 
-// Whether nodes are finite, node numbers in range, and there is an element; otherwise adds
+// Returns whether nodes are finite, node numbers in range, and there is an element; otherwise adds
 // refusals.
 template <std::size_t N>
 bool IsReadable(const std::vector<Eigen::Vector3d>& nodes,
@@ -41,7 +41,7 @@ template <std::size_t N>
 void RefuseDuplicates(const std::vector<std::array<int, N>>& elements, const MeshNumbers& numbers,
                       MeshReport* report);
 
-// Whether each node is used by an element.
+// Returns whether each node is used by an element.
 template <std::size_t N>
 std::vector<bool> UsedNodes(const std::vector<std::array<int, N>>& elements, std::size_t nodes);
 

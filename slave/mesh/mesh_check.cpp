@@ -287,7 +287,7 @@ double EnclosedVolume(const SurfaceMesh& surface, const std::vector<int>& triang
 
 std::vector<SurfacePart> ClosedParts(const SurfaceMesh& surface) {
   std::vector<SurfacePart> parts = ByEdges(surface);
-  if (parts.size() > kMostParts) return {};
+  if (parts.size() > kMaxParts) return {};
   for (SurfacePart& part : parts) {
     const Vector3d p = Centroid(surface, part.triangles[0]);
     for (const SurfacePart& other : parts) {

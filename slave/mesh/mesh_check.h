@@ -18,8 +18,8 @@ struct SurfacePart {
   std::vector<int> triangles;
   int depth = 0;  // number of other parts around it; odd: it bounds a cavity
 };
-// Parts of a surface without open edges. Empty: more than kMostParts. O(parts x triangles).
-constexpr std::size_t kMostParts = 1000;
+// Parts of a surface without open edges. Empty: more than kMaxParts. O(parts x triangles).
+constexpr std::size_t kMaxParts = 1000;
 std::vector<SurfacePart> ClosedParts(const SurfaceMesh& surface);
 
 // Winding number of the triangles around `p` (unsigned; sum of their solid angles over 4 pi): 1

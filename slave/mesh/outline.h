@@ -20,7 +20,7 @@ struct Outline {
   std::vector<std::vector<Eigen::Vector2d>> holes;  // any direction; meshing turns them clockwise
 };
 
-// One straight element from `a` to `b`.
+// BoundaryElement is a straight element from `a` to `b`.
 struct BoundaryElement {
   Eigen::Vector2d a, b;
   [[nodiscard]] double length() const { return (b - a).norm(); }

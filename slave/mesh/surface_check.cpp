@@ -143,7 +143,7 @@ void Orient(const EdgeMap& edges, SurfaceMesh* mesh, const MeshNumbers& numbers,
   }
   const std::vector<SurfacePart> parts = ClosedParts(*mesh);
   if (parts.empty()) {
-    report->refusals.push_back("too many parts: expected at most " + std::to_string(kMostParts));
+    report->refusals.push_back("too many parts: expected at most " + std::to_string(kMaxParts));
     return;
   }
   for (const SurfacePart& part : parts) {

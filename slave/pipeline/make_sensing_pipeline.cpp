@@ -10,7 +10,7 @@
 
 #include "shared/link/priority_inheritance_mutex.h"
 #include "shared/telemetry/latency_histogram.h"
-#include "slave/capture/picture_inbox.h"
+#include "slave/capture/image_inbox.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/camera/camera_sense.h"
 #include "slave/pipeline/fingertips/fingertip_sense.h"
@@ -26,7 +26,7 @@ constexpr const char* kNothingYet = "no image received yet (FeedImages)";
 // reports what it waits for.
 class AwaitedSense final : public SensingPipeline {
  public:
-  // `make` creates the sensing from `inputs.pictures`; it throws if the images cannot be used, and
+  // `make` creates the sensing from `inputs.images`; it throws if the images cannot be used, and
   // is called again with the next ones. `awaited`: description until then.
   using Make = std::function<std::unique_ptr<SensingPipeline>(const SenseInputs& inputs)>;
   AwaitedSense(const Scene& scene, Make make, SenseInfo awaited)
@@ -65,8 +65,8 @@ class AwaitedSense final : public SensingPipeline {
   BoundaryShape Shape(bool nodal_forces) override {
     return Made() ? Made()->Shape(nodal_forces) : BoundaryShape{};
   }
-  [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override {
-    return Made() ? Made()->Picture(full_scale) : std::nullopt;
+  [[nodiscard]] std::optional<SeenPicture> Image(double full_scale) const override {
+    return Made() ? Made()->Image(full_scale) : std::nullopt;
   }
   // Throws std::logic_error before the first sample.
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
@@ -88,7 +88,7 @@ class AwaitedSense final : public SensingPipeline {
     return Made() ? Made()->OpenOfflineReport(truth) : nullptr;
   }
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
-  [[nodiscard]] PictureInbox* pictures() override { return &inbox_; }
+  [[nodiscard]] ImageInbox* pictures() override { return &inbox_; }
   [[nodiscard]] Time sensed_at() const override { return inbox_.taken_at(); }
   [[nodiscard]] std::optional<CameraHealth> health() const override {
     CameraHealth health = inbox_.health();
@@ -104,7 +104,7 @@ class AwaitedSense final : public SensingPipeline {
   // False: these images cannot be used; the reason is reported.
   bool TryToMake(const std::stop_token& stop) {
     try {
-      auto sense = make_({.pictures = &inbox_});
+      auto sense = make_({.images = &inbox_});
       if (!sense->Acquire(stop)) return false;
       sense_ = std::move(sense);
       made_ = sense_.get();
@@ -122,7 +122,7 @@ class AwaitedSense final : public SensingPipeline {
     trouble_ = trouble;
   }
 
-  PictureInbox inbox_;
+  ImageInbox inbox_;
   const Make make_;
   const SenseInfo awaited_;
   std::unique_ptr<SensingPipeline> sense_;

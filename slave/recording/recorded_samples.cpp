@@ -25,12 +25,12 @@ int CountOpened(const std::filesystem::path& file) {
 }
 
 cv::Mat Decoded(const std::string& png) {
-  const auto picture = OpenPng({reinterpret_cast<const unsigned char*>(png.data()), png.size()});
-  if (!picture || long{picture->size().width} * picture->size().height > kMostPixels) {
+  const auto image = OpenPng({reinterpret_cast<const unsigned char*>(png.data()), png.size()});
+  if (!image || long{image->size().width} * image->size().height > kMaxPixels) {
     throw InputError("a recorded image: expected a PNG of at most " +
-                     std::to_string(kMostPixels / 1'000'000) + " megapixels");
+                     std::to_string(kMaxPixels / 1'000'000) + " megapixels");
   }
-  return picture->Decode();
+  return image->Decode();
 }
 
 template <typename Source, typename Sample>
@@ -68,7 +68,7 @@ bool RecordedSamples::NextStep(v1::SenseStep* step) {
   return false;
 }
 
-cv::Mat RecordedSamples::NextPicture(std::string_view topic, Time sensed_at) {
+cv::Mat RecordedSamples::NextImage(std::string_view topic, Time sensed_at) {
   foxglove::CompressedImage message;
   while (reader_.Next()) {
     if (reader_.topic() != topic) continue;
@@ -87,7 +87,7 @@ cv::Mat RecordedSamples::NextPicture(std::string_view topic, Time sensed_at) {
   return {};
 }
 
-bool RecordedSamples::NextPictures(StereoPair* pair) {
+bool RecordedSamples::NextImages(StereoPair* pair) {
   v1::SenseStep step;
   do {
     if (!NextStep(&step)) return false;
@@ -95,20 +95,20 @@ bool RecordedSamples::NextPictures(StereoPair* pair) {
   pair->sequence = step.images().sequence();
   pair->sensed_at = RecordedTime(step.images().sensed_at());
   pair->skew = step.images().skew();
-  pair->left = NextPicture(kLeftTopic, pair->sensed_at);
-  if (step.images().images() > 1) pair->right = NextPicture(kRightTopic, pair->sensed_at);
+  pair->left = NextImage(kLeftTopic, pair->sensed_at);
+  if (step.images().images() > 1) pair->right = NextImage(kRightTopic, pair->sensed_at);
   return !pair->left.empty() && (step.images().images() < 2 || !pair->right.empty());
 }
 
 std::optional<Frame> RecordedSamples::NextFrame() {
   StereoPair pair;
-  if (!NextPictures(&pair)) return std::nullopt;
+  if (!NextImages(&pair)) return std::nullopt;
   return Frame{pair.left, pair.sequence, pair.sensed_at};
 }
 
 std::optional<StereoPair> RecordedSamples::NextPair() {
   StereoPair pair;
-  return NextPictures(&pair) ? std::optional(pair) : std::nullopt;
+  return NextImages(&pair) ? std::optional(pair) : std::nullopt;
 }
 
 std::optional<TactileFrame> RecordedSamples::NextTactile() {

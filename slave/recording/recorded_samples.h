@@ -14,7 +14,7 @@ namespace palpate {
 
 class RecordedSamples final : public SamplePlayer {
  public:
-  // From the last source that was opened before the sense acquired its first sample. Throws
+  // Reads the last source that was opened before the sense acquired its first sample. Throws
   // InputError: not a recording.
   explicit RecordedSamples(const std::filesystem::path& file);
 
@@ -26,15 +26,15 @@ class RecordedSamples final : public SamplePlayer {
   std::optional<Frame> NextFrame();
   std::optional<StereoPair> NextPair();
   std::optional<TactileFrame> NextTactile();
-  // Why there are no more samples although the recording continues; empty: it does not.
+  // Returns why there are no more samples although the recording continues; empty: it does not.
   [[nodiscard]] const std::string& gap() const { return gap_; }
 
  private:
   bool NextStep(v1::SenseStep* step);
   // The next image on `topic`, taken at `sensed_at`; empty: the recording ends, or it is missing.
-  cv::Mat NextPicture(std::string_view topic, Time sensed_at);
+  cv::Mat NextImage(std::string_view topic, Time sensed_at);
   // Reads the next images into `*pair`; false: there are none.
-  bool NextPictures(StereoPair* pair);
+  bool NextImages(StereoPair* pair);
 
   RecordingReader reader_;
   std::string gap_;

@@ -45,7 +45,7 @@ bool StaysInside(const fs::path& path) {
 SceneFiles GatherSceneFiles(const Scene& scene) {
   SceneFiles gathered;
   std::map<fs::path, std::string> kept;
-  std::uintmax_t room = SceneFiles::kMost;
+  std::uintmax_t room = SceneFiles::kMaxBytes;
   for (const fs::path& input : InputFilesOf(scene)) {
     for (const fs::path& file : FilesOf(input)) {
       try {

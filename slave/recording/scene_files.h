@@ -15,7 +15,7 @@
 namespace palpate {
 
 struct SceneFiles {
-  static constexpr std::uintmax_t kMost = 16 << 20;  // of all files together [bytes]
+  static constexpr std::uintmax_t kMaxBytes = 16 << 20;  // of all files together [bytes]
 
   std::string scene;                         // which of them is the scene
   std::map<std::string, std::string> bytes;  // by path below the folder that they all are in

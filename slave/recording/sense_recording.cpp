@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-std::string PictureMessage(const cv::Mat& image, Time sensed_at) {
+std::string ImageMessage(const cv::Mat& image, Time sensed_at) {
   foxglove::CompressedImage message;
   ToProto(sensed_at, message.mutable_timestamp());
   message.set_format("png");
@@ -78,8 +78,8 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     Put([&](v1::SenseStep* step) { step->set_shape(nodal_forces); });
     return sense_->Shape(nodal_forces);
   }
-  [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override {
-    return sense_->Picture(full_scale);
+  [[nodiscard]] std::optional<SeenPicture> Image(double full_scale) const override {
+    return sense_->Image(full_scale);
   }
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override {
@@ -99,7 +99,7 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     return sense_->OpenOfflineReport(truth);
   }
   [[nodiscard]] TactileInbox* inbox() override { return sense_->inbox(); }
-  [[nodiscard]] PictureInbox* pictures() override { return sense_->pictures(); }
+  [[nodiscard]] ImageInbox* pictures() override { return sense_->pictures(); }
   [[nodiscard]] Time sensed_at() const override { return sense_->sensed_at(); }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return sense_->health(); }
 
@@ -164,31 +164,31 @@ void SenseRecording::Opened() {
   recording_->Put(steps_, Clock::now(), step);
 }
 
-void SenseRecording::PutInstant(std::uint64_t sequence, Time sensed_at, int pictures, double skew) {
+void SenseRecording::PutInstant(std::uint64_t sequence, Time sensed_at, int images, double skew) {
   v1::SenseStep step;
   step.mutable_images()->set_sequence(sequence);
   ToProto(sensed_at, step.mutable_images()->mutable_sensed_at());
-  step.mutable_images()->set_images(static_cast<std::uint32_t>(pictures));
+  step.mutable_images()->set_images(static_cast<std::uint32_t>(images));
   step.mutable_images()->set_skew(skew);
   recording_->Put(steps_, Clock::now(), step);
 }
 
-// Packing takes milliseconds, which the writing thread has. Nobody changes a picture that was given
+// Packing takes milliseconds, which the writing thread has. Nobody changes an image that was given
 // out.
-void SenseRecording::PutPicture(std::uint16_t channel, const cv::Mat& image, Time sensed_at) {
+void SenseRecording::PutImage(std::uint16_t channel, const cv::Mat& image, Time sensed_at) {
   recording_->Put(channel, Clock::now(), image.total() * image.elemSize(),
-                  [image, sensed_at] { return PictureMessage(image, sensed_at); });
+                  [image, sensed_at] { return ImageMessage(image, sensed_at); });
 }
 
 void SenseRecording::OnSample(const Frame& frame) {
   PutInstant(frame.sequence, frame.sensed_at, 1, 0);
-  PutPicture(left_, frame.image, frame.sensed_at);
+  PutImage(left_, frame.image, frame.sensed_at);
 }
 
 void SenseRecording::OnSample(const StereoPair& pair) {
   PutInstant(pair.sequence, pair.sensed_at, pair.right.empty() ? 1 : 2, pair.skew);
-  PutPicture(left_, pair.left, pair.sensed_at);
-  if (!pair.right.empty()) PutPicture(right_, pair.right, pair.sensed_at);
+  PutImage(left_, pair.left, pair.sensed_at);
+  if (!pair.right.empty()) PutImage(right_, pair.right, pair.sensed_at);
 }
 
 void SenseRecording::OnSample(const TactileFrame& frame) {

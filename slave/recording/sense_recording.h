@@ -53,8 +53,8 @@ class SenseRecording final : public SenseRecorder {
 
  private:
   class WatchedSense;
-  void PutPicture(std::uint16_t channel, const cv::Mat& image, Time sensed_at);
-  void PutInstant(std::uint64_t sequence, Time sensed_at, int pictures, double skew);
+  void PutImage(std::uint16_t channel, const cv::Mat& image, Time sensed_at);
+  void PutInstant(std::uint64_t sequence, Time sensed_at, int images, double skew);
 
   std::vector<std::string> left_out_;  // files of the scene that are too large to record
   std::string overrides_;              // one line each

@@ -161,7 +161,7 @@ StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, cons
   return pair;
 }
 
-void ReadDepthSource(Section& camera, const SceneContext& context, DepthPictures* depth) {
+void ReadDepthSource(Section& camera, const SceneContext& context, DepthImages* depth) {
   if (!IsMap(camera, "depth")) {
     depth->pattern = ReadPictures(camera, "depth", context);
     return;
@@ -169,15 +169,15 @@ void ReadDepthSource(Section& camera, const SceneContext& context, DepthPictures
   Section section = camera.Open("depth");
   if (section.Has("source")) {
     section.OneOf<int>("source", {{"stream", 0}});
-    depth->source = DepthPictures::Source::kStream;
+    depth->source = DepthImages::Source::kStream;
   } else {
-    depth->source = DepthPictures::Source::kEye;
+    depth->source = DepthImages::Source::kEye;
     depth->eye = ReadCameraSource(section, context, true);
   }
 }
 
-DepthPictures ReadDepthPictures(Section& camera, const SceneContext& context) {
-  DepthPictures depth;
+DepthImages ReadDepthPictures(Section& camera, const SceneContext& context) {
+  DepthImages depth;
   ReadDepthSource(camera, context, &depth);
   depth.unit = camera.Number("unit");
   depth.fx = camera.Number("fx");

@@ -49,7 +49,7 @@ struct ToInputs {
     AddPictures(pair.left), AddPictures(pair.right);
     Add(pair.rig);
   }
-  void operator()(const DepthPictures& depth) const { AddPictures(depth.pattern); }
+  void operator()(const DepthImages& depth) const { AddPictures(depth.pattern); }
   void operator()(const PointTracking& points) const { Add(points.layout); }
   void operator()(const Tactile& tactile) const {
     for (const auto& file : {tactile.file, tactile.network, tactile.electrodes}) {
@@ -130,7 +130,7 @@ bool TakesPictures(const SenseOptions& sense) {
     return part != nullptr && part->source == std::remove_cvref_t<decltype(*part)>::Source::kStream;
   };
   return is_stream(sense.Find<Camera>()) || is_stream(sense.Find<StereoCameras>()) ||
-         is_stream(sense.Find<DepthPictures>());
+         is_stream(sense.Find<DepthImages>());
 }
 
 bool IsSimulated(const Scene& scene) {

@@ -86,7 +86,7 @@ class CrossCheck {
   void CheckHeld() {
     const auto* stereo = scene_.sense.Find<StereoCameras>();
     const bool is_given = IsPresent("object", "fixed");
-    const bool may_move = names_cameras_ && !scene_.sense.Find<DepthPictures>();
+    const bool may_move = names_cameras_ && !scene_.sense.Find<DepthImages>();
     if (use_ == SceneUse::kFull && !may_move && !is_given && !IsHeld(scene_.object)) {
       Refuse("object.fixed", "the fixed part of the object: side, arc, plane or nodes");
     }
@@ -223,8 +223,7 @@ class CrossCheck {
     const bool is_membrane = IsSkin(scene_.object.geometry);
     if (!HasStereoOrDepth(scene_.sense) || !(is_simulated || is_membrane) || mistakes_->count() > 0)
       return;
-    const Eigen::Isometry3d& X_SC =
-        stereo ? stereo->X_SL : scene_.sense.Find<DepthPictures>()->X_SD;
+    const Eigen::Isometry3d& X_SC = stereo ? stereo->X_SL : scene_.sense.Find<DepthImages>()->X_SD;
     const Eigen::Vector3d p_C = X_SC.inverse() * scene_.object.X_SO.translation();
     constexpr double kWidest = 1.5;  // baseline / distance: the cameras turn by 97 degrees
     if (use_ == SceneUse::kFull && !(p_C.z() > 0)) {

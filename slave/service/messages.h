@@ -11,7 +11,7 @@
 #include "palpate/v1/telemetry.pb.h"
 #include "palpate/v1/teleoperation.pb.h"
 
-#include "slave/capture/picture_inbox.h"
+#include "slave/capture/image_inbox.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/live/driver_messages.h"
 #include "slave/live/slave.h"

@@ -1,5 +1,5 @@
-// The operator's stream: commands in, states out, one of each in flight. If the operator requests
-// it, both also travel by datagram.
+// OperateStream serves the operator: it reads commands and writes states, one of each at a time. If
+// the operator requests it, both also travel by datagram.
 #pragma once
 
 #include <atomic>
@@ -27,7 +27,7 @@ class OperateStream final
     : public EndingStream<grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>>,
       public StateReader {
  public:
-  // Called when a stream begins, for which its connection may send `rate` [bytes/s].
+  // OnStream is called when a stream begins. Its connection may send `rate` [bytes/s] meanwhile.
   using OnStream = std::function<void(const grpc::ServerContextBase& context, double rate)>;
   struct Host {
     OperatorLease& lease;
@@ -53,20 +53,21 @@ class OperateStream final
   OperateStream(const Host& host, const grpc::ServerContextBase& context);
 
   void Take(const v1::OperatorCommand& command);
-  // Why the lease was refused; OK: this stream has it.
+  // Returns OK if this stream has the lease, else why it was refused.
   grpc::Status RequestLease(const std::optional<std::string>& name);
 
   void OnEnding() override;
   void OfferDatagrams();
   DatagramLine::LinkFeedback TakeDatagram(std::string_view plain);
-  // Moves the newest state from `box_` to `message_`; false: there is none. With mutex_ held.
+  // Moves the newest state from `box_` to `message_`. Returns false if there is none. Requires
+  // mutex_ to be held.
   bool MakeMessage();
 
   const Host host_;
-  const grpc::ServerContextBase& context_;        // until OnDone
-  const std::string peer_;                        // as gRPC names it
-  const std::string client_;                      // for the log
-  std::atomic<OperatorLease::Ticket> ticket_{0};  // 0: not yet
+  const grpc::ServerContextBase& context_;        // valid until OnDone
+  const std::string peer_;                        // address of the peer in gRPC's form
+  const std::string client_;                      // name of the client in the log
+  std::atomic<OperatorLease::Ticket> ticket_{0};  // 0: no lease yet
   v1::OperatorCommand command_;                   // gRPC's while a read is waiting
   v1::SlaveState message_;                        // gRPC's while `writing_`
   bool datagrams_asked_ = false;                  // used by the reading thread only
@@ -75,8 +76,8 @@ class OperateStream final
   StateMailbox box_;
   std::atomic<bool> torque_{false};         // the newest command requests the moment
   bool writing_ = false;                    // guarded by mutex_, as the members below
-  std::optional<v1::DatagramOffer> offer_;  // not yet reported
-  std::shared_ptr<DatagramLine> line_;      // null: none
+  std::optional<v1::DatagramOffer> offer_;  // the datagram offer that is not sent yet
+  std::shared_ptr<DatagramLine> line_;      // null without datagrams
 };
 
 }  // namespace palpate

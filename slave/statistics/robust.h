@@ -9,9 +9,9 @@
 
 namespace palpate {
 
-// From a median of sizes to the standard deviation of normal errors.
+// Standard deviation of normal errors by the median of their sizes [-].
 inline constexpr double kSigmaPerMedian = 1.4826;
-// Where Tukey's biweight ends [standard deviations]: 95 % efficient for normal errors.
+// Tukey's biweight ends here [standard deviations]: 95 % efficient for normal errors.
 inline constexpr double kBiweightCut = 4.685;
 
 // The upper one of the two in the middle where their number is even. `values`: not empty; their
@@ -29,7 +29,7 @@ double SigmaOfSizes(Values&& sizes) {
   return kSigmaPerMedian * MedianOf(sizes);
 }
 
-// The same about the median of `values`, which become their distances from it.
+// Estimates the deviation about the median of `values`, which become their distances from it.
 template <std::ranges::random_access_range Values>
 double SigmaAboutMedian(Values&& values) {
   const auto middle = MedianOf(values);

@@ -15,7 +15,7 @@
 namespace palpate::study {
 namespace {
 
-// Why the scene cannot run on it, whatever its figures; empty: it can.
+// Returns why the scene cannot run on it, whatever its figures; empty: it can.
 std::string Unfit(const Scene& scene, const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
   if (kind == nullptr || kind->object != ObjectClass::kVolume) return {};
@@ -79,15 +79,15 @@ std::vector<StudyRow> FitRows(const Scene& scene, std::vector<StudyRow> rows,
   return rows;
 }
 
-// Whether a volume's reference at several places takes some seconds, not minutes; a box's needs no
-// more cells than it is cut into for the tool.
+// Returns whether a volume's reference at several places takes some seconds, not minutes; a box's
+// needs no more cells than it is cut into for the tool.
 bool IsQuicklyGraded(const Scene& scene) {
-  constexpr std::size_t kMostTets = 3'000;
+  constexpr std::size_t kMaxTets = 3'000;
   if (HoldsByNumber(scene)) return false;
   if (std::holds_alternative<BoxGeometry>(scene.object.geometry)) return true;
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
-  return solid != nullptr && solid->tets.size() <= kMostTets;
+  return solid != nullptr && solid->tets.size() <= kMaxTets;
 }
 
 // The solid that cameras see takes a second for each radius: a few radii, all around.
@@ -141,13 +141,13 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
 
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
   // From 29 on they bound what nine of ten places stay within (BeyondBound).
-  constexpr int kOnOutline = 128, kFewest = 29;
+  constexpr int kOnOutline = 128, kMinOnSurface = 29;
   const bool has_own = !scene.study_contacts.empty() || !scene.tool;
   if (has_own) return {};
   const auto is_slow = [&] { return IsTouchedRound(scene) || !IsQuicklyGraded(scene); };
   if (IsVolume(scene.object.geometry) && is_slow()) return {};
   const Geometry& geometry = scene.object.geometry;
-  const int count = IsPlanar(geometry) ? kOnOutline : kFewest;
+  const int count = IsPlanar(geometry) ? kOnOutline : kMinOnSurface;
   auto places = ReachablePlaces(scene, scene.tool->width, SpreadShares(count));
   if (HasStereoOrDepth(scene.sense)) KeepToFewRadii(geometry, &places);
   return places;
@@ -165,16 +165,15 @@ StudySettings QuickSettings(const Scene& scene, double budget_s) {
   return settings;
 }
 
-std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,
-                                   double budget_s, const std::stop_token& stop,
-                                   Progress* progress) {
+std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& factory, double budget_s,
+                                   const std::stop_token& stop, Progress* progress) {
   Scene weightless = scene;  // a press adds the same force to whatever weight there is
   weightless.model.fem.gravity_O.setZero();
   const StudySettings settings = QuickSettings(scene, budget_s);
-  return DecidedBy(RunStudy(weightless, settings, workshop, stop, {{}, progress}), scene);
+  return DecidedBy(RunStudy(weightless, settings, factory, stop, {{}, progress}), scene);
 }
 
-OwnModel StudyOwn(Scene scene, const ModelFactory& workshop, Progress* progress) {
+OwnModel StudyOwn(Scene scene, const ModelFactory& factory, Progress* progress) {
   if (!CanStudy(scene)) {
     throw std::invalid_argument(
         "the object has no fixed boundary, so only balanced loads are accepted");
@@ -186,7 +185,7 @@ OwnModel StudyOwn(Scene scene, const ModelFactory& workshop, Progress* progress)
   settings.timing_s = 0.01;
   settings.limits = {.residuals = false, .own = true, .large = !is_decided};
   settings.compares = !is_decided;  // the decision states the error already
-  StudyResult study = RunStudy(scene, settings, workshop, StopOf(progress), {{}, progress});
+  StudyResult study = RunStudy(scene, settings, factory, StopOf(progress), {{}, progress});
   const auto own = std::ranges::find_if(study.rows, [&](const StudyRow& row) {
     return row.own && IsSameModel(row.model, scene.model);
   });

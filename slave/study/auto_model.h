@@ -10,11 +10,12 @@
 
 namespace palpate::study {
 
-// Whether a study is possible: the object has a fixed part, and its outline is known without an
-// image.
+// Returns whether a study is possible: the object has a fixed part, and its outline is known
+// without an image.
 bool CanStudy(const Scene& scene);
 
-// What all commands state of a studied model: its figures, without reason and rejected ones.
+// Returns what all commands state about a studied model: its figures, without reason and rejected
+// models.
 ModelDecision StatedOf(const StudyRow& row);
 
 // `scene` with the model that its study recommends, at the studied resolution, and with the
@@ -31,8 +32,8 @@ std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene);
 // A quick study skips expensive models and repetitions; volumes with many contacts get twice the
 // time.
 StudySettings QuickSettings(const Scene& scene, double budget_s = kQuickBudget);
-// The same after a quick study of about `budget_s` [s]. Throws std::invalid_argument: see AskedOf.
-std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,
+// Decides after a quick study of about `budget_s` [s]. Throws std::invalid_argument: see AskedOf.
+std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& factory,
                                    double budget_s = kQuickBudget, const std::stop_token& stop = {},
                                    Progress* progress = nullptr);
 
@@ -43,6 +44,6 @@ struct OwnModel {
 };
 // Seconds. Throws std::invalid_argument: see AskedOf; nothing is fixed. A stop of `progress` ends
 // it: Interrupted, or a row without answer.
-OwnModel StudyOwn(Scene scene, const ModelFactory& workshop, Progress* progress = nullptr);
+OwnModel StudyOwn(Scene scene, const ModelFactory& factory, Progress* progress = nullptr);
 
 }  // namespace palpate::study

@@ -50,12 +50,12 @@ bool IsOwn(const Scene& scene, const Candidate& c) {
 // Element counts for which whole numbers of elements lie under the tool, so that what is left of
 // the error is the method's; coarser ones below, for who is in a hurry.
 std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
-  constexpr int kFewest = 20, kMost = 1500;
+  constexpr int kMinElements = 20, kMaxElements = 1500;
   constexpr double kNearlyWhole = 2e-3;
   std::set<int> counts{scene.model.elements};
   if (HoldsByNumber(scene)) return counts;  // the numbers belong to this division
   Scene trial = scene;
-  trial.model.elements = kMost;
+  trial.model.elements = kMaxElements;
   double per_tool = Perimeter(MeshOutline(trial, std::nullopt)) / question.width;
   if (std::abs(std::round(per_tool) / per_tool - 1) < kNearlyWhole) per_tool = std::round(per_tool);
   for (const int under_tool : {1, 2, 3, 5, 9, 15, 25, 45}) {
@@ -64,7 +64,7 @@ std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
     double smallest = std::numeric_limits<double>::infinity();
     const int slack = std::max(wanted / 40, 1);
     for (int n = wanted - slack; n <= wanted + slack; ++n) {
-      if (n < kFewest || n > kMost) continue;
+      if (n < kMinElements || n > kMaxElements) continue;
       trial.model.elements = n;
       const ObjectMesh mesh = MeshOutline(trial, std::nullopt);
       double mismatch = 0;
@@ -81,7 +81,7 @@ std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
     if (best > 0) counts.insert(best);
   }
   for (const int n : {20, 30, 40}) counts.insert(n);
-  for (int n = 60; counts.size() < 6 && n <= kMost; n *= 2) counts.insert(n);
+  for (int n = 60; counts.size() < 6 && n <= kMaxElements; n *= 2) counts.insert(n);
   return counts;
 }
 
@@ -209,7 +209,8 @@ void AddZone(const Division& d, const CandidateLimits& limits, std::vector<Candi
   if (c.dof <= limits.dof || IsOwn(d.scene, c)) candidates->push_back(std::move(c));
 }
 
-// What the scene names and no row above has, as ten-node tetrahedra that turn.
+// Adds the model that the scene names if no row above has it, such as corotational ten-node
+// tetrahedra.
 void AddOwn(const Division& d, std::vector<Candidate>* candidates) {
   const ModelOptions& own = d.scene.model;
   const ModelKind* kind = FindModelKind(own.kind);

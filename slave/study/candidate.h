@@ -24,7 +24,7 @@ struct CandidateLimits {
   bool large = true;       // and those of large deformation at its resolution
 };
 
-// Whether both are one model, but for its resolution.
+// Returns whether both are one model, but for its resolution.
 bool IsSameModel(const ModelOptions& a, const ModelOptions& b);
 
 // Cheapest first, and numbered so. The scene's own model (none of the kind `auto`) and its

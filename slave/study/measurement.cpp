@@ -31,10 +31,10 @@ using Eigen::Vector3d;
 
 constexpr int kSteps = 4;  // from the small depth to the full one, as a hand would go
 constexpr double kNarrow = 0.75, kWide = 1.4;  // of the tool's width, for the slope
-constexpr std::size_t kFewestRepeats = 5, kMostRepeats = 1000;
+constexpr std::size_t kMinRepeats = 5, kMaxRepeats = 1000;
 constexpr int kHop = 10;  // every tenth update touches other elements
 
-// What the slave finds from the points of a membrane.
+// Returns the answers that the slave estimates from the points of a membrane.
 PressAnswers AnswerTo(const SeenPress& seen, LoadIdentifier* identifier) {
   identifier->Reset();
   SurfaceLoad load;
@@ -68,8 +68,8 @@ PatchBasis LoadBasisOf(const ModelOptions& model) {
   return HasMidnodes(model) ? PatchBasis::kLoadedTriangles10 : PatchBasis::kLoadedTriangles;
 }
 
-// Whether the slave corrects the model's answers for the width that the mesh gives the tool: with
-// one camera.
+// Returns whether the slave corrects the model's answers for the width that the mesh gives the
+// tool: with one camera.
 bool CorrectsForTool(const Scene& scene) {
   return scene.tool && IsPlanar(scene.object.geometry) && scene.sense.Find<Camera>() != nullptr;
 }
@@ -82,7 +82,7 @@ Tool ToolOf(const Scene& scene, const PressSpec& question) {
 class Trial {
  public:
   Trial(std::unique_ptr<DeformationModel> model, const Candidate& candidate, const ObjectMesh& mesh,
-        const PressSpec& question, const ModelFactory& workshop)
+        const PressSpec& question, const ModelFactory& factory)
       : made_(std::move(model)),
         touch_(CorrectsForTool(candidate.scene)
                    ? std::make_unique<TouchModel>(candidate.scene, std::get<BoundaryMesh>(mesh),
@@ -97,7 +97,7 @@ class Trial {
         mesh_(mesh),
         finder_(mesh),
         question_(question),
-        workshop_(workshop) {}
+        factory_(factory) {}
 
   [[nodiscard]] const DeformationModel& model() const { return model_; }
 
@@ -121,8 +121,8 @@ class Trial {
   // and the shortest of each counts, so that no delay by the machine is taken for the model's.
   std::vector<double> Updates(const Press& press, double timing_s) {
     constexpr std::size_t kPasses = 3;
-    std::array<std::vector<double>, kPasses> passes{Pass(press, timing_s, kMostRepeats)};
-    if (passes[0].size() <= kFewestRepeats) return passes[0];
+    std::array<std::vector<double>, kPasses> passes{Pass(press, timing_s, kMaxRepeats)};
+    if (passes[0].size() <= kMinRepeats) return passes[0];
     std::size_t count = passes[0].size();
     for (std::size_t pass = 1; pass < kPasses; ++pass) {
       passes[pass] = Pass(press, timing_s, count);
@@ -146,8 +146,8 @@ class Trial {
     model_.Reset();
     for (const Contact& contact : contacts) Respond(contact);  // the first calls allocate
     std::vector<double> seconds;
-    const double end = workshop_.now() + timing_s;
-    while (seconds.size() < most && (seconds.size() < kFewestRepeats || workshop_.now() < end)) {
+    const double end = factory_.now() + timing_s;
+    while (seconds.size() < most && (seconds.size() < kMinRepeats || factory_.now() < end)) {
       const auto i = static_cast<int>(seconds.size());
       Contact& contact = contacts[Index(i / kHop % 3)];
       contact.prescribed_O = question_.depth * (0.5 + 0.05 * (i % kHop)) * press.inward_O;
@@ -160,12 +160,12 @@ class Trial {
   // too slow for short ones, of which they interrupt few.
   double SecondsOf(const Contact& contact) {
     constexpr double kShort = 1e-4;  // [s]
-    const double worked = workshop_.work ? workshop_.work() : 0;
-    const double began = workshop_.now();
+    const double worked = factory_.work ? factory_.work() : 0;
+    const double began = factory_.now();
     Respond(contact);
-    const double spent = workshop_.now() - began;
-    if (!workshop_.work || spent < kShort) return spent;
-    return std::min(spent, workshop_.work() - worked);
+    const double spent = factory_.now() - began;
+    if (!factory_.work || spent < kShort) return spent;
+    return std::min(spent, factory_.work() - worked);
   }
 
   [[nodiscard]] Contact Moved(const Press& press, const Vector3d& p_O, double width,
@@ -288,7 +288,7 @@ class Trial {
   const ObjectMesh& mesh_;
   Finder finder_;
   const PressSpec& question_;
-  const ModelFactory& workshop_;
+  const ModelFactory& factory_;
 };
 
 void Describe(const Candidate& candidate, StudyRow* row) {
@@ -313,19 +313,19 @@ bool IsAnswer(const Answer& answer) {
   return answer.validity != Validity::kFailed && std::isfinite(answer.value);
 }
 
-void Try(const Candidate& candidate, const PressSpec& question, const ModelFactory& workshop,
+void Try(const Candidate& candidate, const PressSpec& question, const ModelFactory& factory,
          Progress* progress, double timing_s, StudyRow* row) {
   const ObjectMesh mesh = MeshObject(candidate.scene, std::nullopt);
-  const double began = workshop.now();
-  auto model = workshop.make(candidate.scene, mesh, progress);
+  const double began = factory.now();
+  auto model = factory.make(candidate.scene, mesh, progress);
   const ModelInfo& info = model->info();
   if (info.dof > 0) row->dof = info.dof;
   row->memory_bytes = info.memory_bytes;
   row->reason = info.remark;
-  Trial trial(std::move(model), candidate, mesh, question, workshop);
+  Trial trial(std::move(model), candidate, mesh, question, factory);
   const auto identifier =
       question.seen.empty() ? nullptr : MakeLoadIdentifier(candidate.scene, progress);
-  row->precompute_s = workshop.now() - began;
+  row->precompute_s = factory.now() - began;
   row->validity = Validity::kValid;
   for (std::size_t i = 0; i < question.presses.size(); ++i) {
     row->answers.push_back(identifier ? AnswerTo(question.seen[i], identifier.get())
@@ -355,7 +355,7 @@ const char* ToString(Outcome outcome) {
   return kOutcomes[static_cast<std::size_t>(outcome)];
 }
 
-ModelFactory RealWorkshop() {
+ModelFactory DefaultModelFactory() {
   return {[](const Scene& scene, const ObjectMesh& mesh, Progress* progress) {
             return MakeModel(scene, mesh, progress);
           },
@@ -377,12 +377,12 @@ StudyRow Skipped(const Candidate& candidate, std::string reason) {
   return row;
 }
 
-StudyRow Measure(const Candidate& candidate, const PressSpec& question,
-                 const ModelFactory& workshop, Progress* progress, double timing_s) {
+StudyRow Measure(const Candidate& candidate, const PressSpec& question, const ModelFactory& factory,
+                 Progress* progress, double timing_s) {
   StudyRow row;
   Describe(candidate, &row);
   try {
-    Try(candidate, question, workshop, progress, timing_s, &row);
+    Try(candidate, question, factory, progress, timing_s, &row);
   } catch (const Interrupted&) {
     row.outcome = Outcome::kSkipped;
     row.reason = "stopped";

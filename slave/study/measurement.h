@@ -19,13 +19,13 @@ struct ModelFactory {
   std::function<double()> now;     // [s], from any zero
   std::function<double()> work{};  // processor time of the calling thread [s]; empty: now
 };
-ModelFactory RealWorkshop();
+ModelFactory DefaultModelFactory();
 
 // Never throws: errors are stored in the row; a precompute that `progress` stopped is skipped.
 // `timing_s`: time for repeated updates, at least five and at most a thousand, of which the median
 // is used.
-StudyRow Measure(const Candidate& candidate, const PressSpec& question,
-                 const ModelFactory& workshop, Progress* progress, double timing_s = 0.15);
+StudyRow Measure(const Candidate& candidate, const PressSpec& question, const ModelFactory& factory,
+                 Progress* progress, double timing_s = 0.15);
 
 // The row of a candidate that did not run.
 StudyRow Skipped(const Candidate& candidate, std::string reason);

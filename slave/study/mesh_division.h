@@ -23,7 +23,7 @@ struct Division {
 // node numbers), the latter with fewer than about `most_dof` unknowns.
 std::vector<Division> DivisionsOf(const Scene& scene, std::size_t most_dof);
 
-// Whether nodes or elements are fixed by number, which depends on the division.
+// Returns whether nodes or elements are fixed by number, which depends on the division.
 bool HoldsByNumber(const Scene& scene);
 
 }  // namespace palpate::study

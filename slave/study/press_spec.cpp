@@ -144,7 +144,7 @@ using Eigen::Matrix3d;
 constexpr int kDepth = 6;          // halvings of an edge
 constexpr double kSameSide = 0.5;  // cosine between normals, as in contact patches
 
-// One triangle and the ball that cuts it.
+// Cut is the intersection of a triangle with a ball.
 class Cut {
  public:
   // `corners`: columns; `area` [m^2].

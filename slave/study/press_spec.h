@@ -26,8 +26,8 @@ struct Press {
 inline constexpr std::size_t kMany =
     3;  // contacts, a sample of possible positions relative to the mesh
 
-// What the cameras before a membrane see of a press: the slave finds its force from the shape that
-// the points take, not from the depth of the tool.
+// SeenPress is what the cameras in front of a membrane measure of a press: the slave finds its
+// force from the shape that the points take, not from the depth of the tool.
 struct SeenPress {
   double force = 0;  // along the press at full depth [N]
   // From rest to full depth; without noise, each point with its covariance.

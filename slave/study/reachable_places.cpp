@@ -64,12 +64,12 @@ std::vector<double> AreasOf(const SurfaceMesh& skin) {
   return areas;
 }
 
-// What is held is known by its nodes, so triangles are small.
+// Fixed parts are known by their nodes, so the triangles must be small.
 SurfaceMesh FineSkin(const Scene& scene, double width) {
-  constexpr std::size_t kMost = 6'000;
+  constexpr std::size_t kMaxTriangles = 6'000;
   SurfaceMesh skin = SurfaceOf(MeshObject(scene, std::nullopt));
   while (std::ranges::max(AreasOf(skin)) > 0.1 * width * width &&
-         4 * skin.triangles.size() < kMost) {
+         4 * skin.triangles.size() < kMaxTriangles) {
     skin = Refined(skin);
   }
   return skin;
@@ -92,7 +92,7 @@ Vector3d OnFacet(const SurfaceMesh& skin, const std::vector<double>& areas, doub
 // A share where the tool does not rest goes on to others that are spread over all of the surface:
 // those beside a gap would be pressed too often.
 std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector<double>& shares) {
-  constexpr int kMostMissed = 300;
+  constexpr int kMaxMissed = 300;
   constexpr double kOnObject = 0.97;  // of the tool's face
   const SurfaceMesh skin = FineSkin(scene, width);
   const HeldNodes held = FixedNodeDofs(scene, skin.nodes);
@@ -114,12 +114,12 @@ std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector
   int missed = 0;  // in a row
   for (double share : shares) {
     Vector3d p_O = OnFacet(skin, areas, share);
-    while (missed < kMostMissed && !carries(p_O)) {
+    while (missed < kMaxMissed && !carries(p_O)) {
       ++missed;
       share = Fraction(share + std::numbers::phi);
       p_O = OnFacet(skin, areas, share);
     }
-    if (missed == kMostMissed) break;
+    if (missed == kMaxMissed) break;
     missed = 0;
     places.push_back(p_O);
   }

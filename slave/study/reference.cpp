@@ -72,13 +72,14 @@ bool IsLinearAnswer(const StudyRow& row) {
   return row.outcome == Outcome::kAnswered && row.linear;
 }
 
-// What approximates another model is measured, and measures none.
+// A model that approximates another one is measured, and is no reference.
 bool IsMeasured(const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
   return kind != nullptr && kind->estimates_error;
 }
 
-// What two opinions have to differ in to be two: the same elements under another law are not.
+// Two references are independent if their formulations differ. The same elements with another law
+// are not independent.
 std::string FormulationOf(const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
   if (kind == nullptr || !kind->has_tets || row.element_size == 0) return row.kind;
@@ -193,7 +194,8 @@ Scene WithFewCells(Scene scene, double width) {
   return scene;
 }
 
-// What von Karman's law leaves out of a membrane that is a solid: no family of plates shows it.
+// Returns the error of von Karman's law for a membrane that is a solid. No family of plates shows
+// it.
 double ExcessOfLaw(const MembraneGeometry& membrane, const Press& press, double depth) {
   return plate::ExcessAtDepth({press.p_O.head<2>().norm() / membrane.radius,
                                depth / membrane.radius, membrane.thickness / membrane.radius});
@@ -246,7 +248,7 @@ double LargestSlope(const std::vector<StudyRow>& rows, std::size_t press) {
   return slope;
 }
 
-// What a row does at each press.
+// PressErrors holds the errors of a row at each press.
 struct PressErrors {
   std::vector<Estimate> small, full;
   std::vector<double> deviation, width;
@@ -398,7 +400,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
     reference.source += "; not compared with others";
   } else if (const Limit* second = SecondOpinion(limits, best)) {
     const double apart = std::abs(second->force.value - best.force.value);
-    // What was extrapolated contradicts nothing within the way that it went.
+    // An extrapolated value contradicts nothing within the distance of its extrapolation.
     const double own = std::max(second->force.bar, second->step);
     reference.small.bar = std::max(best.force.bar, apart - own);
     reference.source += "; differs from " + second->words +

@@ -115,7 +115,7 @@ std::string Percent(const Estimate& error) {
   return Formatted("%.2g +- %.1g %%", 100 * error.value, 100 * error.bar);
 }
 
-// By the models that state one.
+// Lists the models that state a bound.
 std::string BoundsInWords(const std::vector<StudyRow>& rows) {
   std::string lines;
   for (const StudyRow& row : rows) {
@@ -163,7 +163,8 @@ std::string ToJson(const StudyResult& study) {
       {"references", ToJson(study.references)},
       {"rows", Json::array()}};
   for (const StudyRow& row : study.rows) json["rows"].push_back(ToJson(row));
-  // What is not a number becomes null; a name that is not UTF-8 readable, never an exception.
+  // Numbers that are not finite become null. A name that is not UTF-8 becomes readable and causes
+  // no exception.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

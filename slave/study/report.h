@@ -8,7 +8,7 @@
 
 namespace palpate::study {
 
-// One line per row, in the order of the study, after the header
+// Returns one line per row, in the order of the study, after the header
 //   family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,
 //   deviation,width_error,
 //   validity,update_median_s,update_p99_s,precompute_s,memory_bytes,expected_s,
@@ -24,7 +24,8 @@ std::string ToCsv(const StudyResult& study);
 // with every force. Unknown numbers are null.
 std::string ToJson(const StudyResult& study);
 
-// For people: the rows that answered, fastest first, then what failed or was skipped and why.
+// Returns a table for people: the rows that answered, fastest first, then what failed or was
+// skipped and why.
 std::string ToTable(const StudyResult& study);
 
 // Writes study.csv and study.json, each whole or not at all. Throws std::runtime_error

@@ -8,9 +8,9 @@
 namespace palpate::study {
 namespace {
 
-constexpr double kLeastRatio = 1.3, kWantedRatio = 2;
+constexpr double kMinRatio = 1.3, kWantedRatio = 2;
 constexpr double kLowestOrder = 0.3, kHighestOrder = 6;
-constexpr double kLeastBar = 0.1, kBarOfThree = 1.0 / 3;
+constexpr double kMinBar = 0.1, kBarOfThree = 1.0 / 3;
 
 using Triple = std::array<MeshAnswer, 3>;  // finest first
 
@@ -26,7 +26,7 @@ std::optional<Triple> TripleFrom(const std::vector<MeshAnswer>& sorted, std::siz
       return std::abs(std::log(a.size / finer / kWantedRatio));
     };
     for (const MeshAnswer& a : sorted) {
-      if (a.size < kLeastRatio * finer) continue;
+      if (a.size < kMinRatio * finer) continue;
       if (!best || badness(a) < badness(*best)) best = &a;
     }
     if (!best) return std::nullopt;
@@ -89,7 +89,7 @@ Extrapolation Extrapolate(std::vector<MeshAnswer> answers) {
   if (const auto coarser = TripleFrom(answers, 1)) {
     const auto coarser_order = OrderOf(*coarser);
     const double other = coarser_order ? LimitOf(*coarser, *coarser_order) : answers[1].value;
-    bar = std::clamp(std::abs(limit - other), kLeastBar * step, step);
+    bar = std::clamp(std::abs(limit - other), kMinBar * step, step);
   }
   return {{limit, bar}, *order};
 }

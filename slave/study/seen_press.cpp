@@ -42,7 +42,7 @@ class Cameras {
  public:
   explicit Cameras(const Scene& scene)
       : pair_(scene.sense.Find<StereoCameras>()),
-        depth_(scene.sense.Find<DepthPictures>()),
+        depth_(scene.sense.Find<DepthImages>()),
         sigma_px_(scene.sense.Find<PointTracking>()->sigma) {
     if (pair_ == nullptr) return;
     rig_ = RigOf(scene);
@@ -59,7 +59,7 @@ class Cameras {
 
  private:
   const StereoCameras* pair_;
-  const DepthPictures* depth_;
+  const DepthImages* depth_;
   double sigma_px_;
   StereoRig rig_;
   Eigen::Isometry3d X_LO_ = Eigen::Isometry3d::Identity();
@@ -112,7 +112,8 @@ SeenPress Seen(const std::vector<SurfacePoint>& rest, site::Indentation indentat
 std::vector<SeenPress> Solve(const Scene& scene, const PressSpec& question,
                              const MembraneGeometry& membrane) {
   const std::vector<SurfacePoint> rest = PointsAtRest(scene, membrane);
-  // By the radius in parts of kSameRadius: a membrane is the same all around.
+  // The key is the radius in units of kSameRadius, because a membrane has the same response all
+  // around.
   std::map<long, std::shared_ptr<const site::MembranePress>> solids;
   std::vector<SeenPress> seen;
   for (const Press& press : question.presses) {

@@ -1,4 +1,4 @@
-// What the cameras before a membrane see of a study's presses.
+// SeePresses computes what the cameras in front of a membrane measure of a study's presses.
 #pragma once
 
 #include <vector>
@@ -12,9 +12,9 @@ namespace palpate::study {
 // 0.3 % of the difference from another program's solid, see pressed_membrane_test]
 inline constexpr double kSeenForce = 0.006;
 
-// One per press at the question's depth, by a neo-Hookean solid (PressedMembrane); about a second
-// for each radius. Empty: no membrane before a stereo pair or depth camera, or the solid has no
-// equilibrium at this depth.
+// Returns one SeenPress per press at the question's depth, computed by a neo-Hookean solid
+// (PressedMembrane); about a second for each radius. Empty: no membrane before a stereo pair or
+// depth camera, or the solid has no equilibrium at this depth.
 std::vector<SeenPress> SeePresses(const Scene& scene, const PressSpec& question);
 
 }  // namespace palpate::study

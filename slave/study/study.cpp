@@ -26,7 +26,7 @@ bool Beats(const StudyRow& a, const StudyRow& b) {
          (a.error.value < b.error.value || a.update_median_s < b.update_median_s);
 }
 
-// What a promise hangs on.
+// Returns the error that decides whether the tolerance is kept.
 double ErrorOrBound(const StudyRow& row) {
   return std::fmax(row.error.value, row.bound);
 }
@@ -105,10 +105,10 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 // Ends a precompute that would not fit any more, and remembers why.
 class Allowance final : public Progress {
  public:
-  Allowance(const StudySettings& settings, const ModelFactory& workshop, double deadline,
+  Allowance(const StudySettings& settings, const ModelFactory& factory, double deadline,
             double left, const std::stop_token& stop, std::string name, Progress* outer)
       : settings_(settings),
-        workshop_(workshop),
+        factory_(factory),
         deadline_(deadline),
         left_(left),
         stop_(stop),
@@ -119,13 +119,13 @@ class Allowance final : public Progress {
     if (cost.memory_bytes > settings_.most_memory) {
       refusal_ =
           Formatted("needs %.2g GB of memory", 1e-9 * static_cast<double>(cost.memory_bytes));
-    } else if (cost.seconds > left_ || workshop_.now() + cost.seconds > deadline_) {
+    } else if (cost.seconds > left_ || factory_.now() + cost.seconds > deadline_) {
       refusal_ = Formatted("would take %.2g s, more than the rest of the budget", cost.seconds);
     }
   }
   bool Report(std::string_view stage, double done) override {
     if (stop_.stop_requested()) refusal_ = "interrupted";
-    if (workshop_.now() > deadline_) refusal_ = "stopped at the end of the budget";
+    if (factory_.now() > deadline_) refusal_ = "stopped at the end of the budget";
     if (outer_) outer_->Report(name_ + ", " + std::string(stage), done);
     return refusal_.empty();
   }
@@ -133,7 +133,7 @@ class Allowance final : public Progress {
 
  private:
   const StudySettings& settings_;
-  const ModelFactory& workshop_;
+  const ModelFactory& factory_;
   double deadline_;
   double left_;  // of a counted budget [s]
   const std::stop_token& stop_;
@@ -144,9 +144,9 @@ class Allowance final : public Progress {
 
 class Study {
  public:
-  Study(const Scene& scene, const StudySettings& settings, const ModelFactory& workshop,
+  Study(const Scene& scene, const StudySettings& settings, const ModelFactory& factory,
         const std::stop_token& stop, const StudyWatcher& watcher)
-      : settings_(settings), workshop_(workshop), stop_(stop), watcher_(watcher), scene_(scene) {
+      : settings_(settings), factory_(factory), stop_(stop), watcher_(watcher), scene_(scene) {
     result_.scene_name = scene.name;
     result_.question = AskedOf(scene, settings.places);
     result_.question.seen = SeePresses(scene, result_.question);
@@ -160,7 +160,7 @@ class Study {
     waiting_ = CandidatesFor(scene_, result_.question, settings_.limits);
     if (settings_.compares) finder_.emplace(scene_, result_.question);
     // The time for the candidates, not for the reference.
-    deadline_ = settings_.counted ? kNever : workshop_.now() + settings_.budget_s;
+    deadline_ = settings_.counted ? kNever : factory_.now() + settings_.budget_s;
     while (!waiting_.empty()) {
       const auto next = std::ranges::min_element(
           waiting_, {}, [&](const Candidate& c) { return Urgency(c) * ExpectedSeconds(c); });
@@ -191,7 +191,7 @@ class Study {
   [[nodiscard]] static double Urgency(const Candidate& c) { return c.linear ? 0.25 : 1; }
   [[nodiscard]] bool Affords(double expected) const {
     return settings_.counted ? counted_ + expected <= settings_.budget_s
-                             : workshop_.now() + expected <= deadline_;
+                             : factory_.now() + expected <= deadline_;
   }
   [[nodiscard]] double ExpectedSeconds(const Candidate& c) const {
     if (settings_.counted) return c.expected_s;
@@ -201,16 +201,16 @@ class Study {
 
   void TryOne(const Candidate& candidate, double expected) {
     ReportShare();
-    // What is over at once needs no bar of its own.
+    // A short computation needs no progress bar of its own.
     Progress* const shown = expected > kWorthABar ? watcher_.progress : nullptr;
     const double left = settings_.counted ? settings_.budget_s - counted_ : kNever;
-    Allowance allowance(settings_, workshop_, deadline_, left, stop_, candidate.name(), shown);
-    const double began = workshop_.now();
-    StudyRow row = Measure(candidate, result_.question, workshop_, &allowance, settings_.timing_s);
+    Allowance allowance(settings_, factory_, deadline_, left, stop_, candidate.name(), shown);
+    const double began = factory_.now();
+    StudyRow row = Measure(candidate, result_.question, factory_, &allowance, settings_.timing_s);
     row.expected_s = expected;
     if (row.outcome == Outcome::kSkipped) row.reason = allowance.refusal();
     if (row.outcome == Outcome::kAnswered && candidate.expected_s > 0) {
-      const double spent = std::max(workshop_.now() - began - settings_.timing_s, 1e-3);
+      const double spent = std::max(factory_.now() - began - settings_.timing_s, 1e-3);
       slower_by_[candidate.family] = spent / candidate.expected_s;
     }
     result_.rows.push_back(std::move(row));
@@ -222,7 +222,7 @@ class Study {
     const auto tried = static_cast<double>(result_.rows.size());
     const double models = tried / (tried + 1 + static_cast<double>(waiting_.size()));
     const double time = settings_.counted ? counted_ / settings_.budget_s
-                                          : 1 - (deadline_ - workshop_.now()) / settings_.budget_s;
+                                          : 1 - (deadline_ - factory_.now()) / settings_.budget_s;
     watcher_.progress->Report("models", std::clamp(std::max(models, time), 0.0, 1.0));
   }
 
@@ -235,7 +235,7 @@ class Study {
   }
 
   const StudySettings& settings_;
-  const ModelFactory& workshop_;
+  const ModelFactory& factory_;
   const std::stop_token& stop_;
   const StudyWatcher& watcher_;
   double deadline_ = 0;  // kNever: the budget is counted
@@ -272,7 +272,7 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
     return eligible(row) && row.meets_tolerance && row.meets_rate;
   };
   const auto update = [](const StudyRow& row) { return row.update_median_s; };
-  // By what is expected: the same choice whatever else the machine does.
+  // Expected times decide, so that the load of the machine does not change the choice.
   const auto precompute = [](const StudyRow& row) {
     return row.expected_s > 0 ? row.expected_s : row.precompute_s;
   };
@@ -302,10 +302,9 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
   return words + (choice->reason.empty() ? "" : ": " + choice->reason);
 }
 
-StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
-                     const ModelFactory& workshop, const std::stop_token& stop,
-                     const StudyWatcher& watcher) {
-  return Study(scene, settings, workshop, stop, watcher).Run();
+StudyResult RunStudy(const Scene& scene, const StudySettings& settings, const ModelFactory& factory,
+                     const std::stop_token& stop, const StudyWatcher& watcher) {
+  return Study(scene, settings, factory, stop, watcher).Run();
 }
 
 }  // namespace palpate::study

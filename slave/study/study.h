@@ -49,7 +49,7 @@ struct StudyResult {
   bool complete = false;       // every candidate was tried
 };
 
-// What the caller may want while it runs; both may be empty.
+// StudyWatcher holds callbacks for a running study; both may be empty.
 struct StudyWatcher {
   std::function<void(const StudyResult&)> on_row;  // judged as far as it is, after every row
   Progress* progress = nullptr;
@@ -59,8 +59,7 @@ struct StudyWatcher {
 // costs are corrected by measured ones. Candidates that exceed the rest of the budget are listed as
 // skipped with their expected cost. A stop ends it the same way. Throws std::invalid_argument: see
 // AskedOf.
-StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
-                     const ModelFactory& workshop, const std::stop_token& stop = {},
-                     const StudyWatcher& watcher = {});
+StudyResult RunStudy(const Scene& scene, const StudySettings& settings, const ModelFactory& factory,
+                     const std::stop_token& stop = {}, const StudyWatcher& watcher = {});
 
 }  // namespace palpate::study

@@ -1,4 +1,4 @@
-// What a study finds out about one candidate.
+// StudyRow is the result of a study for one candidate.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ struct Estimate {
   double bar = kUnknown;
 };
 
-// One contact with one model: the force along the tool's direction [N].
+// Answer is the result of one model for one contact: the force along the tool's direction [N].
 struct Answer {
   double value = kUnknown;
   Validity validity = Validity::kFailed;

@@ -28,7 +28,7 @@ using Eigen::Vector3d;
 using Edge = std::pair<int, int>;
 using Around = std::map<Edge, std::vector<std::size_t>>;  // the tetrahedra of each edge
 
-constexpr std::size_t kMostTets = 50'000;  // 100,000 take 8 GB and many minutes
+constexpr std::size_t kMaxTets = 50'000;  // 100,000 take 8 GB and many minutes
 constexpr std::array<std::array<std::size_t, 2>, 6> kEdges{
     {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
@@ -209,7 +209,7 @@ std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, do
   if (HoldsByNumber(scene)) return std::nullopt;  // new nodes between them would be free
   try {
     const SolidMesh mesh = GradedUnder(scene, press, width, finest, growth);
-    if (mesh.tets.size() > kMostTets) return std::nullopt;
+    if (mesh.tets.size() > kMaxTets) return std::nullopt;
     RestStiffness stiffness =
         AssembleAtRest(mesh, FixedNodeDofs(scene, mesh.nodes), scene.object.material.poisson_ratio,
                        FemOptions::Element::kTet10);
@@ -247,7 +247,7 @@ std::optional<double> VolumeRoundForce(const Scene& scene, const Press& press, d
   try {
     const double R = scene.tool->radius, width = 2 * std::sqrt(R * std::min(depth, R));
     const SolidMesh mesh = GradedUnder(scene, press, width, width / across, growth);
-    if (mesh.tets.size() > kMostTets) return std::nullopt;
+    if (mesh.tets.size() > kMaxTets) return std::nullopt;
     Scene graded = scene;
     graded.model.kind = "fem-green";
     graded.model.fem.element = FemOptions::Element::kTet10;

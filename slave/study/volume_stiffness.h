@@ -16,7 +16,7 @@ inline constexpr double kFineGrowth = 0.7;
 SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, double finest,
                       double growth = kFineGrowth);
 
-// Whether the following applies: tetrahedra, not fixed by the numbers of nodes.
+// Returns whether the following applies: tetrahedra, not fixed by the numbers of nodes.
 bool HasVolumeStiffness(const Scene& scene);
 
 // Force of a rigid tool, bonded or sliding as the scene's, along its direction per displacement

@@ -7,10 +7,10 @@
 
 namespace palpate::study {
 
-// Whether its nodes are in the middles of edges, too.
+// Returns whether its nodes are in the middles of edges, too.
 bool HasMidnodes(const ModelOptions& model);
 
-// Whether the model takes the tool's width as it is, whatever its mesh: plates.
+// Returns whether the model takes the tool's width as it is, whatever its mesh: plates.
 bool TakesWidthAsItIs(const ObjectMesh& mesh);
 
 // Relative error of a rigid tool's width on this mesh at `press`: a discrete contact consists of

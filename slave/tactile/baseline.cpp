@@ -23,7 +23,7 @@ constexpr double kFollowing = 2, kDrifting = 0.2;  // memory while nothing is ne
 constexpr double kSmoothing = 0.1;  // share of a sample in these means
 constexpr double kElectrode = 1;    // [noise at rest]
 constexpr double kPressure = 2;     // [counts]
-constexpr double kMostOfOne = 4;    // of one channel, lest one that does not work decides [noise^2]
+constexpr double kMaxOfOne = 4;     // of one channel, lest one that does not work decides [noise^2]
 double Signal(const FingerReading& reading, std::size_t i) noexcept {
   if (i < reading.channels.size()) return static_cast<double>(reading.channels[i]);
   return static_cast<double>(i == reading.channels.size() ? reading.pac : reading.pdc);
@@ -75,7 +75,7 @@ void Baseline::Follow(const FingerReading& reading) noexcept {
   for (std::size_t i = 0; i < change.size(); ++i) {
     clear_[i] += kSmoothing * (change[i] - clear_[i]);
     const double noises = clear_[i] / sensor_.noise;
-    if (i < sensor_.channels) channels += std::min(noises * noises, kMostOfOne);
+    if (i < sensor_.channels) channels += std::min(noises * noises, kMaxOfOne);
   }
   const double pressure = clear_.back();
   const bool moves = channels > static_cast<double>(sensor_.channels) * kElectrode * kElectrode;

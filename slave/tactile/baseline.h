@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// What a baseline is of.
+// BaselineSensor describes the sensor of a baseline.
 struct BaselineSensor {
   std::size_t channels = kElectrodeCount;
   double noise = 1;          // rms of a channel at rest [its unit]
@@ -51,7 +51,7 @@ class Baseline {
   [[nodiscard]] double age() const noexcept { return since_ / rate_; }
   // The largest rms distance of a channel from its line [its unit].
   [[nodiscard]] double spread() const noexcept { return spread_; }
-  // One sigma of the drift's continuation, of all signals with a common sign [counts].
+  // Returns one sigma of the drift's continuation, of all signals with a common sign [counts].
   [[nodiscard]] TactileSignals drift_sigma() const noexcept;
 
  private:

@@ -25,11 +25,11 @@ class ChannelSignals {
   void Skip() noexcept { seen_ = 0; }
   void Reset() noexcept;
 
-  // What is wrong with a channel in the last sample, one clause; empty: nothing.
+  // Returns the fault of a channel in the last sample as one clause; empty if there is none.
   [[nodiscard]] std::string_view fault() const noexcept { return fault_; }
   // A channel is outside its range in the training, on the side of the contacts.
   [[nodiscard]] bool is_beyond() const noexcept { return is_beyond_; }
-  // The same on the other side, where contacts hardly move it.
+  // Returns whether a channel has moved to the other side, where contacts hardly move it.
   [[nodiscard]] bool is_opposite() const noexcept { return is_opposite_; }
 
  private:

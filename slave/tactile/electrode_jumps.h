@@ -41,7 +41,7 @@ class ElectrodeJumps {
     }
   }
   [[nodiscard]] bool is_out(std::size_t electrode) const { return jumped_[electrode] != 0; }
-  // Those that did not jump in the last three samples.
+  // Returns the electrodes that did not jump in the last three samples.
   [[nodiscard]] Electrodes calm() const noexcept {
     Electrodes calm{};
     std::ranges::transform(calm_, calm.begin(), [](int samples) { return samples >= 3; });

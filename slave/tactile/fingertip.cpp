@@ -13,7 +13,7 @@ namespace {
 constexpr double kBeginShare = 0.5, kEndShare = 0.25;
 constexpr double kRises = 3;       // 0.02 N [counts]
 constexpr double kRestSigmas = 2;  // that the pressure's rest value may be off, besides
-// Of a channel while the baseline is measured: more is no noise [noise at rest].
+// Largest change of a channel while the baseline is measured: more is not noise [noise at rest].
 constexpr double kStill = 20;
 // Largest force of a baseline: times that of the training's baselines, and sigmas besides [-].
 constexpr double kSameRest = 2, kBaselineSigmas = 3;
@@ -162,7 +162,7 @@ void Fingertip::EstimateForce(const TactileSignals& change, bool is_full) noexce
   if (touch_.force_F) Widen(network().drift * baseline_.age());
   if (!model_) return;
   touch_.drift = model_->drift();
-  // What the pressure does not show may as well be nothing.
+  // A force that the pressure does not confirm may be zero.
   if (touch_.force_F && !PressureRises()) Widen(touch_.force_F->norm() / 2);
 }
 
@@ -248,7 +248,7 @@ bool Fingertip::PushKept() noexcept {
   return known;
 }
 
-// By what is wrong independently of the rest [N].
+// Adds an error that is independent of the others [N].
 void Fingertip::Widen(double by) noexcept {
   touch_.sigma = std::hypot(touch_.sigma, by);
 }

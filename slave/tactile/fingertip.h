@@ -1,4 +1,5 @@
-// One fingertip: from counts to its force, contact point and contact state (paper B, III.A).
+// Fingertip converts the counts of one fingertip to its force, contact point and contact state
+// (paper B, III.A).
 #pragma once
 
 #include <cstddef>
@@ -65,16 +66,17 @@ class Fingertip {
   // The last sample was missing, or the one before again.
   [[nodiscard]] bool misses() const { return missed_ > 0; }
 
-  // What the checks compare.
+  // The functions below return what the checks compare.
   [[nodiscard]] const NetworkInfo& network() const { return force_.network(); }
   [[nodiscard]] const StuckElectrodes& stuck() const { return stuck_; }
   // Null: the network does not know the pattern of its signals.
   [[nodiscard]] const SignalModel* signals() const { return model_ ? &*model_ : nullptr; }
-  // The same of a sensor without electrodes.
+  // Returns the signals of a sensor without electrodes.
   [[nodiscard]] const ChannelSignals* channels() const {
     return channel_signals_ ? &*channel_signals_ : nullptr;
   }
-  // Why the baseline of a sensor without electrodes is doubted, one clause; empty: it is not.
+  // Returns why the baseline of a sensor without electrodes is doubted, one clause; empty: it is
+  // not.
   [[nodiscard]] std::string_view baseline_fault() const { return baseline_fault_; }
   // Above its baseline, averaged over some samples [counts].
   [[nodiscard]] double pressure() const { return pressure_; }

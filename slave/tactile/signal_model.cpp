@@ -16,18 +16,18 @@ using Covariance = SignalPattern::Covariance;
 // Standard deviations from its expectation, beyond which an electrode is wrong. [-] [tuned:
 // SignalsThatGoTogetherPassAsTheyAre]
 constexpr double kOutlier = 5.5;
-// The same for an electrode whose reading is constant. [-] [tuned:
+// Limit for an electrode whose reading is constant. [-] [tuned:
 // AConstantElectrodeNeedsLessToBeWrong]
 constexpr double kStillOutlier = 1.3;
 constexpr double kTypicalSize = 60;  // of signals in contact, for the choice of a kind [counts]
-constexpr double kLeastSize = 10;    // so that gentle contacts are not taken for noise [counts]
+constexpr double kMinSize = 10;      // so that gentle contacts are not taken for noise [counts]
 // Times the usual variance, below which nothing is removed. [-] [tuned:
 // NoiseIsTakenOffAsFarAsItIsMoreThanUsual]
 constexpr double kQuiet = 4;
 constexpr double kSignificant = 3;  // standard deviations of a common drift [-]
-constexpr int kMostReplaced = 4;    // electrodes; with more nobody knows which are right
+constexpr int kMaxReplaced = 4;     // electrodes; with more nobody knows which are right
 
-// What a drift of one count of all electrodes does.
+// Returns the signals of a drift of one count of all electrodes.
 Signals Together() {
   Signals together = Signals::Ones();
   together[kElectrodeCount] = 0;
@@ -87,7 +87,7 @@ void SignalModel::Update(const TactileSignals& change, const Electrodes& is_dead
   Covariance excess = drift2_ * Together() * Together().transpose() + w * w.transpose();
   Covariance other = excess;
   other += noise2.asDiagonal();
-  const double size2 = std::max(x.squaredNorm() - UsualNoise2().sum(), kLeastSize * kLeastSize);
+  const double size2 = std::max(x.squaredNorm() - UsualNoise2().sum(), kMinSize * kMinSize);
   Covariance inverse = ChooseKind(x, size2, other);
   ReplaceOutliers(x, is_still, &noise2, &inverse);
   noise_.Update(x, (inverse * x).cwiseQuotient(inverse.diagonal()), jumps_.calm());
@@ -145,7 +145,7 @@ void SignalModel::ReplaceOutliers(const Signals& x, const Electrodes& is_still, 
       if (is_still[static_cast<std::size_t>(i)]) away[i] *= kOutlier / kStillOutlier;
     }
     Eigen::Index worst = 0;
-    if (away.maxCoeff(&worst) < kOutlier || replaced_ >= kMostReplaced) return;
+    if (away.maxCoeff(&worst) < kOutlier || replaced_ >= kMaxReplaced) return;
     is_wrong_[static_cast<std::size_t>(worst)] = true;
     ++replaced_;
     (*noise2)[worst] += ElectrodeJumps::kUnknown2;

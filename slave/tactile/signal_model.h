@@ -1,5 +1,5 @@
-// Gaussian model of a fingertip's signals in contact: how far they are from what a contact does,
-// and what a signal that is wrong should have been.
+// SignalModel is a Gaussian model of a fingertip's signals in contact. It measures how far signals
+// are from those of a contact, and estimates the correct value of a wrong signal.
 #pragma once
 
 #include <array>
@@ -12,47 +12,50 @@
 
 namespace palpate {
 
-// Signals x of a contact of size a and one of the pattern's kinds are normal, with covariance
+// Signals x of a contact of size a and of one of the pattern's kinds are normally distributed with
+// zero mean and covariance
 //
 //   S = a² shape + N + q² 1 1' + w w',   N = diag(n²),
 //
-// n the noise measured from sample to sample, q the common drift of all electrodes, w one sigma of
-// the baseline's drift. The kind is that of the largest likelihood. A signal differs from its
-// expectation given all others by (S⁻¹ x)_i / (S⁻¹)_ii, of the variance 1 / (S⁻¹)_ii. An electrode
-// beyond 5.5 of these is replaced by the expectation; so is one that jumps (ElectrodeJumps).
-// Noise and drift beyond the usual, N', are removed: x - (N' + q² 1 1' + w w') S⁻¹ x.
+// where n is the noise from sample to sample, q the common drift of all electrodes, and w one sigma
+// of the baseline's drift. The kind is the one with the largest likelihood. A signal differs from
+// its expectation given all others by (S⁻¹ x)_i / (S⁻¹)_ii, with variance 1 / (S⁻¹)_ii. An
+// electrode that differs by more than 5.5 standard deviations is replaced by the expectation, and
+// so is an electrode that jumps (ElectrodeJumps). Noise and drift N' beyond the usual amount are
+// removed: x - (N' + q² 1 1' + w w') S⁻¹ x.
 //
-// It cannot see what another contact could have done: a wrong signal within its tolerance of 2 to
-// 10 percent of the signals' size, or all signals larger by the same factor. Noise is amplified
-// like signals: where it is not the usual one, that factor may be what it says.
+// The model cannot detect errors that another contact could cause: a wrong signal within the
+// tolerance of 2 to 10 percent of the signals' size, or all signals larger by the same factor. A
+// wrong gain amplifies the noise, too, so unusual noise may indicate such a factor.
 class SignalModel {
  public:
   using Signals = SignalPattern::Signals;
   using Covariance = SignalPattern::Covariance;
 
-  // `rate` of the samples [Hz], > 0. The pattern must be known.
+  // `rate` is the sample rate [Hz], > 0. The pattern must be known.
   SignalModel(const SignalPattern& pattern, double rate);
 
-  // Processes the next sample, counts minus baseline; `is_dead`: electrodes that do not work;
-  // `is_still`: those that may not; `baseline2`: variance of each electrode's baseline [counts^2];
-  // `baseline_drift`: w [counts]. Allocation-free.
+  // Processes the next sample `change`: counts minus baseline. `is_dead` flags electrodes that do
+  // not work, and `is_still` those that may not. `baseline2` is the variance of each electrode's
+  // baseline [counts^2], `baseline_drift` is w [counts]. Does not allocate.
   void Update(const TactileSignals& change, const Electrodes& is_dead, const Electrodes& is_still,
               double baseline2, const TactileSignals& baseline_drift = {}) noexcept;
   void Reset() noexcept;
 
-  // Signals of the last sample to use.
+  // Returns the corrected signals of the last sample.
   [[nodiscard]] const TactileSignals& corrected() const { return corrected_; }
   [[nodiscard]] bool is_replaced(std::size_t electrode) const { return is_wrong_[electrode]; }
   [[nodiscard]] int replaced() const { return replaced_; }  // electrodes
-  // Squared Mahalanobis distance of the signals over their number: 1 in the mean [-].
+  // Returns the squared Mahalanobis distance of the signals divided by their number; its mean is
+  // 1 [-].
   [[nodiscard]] double mahalanobis2() const { return mahalanobis2_; }
-  // Pressure minus its expectation given the electrodes, in standard deviations [-].
+  // Returns the pressure minus its expectation given the electrodes [standard deviations].
   [[nodiscard]] double pressure_residual() const { return pressure_residual_; }
-  // Kind of contact of the last sample, in SignalPattern::kinds.
+  // Returns the index of the last sample's kind of contact in SignalPattern::kinds.
   [[nodiscard]] std::size_t kind() const { return kind_; }
-  // Common drift of all electrodes [counts].
+  // Returns the common drift of all electrodes [counts].
   [[nodiscard]] double drift() const { return drift_; }
-  // Error of the force by noise, drift and replaced signals, one sigma [N].
+  // Returns the standard deviation of the force by noise, drift and replaced signals [N].
   [[nodiscard]] double force_sigma() const { return force_sigma_; }
   [[nodiscard]] const SignalNoise& noise() const { return noise_; }
 
@@ -60,14 +63,15 @@ class SignalModel {
   struct Kind {
     Covariance shape;
     double offset = 0;   // - 2 log(share)
-    Covariance inverse;  // of S at a typical size, by which candidates are chosen
-    double log_det = 0;  // log |S| there
+    Covariance inverse;  // inverse of S at a typical size, which selects the candidates
+    double log_det = 0;  // log |S| at the typical size
   };
   static constexpr std::size_t kCandidates = 3;  // kinds that are evaluated with their own S
 
-  // `unit`: signals by their size. The most likely kinds at a typical size.
+  // Returns the most likely kinds at a typical size. `unit` holds the signals divided by their
+  // size.
   [[nodiscard]] std::array<std::size_t, kCandidates> Candidates(const Signals& unit) const noexcept;
-  // Sets kind_; returns S⁻¹. `other`: S without a² shape.
+  // Sets kind_ and returns S⁻¹. `other` is S without a² shape.
   Covariance ChooseKind(const Signals& x, double size2, const Covariance& other) noexcept;
   void ReplaceOutliers(const Signals& x, const Electrodes& is_still, Signals* noise2,
                        Covariance* inverse) noexcept;

@@ -5,12 +5,13 @@
 
 namespace palpate {
 
-// From second differences of each signal, or of its residual, whichever is less: a contact that
-// begins is no noise, nor is another kind that explains it. Allocation-free.
+// SignalNoise estimates noise from the second differences of each signal, or of its residual,
+// whichever is less: a contact that begins is no noise, nor is another kind that explains it.
+// Allocation-free.
 class SignalNoise {
  public:
   using Signals = SignalPattern::Signals;
-  // In which the mean noise is measured [s].
+  // Time in which the mean noise is measured [s].
   static constexpr double kMeasuringTime = 0.3;
 
   // `rate` of the samples [Hz], > 0.
@@ -24,7 +25,7 @@ class SignalNoise {
   [[nodiscard]] Signals variances() const noexcept;
   // Standard deviation of the electrodes, over the usual one [-].
   [[nodiscard]] double relative() const { return relative_; }
-  // The same relative to that of the first samples.
+  // Returns the mean noise relative to that of the first samples.
   [[nodiscard]] double since_start() const { return relative_ / first_; }
   // Uncertainty of the electrodes' gain, which amplifies noise and signals alike: one sigma [-].
   [[nodiscard]] double gain_sigma() const noexcept;

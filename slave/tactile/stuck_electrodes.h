@@ -31,7 +31,7 @@ class StuckElectrodes {
       rest_repeats_[i] += is_rest && is_same ? 1 : 0;
     }
     if (is_rest) LearnRest();
-    repeated_ = moved == 0 ? std::min(repeated_ + 1, kMostRepeats) : 0;
+    repeated_ = moved == 0 ? std::min(repeated_ + 1, kMaxRepeats) : 0;
     changes_ += moved > 0 ? 1 : 0;
     moved_ += moved;
     last_ = reading.channels;
@@ -50,8 +50,9 @@ class StuckElectrodes {
     return repeated_ > 0 && changes_ >= kKnown &&
            moved_ * kElectrodeCount > kMoved * channels * changes_;
   }
-  // The same for five samples. Without electrodes for so many that noise does not do it. A noise at
-  // rest below the resolution says nothing: elsewhere between two steps it may leave all constant.
+  // Returns whether all electrodes are constant for five samples. For a sensor without electrodes
+  // the number of samples is so large that noise cannot cause it. A noise at rest below the
+  // resolution gives no answer: between two steps it may leave all channels constant.
   [[nodiscard]] bool are_frozen() const noexcept {
     if (are_electrodes_) return repeated_ >= kRepeats && are_repeated();
     return share() < kCoarse && repeated_ >= kRepeats &&
@@ -72,7 +73,8 @@ class StuckElectrodes {
   }
 
  private:
-  // Of the samples at rest, in which the channel that moves most often repeats itself.
+  // Returns the share of the samples at rest in which the channel that changes most often repeats
+  // itself.
   [[nodiscard]] double share() const noexcept { return std::min(known_share_, share_); }
   void LearnRest() noexcept {
     ++rest_;
@@ -87,7 +89,7 @@ class StuckElectrodes {
   }
 
   static constexpr int kRepeats = 4;  // of a sample
-  static constexpr int kMostRepeats = 1000;
+  static constexpr int kMaxRepeats = 1000;
   static constexpr double kHardlyEver = 0.05;  // share of repetitions that are taken for missing
   static constexpr double kCoarse = 0.2;       // from here on the noise is below the resolution
   static constexpr double kNever = 1e-9;       // probability of a frozen sample by noise

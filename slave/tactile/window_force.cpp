@@ -29,7 +29,7 @@ void WindowForce::Reset() noexcept {
   pace_F_.setZero();
 }
 
-// What `missed` samples would have given, linear between those before and behind.
+// Interpolates `missed` samples linearly between their neighbours.
 void WindowForce::Bridge(const TactileSignals& change, int missed) noexcept {
   for (int k = 1; k <= missed; ++k) {
     const double share = static_cast<double>(k) / (missed + 1);

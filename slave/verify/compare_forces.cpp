@@ -9,7 +9,7 @@
 
 #include "shared/text/text.h"
 #include "slave/statistics/robust.h"
-#include "slave/verify/compare_words.h"
+#include "slave/verify/compare_text.h"
 #include "slave/verify/record_fit.h"
 
 namespace palpate {
@@ -168,7 +168,7 @@ void Comparer::LeaveOutFlagged() {
 
 void Comparer::AddRate() {
   const Index n = record_.t.size();
-  if (n < kFewestRows) return;
+  if (n < kMinFitRows) return;
   constexpr double kFastest = 20e-6, kSlowest = 2;  // [s]
   std::vector<double> steps;
   for (Index i = 1; i < n; ++i) steps.push_back(record_.t(i) - record_.t(i - 1));
@@ -188,9 +188,9 @@ void Comparer::AddDelay() {
     return;
   }
   const Index n = record_.t.size();
-  constexpr double kShortest = 0.005;  // [s]
+  constexpr double kMinTolerance = 0.005;  // [s]
   const double sample = (record_.t(n - 1) - record_.t(0)) / static_cast<double>(n - 1);
-  const double tolerance = std::fmax(kShortest, sample);
+  const double tolerance = std::fmax(kMinTolerance, sample);
   line.interval = delay;
   line.value = Words(*delay, " ms", 1e3, 1);
   line.remark = Formatted("right is at most one sample, %.3g ms", 1e3 * tolerance);
@@ -208,7 +208,7 @@ void Comparer::AddChannels() {
   Line& line = Add("channel", "Channels");
   if (!(largest_ > 0)) return;
   constexpr double kChange = 0.2;
-  constexpr Index kShortest = 5;
+  constexpr Index kMinRun = 5;
   const Index n = record_.measured.cols();
   line.finding = Finding::kRight;
   std::vector<bool> is_stuck(static_cast<std::size_t>(n), false);
@@ -218,7 +218,7 @@ void Comparer::AddChannels() {
     for (Index from = 0, until = 0; from < n; from = until) {
       while (until < n && estimated(until) == estimated(from)) ++until;
       const auto run = measured.segment(from, until - from);
-      if (until - from < kShortest) continue;
+      if (until - from < kMinRun) continue;
       if (run.maxCoeff() - run.minCoeff() > kChange * largest_) values.insert(estimated(from));
     }
     if (values.empty()) continue;
@@ -411,7 +411,7 @@ void Comparer::AddSizes() {
   Line& line = Add("size", "Error by size");
   constexpr std::size_t kRanges = 5;
   const VectorXd size = fitted_.measured.colwise().norm().transpose();
-  if (size.size() < kFewestRows || result_.map.directions == 0) return;
+  if (size.size() < kMinFitRows || result_.map.directions == 0) return;
   const Matrix3Xd error = (fitted_.estimated - map_ * fitted_.measured).colwise() - offset_;
   std::vector<Index> order(static_cast<std::size_t>(size.size()));
   std::iota(order.begin(), order.end(), 0);

@@ -1,6 +1,6 @@
-// One comparison of two columns of forces: measured and estimated. It finds delay, drift, unit,
-// scale, sign, exchanged axes, rotation, offset, a channel that does not change, and whether the
-// stated standard deviation fits, each with an interval of 95 % and a verdict.
+// CompareForces compares two columns of forces: measured and estimated. It finds delay, drift,
+// unit, scale, sign, exchanged axes, rotation, offset, a channel that does not change, and whether
+// the stated standard deviation fits, each with an interval of 95 % and a verdict.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ struct ForceRow {
   double known_depth = kUnknown, depth = kUnknown;
 };
 
-// What made the estimates. It decides what sigma means, and in which words causes are named.
+// ForceSource states what made the estimates. It decides what sigma means and how causes are named.
 struct ForceSource {
   // kAny: sigma is that of an axis or of the vector, whichever fits. kCamera: a scene's model; its
   // sigma is that of the magnitude, and covers the tolerance of the material, so that it may be

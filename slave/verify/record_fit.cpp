@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kLongestDelay = 1;  // [s]
+constexpr double kMaxSearchedDelay = 1;  // [s]
 
 Matrix3Xd Centred(const Matrix3Xd& vectors) {
   return vectors.colwise() - vectors.rowwise().mean();
@@ -49,7 +49,7 @@ class DelaySearch {
     block_ = BlocksOf(rows());
   }
   [[nodiscard]] Index rows() const { return static_cast<Index>(rows_.size()); }
-  [[nodiscard]] bool is_possible() const { return rows() >= kFewestRows && directions_.cols() > 0; }
+  [[nodiscard]] bool is_possible() const { return rows() >= kMinFitRows && directions_.cols() > 0; }
   // The sum of squares of each block of rows.
   [[nodiscard]] VectorXd Squares(double delay) const {
     Matrix3Xd measured(3, rows());
@@ -104,8 +104,8 @@ VectorXd Loading(const Matrix3Xd& measured, const Vector3d& direction) {
 
 std::optional<Interval> EstimateDelay(const ForceRecord& record) {
   const Index n = record.t.size();
-  if (n < kFewestRows) return std::nullopt;
-  const double reach = std::min(kLongestDelay, (record.t(n - 1) - record.t(0)) / 4);
+  if (n < kMinFitRows) return std::nullopt;
+  const double reach = std::min(kMaxSearchedDelay, (record.t(n - 1) - record.t(0)) / 4);
   const DelaySearch search(record, reach);
   if (!(reach > 0) || !search.is_possible()) return std::nullopt;
   constexpr int kSteps = 60, kRefinements = 3;
@@ -157,7 +157,7 @@ std::vector<Index> MoveMeasured(double delay, ForceRecord* record) {
 RecordChange FitChange(const ForceRecord& record) {
   const Index n = record.t.size();
   const Directions directions = DirectionsOf(record.measured);
-  if (n < kFewestRows || directions.cols() == 0 || !(record.t(n - 1) > record.t(0))) return {};
+  if (n < kMinFitRows || directions.cols() == 0 || !(record.t(n - 1) > record.t(0))) return {};
   const Index drift = directions.cols() + 1, loading = drift + 1;
   MatrixXd terms(n, loading + 1);
   terms.leftCols(directions.cols()) = record.measured.transpose() * directions;

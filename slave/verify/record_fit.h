@@ -1,4 +1,4 @@
-// What a record of two columns of forces shows besides their map: delay, drift and hysteresis.
+// RecordFit estimates delay, drift and hysteresis from a record of two columns of forces.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,7 @@ struct ForceRecord {
 };
 
 // Fewest rows of a record for what this file finds.
-inline constexpr Eigen::Index kFewestRows = 50;
+inline constexpr Eigen::Index kMinFitRows = 50;
 
 // How long the estimated force comes after the measured one [s]; negative: before it. The delay
 // with the least error of a linear map. nullopt: fewer than 50 rows, no time, or the forces do not

@@ -16,7 +16,7 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kLeastShare = 0.2;    // of the largest direction's size that a direction needs
+constexpr double kMinShare = 0.2;      // of the largest direction's size that a direction needs
 constexpr double kNearlyWhole = 0.98;  // of an axis that lies in the tested directions
 constexpr double kTie = 0.02;          // cosines that differ less are equally good
 
@@ -195,7 +195,7 @@ Directions TestedDirections(const Matrix3d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(covariance);
   const double most = eigen.eigenvalues()(2);
   if (!(most > 0)) return Directions(3, 0);
-  const Index count = (eigen.eigenvalues().array() >= kLeastShare * kLeastShare * most).count();
+  const Index count = (eigen.eigenvalues().array() >= kMinShare * kMinShare * most).count();
   return eigen.eigenvectors().rightCols(count).rowwise().reverse();
 }
 

@@ -13,15 +13,15 @@ namespace palpate {
 namespace {
 
 constexpr int kSteps = 60;
-constexpr double kLeastScale = 0.02;     // of the errors [px]
-constexpr double kLeastInliers = 0.4;    // part of the points
+constexpr double kMinScale = 0.02;       // of the errors [px]
+constexpr double kMinInliers = 0.4;      // part of the points
 constexpr double kRotationPrior = 1e-4;  // against the points' own say; a block's rotation: 0.1 %
-constexpr double kMostRotation = 0.17;   // [rad]
+constexpr double kMaxRotation = 0.17;    // [rad]
 // Points next to each other share edge pixels, too, the second next none. With fewer points than
 // this a step is far along the outline. [-] [tuned: SigmaIsByHowMuchTheEdgeIsElsewhere]
 constexpr std::size_t kCloseTogether = 64;
-constexpr std::size_t kMostApart = 5;  // points, that are neighbours
-constexpr int kUnknowns = 3;           // of the rigid motion [by definition]
+constexpr std::size_t kMaxApart = 5;  // points, that are neighbours
+constexpr int kUnknowns = 3;          // of the rigid motion [by definition]
 
 struct Foot {
   Eigen::Vector2d normal{0, 0};  // unit, from the outline to the point where that is not 0
@@ -76,7 +76,7 @@ class Fitter {
       Project();
       std::vector<double> errors;
       for (const Foot& foot : feet_) errors.push_back(std::abs(foot.distance));
-      const double shown = std::max(SigmaOfSizes(errors), kLeastScale * pixel_);
+      const double shown = std::max(SigmaOfSizes(errors), kMinScale * pixel_);
       scale = std::max(shown, 0.7 * scale);
       if (Step(kBiweightCut * scale) < 1e-5 * pixel_ && scale == shown) break;
     }
@@ -119,7 +119,7 @@ class Fitter {
   [[nodiscard]] double ShapeAndFit(double variance, int inliers) const {
     const std::size_t count = feet_.size();
     const std::size_t nearest = count < kCloseTogether ? 1 : 2;
-    const std::size_t farthest = std::clamp(count / kCloseTogether + 1, nearest, kMostApart);
+    const std::size_t farthest = std::clamp(count / kCloseTogether + 1, nearest, kMaxApart);
     double shape = 0;
     for (std::size_t apart = nearest; apart <= farthest; ++apart) {
       shape += Shared(apart) / static_cast<double>(farthest - nearest + 1);
@@ -138,9 +138,9 @@ class Fitter {
     }
   }
 
-  // One Gauss-Newton step; returns how far it moved the outline at most [m]. Rotations and growth
-  // are measured by the way they move the outline's farthest point; rotations are held a little
-  // towards none: a disc tells nothing about its own.
+  // Takes one Gauss-Newton step. Returns the largest motion of the outline [m]. Rotations and
+  // growth are measured by the way they move the outline's farthest point; rotations are held a
+  // little towards none: a disc tells nothing about its own.
   double Step(double cut) {
     Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
     Eigen::Vector4d b = Eigen::Vector4d::Zero();
@@ -204,8 +204,8 @@ OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, Cur
   X_OO.linear().topLeftCorner<2, 2>() = turn.toRotationMatrix();
   X_OO.translation().head<2>() = motion.shift + motion.centre - turn * motion.centre;
   const bool credible = motion.shift.norm() <= reach * view.pixel() &&  // false for NaN
-                        std::abs(motion.angle) <= kMostRotation &&
-                        fit.inliers >= kLeastInliers * static_cast<double>(contour_I.size());
+                        std::abs(motion.angle) <= kMaxRotation &&
+                        fit.inliers >= kMinInliers * static_cast<double>(contour_I.size());
   if (!credible) return fit;
   fit.found = true;
   fit.X_SO = X_SO * X_OO;

@@ -14,11 +14,11 @@
 namespace palpate {
 namespace {
 
-// Circles are searched at this size [px]. [tuned: PicturesWithoutAnObjectAreRefused]
+// Circles are searched at this size [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kCircleEdge = 160;
 constexpr int kDirections = 32;
 constexpr double kRadiusStep = 1.08, kSmallestRadius = 0.02;
-constexpr double kLeastVote = 0.15;  // 1: a strong edge all round
+constexpr double kMinVote = 0.15;  // 1: a strong edge all round
 
 struct RoundEdge {
   Eigen::Vector2d centre{0, 0};  // [px]
@@ -34,15 +34,15 @@ struct Vote {
 struct BentGradient {
   cv::Mat x, y;  // CV_32F
 };
-BentGradient Bent(const cv::Mat& picture) {
+BentGradient Bent(const cv::Mat& image) {
   cv::Mat gx, gy;
-  cv::Sobel(picture, gx, CV_32F, 1, 0, 3, 0.125);
-  cv::Sobel(picture, gy, CV_32F, 0, 1, 3, 0.125);
+  cv::Sobel(image, gx, CV_32F, 1, 0, 3, 0.125);
+  cv::Sobel(image, gy, CV_32F, 0, 1, 3, 0.125);
   cv::Mat magnitude;
   cv::magnitude(gx, gy, magnitude);
   const auto half = static_cast<float>(2 * cv::mean(magnitude)[0] + 0.1);
-  for (int y = 0; y < picture.rows; ++y) {
-    for (int x = 0; x < picture.cols; ++x) {
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
       const float scale = 1 / (magnitude.at<float>(y, x) + half);
       gx.at<float>(y, x) *= scale;
       gy.at<float>(y, x) *= scale;
@@ -98,20 +98,20 @@ std::vector<Vote> VoteEverywhere(const BentGradient& bent) {
   return best;
 }
 
-// At most `count` circles that lie whole in `picture` (8 bit grey, smoothed), best first: those
+// At most `count` circles that lie whole in `image` (8 bit grey, smoothed), best first: those
 // along which most of the gradient points outwards, or inwards, all round. Each direction counts at
 // most once, however strong its edge. Every centre and radius (from 2 % of the longer edge on, in
 // steps of 8 %) is tried at 160 px: about 20 ms.
-std::vector<RoundEdge> FindRoundEdges(const cv::Mat& picture, std::size_t count) {
-  const double scale = std::min(1.0, kCircleEdge / std::max(picture.cols, picture.rows));
-  cv::Mat working = picture;
-  if (scale < 1) cv::resize(picture, working, {}, scale, scale, cv::INTER_AREA);
+std::vector<RoundEdge> FindRoundEdges(const cv::Mat& image, std::size_t count) {
+  const double scale = std::min(1.0, kCircleEdge / std::max(image.cols, image.rows));
+  cv::Mat working = image;
+  if (scale < 1) cv::resize(image, working, {}, scale, scale, cv::INTER_AREA);
   std::vector<Vote> votes = VoteEverywhere(Bent(working));
   std::sort(votes.begin(), votes.end(),
             [](const Vote& a, const Vote& b) { return a.vote > b.vote; });
   std::vector<Vote> kept;
   for (const Vote& vote : votes) {
-    if (kept.size() == count || vote.vote < kLeastVote) break;
+    if (kept.size() == count || vote.vote < kMinVote) break;
     const bool known = std::any_of(kept.begin(), kept.end(), [&](const Vote& other) {
       return cv::norm(vote.centre - other.centre) < 0.15 * other.radius + 1;
     });
@@ -127,26 +127,26 @@ std::vector<RoundEdge> FindRoundEdges(const cv::Mat& picture, std::size_t count)
 
 using PixelChain = std::vector<cv::Point>;
 
-// Larger pictures are searched at this size [px]. [tuned: PicturesWithoutAnObjectAreRefused]
+// Larger images are searched at this size [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kWorkingEdge = 480;
-// Against noise and fine texture [px]. [tuned: PicturesWithoutAnObjectAreRefused]
+// Against noise and fine texture [px]. [tuned: ImagesWithoutAnObjectAreRefused]
 constexpr double kBlur = 1.5;
 constexpr int kThresholds = 32;  // between the darkest and the brightest percent
-constexpr double kSmallest = 0.001, kLargest = 0.7;  // area, part of the picture
-// Area / area of the convex hull. [-] [tuned: PicturesWithoutAnObjectAreRefused]
-constexpr double kLeastSolidity = 0.8;
-constexpr double kLeastRoundness = 0.35;  // 4 pi area / length^2 of the hull: no bar
-constexpr double kLeastAgreement = 0.5;   // of the edge's sign along the outline, 0 to 1
-constexpr double kLeastEdge = 1;          // mean gradient across the outline [grey levels / px]
-constexpr std::size_t kCircles = 24;      // considered beside the regions
+constexpr double kSmallest = 0.001, kLargest = 0.7;  // area, part of the image
+// Area / area of the convex hull. [-] [tuned: ImagesWithoutAnObjectAreRefused]
+constexpr double kMinSolidity = 0.8;
+constexpr double kMinRoundness = 0.35;  // 4 pi area / length^2 of the hull: no bar
+constexpr double kMinAgreement = 0.5;   // of the edge's sign along the outline, 0 to 1
+constexpr double kMinEdge = 1;          // mean gradient across the outline [grey levels / px]
+constexpr std::size_t kCircles = 24;    // considered beside the regions
 
 // Grey levels below which lie 1 % and 99 % of the pixels.
-cv::Vec2i Percentiles(const cv::Mat& picture) {
+cv::Vec2i Percentiles(const cv::Mat& image) {
   std::array<int, 256> histogram{};
-  for (int y = 0; y < picture.rows; ++y) {
-    for (int x = 0; x < picture.cols; ++x) ++histogram[picture.at<uchar>(y, x)];
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) ++histogram[image.at<uchar>(y, x)];
   }
-  const double total = static_cast<double>(picture.total());
+  const double total = static_cast<double>(image.total());
   cv::Vec2i levels(0, 255);
   double below = 0;
   for (int level = 0; level < 256; ++level) {
@@ -185,15 +185,14 @@ double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& g
     balance += g > 0 ? 1 : -1;
   }
   const double agreement = balance / static_cast<double>(n);  // of the signs, -1 to 1
-  if (std::abs(agreement) < kLeastAgreement) return 0;
+  if (std::abs(agreement) < kMinAgreement) return 0;
   return std::abs(sum) / static_cast<double>(n) * agreement * agreement;
 }
 
 class Search {
  public:
-  Search(const cv::Mat& picture, double tool_width)
-      : size_(picture.size()), tool_width_(tool_width) {
-    cv::GaussianBlur(picture, smooth_, {}, kBlur);
+  Search(const cv::Mat& image, double tool_width) : size_(image.size()), tool_width_(tool_width) {
+    cv::GaussianBlur(image, smooth_, {}, kBlur);
     cv::Sobel(smooth_, gx_, CV_32F, 1, 0, 3, 0.125);
     cv::Sobel(smooth_, gy_, CV_32F, 0, 1, 3, 0.125);
     const int cut = std::max(3, 2 * static_cast<int>(std::ceil(0.25 * tool_width)) + 1);
@@ -209,7 +208,8 @@ class Search {
       for (const int type : {cv::THRESH_BINARY, cv::THRESH_BINARY_INV}) {
         cv::threshold(smooth_, mask_, level, 255, type);
         Consider(mask_, small_kernel_, 1);
-        // What is no wider than the tool goes; at half the size, for a kernel that wide is dear.
+        // Removes regions that are no wider than the tool. The image has half its size, because
+        // such a wide kernel is expensive.
         cv::resize(mask_, half_, (mask_.size() + cv::Size(1, 1)) / 2, 0, 0, cv::INTER_NEAREST);
         Consider(half_, tool_kernel_, 2);
       }
@@ -219,7 +219,7 @@ class Search {
   }
 
  private:
-  // The regions of `mask`, a pixel of which is `scale` of the picture's wide.
+  // The regions of `mask`, a pixel of which is `scale` of the image's wide.
   void Consider(const cv::Mat& mask, const cv::Mat& kernel, int scale) {
     cv::morphologyEx(mask, opened_, cv::MORPH_OPEN, kernel);
     std::vector<PixelChain> outlines;
@@ -256,11 +256,11 @@ class Search {
     PixelChain hull;
     cv::convexHull(outline, hull);
     const double solidity = area / cv::contourArea(hull);
-    if (solidity < kLeastSolidity) return 0;
+    if (solidity < kMinSolidity) return 0;
     const double around = cv::arcLength(hull, true);
-    if (4 * std::numbers::pi * area < kLeastRoundness * around * around) return 0;
+    if (4 * std::numbers::pi * area < kMinRoundness * around * around) return 0;
     const double edge = EdgeAcross(outline, gx_, gy_);
-    return edge < kLeastEdge ? 0 : edge * solidity * solidity * std::sqrt(area);
+    return edge < kMinEdge ? 0 : edge * solidity * solidity * std::sqrt(area);
   }
 
   cv::Size size_;
@@ -272,19 +272,19 @@ class Search {
 
 }  // namespace
 
-Curve FindObject(const cv::Mat& picture, double tool_width) {
-  const double scale = std::min(1.0, kWorkingEdge / std::max(picture.cols, picture.rows));
-  cv::Mat working = picture;
-  if (scale < 1) cv::resize(picture, working, {}, scale, scale, cv::INTER_AREA);
+Curve FindObject(const cv::Mat& image, double tool_width) {
+  const double scale = std::min(1.0, kWorkingEdge / std::max(image.cols, image.rows));
+  cv::Mat working = image;
+  if (scale < 1) cv::resize(image, working, {}, scale, scale, cv::INTER_AREA);
   const PixelChain outline = Search(working, tool_width * scale).Run();
   if (outline.empty()) {
     throw std::runtime_error(
         "no contour found: no closed region lies completely in the image; give "
         "sense.contour.start");
   }
-  // Pixel centres: the working picture's (0, 0) is the middle of the first block.
-  const double fx = static_cast<double>(picture.cols) / working.cols;
-  const double fy = static_cast<double>(picture.rows) / working.rows;
+  // Pixel centres: the working image's (0, 0) is the middle of the first block.
+  const double fx = static_cast<double>(image.cols) / working.cols;
+  const double fy = static_cast<double>(image.rows) / working.rows;
   Curve curve;
   for (const cv::Point& p : outline) {
     curve.emplace_back(fx * (p.x + 0.5) - 0.5, fy * (p.y + 0.5) - 0.5);

@@ -12,12 +12,12 @@ namespace palpate {
 namespace {
 
 constexpr int kRays = 128, kSizes = 97;
-constexpr double kMostLarger = 0.8;  // logarithm of 2.2: a corner lies far from a circle
-constexpr double kBlur = 1.5;        // against noise and fine texture [px]
-constexpr int kMostJump = 2;         // sizes, from ray to ray
-constexpr float kJump = 0.06F;       // what a jump by one costs; it grows with the square
-constexpr float kFar = 0.15F;        // what the largest or smallest size costs
-constexpr float kAnEdge = 0.2F;      // bent gradient
+constexpr double kMaxLarger = 0.8;  // logarithm of 2.2: a corner lies far from a circle
+constexpr double kBlur = 1.5;       // against noise and fine texture [px]
+constexpr int kMaxJump = 2;         // sizes, from ray to ray
+constexpr float kJump = 0.06F;      // what a jump by one costs; it grows with the square
+constexpr float kFar = 0.15F;       // what the largest or smallest size costs
+constexpr float kAnEdge = 0.2F;     // bent gradient
 
 // Bent gradients along the rays, outwards: kRays x kSizes.
 struct Rays {
@@ -26,7 +26,7 @@ struct Rays {
   std::vector<float> across;
 
   [[nodiscard]] static double SizeOf(int j) {
-    return std::exp(kMostLarger * (2.0 * j / (kSizes - 1) - 1));
+    return std::exp(kMaxLarger * (2.0 * j / (kSizes - 1) - 1));
   }
   [[nodiscard]] Eigen::Vector2d At(int ray, int j) const {
     return middle + SizeOf(j) * ways[static_cast<std::size_t>(ray)];
@@ -48,15 +48,15 @@ Eigen::Vector2d MiddleOf(CurveView curve) {
 // The gradient, with its magnitude bent to 0 ... 1.
 class BentGradient {
  public:
-  explicit BentGradient(const cv::Mat& picture) {
+  explicit BentGradient(const cv::Mat& image) {
     cv::Mat smooth;
-    cv::GaussianBlur(picture, smooth, {}, kBlur);
+    cv::GaussianBlur(image, smooth, {}, kBlur);
     cv::Sobel(smooth, gx_, CV_32F, 1, 0, 3, 0.125);
     cv::Sobel(smooth, gy_, CV_32F, 0, 1, 3, 0.125);
     cv::magnitude(gx_, gy_, magnitude_);
     half_ = static_cast<float>(2 * cv::mean(magnitude_)[0] + 0.1);
   }
-  // Along the unit vector `n`; 0 outside the picture.
+  // Along the unit vector `n`; 0 outside the image.
   [[nodiscard]] float Along(const Eigen::Vector2d& p, const Eigen::Vector2d& n) const {
     const bool inside =
         p.x() >= 1 && p.y() >= 1 && p.x() < gx_.cols - 1 && p.y() < gx_.rows - 1;  // false for NaN
@@ -72,8 +72,8 @@ class BentGradient {
   float half_ = 0;
 };
 
-Rays SampleRays(const cv::Mat& picture, CurveView guide) {
-  const BentGradient gradient(picture);
+Rays SampleRays(const cv::Mat& image, CurveView guide) {
+  const BentGradient gradient(image);
   Rays rays;
   rays.middle = MiddleOf(guide);
   rays.across.reserve(static_cast<std::size_t>(kRays * kSizes));
@@ -101,7 +101,7 @@ std::vector<int> BestChain(const Rays& rays, float sign) {
       const float off = std::abs(2 * static_cast<float>(j) / (kSizes - 1) - 1);
       const float own = sign * rays.across[static_cast<std::size_t>((c % kRays) * kSizes + j)];
       float best = c == 0 ? 0 : -std::numeric_limits<float>::infinity();
-      for (int i = std::max(0, j - kMostJump); c > 0 && i <= std::min(kSizes - 1, j + kMostJump);
+      for (int i = std::max(0, j - kMaxJump); c > 0 && i <= std::min(kSizes - 1, j + kMaxJump);
            ++i) {
         const auto step = static_cast<float>(i - j);
         const float offered =
@@ -123,10 +123,10 @@ std::vector<int> BestChain(const Rays& rays, float sign) {
 
 }  // namespace
 
-EdgePath FollowEdgeAround(const cv::Mat& picture, CurveView guide) {
+EdgePath FollowEdgeAround(const cv::Mat& image, CurveView guide) {
   EdgePath best;
   if (guide.size() < 3 || !(CurveLength(guide) > 0)) return best;
-  const Rays rays = SampleRays(picture, guide);
+  const Rays rays = SampleRays(image, guide);
   for (const float sign : {-1.0F, 1.0F}) {
     const std::vector<int> chain = BestChain(rays, sign);
     EdgePath path;
@@ -141,10 +141,10 @@ EdgePath FollowEdgeAround(const cv::Mat& picture, CurveView guide) {
   return best;
 }
 
-EdgePath MeasureEdge(const cv::Mat& picture, CurveView curve) {
+EdgePath MeasureEdge(const cv::Mat& image, CurveView curve) {
   EdgePath best;
   if (curve.size() < 3 || !(CurveLength(curve) > 0)) return best;
-  const BentGradient gradient(picture);
+  const BentGradient gradient(image);
   const Curve even = Resample(curve, kRays);
   for (const float sign : {-1.0F, 1.0F}) {
     EdgePath path{even, 0, 0};

@@ -11,13 +11,13 @@ namespace {
 
 // Error of the centroid [px]. [tuned: BlurredStraightEdgesAreFoundToATwentiethOfAPixel]
 constexpr double kHalfWindow = 3;
-constexpr double kLeastEdge = 3;  // total step across a clear edge [1/255 of full scale]
+constexpr double kMinEdge = 3;  // total step across a clear edge [1/255 of full scale]
 // Cosine between the normals before and after a point. [-] [tuned:
-// BothPolaritiesAndADeepPictureGiveTheSameEdge]
+// BothPolaritiesAndADeepImageGiveTheSameEdge]
 constexpr double kStraight = 0.97;
-constexpr std::size_t kNeighbours = 4;       // to either side, that tell whether an edge jumps
-constexpr double kLeastJump = 1, kJump = 4;  // what counts as one: [px], of the median jump
-constexpr double kLeastContrast = 0.35;      // of the median edge, below which a point is left out
+constexpr std::size_t kNeighbours = 4;     // to either side, that tell whether an edge jumps
+constexpr double kMinJump = 1, kJump = 4;  // what counts as one: [px], of the median jump
+constexpr double kMinContrast = 0.35;      // of the median edge, below which a point is left out
 
 struct Edge {
   double place = 0;  // along the normal [px]
@@ -87,7 +87,7 @@ void DropJumps(std::vector<std::optional<Edge>>& edges) {
     found.push_back(jumps[k]);
   }
   if (found.empty()) return;
-  const double largest = std::max(kLeastJump, kJump * MedianOf(found));
+  const double largest = std::max(kMinJump, kJump * MedianOf(found));
   for (std::size_t k = 0; k < n; ++k) {
     if (jumps[k] > largest) edges[k].reset();
   }
@@ -110,7 +110,7 @@ Curve RefineContour(const cv::Mat& image, const GreyFormat& format, CurveView co
     if (edges.back()) steps.push_back(edges.back()->step);
   }
   if (steps.empty()) return {};
-  const double least = std::max(kLeastEdge, kLeastContrast * MedianOf(steps));
+  const double least = std::max(kMinEdge, kMinContrast * MedianOf(steps));
 
   DropJumps(edges);
   Curve refined;

@@ -1,5 +1,5 @@
-// What one image shows of the object's edge: its motion since the first image, its indentation, and
-// the quality of the image.
+// ObjectSighting is what one image shows of the object's edge: its motion since the first image,
+// its indentation, and the quality of the image.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@ namespace palpate {
 // Result for one image.
 struct ObjectSighting {
   bool known = false;      // enough of the edge, in every direction
-  PictureMotion motion;    // from the first image into this one; the last one if unknown
+  ImageMotion motion;      // from the first image into this one; the last one if unknown
   double sigma_px = 0;     // of the motion, where the tip is, both directions together
   double residual_px = 0;  // residual of the points that agree, rms
   int places = 0, agreeing = 0;

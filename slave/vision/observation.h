@@ -17,8 +17,7 @@ struct TipObservation {
   double covered = 0;         // part of the template that something else hides [0, 1]
   bool aligned = false;       // the template's fine alignment agrees with the peak
   double turn = 0;            // of the tool since the template, from x towards y of the image [rad]
-  // From the aligned part of the tip to the tip [px]: in an image that has grown the tip is farther
-  // from it.
+  // Vector from the aligned part of the tip to the tip [px]; it grows with the scale of the image.
   Eigen::Vector2d lever{0, 0};
 };
 

@@ -17,13 +17,13 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kTolerance = 0.7;                    // of the polygon [px] [by definition]
-constexpr double kPointSpacing = 12;                  // of the snake's points [px]
-constexpr int kFewestPoints = 60, kMostPoints = 200;  // of the snake
-constexpr std::size_t kSidePoints = 6;                // of the edge on a side that is fitted
+constexpr double kTolerance = 0.7;                // of the polygon [px] [by definition]
+constexpr double kPointSpacing = 12;              // of the snake's points [px]
+constexpr int kMinPoints = 60, kMaxPoints = 200;  // of the snake
+constexpr std::size_t kSidePoints = 6;            // of the edge on a side that is fitted
 // A corner lies no farther from the vertices of the edge beside it [px], which leaves it out.
 constexpr double kCornerReach = 14;
-constexpr double kLeastTurn = 0.17;  // between sides that meet in a corner [rad]
+constexpr double kMinTurn = 0.17;  // between sides that meet in a corner [rad]
 
 struct Line {
   Vector2d p{0, 0}, d{0, 0};  // [px]; unit direction
@@ -77,7 +77,7 @@ std::vector<Side> SidesOf(const Curve& edge, const std::vector<std::size_t>& ver
 
 std::optional<Vector2d> Corner(const Line& a, const Line& b) {
   const double sine = a.d.x() * b.d.y() - a.d.y() * b.d.x();
-  if (std::abs(sine) < std::sin(kLeastTurn)) return std::nullopt;
+  if (std::abs(sine) < std::sin(kMinTurn)) return std::nullopt;
   const Vector2d between = b.p - a.p;
   return a.p + (between.x() * b.d.y() - between.y() * b.d.x()) / sine * a.d;
 }
@@ -133,7 +133,7 @@ FoundOutline FindOutlineNear(const cv::Mat& image, CurveView near) {
   if (!near.empty()) {
     options.start.assign(near.begin(), near.end());
     options.control_points =
-        std::clamp(static_cast<int>(CurveLength(near) / kPointSpacing), kFewestPoints, kMostPoints);
+        std::clamp(static_cast<int>(CurveLength(near) / kPointSpacing), kMinPoints, kMaxPoints);
   }
   const RestContour found = FindRestContour(options, image, format, 0, false);
   const auto points = static_cast<double>(found.edge.size());

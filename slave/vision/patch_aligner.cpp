@@ -19,26 +19,26 @@ namespace {
 
 // A window has a unique position where a shift of a pixel, in any direction, changes its levels by
 // this much root mean square: below it noise (2 of 255) dominates.
-constexpr double kLeastSlope = 1.0;    // [levels/px]
-constexpr double kLeastAffine = 1e-4;  // of the affine Hessian's eigenvalues, least to largest
-// The same for the shift of a patch without a least slope: a bar without marks has 1e-9, noise
-// alone 1. [-] [tuned: AToolWithoutMarksIsTrackedByItsEnd]
-constexpr double kLeastShift = 1e-6;
-// Width of the weights, in edges. [-] [tuned: WindowsThatLeaveThePictureAreLostAndComeBack]
+constexpr double kMinSlope = 1.0;    // [levels/px]
+constexpr double kMinAffine = 1e-4;  // of the affine Hessian's eigenvalues, least to largest
+// Smallest eigenvalue for the shift of a patch without a least slope: a bar without marks has 1e-9,
+// noise alone 1. [-] [tuned: AToolWithoutMarksIsTrackedByItsEnd]
+constexpr double kMinShift = 1e-6;
+// Width of the weights, in edges. [-] [tuned: WindowsThatLeaveTheImageAreLostAndComeBack]
 constexpr double kSigma = 0.2;
 // White noise, linearly interpolated, loses all but 4/9 of its variance in the residual (the mean
 // over a pixel's parts) though not of its effect on the place, where a Gaussian's weights halve it:
 // sum w^2 / sum w = 1/2 [-]. [derived: these two factors]
 constexpr double kNoiseOfResidual = 9.0 / 4 / 2;
-constexpr int kMostSteps = 30;
+constexpr int kMaxSteps = 30;
 constexpr double kSettled = 0.003;  // [px]
 constexpr double kFloor = 0.01;     // what interpolation leaves [px]
 
 // Limits of AlignRobustly: reach from the start, and last step with which it counts as converged
 // [px].
 constexpr double kReach = 3, kEnough = 0.05;
-constexpr float kLeastError = 1.5F;  // scale of the errors below which none is left out [levels]
-constexpr float kHidden = 0.3F;      // weight below which a pixel counts as covered
+constexpr float kMinError = 1.5F;  // scale of the errors below which none is left out [levels]
+constexpr float kHidden = 0.3F;    // weight below which a pixel counts as covered
 
 // Levels of `size` pixels under `warp`, which all lie inside the image, less `mean`. 16.16 fixed
 // point along a row: 1e-5 px, and no conversions per pixel. Rounding outwards by a unit is caught
@@ -72,12 +72,12 @@ void SampleAs(const cv::Mat& grey, const PatchWarp& warp, const cv::Size& size, 
 
 // Weighted, of the image under the patch.
 struct PatchAligner::Sums {
-  Eigen::Matrix<double, kMost + 1, 1> on_basis;
+  Eigen::Matrix<double, kMaxFreedoms + 1, 1> on_basis;
   double contrast = 0;
 };
 
 PatchAligner::PatchAligner(int edge)
-    : size_(edge, edge), count_(std::ptrdiff_t{edge} * edge), least_slope_(kLeastSlope) {
+    : size_(edge, edge), count_(std::ptrdiff_t{edge} * edge), least_slope_(kMinSlope) {
   Require(edge >= 5 && edge <= 255 && edge % 2 == 1, "window", edge, "an odd number from 5 to 255",
           " px");
   root_weights_.resize(count_);
@@ -103,7 +103,7 @@ PatchAligner::PatchAligner(const cv::Size& size, const std::vector<float>& weigh
 }
 
 void PatchAligner::Allocate() {
-  basis_.resize(count_, kMost + 2);
+  basis_.resize(count_, kMaxFreedoms + 2);
   levels_.resize((size_.width + 2) * (size_.height + 2));
   weight_ = root_weights_.squaredNorm();
 }
@@ -131,14 +131,14 @@ bool PatchAligner::Cut(const cv::Mat& grey, const PatchWarp& warp, Freedom freed
   if (!(weight_ > 0) || !Sample(grey, warp, 1)) return false;
   const bool affine = freedom == Freedom::kAffine;
   FillBasis(affine);
-  contrast_ = basis_.col(kMost).squaredNorm();
+  contrast_ = basis_.col(kMaxFreedoms).squaredNorm();
   if (!(contrast_ > 0)) return false;
-  const int freedoms = affine ? kMost : 2;
+  const int freedoms = affine ? kMaxFreedoms : 2;
   for (int k = 0; k < freedoms; ++k) {
     auto g = basis_.col(k);
-    const float along = g.dot(basis_.col(kMost)) / static_cast<float>(contrast_);
+    const float along = g.dot(basis_.col(kMaxFreedoms)) / static_cast<float>(contrast_);
     const float level = g.dot(root_weights_) / static_cast<float>(weight_);
-    g -= level * root_weights_ + along * basis_.col(kMost);
+    g -= level * root_weights_ + along * basis_.col(kMaxFreedoms);
   }
   return Invert(freedoms);
 }
@@ -159,16 +159,17 @@ void PatchAligner::FillBasis(bool affine) noexcept {
         const float y = static_cast<float>(v - half) / static_cast<float>(half);
         basis_.row(i).segment<4>(2) << gx * x, gx * y, gy * x, gy * y;
       }
-      basis_(i, kMost) = root_weights_(i) * *at;
+      basis_(i, kMaxFreedoms) = root_weights_(i) * *at;
     }
   }
-  mean_ = basis_.col(kMost).dot(root_weights_) / static_cast<float>(weight_);
-  basis_.col(kMost) -= mean_ * root_weights_;
-  basis_.col(kMost + 1) = root_weights_;
+  mean_ = basis_.col(kMaxFreedoms).dot(root_weights_) / static_cast<float>(weight_);
+  basis_.col(kMaxFreedoms) -= mean_ * root_weights_;
+  basis_.col(kMaxFreedoms + 1) = root_weights_;
 }
 
 bool PatchAligner::Invert(int freedoms) noexcept {
-  Eigen::Matrix<double, kMost, kMost> H = Eigen::Matrix<double, kMost, kMost>::Zero();
+  Eigen::Matrix<double, kMaxFreedoms, kMaxFreedoms> H =
+      Eigen::Matrix<double, kMaxFreedoms, kMaxFreedoms>::Zero();
   for (int k = 0; k < freedoms; ++k) {
     for (int l = 0; l <= k; ++l) H(k, l) = H(l, k) = basis_.col(k).dot(basis_.col(l));
   }
@@ -176,14 +177,16 @@ bool PatchAligner::Invert(int freedoms) noexcept {
   const double mean_slope = information_.trace() / 2, determinant = information_.determinant();
   const double least = mean_slope - std::sqrt(std::max(0.0, mean_slope * mean_slope - determinant));
   textured_ = least > least_slope_ * least_slope_ * weight_ &&
-              determinant > kLeastShift * 4 * mean_slope * mean_slope;
+              determinant > kMinShift * 4 * mean_slope * mean_slope;
   if (!textured_) return false;
   shift_inverse_ = information_.inverse();
-  if (freedoms == kMost) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kMost, kMost>> eigen(
+  if (freedoms == kMaxFreedoms) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kMaxFreedoms, kMaxFreedoms>> eigen(
         H, Eigen::EigenvaluesOnly);
-    affine_ = eigen.eigenvalues()(0) > kLeastAffine * eigen.eigenvalues()(kMost - 1);
-    if (affine_) affine_inverse_ = H.ldlt().solve(Eigen::Matrix<double, kMost, kMost>::Identity());
+    affine_ = eigen.eigenvalues()(0) > kMinAffine * eigen.eigenvalues()(kMaxFreedoms - 1);
+    if (affine_)
+      affine_inverse_ =
+          H.ldlt().solve(Eigen::Matrix<double, kMaxFreedoms, kMaxFreedoms>::Identity());
   }
   return true;
 }
@@ -201,8 +204,8 @@ PatchAligner::Sums PatchAligner::Project(bool affine) noexcept {
   sums.contrast = WeighLevels();
   sums.on_basis.setZero();
   const auto levels = levels_.head(count_);
-  for (int k = 0; k <= kMost; ++k) {
-    const bool used = k < 2 || k == kMost || affine;
+  for (int k = 0; k <= kMaxFreedoms; ++k) {
+    const bool used = k < 2 || k == kMaxFreedoms || affine;
     if (used) sums.on_basis(k) = basis_.col(k).dot(levels);
   }
   return sums;
@@ -212,7 +215,7 @@ double PatchAligner::Score(const cv::Mat& grey, const PatchWarp& warp) noexcept 
   if (!textured_ || !Sample(grey, warp, 0)) return -1;
   const double contrast = WeighLevels();
   if (!(contrast > weight_)) return -1;
-  return basis_.col(kMost).dot(levels_.head(count_)) / std::sqrt(contrast_ * contrast);
+  return basis_.col(kMaxFreedoms).dot(levels_.head(count_)) / std::sqrt(contrast_ * contrast);
 }
 
 PatchAligner::Match PatchAligner::Align(const cv::Mat& grey, const PatchWarp& start,
@@ -221,16 +224,16 @@ PatchAligner::Match PatchAligner::Align(const cv::Mat& grey, const PatchWarp& st
   match.warp = start;
   if (!textured_) return match;
   const bool affine = freedom == Freedom::kAffine && affine_;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     if (!Sample(grey, match.warp, 0)) return match;
     const Sums sums = Project(affine);
-    const double gain = sums.on_basis(kMost) / contrast_;
+    const double gain = sums.on_basis(kMaxFreedoms) / contrast_;
     if (!(gain > 0.1 && gain < 10) || !(sums.contrast > 0)) return match;
-    match.correlation = sums.on_basis(kMost) / std::sqrt(contrast_ * sums.contrast);
+    match.correlation = sums.on_basis(kMaxFreedoms) / std::sqrt(contrast_ * sums.contrast);
 
-    Eigen::Matrix<double, kMost, 1> delta = Eigen::Matrix<double, kMost, 1>::Zero();
+    Eigen::Matrix<double, kMaxFreedoms, 1> delta = Eigen::Matrix<double, kMaxFreedoms, 1>::Zero();
     if (affine) {
-      delta = affine_inverse_ * sums.on_basis.head<kMost>() / gain;
+      delta = affine_inverse_ * sums.on_basis.head<kMaxFreedoms>() / gain;
     } else {
       delta.head<2>() = shift_inverse_ * sums.on_basis.head<2>() / gain;
     }
@@ -246,8 +249,8 @@ PatchAligner::Match PatchAligner::Align(const cv::Mat& grey, const PatchWarp& st
   return match;
 }
 
-// By the inverse of the template's own motion.
-void PatchAligner::Update(const Eigen::Matrix<double, kMost, 1>& delta,
+// Updates the warp by the inverse of the template's motion.
+void PatchAligner::Update(const Eigen::Matrix<double, kMaxFreedoms, 1>& delta,
                           PatchWarp* warp) const noexcept {
   const int half = size_.width / 2;
   Eigen::Matrix2d turn;  // I + D
@@ -257,7 +260,7 @@ void PatchAligner::Update(const Eigen::Matrix<double, kMost, 1>& delta,
 }
 
 void PatchAligner::Conclude(const Sums& sums, bool affine, Match* match) const noexcept {
-  const double gain = sums.on_basis(kMost) / contrast_;
+  const double gain = sums.on_basis(kMaxFreedoms) / contrast_;
   const double left = std::max(0.0, 1 - match->correlation * match->correlation);
   const double variance = kNoiseOfResidual * sums.contrast * left / weight_ / (gain * gain);
   const Eigen::Matrix2d inverse =
@@ -280,7 +283,7 @@ PatchAligner::Match PatchAligner::AlignRobustly(const cv::Mat& grey, const Patch
   Fit fit;
   Eigen::Matrix4d inverse;
   double last = 1;
-  for (int step = 1; step <= kMostSteps && last > kSettled; ++step) {
+  for (int step = 1; step <= kMaxSteps && last > kSettled; ++step) {
     const bool is_near = (match.warp.p - start.p).cwiseAbs().maxCoeff() <= kReach;
     if (!is_near || !Sample(grey, match.warp, 0)) return match;
     WeighLevels();
@@ -298,7 +301,7 @@ PatchAligner::Match PatchAligner::AlignRobustly(const cv::Mat& grey, const Patch
 
 // The levels as a sum of the shift's gradients, T~ and 1, by squares weighted with the trust.
 PatchAligner::Fit PatchAligner::Regress(Eigen::Matrix4d* inverse) noexcept {
-  constexpr std::array kColumns{0, 1, kMost, kMost + 1};  // [by definition]
+  constexpr std::array kColumns{0, 1, kMaxFreedoms, kMaxFreedoms + 1};  // [by definition]
   Eigen::Matrix4d A;
   Eigen::Vector4d b;
   for (int k = 0; k < 4; ++k) {
@@ -316,13 +319,13 @@ PatchAligner::Fit PatchAligner::Regress(Eigen::Matrix4d* inverse) noexcept {
 void PatchAligner::Reweigh(const Fit& fit) noexcept {
   const Eigen::Vector4f f = fit.cast<float>();
   errors_ = levels_.head(count_) - f(0) * basis_.col(0) - f(1) * basis_.col(1) -
-            f(2) * basis_.col(kMost) - f(3) * root_weights_;
+            f(2) * basis_.col(kMaxFreedoms) - f(3) * root_weights_;
   std::size_t used = 0;
   for (Eigen::Index i = 0; i < count_; ++i) {
     if (root_weights_(i) > 0) sizes_[used++] = std::abs(errors_(i));
   }
   const float scale = static_cast<float>(kSigmaPerMedian) * MedianOf(std::span(sizes_).first(used));
-  const float cut = static_cast<float>(kBiweightCut) * std::max(scale, kLeastError);
+  const float cut = static_cast<float>(kBiweightCut) * std::max(scale, kMinError);
   trust_ = (1 - (errors_.array() / cut).square().min(1)).square().matrix();
 }
 

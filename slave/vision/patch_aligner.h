@@ -15,7 +15,7 @@ struct PatchWarp {
   Eigen::Matrix2d A = Eigen::Matrix2d::Identity();
   Eigen::Vector2d p{0, 0};  // the centre [px]; (0, 0) is the centre of the upper left pixel
 
-  // The same patch in an image that is `level` times reduced by two.
+  // Returns the warp of the same patch in an image that is `level` times reduced by two.
   [[nodiscard]] PatchWarp OnLevel(int level) const {
     const double scale = 1.0 / (1 << level);
     return {A, ((p.array() + 0.5) * scale - 0.5).matrix()};
@@ -74,7 +74,7 @@ class PatchAligner {
   [[nodiscard]] const Eigen::Matrix2d& information() const { return information_; }
 
  private:
-  static constexpr int kMost =
+  static constexpr int kMaxFreedoms =
       6;  // shift x, y; change of x with u, v; of y with u, v [by definition]
   struct Sums;
   using Fit = Eigen::Vector4d;  // of the image by the gradients of the shift, T~ and 1
@@ -85,7 +85,7 @@ class PatchAligner {
   bool Invert(int freedoms) noexcept;
   double WeighLevels() noexcept;
   Sums Project(bool affine) noexcept;
-  void Update(const Eigen::Matrix<double, kMost, 1>& delta, PatchWarp* warp) const noexcept;
+  void Update(const Eigen::Matrix<double, kMaxFreedoms, 1>& delta, PatchWarp* warp) const noexcept;
   void Conclude(const Sums& sums, bool affine, Match* match) const noexcept;
   Fit Regress(Eigen::Matrix4d* inverse) noexcept;
   void Reweigh(const Fit& fit) noexcept;
@@ -103,7 +103,8 @@ class PatchAligner {
   Eigen::VectorXf levels_;  // as sampled, with a ring around when a template is cut
   Eigen::Matrix2d information_ = Eigen::Matrix2d::Zero();
   Eigen::Matrix2d shift_inverse_ = Eigen::Matrix2d::Zero();
-  Eigen::Matrix<double, kMost, kMost> affine_inverse_ = Eigen::Matrix<double, kMost, kMost>::Zero();
+  Eigen::Matrix<double, kMaxFreedoms, kMaxFreedoms> affine_inverse_ =
+      Eigen::Matrix<double, kMaxFreedoms, kMaxFreedoms>::Zero();
   // Memory of AlignRobustly: residuals, Tukey's weights and the basis times these.
   Eigen::VectorXf errors_, trust_;
   Eigen::MatrixX4f trusted_;

@@ -20,19 +20,19 @@ namespace palpate {
 namespace {
 
 constexpr int kSettleRounds = 60;
-// Before it settles in the picture itself, in blurred ones: sigma [px], for a start found in the
-// picture and for one given by a person.
+// Before it settles in the image itself, in blurred ones: sigma [px], for a start found in the
+// image and for one given by a person.
 constexpr std::array kFoundBlurs = {1.5};
 constexpr std::array kGivenBlurs = {4.0, 2.0, 1.0};
-constexpr int kLeastPicture = 16;  // edge [px]
+constexpr int kMinImage = 16;  // edge [px]
 // At start, the snake against the shape it started from.
-constexpr double kLeastClosed = 0.7;    // of an edge around a start that a person gave
+constexpr double kMinClosed = 0.7;      // of an edge around a start that a person gave
 constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
 // Roundness of the outline: 0.64 and more of real embryos, up to 0.61 of flares, rims, rings and
 // torn shells.
 // [-] [tuned: StartsFromAPolygonOfTheScene]
-constexpr double kLeastClear = 0.625;
-constexpr double kLeastSettled = 0.4, kMostSettled = 2.0;
+constexpr double kMinClear = 0.625;
+constexpr double kMinSettled = 0.4, kMaxSettled = 2.0;
 
 // 8 bit grey, for the search at start.
 cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
@@ -48,10 +48,10 @@ cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
 // around it.
 std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& first,
                                const GreyFormat& format, double tool_width, bool clockwise_I) {
-  if (std::min(first.cols, first.rows) < kLeastPicture) {
+  if (std::min(first.cols, first.rows) < kMinImage) {
     throw std::runtime_error("no contour found: the image is " + std::to_string(first.cols) +
                              " x " + std::to_string(first.rows) + " px: expected edges of " +
-                             std::to_string(kLeastPicture) + " px or more");
+                             std::to_string(kMinImage) + " px or more");
   }
   const bool given = !options.start.empty();
   Curve start = given ? options.start : FindObject(AsGrey8(first, format), tool_width);
@@ -67,7 +67,7 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
   std::vector<Curve> starts = {std::move(start)};
   if (given && !CrossesItself(starts.front())) {
     EdgePath around = FollowEdgeAround(AsGrey8(first, format), starts.front());
-    if (around.closedness > kLeastClosed) starts.push_back(std::move(around.curve));
+    if (around.closedness > kMinClosed) starts.push_back(std::move(around.curve));
   }
   for (Curve& curve : starts) {
     // Positive area in axes x right, y down is clockwise to the eye.
@@ -90,7 +90,7 @@ Curve Settle(const ContourTracking& options, const cv::Mat& first, const GreyFor
   snake.AdaptTo(first);
   snake.Creep(first, kSettleRounds);
   const double change = CurveArea(snake.points()) / start_area;
-  if (!(change > kLeastSettled && change < kMostSettled) || CrossesItself(snake.points())) {
+  if (!(change > kMinSettled && change < kMaxSettled) || CrossesItself(snake.points())) {
     throw std::runtime_error("the contour collapsed, intersected itself or left its start (area " +
                              std::to_string(change) +
                              " of the start's): give another sense.contour.start or weights");
@@ -101,7 +101,7 @@ Curve Settle(const ContourTracking& options, const cv::Mat& first, const GreyFor
 Curve MeasureClearEdge(const cv::Mat& first, const GreyFormat& format, CurveView outline) {
   Curve edge = RefineContour(first, format, outline);
   const double wanted = CurveLength(outline) / RefinementOptions().spacing;
-  if (static_cast<double>(edge.size()) < kLeastClear * wanted) {
+  if (static_cast<double>(edge.size()) < kMinClear * wanted) {
     throw std::runtime_error(
         "the contour found no clear edge on most of its length: give another "
         "sense.contour.start");

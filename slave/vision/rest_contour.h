@@ -24,21 +24,21 @@ struct RestContour {
 RestContour FindRestContour(const ContourTracking& options, const cv::Mat& first,
                             const GreyFormat& format, double tool_width, bool clockwise_I);
 
-// Finds the object in an image without a start: the outline [px] of the object in `picture` (8 bit
+// Finds the object in an image without a start: the outline [px] of the object in `image` (8 bit
 // grey). Among all closed regions that some threshold separates, darker or brighter, completely in
 // the image, it selects the one whose outline has the strongest edge for its size and is most
 // nearly convex. A tool that enters from the image border is cut off first: `tool_width` [px], 0:
 // none. Regions below 0.1 % or above 70 % of the image are not objects. Throws std::runtime_error:
 // there is none. About 50 ms at 640 x 480.
-Curve FindObject(const cv::Mat& picture, double tool_width);
+Curve FindObject(const cv::Mat& image, double tool_width);
 
 struct RefinementOptions {
   double spacing = 4;  // of the points along the contour [px]
   int reach = 6;       // how far the edge may lie from the contour [px]
 };
 
-// From a contour that is right to a few pixels to points on the object's edge [px], right to a
-// small part of one: one about every `spacing` along `contour`, in its direction.
+// Refines a contour that is accurate to a few pixels. Returns points on the object's edge [px],
+// accurate to a small part of a pixel: one about every `spacing` along `contour`, in its direction.
 //
 // At each it is the steepest edge of the EdgeProfile along the normal. The edge has the
 // polarity (dark to light or light to dark) of most of the contour. Points without a clear edge,

@@ -9,30 +9,30 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostPlaces = 256;  // [-] [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
+constexpr std::size_t kMaxPlaces = 256;  // [-] [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr double kNeighbour = 14;  // farther apart than this, points lie on different pieces [px]
 // Cosine between the ways to the point and from it. [-] [tuned:
 // EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr double kStraight = 0.95;
 // Error of the centroid [px]. [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr double kHalfWindow = 4;
-constexpr double kLeastStep = 3;       // [1/255 of full scale]
-constexpr double kLeastOfStep = 0.25;  // of the place's step at rest
-constexpr double kFarther = 0.3;       // less a step counts at the end of the reach
-constexpr int kWide = 6;               // from the edge to where a blurred one's sides are [px]
-constexpr int kBright = 5;             // from the edge to where its sides' levels are read [px]
-constexpr int kRaster = 2;             // of the search for a shift [px]
-constexpr std::size_t kEvery = 3;      // place takes part in it
+constexpr double kMinStep = 3;       // [1/255 of full scale]
+constexpr double kMinOfStep = 0.25;  // of the place's step at rest
+constexpr double kFarther = 0.3;     // less a step counts at the end of the reach
+constexpr int kWide = 6;             // from the edge to where a blurred one's sides are [px]
+constexpr int kBright = 5;           // from the edge to where its sides' levels are read [px]
+constexpr int kRaster = 2;           // of the search for a shift [px]
+constexpr std::size_t kEvery = 3;    // place takes part in it
 
 }  // namespace
 
-Eigen::Matrix2d PictureMotion::linear() const {
+Eigen::Matrix2d ImageMotion::linear() const {
   return std::exp(growth) * Eigen::Rotation2Dd(angle).toRotationMatrix();
 }
 
 RestEdge::RestEdge(const cv::Mat& first, const GreyFormat& format, CurveView rest)
-    : profile_(format, kMostReach + kMargin) {
-  const std::size_t n = rest.size(), stride = (n + kMostPlaces - 1) / kMostPlaces;
+    : profile_(format, kMaxReach + kMargin) {
+  const std::size_t n = rest.size(), stride = (n + kMaxPlaces - 1) / kMaxPlaces;
   for (std::size_t i = 0; i < n; i += std::max<std::size_t>(stride, 1)) {
     const Eigen::Vector2d in = rest[i] - rest[(i + n - 1) % n], out = rest[(i + 1) % n] - rest[i];
     const bool one_piece = std::max(in.norm(), out.norm()) < kNeighbour &&
@@ -48,7 +48,7 @@ RestEdge::RestEdge(const cv::Mat& first, const GreyFormat& format, CurveView res
       places_.push_back(place);
     }
   }
-  votes_.resize(places_.size() * (2 * kMostReach + 1));
+  votes_.resize(places_.size() * (2 * kMaxReach + 1));
   normals_.resize(places_.size());
 }
 
@@ -64,8 +64,8 @@ std::optional<double> RestEdge::Locate(const cv::Mat& image, const Place& place,
     const double counts = step * (1 - kFarther * std::abs(k) / (reach + 1));
     if (counts > best) best = counts, steepest = step, at = k;
   }
-  const double least = std::max(kLeastStep * profile_.format().levels_per_255(),
-                                kLeastOfStep * std::abs(place.step));
+  const double least =
+      std::max(kMinStep * profile_.format().levels_per_255(), kMinOfStep * std::abs(place.step));
   if (steepest < least) return std::nullopt;
   const double edge = profile_.Centroid(sign, at, kHalfWindow);
   if (std::abs(edge) > reach + 1) return std::nullopt;
@@ -85,32 +85,32 @@ void RestEdge::Expose(const Place& place, int at) noexcept {
 }
 
 double RestEdge::Votes(const Eigen::Vector2d& shift) const noexcept {
-  constexpr int kRow = 2 * kMostReach + 1;  // [by definition]
+  constexpr int kRow = 2 * kMaxReach + 1;  // [by definition]
   float sum = 0;
   for (std::size_t i = 0; i < places_.size(); i += kEvery) {
     const auto along = static_cast<int>(std::lround(normals_[i].dot(shift)));
-    if (std::abs(along) > kMostReach) continue;
-    sum += votes_[i * kRow + static_cast<std::size_t>(along + kMostReach)];
+    if (std::abs(along) > kMaxReach) continue;
+    sum += votes_[i * kRow + static_cast<std::size_t>(along + kMaxReach)];
   }
   return sum;
 }
 
-Eigen::Vector2d RestEdge::FindShift(const cv::Mat& image, const PictureMotion& motion) noexcept {
-  constexpr int kRow = 2 * kMostReach + 1;  // [by definition]
+Eigen::Vector2d RestEdge::FindShift(const cv::Mat& image, const ImageMotion& motion) noexcept {
+  constexpr int kRow = 2 * kMaxReach + 1;  // [by definition]
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(motion.angle).toRotationMatrix();
   for (std::size_t i = 0; i < places_.size(); i += kEvery) {
     float* row = votes_.data() + i * kRow;
     std::fill_n(row, kRow, 0.0F);
     normals_[i] = turn * places_[i].n_I;
     if (!profile_.Read(image, motion.Apply(places_[i].p_I), normals_[i],
-                       kMostReach + EdgeProfile::kMargin))
+                       kMaxReach + EdgeProfile::kMargin))
       continue;
-    for (int k = -kMostReach; k <= kMostReach; ++k) {
-      row[k + kMostReach] =
+    for (int k = -kMaxReach; k <= kMaxReach; ++k) {
+      row[k + kMaxReach] =
           static_cast<float>(std::clamp(profile_.StepAt(k) / places_[i].step, 0.0, 1.0));
     }
   }
-  const int reach = kMostReach - 2;
+  const int reach = kMaxReach - 2;
   Eigen::Vector2d best(0, 0);
   double most = Votes(best);
   const auto offer = [&](const Eigen::Vector2d& shift) {

@@ -15,7 +15,7 @@ namespace palpate {
 
 // Motion of an image relative to the first: p -> centre + shift + exp(growth) R(angle) (p -
 // centre).
-struct PictureMotion {
+struct ImageMotion {
   Eigen::Vector2d centre{0, 0}, shift{0, 0};  // [px]
   double angle = 0;                           // [rad], from x towards y of I
   double growth = 0;                          // logarithm of the scale [-]
@@ -32,7 +32,7 @@ struct PictureMotion {
 
 class RestEdge {
  public:
-  static constexpr int kMostReach = 36;  // largest distance of any search [px]
+  static constexpr int kMaxReach = 36;  // largest distance of any search [px]
 
   struct Place {
     Eigen::Vector2d p_I, n_I;  // in the first image [px]; unit normal, on the same side all round
@@ -55,16 +55,16 @@ class RestEdge {
   std::optional<double> Locate(const cv::Mat& image, const Place& place, const Eigen::Vector2d& p,
                                const Eigen::Vector2d& n, int reach) noexcept;
 
-  // For the last edge: its step within 3 px relative to that within 8 px; 1: sharp.
+  // Returns the step of the last edge within 3 px relative to that within 8 px; 1 is sharp.
   [[nodiscard]] double sharpness() const { return sharpness_; }
 
-  // For the last edge: expected level of its brighter side if it had grown as its darker one since
-  // the first image, relative to the largest level; 0: that side is not clipped.
+  // Returns the expected level of the brighter side of the last edge if it had grown as its darker
+  // one since the first image, relative to the largest level; 0: that side is not clipped.
   [[nodiscard]] double exposure() const { return exposure_; }
 
-  // The shift to add to `motion`, up to kMostReach - 2 along x and y, at which most points find an
+  // The shift to add to `motion`, up to kMaxReach - 2 along x and y, at which most points find an
   // edge; to about a pixel. Real-time safe; a fraction of a millisecond.
-  Eigen::Vector2d FindShift(const cv::Mat& image, const PictureMotion& motion) noexcept;
+  Eigen::Vector2d FindShift(const cv::Mat& image, const ImageMotion& motion) noexcept;
 
  private:
   static constexpr int kMargin = 8;  // beyond the reach, for the windows of step and centroid [px]
@@ -75,7 +75,7 @@ class RestEdge {
   EdgeProfile profile_;
   std::vector<Place> places_;
   double sharpness_ = 1, exposure_ = 0;
-  std::vector<float> votes_;  // points x (2 kMostReach + 1)
+  std::vector<float> votes_;  // points x (2 kMaxReach + 1)
   std::vector<Eigen::Vector2d> normals_;
 };
 

@@ -7,14 +7,14 @@
 namespace palpate {
 namespace {
 
-// A 3 x 3 gradient at the nine places needs this much [px]. [tuned: StaysInsideThePicture]
+// A 3 x 3 gradient at the nine places needs this much [px]. [tuned: StaysInsideTheImage]
 constexpr int kBorder = 2;
-constexpr double kLeastRange =
+constexpr double kMinRange =
     5;  // [grey levels] [paper: Williams and Shah, a smaller range is flat]
 constexpr double kCornerBend =
     0.25;  // |u_i - u_{i+1}|^2 of unit tangents [-] [paper: Williams and Shah]
-constexpr double kCornerStrength = 0.5;            // of the mean edge strength
-constexpr double kStrongEdge = 50, kMostGain = 8;  // gradient that counts as strong; amplification
+constexpr double kCornerStrength = 0.5;           // of the mean edge strength
+constexpr double kStrongEdge = 50, kMaxGain = 8;  // gradient that counts as strong; amplification
 // Side / mean side that is too long. [-] [tuned: CreepsOntoADiscFromOutsideAndInside]
 constexpr double kGap = 1.7;
 constexpr double kStillMoving = 0.04;  // part of the points that may go on moving at rest
@@ -36,7 +36,7 @@ GreedyStep EvaluateStep(const Eigen::Vector2d& previous, const Eigen::Vector2d& 
     curv_max = std::max(curv_max, step.curv[k]);
   }
   const auto [low, high] = std::minmax_element(magnitude.begin(), magnitude.end());
-  const double range = std::max(*high - *low, kLeastRange);
+  const double range = std::max(*high - *low, kMinRange);
   const double bottom = *high - range;
   for (std::size_t k = 0; k < 9; ++k) {
     if (cont_max > 0) step.cont[k] /= cont_max;
@@ -88,7 +88,7 @@ void Snake::AdaptTo(const cv::Mat& image) noexcept {
     sum += *std::max_element(magnitude.begin(), magnitude.end());
   }
   const double mean = sum / static_cast<double>(points_.size());
-  gain_ = std::clamp(kStrongEdge / std::max(mean, 1.0), 1.0, kMostGain);
+  gain_ = std::clamp(kStrongEdge / std::max(mean, 1.0), 1.0, kMaxGain);
 }
 
 void Snake::EvenOut() {

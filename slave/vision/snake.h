@@ -41,8 +41,8 @@ struct SnakeWeights {
   double alpha = 1, beta = 1, gamma = 1.2;
 };
 
-// One greedy step of the point `v` between its neighbours. `magnitude`: gradient magnitude at the
-// nine positions, in 1/255 of full scale.
+// Computes one greedy step of the point `v` between its neighbours. `magnitude`: gradient magnitude
+// at the nine positions, in 1/255 of full scale.
 GreedyStep EvaluateStep(const Eigen::Vector2d& previous, const Eigen::Vector2d& v,
                         const Eigen::Vector2d& next, double mean_spacing,
                         const SnakeWeights& weights, const NinePlaces& magnitude) noexcept;
@@ -59,7 +59,7 @@ class Snake {
   // fits the format.
   int Creep(const cv::Mat& image, int max_rounds);
 
-  // From now on amplifies weak or blurred gradients near the points (up to 8 times), as Williams &
+  // Amplifies weak or blurred gradients from now on, near the points (up to 8 times), as Williams &
   // Shah do by scaling those of the whole image.
   void AdaptTo(const cv::Mat& image) noexcept;
 

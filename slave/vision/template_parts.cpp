@@ -11,15 +11,15 @@ namespace palpate {
 namespace {
 
 constexpr double kPartWidth = 14, kPartHeight = 10;  // about [px]
-constexpr int kMostAcross = 4, kMostAlong = 8;
-constexpr double kLeastTrusted = 0.85;   // part of a part's pixels that the alignment trusts
-constexpr double kLeastVariance = 0.15;  // of the whole template's
-constexpr double kStep = 2;              // of the difference along the tool, to either side [px]
-constexpr std::size_t kFewest = 4;       // parts
-constexpr double kLeastSignal = 0.25;    // of the variance: fine texture looks like noise, too
-constexpr double kMostChange = 1.5;      // of the template's largest, in a picture
-constexpr int kSamePeak = 3;             // [px]
-constexpr double kFits = 0.6;            // score of a part
+constexpr int kMaxAcross = 4, kMaxAlong = 8;
+constexpr double kMinTrusted = 0.85;   // part of a part's pixels that the alignment trusts
+constexpr double kMinVariance = 0.15;  // of the whole template's
+constexpr double kStep = 2;            // of the difference along the tool, to either side [px]
+constexpr std::size_t kMinParts = 4;   // parts
+constexpr double kMinSignal = 0.25;    // of the variance: fine texture looks like noise, too
+constexpr double kMaxChange = 1.5;     // of the template's largest, in an image
+constexpr int kSamePeak = 3;           // [px]
+constexpr double kFits = 0.6;          // score of a part
 
 struct Cut {
   GreyPatch pixels;
@@ -72,13 +72,13 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
             static_cast<int>(std::lround(kStep * tip.along.y()))),
       trust_(height_ - 2, width_ - 2) {
   Differentiate(tip.pixels, step_, most_, change_);
-  // What lies beyond the template is not known, so its border tells no difference.
+  // Pixels beyond the template are not known, so its border is left out.
   const cv::Point inset(std::abs(step_.x), std::abs(step_.y));
   const cv::Size inside(width_ - 2 * inset.x, height_ - 2 * inset.y);
   const bool wide = width_ > height_;  // the tool lies along the longer side
-  const int columns = Pieces(inside.width, kPartWidth, wide ? kMostAlong : kMostAcross);
-  const int rows = Pieces(inside.height, kPartHeight, wide ? kMostAcross : kMostAlong);
-  const double least = kLeastVariance * VarianceOf(change_);
+  const int columns = Pieces(inside.width, kPartWidth, wide ? kMaxAlong : kMaxAcross);
+  const int rows = Pieces(inside.height, kPartHeight, wide ? kMaxAcross : kMaxAlong);
+  const double least = kMinVariance * VarianceOf(change_);
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
       const cv::Point from(i * inside.width / columns, j * inside.height / rows);
@@ -86,7 +86,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
       const cv::Rect box = cv::Rect(from, to) + inset;
       if (box.empty()) continue;
       Cut cut = CutOut(tip, change_, box);
-      if (cut.trusted < kLeastTrusted || !(VarianceOf(cut.pixels) > std::max(least, 1.0))) continue;
+      if (cut.trusted < kMinTrusted || !(VarianceOf(cut.pixels) > std::max(least, 1.0))) continue;
       parts_.push_back({box.tl(), Ncc(std::move(cut.pixels))});
     }
   }
@@ -99,14 +99,14 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
     for (const int change : part.ncc.pattern().levels)
       largest = std::max(largest, std::abs(change));
   }
-  most_ = static_cast<int>(kMostChange * largest);
+  most_ = static_cast<int>(kMaxChange * largest);
   const double noise = NoiseOf(tip.pixels);
-  signal_ = std::max(variance_ - 2 * noise * noise, kLeastSignal * variance_);
+  signal_ = std::max(variance_ - 2 * noise * noise, kMinSignal * variance_);
   scores_.resize(parts_.size());
 }
 
 bool TemplateParts::usable() const {
-  return parts_.size() >= kFewest;
+  return parts_.size() >= kMinParts;
 }
 
 double TemplateParts::Attenuation(double noise) const {

@@ -25,9 +25,9 @@
 namespace palpate {
 namespace {
 
-// Limits of an outline that only the picture tells: part with an edge, roundness (1: a circle), and
+// Limits of an outline that only the image tells: part with an edge, roundness (1: a circle), and
 // mean strength of the edge (of at most 1) unless it is very round.
-constexpr double kLeastClosed = 0.8, kLeastRound = 0.55, kVeryRound = 0.95, kClearEdge = 0.55;
+constexpr double kMinClosed = 0.8, kMinRound = 0.55, kVeryRound = 0.95, kClearEdge = 0.55;
 
 const Camera& CameraOf(const Scene& scene) {
   if (!scene.sense.Find<Camera>())
@@ -40,14 +40,14 @@ const Camera& CameraOf(const Scene& scene) {
   return *scene.sense.Find<Camera>();
 }
 
-// The scene's direction of the tool in the picture; zero: only the picture can tell.
+// The scene's direction of the tool in the image; zero: only the image can tell.
 Eigen::Vector2d GivenDirection(const Scene& scene, const CameraView& view) {
   if (!scene.tool) return {0, 0};
   const Eigen::Vector3d d_S(scene.tool->direction.x(), scene.tool->direction.y(), 0);
   return (view.ToImage(view.pixel() * d_S) - view.ToImage({0, 0, 0})).stableNormalized();
 }
 
-// Nothing but the picture tells the outline, and nobody stated where in the picture it is.
+// Nothing but the image tells the outline, and nobody stated where in the image it is.
 bool IsOnlySeen(const Scene& scene) {
   const bool found = scene.sense.Find<ContourTracking>()->start.empty();
   return found && std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
@@ -64,7 +64,7 @@ void RequireConvincing(const cv::Mat& first, CurveView outline) {
   const double length = CurveLength(outline);
   const double roundness = 4 * std::numbers::pi * std::abs(CurveArea(outline)) / (length * length);
   const bool clear = edge.strength > kClearEdge || roundness > kVeryRound;
-  if (edge.closedness > kLeastClosed && roundness > kLeastRound && clear) return;
+  if (edge.closedness > kMinClosed && roundness > kMinRound && clear) return;
   if (drawn.channels() == 1) cv::cvtColor(drawn, drawn, cv::COLOR_GRAY2BGR);
   std::vector<cv::Point> points;
   for (const Eigen::Vector2d& p : outline) points.emplace_back(cvRound(p.x()), cvRound(p.y()));
@@ -74,7 +74,7 @@ void RequireConvincing(const cv::Mat& first, CurveView outline) {
   throw std::runtime_error(fmt::format(
       "no contour found: the best closed region has an edge on {:.0f} % of its outline and a "
       "roundness of {:.2f}: expected {:.0f} % and {:g}{}; give sense.contour.start",
-      100 * edge.closedness, roundness, 100 * kLeastClosed, kLeastRound,
+      100 * edge.closedness, roundness, 100 * kMinClosed, kMinRound,
       written ? " (drawn in " + file.string() + ")" : ""));
 }
 
@@ -145,8 +145,8 @@ struct TipAndContourTracker::Parts {
   }
 
   GreyFormat format;
-  double noise = 0;                 // of the first picture [1/255 of full scale]
-  Eigen::Vector2d direction{0, 0};  // of the tool in the picture; zero: nobody knows
+  double noise = 0;                 // of the first image [1/255 of full scale]
+  Eigen::Vector2d direction{0, 0};  // of the tool in the image; zero: nobody knows
   std::optional<TipTracker> tip;
   RestContour contour;
   TipObservation observation;

@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
-#include "slave/capture/picture_files.h"
+#include "slave/capture/image_files.h"
 #include "slave/vision/tip_tracker.h"
 
 namespace palpate {
@@ -19,21 +19,22 @@ constexpr int kSide = 6;                      // background beside the tool [px]
 constexpr int kReach = 10;                    // of the search around the template [px]
 constexpr double kBeforeTip = 1;  // the blurred end itself already shows what lies beyond [px]
 constexpr double kBeyondTip = 4;  // taken in where the tool has no marks [px]
-// A template that promises less is not good enough [px]; where a picture is noisy, by its noise
+// A template that promises less is not good enough [px]; where an image is noisy, by its noise
 // [levels]: the object below the tool's end, once it is there, draws the tip by a pixel.
 constexpr double kWorstSigma = 0.15, kWorstByNoise = 0.02;
 
 // Search of the tool's direction: how far along its sides [widths], how far across [px], angles.
 constexpr double kSideLength = 4, kSideStep = 2;
-constexpr double kMostTurned = 1.05, kTurnStep = 0.02;  // [rad]
+constexpr double kMaxTemplateTurn = 1.05, kTurnStep = 0.02;  // [rad]
 
 bool HasContrast(const GreyPatch& pixels) {
   const auto [low, high] = std::minmax_element(pixels.levels.begin(), pixels.levels.end());
   return *high > *low;
 }
 
-// What bands across the tool tell of its place along `d`, their noise apart [levels^2/px^2]: in
-// their means noise is so small that they show where single pixels do not.
+// Returns the information of bands across the tool about its position along `d`, without that of
+// their noise [levels^2/px^2]. The means of bands have so little noise that they show what single
+// pixels do not.
 double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, double width,
                           double noise) {
   std::vector<double> sums, counts;
@@ -75,7 +76,7 @@ bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width
 // its farthest corner, `beyond` past the tip (before it: negative) in the direction of `d`. It is
 // `length` long in the direction nearest to the tool's.
 cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width, int length,
-                  double beyond, const cv::Size& picture) {
+                  double beyond, const cv::Size& image) {
   const double half = 0.5 * width + kSide;
   const Eigen::Vector2d along = d.cwiseAbs(), across(along.y(), along.x());
   const double end = 2 * half * along.prod() - beyond;  // of the piece, behind the tip
@@ -86,7 +87,7 @@ cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double w
   const cv::Point first(static_cast<int>(std::ceil(low.x())), static_cast<int>(std::ceil(low.y())));
   const cv::Point last(static_cast<int>(std::floor(high.x())),
                        static_cast<int>(std::floor(high.y())));
-  return cv::Rect(first, last + cv::Point(1, 1)) & cv::Rect(cv::Point(), picture);
+  return cv::Rect(first, last + cv::Point(1, 1)) & cv::Rect(cv::Point(), image);
 }
 
 // Beside the tool's end the dented object comes into view.
@@ -110,15 +111,15 @@ TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& 
   return cut;
 }
 
-// How much the picture changes across both sides of a bar that points along `d`; the weaker side
+// How much the image changes across both sides of a bar that points along `d`; the weaker side
 // counts, so that an edge of something else is no bar.
-double SidesOf(const GreyPatch& picture, const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d,
+double SidesOf(const GreyPatch& image, const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d,
                double width) {
   const Eigen::Vector2d across(-d.y(), d.x());
   const auto level = [&](const Eigen::Vector2d& p) {
-    const int x = std::clamp(static_cast<int>(std::lround(p.x())), 0, picture.width - 1);
-    const int y = std::clamp(static_cast<int>(std::lround(p.y())), 0, picture.height - 1);
-    return static_cast<double>(picture.At(x, y));
+    const int x = std::clamp(static_cast<int>(std::lround(p.x())), 0, image.width - 1);
+    const int y = std::clamp(static_cast<int>(std::lround(p.y())), 0, image.height - 1);
+    return static_cast<double>(image.At(x, y));
   };
   double weaker = std::numeric_limits<double>::infinity();
   for (const double side : {-1.0, 1.0}) {
@@ -152,14 +153,14 @@ Eigen::Vector2d TipTemplate::Centre() const {
 Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format,
                                   const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& towards,
                                   double width) {
-  GreyPatch picture;
-  format.Read(first, cv::Rect(cv::Point(), first.size()), picture);
+  GreyPatch image;
+  format.Read(first, cv::Rect(cv::Point(), first.size()), image);
   const Eigen::Vector2d straight = towards.stableNormalized();
   Eigen::Vector2d best = straight;
   double most = 0;
-  for (double angle = -kMostTurned; angle <= kMostTurned; angle += kTurnStep) {
+  for (double angle = -kMaxTemplateTurn; angle <= kMaxTemplateTurn; angle += kTurnStep) {
     const Eigen::Vector2d d = Eigen::Rotation2Dd(angle) * straight;
-    const double sides = SidesOf(picture, p_I_tip, d, width);
+    const double sides = SidesOf(image, p_I_tip, d, width);
     if (sides > most) most = sides, best = d;
   }
   return best;
@@ -171,7 +172,7 @@ TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d
   };
   TipTemplate tip;
   try {
-    const cv::Mat image = ReadPicture(options.template_file, 1);
+    const cv::Mat image = ReadImage(options.template_file, 1);
     const int smaller = std::min(image.cols, image.rows), larger = std::max(image.cols, image.rows);
     if (smaller < kSmallest || larger > kLargest) {
       throw std::runtime_error(std::to_string(image.cols) + " x " + std::to_string(image.rows) +

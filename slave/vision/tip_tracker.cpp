@@ -24,13 +24,13 @@ constexpr double kPulled = 0.1, kPulledSigmas = 2;
 // to it.
 constexpr double kSigmaOfPeak = 0.5, kReachOfPeak = 2;  // [px]
 constexpr double kMuchCovered = 0.4;                    // of the template: its parts are asked
-constexpr double kMostCovered = 0.65;
+constexpr double kMaxCovered = 0.65;
 // Scores of the parts, in parts of the usual one: what confirms a place, what does not speak
 // against it, what is enough for a place of their own; and of the next best place in parts of the
 // best.
-constexpr double kAsUsual = 0.9, kLeastAsUsual = 0.75, kPartsFit = 0.6, kPartsSecond = 0.88;
+constexpr double kAsUsual = 0.9, kMinAsUsual = 0.75, kPartsFit = 0.6, kPartsSecond = 0.88;
 constexpr double kBetter = 0.03;      // score by which a place of the parts' own beats the whole's
-constexpr double kFollow = 0.05;      // of the usual score, per picture
+constexpr double kFollow = 0.05;      // of the usual score, per image
 constexpr double kReacquired = 0.15;  // more than min_score where the tip may be anywhere
 // A template without parts knows a tool's sides better than its end: another pipette fits it along
 // half its length. Without noise so much more than min_score, and so little covered, for a tip
@@ -39,10 +39,10 @@ constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
 // Turn of the tool [rad]: step of the search, most in one image, least that is one, largest, and
 // those tried one by one while the tip is lost. Chosen on 12 presses by hand with up to 15 degrees;
 // 24 others keep within 1.5 % rms. Then: margin around the template [px], rounds in one image.
-constexpr double kTurnStep = 0.035, kMostTurn = 0.05, kLeastTurn = 0.01, kFarthestTurn = 0.4;
+constexpr double kTurnStep = 0.035, kMaxTurn = 0.05, kMinTurn = 0.01, kMaxSearchedTurn = 0.4;
 constexpr std::array kTurnsTried{0.0, 0.1, -0.1, 0.2, -0.2};
-constexpr int kTurnMargin = 6, kMostTurns = 6;
-constexpr int kLeastCoarse = 7;  // edge below which a shrunk template tells too little [px]
+constexpr int kTurnMargin = 6, kMaxTurns = 6;
+constexpr int kMinCoarse = 7;  // edge below which a shrunk template tells too little [px]
 
 struct Peak {
   cv::Point at;
@@ -128,7 +128,7 @@ TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const O
       parts_(tip),
       last_(start_I) {
   const int edge = std::min(tip.pixels.width, tip.pixels.height);
-  for (shrink_ = 4; shrink_ > 1 && edge / shrink_ < kLeastCoarse; shrink_ /= 2) {
+  for (shrink_ = 4; shrink_ > 1 && edge / shrink_ < kMinCoarse; shrink_ /= 2) {
   }
   for (; !coarse_; shrink_ /= 2) {
     GreyPatch pattern;
@@ -145,8 +145,8 @@ TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const O
 }
 
 Eigen::Vector2d TipTracker::Predicted() const {
-  const Eigen::Vector2d picture(format_.size().width - 1, format_.size().height - 1);
-  return (*last_ + step_).cwiseMax(0).cwiseMin(picture);
+  const Eigen::Vector2d image(format_.size().width - 1, format_.size().height - 1);
+  return (*last_ + step_).cwiseMax(0).cwiseMin(image);
 }
 
 cv::Rect TipTracker::WindowAround(const Eigen::Vector2d& tip, double scale) const {
@@ -182,11 +182,11 @@ TipObservation TipTracker::Track(const cv::Mat& image) {
   const bool is_new = !last_;
   TipObservation tip = TrackTurned(image);
   const bool reacquired = tip.reacquired;
-  for (int k = 0; k < kMostTurns && is_new && tip.found && turn_ != 0; ++k) {
+  for (int k = 0; k < kMaxTurns && is_new && tip.found && turn_ != 0; ++k) {
     const double before = turn_;
     tip = TrackTurned(image);
     tip.reacquired = reacquired;
-    if (std::abs(turn_ - before) < kLeastTurn) break;
+    if (std::abs(turn_ - before) < kMinTurn) break;
   }
   return tip;
 }
@@ -243,12 +243,12 @@ void TipTracker::FollowTurn(const cv::Mat& image, TipObservation* tip) {
   }
   const double bend = fit[0] - 2 * fit[1] + fit[2];
   if (!(bend < 0)) return;
-  const double turn = std::clamp(kTurnStep * (fit[0] - fit[2]) / (2 * bend), -kMostTurn, kMostTurn);
-  if (!has_turned_ && std::abs(turn) < kLeastTurn) return;
+  const double turn = std::clamp(kTurnStep * (fit[0] - fit[2]) / (2 * bend), -kMaxTurn, kMaxTurn);
+  if (!has_turned_ && std::abs(turn) < kMinTurn) return;
   const PatchAligner::Match fine = aligner_.AlignRobustly(near_.Mat(), turned(turn), {});
   if (!fine.converged) return;
   has_turned_ = true;
-  turn_ = std::clamp(turn_ + turn, -kFarthestTurn, kFarthestTurn);
+  turn_ = std::clamp(turn_ + turn, -kMaxSearchedTurn, kMaxSearchedTurn);
   tip->turn = turn_;
   tip->p_I = fine.warp.p + fine.warp.A * (anchor_ - centre_) + Eigen::Vector2d(window.x, window.y);
   tip->sigma = SigmaOf(fine);
@@ -265,7 +265,7 @@ TipObservation TipTracker::TrackStraight(const cv::Mat& image) {
       if (!(match.tip.found && match.fit > around.fit + kBetter)) match = around;
     }
   }
-  if (!match.tip.found) match.tip = SearchPicture(image);
+  if (!match.tip.found) match.tip = SearchImage(image);
   if (!match.tip.found) {
     last_.reset();
     return match.tip;
@@ -287,7 +287,7 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
   if (match.on_border) {
     const double usual = parts_.usable() ? usual_ * parts_.Attenuation(NoiseOf(window_)) : 0;
     const TipObservation by_parts = MeasureByParts(window, usual);
-    if (by_parts.found && by_parts.score >= kLeastAsUsual * usual) {
+    if (by_parts.found && by_parts.score >= kMinAsUsual * usual) {
       match.tip = by_parts;
       match.fit = by_parts.score;
     }
@@ -304,15 +304,15 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
 // does not, that is asked where the tip is.
 double TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip) {
   if (!parts_.usable()) {
-    tip.found &= tip.covered < kMostCovered;
+    tip.found &= tip.covered < kMaxCovered;
     return 0;
   }
   const double score = tip.found ? parts_.ScoreNear(window_, peak) : 0;
   const double attenuation = parts_.Attenuation(NoiseOf(window_));
-  // The picture that the template was cut from fits it better than any other will.
+  // The image that the template was cut from fits it better than any other will.
   if (tip.found && usual_ == 0) usual_ = std::min(1.0, score / attenuation);
   const double usual = usual_ * attenuation;
-  const bool fits = tip.found && score >= kLeastAsUsual * usual;
+  const bool fits = tip.found && score >= kMinAsUsual * usual;
   const bool as_usual = tip.found && score >= kAsUsual * usual && tip.covered < kMuchCovered;
   // Blur lowers every score; what covers the tip must not become the usual.
   if (fits && tip.covered < kCovered) {
@@ -328,7 +328,7 @@ double TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObs
   } else {
     tip.found = fits;
   }
-  tip.found &= tip.covered < kMostCovered;
+  tip.found &= tip.covered < kMaxCovered;
   return better ? by_parts.score : score;
 }
 
@@ -377,7 +377,7 @@ void TipTracker::SetPosition(const PatchAligner::Match& fine, const cv::Rect& wi
   tip->sigma = fine.converged ? SigmaOf(fine) : kSigmaOfPeak;
 }
 
-TipObservation TipTracker::SearchPicture(const cv::Mat& image) {
+TipObservation TipTracker::SearchImage(const cv::Mat& image) {
   FindCandidates(image);
   const GreyPatch& pattern = ncc_.pattern();
   const int margin = 2 * shrink_ + 2;

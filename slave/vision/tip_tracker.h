@@ -147,7 +147,7 @@ class TipTracker {
   TipObservation TrackStraight(const cv::Mat& image);
   void FollowTurn(const cv::Mat& image, TipObservation* tip);
   Match SearchWindow(const cv::Mat& image, const cv::Rect& window);
-  TipObservation SearchPicture(const cv::Mat& image);
+  TipObservation SearchImage(const cv::Mat& image);
   [[nodiscard]] bool IsSureAgain(const TipObservation& tip) const;
   void FindCandidates(const cv::Mat& image);
   TipObservation Measure(double score, const cv::Rect& window, const cv::Point& peak);

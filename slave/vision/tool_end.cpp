@@ -22,25 +22,25 @@ constexpr double kLength = 24;  // over such a length [px]
 constexpr double kStep = 0.5;   // of a line [px]
 // That it must be ground beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsReported]
 constexpr double kStays = 2;
-constexpr double kFaintest = 0.2;   // a mark's difference from the ground, of the usual
-constexpr double kLeastStep = 12;   // between tool and ground [1/255 of full scale]
-constexpr double kPlain = 0.25;     // scatter of the ground, of that step
-constexpr double kMostLost = 0.25;  // of the lines
-constexpr double kBlunt = 1;        // scatter of the lines [px]
-constexpr double kAsStraight = 2;   // a side that goes on, from where it was [px]
+constexpr double kFaintest = 0.2;  // a mark's difference from the ground, of the usual
+constexpr double kMinStep = 12;    // between tool and ground [1/255 of full scale]
+constexpr double kPlain = 0.25;    // scatter of the ground, of that step
+constexpr double kMaxLost = 0.25;  // of the lines
+constexpr double kBlunt = 1;       // scatter of the lines [px]
+constexpr double kAsStraight = 2;  // a side that goes on, from where it was [px]
 
 class Lines {
  public:
   Lines(const cv::Mat& first, const GreyFormat& format) {
-    format.Read(first, cv::Rect(0, 0, first.cols, first.rows), picture_);
+    format.Read(first, cv::Rect(0, 0, first.cols, first.rows), image_);
   }
 
   // Bilinear; outside the image that of its border.
   [[nodiscard]] double At(const Vector2d& p) const {
-    const double x = std::clamp(p.x(), 0.0, picture_.width - 1.001);
-    const double y = std::clamp(p.y(), 0.0, picture_.height - 1.001);
+    const double x = std::clamp(p.x(), 0.0, image_.width - 1.001);
+    const double y = std::clamp(p.y(), 0.0, image_.height - 1.001);
     const int left = static_cast<int>(x), top = static_cast<int>(y);
-    return Bilinear(picture_.Row(top) + left, picture_.width, static_cast<float>(x - left),
+    return Bilinear(image_.Row(top) + left, image_.width, static_cast<float>(x - left),
                     static_cast<float>(y - top));
   }
 
@@ -71,7 +71,7 @@ class Lines {
   }
 
  private:
-  GreyPatch picture_;
+  GreyPatch image_;
 };
 
 // Mean of all lines; nullopt: too many have none, or they scatter.
@@ -81,7 +81,7 @@ std::optional<double> Together(const std::vector<std::optional<double>>& found) 
     if (value) values.push_back(*value);
   }
   const auto all = static_cast<double>(found.size());
-  if (values.size() < 3 || static_cast<double>(values.size()) < (1 - kMostLost) * all) {
+  if (values.size() < 3 || static_cast<double>(values.size()) < (1 - kMaxLost) * all) {
     return std::nullopt;
   }
   if (SigmaAboutMedian(std::vector(values)) > kBlunt) return std::nullopt;
@@ -105,7 +105,7 @@ class Bar {
     level_ = MedianOf(ground);
     step_ = std::abs(MedianOf(tool) - level_);
     is_prominent_ =
-        step_ >= kLeastStep * format.levels_per_255() && SigmaAboutMedian(ground) <= kPlain * step_;
+        step_ >= kMinStep * format.levels_per_255() && SigmaAboutMedian(ground) <= kPlain * step_;
   }
 
   [[nodiscard]] bool is_prominent() const { return is_prominent_; }

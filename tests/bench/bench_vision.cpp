@@ -1,4 +1,4 @@
-// What the correction of a lens costs. Grey 640 x 480 pictures in memory, one thread.
+// What the correction of a lens costs. Grey 640 x 480 images in memory, one thread.
 #include <benchmark/benchmark.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -9,30 +9,30 @@ namespace palpate {
 namespace {
 
 // The content does not matter: each pixel is read and written once.
-cv::Mat Picture() {
-  cv::Mat picture(480, 640, CV_8UC1);
-  cv::randu(picture, 0, 256);
-  return picture;
+cv::Mat Image() {
+  cv::Mat image(480, 640, CV_8UC1);
+  cv::randu(image, 0, 256);
+  return image;
 }
 
-// What a camera's lens costs per picture, beside a blur of 3 x 3, which reads and writes as much.
-void StraightenPicture(benchmark::State& state) {
+// What a camera's lens costs per image, beside a blur of 3 x 3, which reads and writes as much.
+void StraightenImage(benchmark::State& state) {
   const Lens lens{800, 800, 320, 240, {-0.25, 0.08, 0.001, -0.0005, 0}, {640, 480}};
   const LensWarp warp = LensWarp::Straightening(lens);
-  const cv::Mat picture = Picture();
-  for (auto _ : state) benchmark::DoNotOptimize(warp.Apply(picture).data);
+  const cv::Mat image = Image();
+  for (auto _ : state) benchmark::DoNotOptimize(warp.Apply(image).data);
 }
-BENCHMARK(StraightenPicture)->Unit(benchmark::kMicrosecond);
+BENCHMARK(StraightenImage)->Unit(benchmark::kMicrosecond);
 
-void BlurPicture(benchmark::State& state) {
-  const cv::Mat picture = Picture();
+void BlurImage(benchmark::State& state) {
+  const cv::Mat image = Image();
   for (auto _ : state) {
     cv::Mat blurred;
-    cv::blur(picture, blurred, {3, 3});
+    cv::blur(image, blurred, {3, 3});
     benchmark::DoNotOptimize(blurred.data);
   }
 }
-BENCHMARK(BlurPicture)->Unit(benchmark::kMicrosecond);
+BENCHMARK(BlurImage)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace palpate

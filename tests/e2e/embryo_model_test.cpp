@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kPicture =
+const fs::path kImage =
     SourcePath("/../shared/data/zebrafish_injection/zf_Old_yolov3_image_captured1.jpg");
 const fs::path kOut = BinaryPath("/test-output/zebrafish");
 constexpr double kRadius = 0.6e-3;         // of the chorion [m], assumed
@@ -30,9 +30,9 @@ constexpr double kHeld = -45, kHalf = 30;  // where the dish holds it: centre an
 class EmbryoModelTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(kPicture)) GTEST_SKIP() << "the microscope pictures are absent";
+    if (!fs::exists(kImage)) GTEST_SKIP() << "the microscope pictures are absent";
     fs::create_directories(kOut);
-    image_ = cv::imread(kPicture.string());
+    image_ = cv::imread(kImage.string());
     cv::imwrite((kOut / "pipette.png").string(), image_(cv::Rect(612, 232, 34, 60)));
     std::ofstream scene(kOut / "embryo.yaml");
     scene << "name: embryo-from-picture\n"
@@ -45,7 +45,7 @@ class EmbryoModelTest : public testing::Test {
              "tool: {shape: flat, width: 60 um, depth: whole}\n"
              "sense:\n"
              "  camera: {file: \""
-          << kPicture.string() << "\", rate: 60 Hz, pixel: " << kRadius / kRadius_px * 1e6
+          << kImage.string() << "\", rate: 60 Hz, pixel: " << kRadius / kRadius_px * 1e6
           << " um}\n"
              "  tip: {track: template, template: pipette.png, anchor: [17 px, 56 px]}\n"
              "  contour: {track: snake, control_points: 60}\n"

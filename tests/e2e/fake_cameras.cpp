@@ -1,4 +1,4 @@
-// Takes the place of palpate-films.so beside the slave: a camera whose images come by TCP.
+// Takes the place of palpate-cameras.so beside the slave: a camera whose images come by TCP.
 // PALPATE_FAKE_CAMERA states port and size: `PORT WIDTH HEIGHT`, rows of 8 bit grey.
 #include <cstdio>
 #include <cstdlib>
@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-class FakeCamera final : public Film {
+class FakeCamera final : public VideoStream {
  public:
   FakeCamera() {
     int port = 0;
@@ -47,17 +47,17 @@ class FakeCamera final : public Film {
   bool is_there_ = false;
 };
 
-class FakeFilms final : public Films {
+class FakeVideoBackend final : public VideoBackend {
  public:
-  [[nodiscard]] std::unique_ptr<Film> OpenFile(const std::string& /*file*/) const override {
+  [[nodiscard]] std::unique_ptr<VideoStream> OpenFile(const std::string& /*file*/) const override {
     return nullptr;
   }
-  [[nodiscard]] std::unique_ptr<Film> OpenDevice(int /*device*/, const cv::Size& /*size*/,
-                                                 double /*rate*/) const override {
+  [[nodiscard]] std::unique_ptr<VideoStream> OpenDevice(int /*device*/, const cv::Size& /*size*/,
+                                                        double /*rate*/) const override {
     auto camera = std::make_unique<FakeCamera>();
     return camera->is_there() ? std::move(camera) : nullptr;
   }
-  [[nodiscard]] std::unique_ptr<Film> OpenUrl(
+  [[nodiscard]] std::unique_ptr<VideoStream> OpenUrl(
       const std::string& /*address*/, std::chrono::milliseconds /*patience*/) const override {
     return nullptr;
   }
@@ -67,7 +67,7 @@ class FakeFilms final : public Films {
 }  // namespace
 }  // namespace palpate
 
-extern "C" const palpate::Films* palpate_films() {
-  static const palpate::FakeFilms films;
-  return &films;
+extern "C" const palpate::VideoBackend* palpate_cameras() {
+  static const palpate::FakeVideoBackend backend;
+  return &backend;
 }

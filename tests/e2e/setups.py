@@ -97,7 +97,7 @@ class SetupSlave:
 
     def __init__(self, folder, camera, beside, *arguments):
         beside.mkdir(exist_ok=True)
-        for name, copy in (("palpate-slave", "palpate-slave"), ("fake_cameras.so", "palpate-films.so")):
+        for name, copy in (("palpate-slave", "palpate-slave"), ("fake_cameras.so", "palpate-cameras.so")):
             if not (beside / copy).exists():
                 shutil.copy(BIN / name, beside / copy)
         self.command = [str(word) for word in (beside / "palpate-slave", "serve", "--setup", folder, "--listen", "127.0.0.1:0", *arguments)]

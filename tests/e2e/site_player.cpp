@@ -55,9 +55,9 @@ int SocketHere(int type, const char* what) {
 }
 
 // What is to be seen, one after the other: of a pair both, the right one after the left.
-class Pictures {
+class Images {
  public:
-  Pictures(SimulatedEnvironment& environment, const Scene& scene)
+  Images(SimulatedEnvironment& environment, const Scene& scene)
       : camera_(HasStereoOrDepth(scene.sense) ? nullptr : environment.OpenCamera(scene, {})),
         pair_(HasStereoOrDepth(scene.sense) ? environment.OpenPair(scene, {}) : nullptr) {}
 
@@ -82,7 +82,7 @@ class Pictures {
 
 // To one reader after the other. What a reader does not take at once is left out, so that none
 // waits in a queue and grows old.
-void Serve(Pictures pictures, bool is_y4m) {
+void Serve(Images pictures, bool is_y4m) {
   const int door = SocketHere(SOCK_STREAM, "pictures");
   for (;;) {
     const int reader = accept(door, nullptr, nullptr);
@@ -126,7 +126,7 @@ volatile std::sig_atomic_t g_is_wrong = 0;
 class WrongDriver {
  public:
   explicit WrongDriver(std::string how) : how_(std::move(how)) {}
-  Pictures::Shot Spoilt(Pictures::Shot shot) {
+  Images::Shot Spoilt(Images::Shot shot) {
     kept_.push_back(shot);
     if (kept_.size() > kQueue) kept_.pop_front();
     if (!g_is_wrong) return shot;
@@ -146,10 +146,10 @@ class WrongDriver {
  private:
   static constexpr std::size_t kQueue = 12;
   std::string how_;
-  std::deque<Pictures::Shot> kept_;
+  std::deque<Images::Shot> kept_;
 };
 
-int FeedImages(Pictures pictures, WrongDriver driver, v1::Teleoperation::Stub* stub) {
+int FeedImages(Images pictures, WrongDriver driver, v1::Teleoperation::Stub* stub) {
   grpc::ClientContext context;
   context.set_wait_for_ready(true);
   v1::FeedImagesReply reply;
@@ -189,13 +189,13 @@ int Play(const std::string& file, const std::string& to, const std::string& how)
   const ToolSocket tool(*environment);
   std::printf("site on %s\n", tool.address().c_str());
   std::fflush(stdout);
-  if (to == "y4m" || to == "raw") Serve(Pictures(*environment, scene), to == "y4m");
+  if (to == "y4m" || to == "raw") Serve(Images(*environment, scene), to == "y4m");
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   const auto stub = v1::Teleoperation::NewStub(
       grpc::CreateCustomChannel(to, grpc::InsecureChannelCredentials(), arguments));
   if (scene.sense.Find<Tactile>()) return FeedTactile(*environment, scene, stub.get());
-  return FeedImages(Pictures(*environment, scene), WrongDriver(how), stub.get());
+  return FeedImages(Images(*environment, scene), WrongDriver(how), stub.get());
 }
 
 }  // namespace

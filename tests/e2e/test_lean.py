@@ -94,10 +94,10 @@ class Parts(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             alone = pathlib.Path(folder, "palpate-slave")
             shutil.copy(SLAVE, alone)
-            scene = pathlib.Path(folder, "film.yaml")
-            scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: film.avi"))
-            pathlib.Path(folder, "film.avi").write_bytes(b"RIFF")
-            for part, command in (("palpate-films.so", ("serve", scene, "--listen", "127.0.0.1:0")),
+            scene = pathlib.Path(folder, "video.yaml")
+            scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: video.avi"))
+            pathlib.Path(folder, "video.avi").write_bytes(b"RIFF")
+            for part, command in (("palpate-cameras.so", ("serve", scene, "--listen", "127.0.0.1:0")),
                                   *((f"palpate-{program}", (command,)) for command, program in COMMANDS.items())):
                 done = run(alone, *command)
                 self.assertEqual(done.returncode, 1, done.stderr)

@@ -84,7 +84,7 @@ class Paths(Plugged):
         folder = self.out / "fake"
         folder.mkdir()
         shutil.copy(BIN / "palpate-slave", folder)
-        shutil.copy(BIN / "fake_cameras.so", folder / "palpate-films.so")
+        shutil.copy(BIN / "fake_cameras.so", folder / "palpate-cameras.so")
         return folder / "palpate-slave"
 
     def table(self, name, paths):

@@ -16,9 +16,9 @@ std::string WithLongKey(const std::string& word) {
 }
 
 void RequireShort(const palpate::SceneMistake& mistake) {
-  constexpr std::size_t kLongest = 3000;
+  constexpr std::size_t kMaxMessage = 3000;
   if (mistake.key.size() + mistake.value.size() > 300) std::abort();
-  if (mistake.message.size() + mistake.expected.size() > kLongest) std::abort();
+  if (mistake.message.size() + mistake.expected.size() > kMaxMessage) std::abort();
 }
 
 }  // namespace

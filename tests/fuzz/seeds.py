@@ -100,7 +100,7 @@ def tables(folder):
                                "nan", "inf", "1e999", "#", ",", "\n", "\ufeff".encode().decode("latin-1")])
 
 
-def pictures(folder):
+def images(folder):
     def chunk(name, content):
         return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
 
@@ -108,15 +108,15 @@ def pictures(folder):
         row = b"\0" + bytes(width * channels * depth // 8)
         return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)) +
                 chunk(b"IDAT", zlib.compress(row * height)) + chunk(b"IEND", b""))
-    write(folder, "picture", "grey.png", png(8, 4, 8, 0, 1))
-    write(folder, "picture", "deep.png", png(8, 4, 16, 6, 4))
-    write(folder, "picture", "a.pgm", b"P5 4 2 255\n" + bytes(8))
-    write(folder, "picture", "a.ppm", b"P6 2 2 255\n" + bytes(12))
-    write(folder, "picture", "a.bmp", b"BM" + struct.pack("<IHHIIiiHHIIiiII", 70, 0, 0, 54, 40, 2, 2, 1, 24, 0, 16, 0, 0,
+    write(folder, "image", "grey.png", png(8, 4, 8, 0, 1))
+    write(folder, "image", "deep.png", png(8, 4, 16, 6, 4))
+    write(folder, "image", "a.pgm", b"P5 4 2 255\n" + bytes(8))
+    write(folder, "image", "a.ppm", b"P6 2 2 255\n" + bytes(12))
+    write(folder, "image", "a.bmp", b"BM" + struct.pack("<IHHIIiiHHIIiiII", 70, 0, 0, 54, 40, 2, 2, 1, 24, 0, 16, 0, 0,
                                                           0, 0) + bytes(16))
-    write(folder, "picture", "a.tif", b"II*\0" + struct.pack("<IH", 12, 0) + bytes(8))
-    write(folder, "picture", "a.jpg", b"\xff\xd8\xff\xe0\0\x10JFIF\0\1\1\0\0\1\0\1\0\0\xff\xd9")
-    dictionary(folder, "picture", ["IHDR", "IDAT", "IEND", "PLTE", "JFIF", "P5", "P2", "II*", "MM"])
+    write(folder, "image", "a.tif", b"II*\0" + struct.pack("<IH", 12, 0) + bytes(8))
+    write(folder, "image", "a.jpg", b"\xff\xd8\xff\xe0\0\x10JFIF\0\1\1\0\0\1\0\1\0\0\xff\xd9")
+    dictionary(folder, "image", ["IHDR", "IDAT", "IEND", "PLTE", "JFIF", "P5", "P2", "II*", "MM"])
 
 
 def networks(folder):
@@ -202,7 +202,7 @@ def main():
         sys.exit("usage: seeds.py FOLDER")
     folder = pathlib.Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    for make in (scenes, meshes, tables, pictures, networks, rigs, recordings, messages, certificates, sequences):
+    for make in (scenes, meshes, tables, images, networks, rigs, recordings, messages, certificates, sequences):
         make(folder)
 
 

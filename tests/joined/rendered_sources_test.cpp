@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "master/haptics/renderer.h"
-#include "slave/capture/picture_inbox.h"
+#include "slave/capture/image_inbox.h"
 #include "slave/live/patch_publisher.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/recording/sense_recording.h"
@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kPeriod = 1.0 / 60;  // of the images [s]
 constexpr int kTicksPerImage = 16;
-constexpr int kMostImages = 400;
+constexpr int kMaxImages = 400;
 
 // Renders one pipeline's estimates as slave and master do, on the clock of the images.
 class RenderedForce {
@@ -110,20 +110,20 @@ TEST(RenderedSourcesTest, SimulatedStreamedAndRecordedImagesRenderTheSameForce) 
   Eigen::Vector3d p_S_last = scene.manipulator.home;
   int images = 0;
   const Time start = Clock::now();
-  while (images < kMostImages && simulated.sense().Acquire({})) {
+  while (images < kMaxImages && simulated.sense().Acquire({})) {
     ASSERT_TRUE(recorded.sense().Acquire({}));
     const Eigen::Vector3d p_S_tip = environment->truth().p_S_tip;
     const Eigen::Vector3d velocity =
         images == 0 ? Eigen::Vector3d::Zero().eval() : ((p_S_tip - p_S_last) / kPeriod).eval();
     simulated.Add(p_S_tip, velocity);
-    const cv::Mat image = simulated.sense().Picture(0)->plain;
+    const cv::Mat image = simulated.sense().Image(0)->plain;
     const std::string pixels(reinterpret_cast<const char*>(image.data),
                              image.total() * image.elemSize());
     PushedSample sample;
     sample.sensed_at = start + std::chrono::duration_cast<Clock::duration>(
                                    std::chrono::duration<double>(kPeriod * images));
-    sample.picture = {
-        image.channels() == 3 ? PushedPicture::Encoding::kBgr8 : PushedPicture::Encoding::kGrey8,
+    sample.image = {
+        image.channels() == 3 ? PushedImage::Encoding::kBgr8 : PushedImage::Encoding::kGrey8,
         &pixels, static_cast<unsigned>(image.cols), static_cast<unsigned>(image.rows)};
     const auto refusal = streamed.sense().pictures()->Feed(sample, sample.sensed_at, 1);
     ASSERT_FALSE(refusal) << refusal->why;

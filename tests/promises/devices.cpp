@@ -31,7 +31,7 @@ Samples Simulated(const Scene& scene) {
 }
 
 // The top of the box of depth-box.yaml, seen from above.
-Samples DepthPlane(const Scene& scene, const DepthPictures& depth) {
+Samples DepthPlane(const Scene& scene, const DepthImages& depth) {
   constexpr int kWidth = 160, kHeight = 120;
   constexpr double kHalfSide = 0.04, kTop = 0.06;  // of the box [m]
   const double distance = depth.X_SD.translation().z() - kTop;
@@ -110,7 +110,7 @@ const Samples& SamplesOf(const Scene& scene) {
   for (const std::string& one : scene.overrides) key += "|" + one;
   const auto found = made.find(key);
   if (found != made.end()) return found->second;
-  const auto* depth = scene.sense.Find<DepthPictures>();
+  const auto* depth = scene.sense.Find<DepthImages>();
   const auto* tactile = scene.sense.Find<Tactile>();
   if (IsSimulated(scene)) return made[key] = Simulated(scene);
   if (depth != nullptr) return made[key] = DepthPlane(scene, *depth);

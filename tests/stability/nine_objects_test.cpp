@@ -27,8 +27,8 @@ namespace fs = std::filesystem;
 
 using Eigen::Vector3d;
 
-constexpr double kApart = 0.3;  // of the hand, before the object is pictured alone [s]
-constexpr double kStill = 0.5;  // of a hold, before its picture is taken [s]
+constexpr double kApart = 0.3;  // of the hand, before the object is imaged alone [s]
+constexpr double kStill = 0.5;  // of a hold, before its image is taken [s]
 constexpr double kLeaf = 0.01;  // of the octree [m]
 
 // The truth and the estimate at one instant. Frame S.

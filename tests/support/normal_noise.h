@@ -1,4 +1,4 @@
-// Noise for pictures, a number for each pixel.
+// Noise for images, a number for each pixel.
 #pragma once
 
 #include <cmath>

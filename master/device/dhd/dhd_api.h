@@ -49,7 +49,7 @@ struct DhdApi {
   int (*rendered_force)(double*, double*, double*, char) = nullptr;
 };
 
-// Where libdhd.so may be: `folders`, then $FORCEDIM_SDK, then where the system looks.
+// Lists where libdhd.so may be: `folders`, then $FORCEDIM_SDK, then where the system looks.
 LibrarySearch DhdSearch(std::vector<std::filesystem::path> folders);
 
 }  // namespace palpate

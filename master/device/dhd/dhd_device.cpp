@@ -27,7 +27,7 @@ Eigen::Matrix3d RotationToM() {
 }
 
 constexpr double kClosedGap = 0.010;  // a gripper closed to this gap counts as the first button [m]
-constexpr double kLeastCompared = 0.1;  // smaller forces show no scale [N]
+constexpr double kMinCompared = 0.1;  // smaller forces show no scale [N]
 constexpr std::chrono::milliseconds kPeriod(1);
 constexpr int kStatusRoom = 64;  // releases write 12 to 17 numbers
 
@@ -218,7 +218,7 @@ void DhdDevice::ReadButtons() noexcept {
 }
 
 void DhdDevice::ReadForceShare() noexcept {
-  if (own_.api.rendered_force == nullptr || sent_.norm() < kLeastCompared) return;
+  if (own_.api.rendered_force == nullptr || sent_.norm() < kMinCompared) return;
   Eigen::Vector3d rendered(0, 0, 0);
   if (!Succeeded(own_.api.rendered_force(&rendered.x(), &rendered.y(), &rendered.z(), own_.id))) {
     return;

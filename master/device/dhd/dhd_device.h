@@ -38,12 +38,12 @@ class DhdDevice final : public HapticDevice {
   void StopTicks() override;
 
  protected:
-  // With ticks on the own thread, these two exchange the newest values with it.
+  // If the own thread runs the ticks, DoRead and DoWrite exchange the newest values with it.
   DeviceReading DoRead(Time now) noexcept override;
   DeviceOutput DoWrite(const Wrench& wrench) noexcept override;
 
  private:
-  // What is known of an open device.
+  // Opened holds the properties that are read once from an open device.
   struct Opened {
     DhdApi api;
     char id = 0;
@@ -60,10 +60,10 @@ class DhdDevice final : public HapticDevice {
   static Opened OpenDevice(const Options& options);
 
   void RunTicks(const Tick& tick, const std::stop_token& stop) noexcept;
-  // Both wait for transfers.
+  // Measure and the function below wait for transfers.
   [[nodiscard]] DeviceReading Measure(Time now) noexcept;
   DeviceOutput Send(const Wrench& wrench) noexcept;
-  // Whether a call succeeded; if not, takes the library's words into the status.
+  // Returns whether a call succeeded; if not, takes the library's words into the status.
   bool Succeeded(int code) noexcept;
   void ReadMotion(DeviceReading* reading) noexcept;
   void ReadButtons() noexcept;

@@ -13,9 +13,9 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kPeriod(1), kWait(20), kOpenWithin(300), kRetryEvery(200);
-constexpr int kMostWaits = 25;          // of kWait without an answer: the line is lost
-constexpr double kLeastCompared = 0.1;  // smaller forces tell nothing about a scale [N]
-constexpr double kSmooth = 0.010;       // smoothing time of computed velocities [s]
+constexpr int kMaxWaits = 25;         // of kWait without an answer: the line is lost
+constexpr double kMinCompared = 0.1;  // smaller forces tell nothing about a scale [N]
+constexpr double kSmooth = 0.010;     // smoothing time of computed velocities [s]
 // Limits of the Inverse3, as its maker states them. The service reports no limits.
 constexpr double kForce = 10, kRate = 1000;  // [N], [Hz]
 
@@ -132,7 +132,7 @@ bool HaplyDevice::Exchange(const std::stop_token& stop) {
   sent_ = is_new ? command_.force : Eigen::Vector3d(0, 0, 0);
   if (!line_->Send(HaplyForceMessage(id_, ToH(sent_), form_), kWait)) return false;
   std::string text;
-  for (int i = 0; i < kMostWaits && !stop.stop_requested(); ++i) {
+  for (int i = 0; i < kMaxWaits && !stop.stop_requested(); ++i) {
     const auto received = line_->Receive(kWait, &text);
     if (received == HaplyLine::Received::kClosed) return false;
     if (received == HaplyLine::Received::kNothingYet) continue;
@@ -151,7 +151,7 @@ bool HaplyDevice::Exchange(const std::stop_token& stop) {
 
 float HaplyDevice::ForceShare(const HaplyState& state) const {
   const double size = sent_.norm();
-  if (!state.force || size < kLeastCompared) return NAN;
+  if (!state.force || size < kMinCompared) return NAN;
   return static_cast<float>(ToM(*state.force).dot(sent_) / (size * size));
 }
 

@@ -44,7 +44,7 @@ class HaplyDevice final : public HapticDevice {
     Eigen::Vector3d force{0, 0, 0};  // M [N]
     Time at{};
   };
-  // What is known of the service when the device opens.
+  // Opened holds what the service reports when the device opens.
   struct Opened {
     std::unique_ptr<HaplyLine> line;
     HaplyForm form = HaplyForm::kVector;
@@ -56,7 +56,7 @@ class HaplyDevice final : public HapticDevice {
 
   // The thread: exchanges forces and states, and connects again after a loss.
   void Work(const std::stop_token& stop);
-  // One force out, one state in. False: the line is lost.
+  // Sends one force and receives one state. Returns false if the connection is lost.
   bool Exchange(const std::stop_token& stop);
   void Publish(const HaplyState& state);
   void PublishFault(const char* cause);

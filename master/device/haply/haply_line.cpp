@@ -18,7 +18,7 @@ namespace websocket = boost::beast::websocket;
 using asio::ip::tcp;
 using beast::error_code;
 
-constexpr std::size_t kLongestMessage = 1 << 20;  // [bytes]
+constexpr std::size_t kMaxMessageLength = 1 << 20;  // [bytes]
 constexpr const char* kHost = "127.0.0.1";
 
 }  // namespace
@@ -105,7 +105,7 @@ bool HaplyLine::Open(std::chrono::milliseconds limit) {
   if (!parts_->Connect(&stream, port_, limit)) return false;
   error_code ignored;
   stream.socket().set_option(tcp::no_delay(true), ignored);
-  socket.read_message_max(kLongestMessage);
+  socket.read_message_max(kMaxMessageLength);
   bool done = false;
   error_code failure;
   socket.async_handshake(std::string(kHost) + ":" + std::to_string(port_), "/",

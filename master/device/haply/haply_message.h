@@ -15,7 +15,8 @@ namespace palpate {
 // gets both, and takes the one that it knows.
 enum class HaplyForm : std::uint8_t { kValues, kVector, kBoth };
 
-// What one state message holds of the first Inverse3 and the first VerseGrip. Frame H.
+// HaplyState holds the values of one state message for the first Inverse3 and the first VerseGrip.
+// Frame H.
 struct HaplyState {
   std::string id;  // of the Inverse3; empty: none is connected
   bool calibrated = true;
@@ -41,7 +42,7 @@ HaplyForm HaplyFormOf(const std::string& version_text);
 // `3.5.0` of the same; empty: none.
 std::string HaplyRelease(const std::string& version_text);
 
-// What GET /sessions reports.
+// HaplySessions holds the answer of GET /sessions.
 struct HaplySessions {
   std::size_t count = 0;
   double force_scale = 1;  // global [-]

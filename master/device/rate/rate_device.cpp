@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr auto kPollEvery = std::chrono::milliseconds(5);
-constexpr double kLongestStep = 0.1;  // longest gap that is made up for [s]
+constexpr double kMaxStep = 0.1;  // longest gap that is made up for [s]
 constexpr double kUsual = 20, kSlowest = 0.1, kFastest = 200;  // [mm/s]
 
 }  // namespace
@@ -42,7 +42,7 @@ void RateDevice::Poll(Time now) {
 }
 
 DeviceReading RateDevice::DoRead(Time now) noexcept {
-  const double dt = last_ ? std::clamp(SecondsBetween(*last_, now), 0.0, kLongestStep) : 0;
+  const double dt = last_ ? std::clamp(SecondsBetween(*last_, now), 0.0, kMaxStep) : 0;
   last_ = now;
   if (const RateInput* newest = inputs_.Take()) input_ = *newest;
   const double age = SecondsBetween(input_.heard_at, now);

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// What a source commands.
+// RateInput is the command of a source.
 struct RateInput {
   Eigen::Vector3d share{0, 0, 0};  // of the largest speed, frame M [-], each within -1..1
   bool engaged = false;            // the dead-man's switch is closed

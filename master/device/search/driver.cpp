@@ -9,15 +9,16 @@ namespace {
 constexpr const char* kNotSeen =
     "plug the device in; deploy/guides/own-haptic-device.md says how to see whether lsusb lists it "
     "and this user may open it";
-constexpr auto kLook = std::chrono::milliseconds(5), kPatience = std::chrono::milliseconds(200);
+constexpr auto kPollPeriod = std::chrono::milliseconds(5),
+               kStopTimeout = std::chrono::milliseconds(200);
 
 // The status of the first usable reading, or of the last one.
 DeviceStatus FirstStatus(HapticDevice* device) {
   DeviceStatus status;
-  for (auto left = kPatience; left.count() > 0; left -= kLook) {
+  for (auto left = kStopTimeout; left.count() > 0; left -= kPollPeriod) {
     status = device->Read(Clock::now()).status;
     if (status.fault == DeviceFault::kNone) break;
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPollPeriod);
   }
   return status;
 }

@@ -1,4 +1,4 @@
-// What every driver offers to `--device` and to `palpate-master devices`.
+// Driver is the interface that each driver offers to `--device` and to `palpate-master devices`.
 #pragma once
 
 #include <memory>

@@ -53,7 +53,7 @@ bool SharedLibrary::Load(const std::string& file) {
   return true;
 }
 
-void* SharedLibrary::Find(const char* name, bool required) {
+void* SharedLibrary::FindSymbol(const char* name, bool required) {
   void* symbol = handle_ == nullptr ? nullptr : dlsym(handle_, name);
   if (symbol == nullptr && required) missing_.emplace_back(name);
   return symbol;

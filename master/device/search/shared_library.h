@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// Where to look for a library.
+// LibrarySearch lists the names and folders in which a library is searched.
 struct LibrarySearch {
   std::vector<std::string> names;              // such as libdhd.so.3; the first one found is taken
   std::vector<std::filesystem::path> folders;  // before the places of the system's loader
@@ -26,21 +26,22 @@ class SharedLibrary {
   // Sets `function` to the symbol `name`. A missing one becomes null and part of `problem`.
   template <class Function>
   void Bind(const char* name, Function** function) {
-    *function = reinterpret_cast<Function*>(Find(name, true));
+    *function = reinterpret_cast<Function*>(FindSymbol(name, true));
   }
-  // The same where the driver works without it.
+  // Loads a function that the driver can do without: null if the library has none.
   template <class Function>
   void BindOptional(const char* name, Function** function) {
-    *function = reinterpret_cast<Function*>(Find(name, false));
+    *function = reinterpret_cast<Function*>(FindSymbol(name, false));
   }
 
   [[nodiscard]] const std::string& file() const { return file_; }  // empty: not loaded
-  // Why it cannot be used: the loader's words for each file, or the missing symbols. Empty: it can.
+  // Returns why it cannot be used: the loader's words for each file, or the missing symbols. Empty:
+  // it can.
   [[nodiscard]] std::string problem() const;
 
  private:
   bool Load(const std::string& file);
-  void* Find(const char* name, bool required);
+  void* FindSymbol(const char* name, bool required);
 
   void* handle_ = nullptr;
   int flags_;

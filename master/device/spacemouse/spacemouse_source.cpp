@@ -12,9 +12,9 @@ namespace palpate {
 namespace {
 
 constexpr double kMotionLasts = 0.250;  // without an event: a deflected cap repeats them [s]
-constexpr int kMostEvents = 64;         // taken per poll
+constexpr int kMaxEvents = 64;          // taken per poll
 constexpr double kDeadZone = 0.08;      // of the full deflection: the cap does not rest at zero [-]
-constexpr std::size_t kMostButtons = 32;
+constexpr std::size_t kMaxButtons = 32;
 
 double WithoutDeadZone(double share) {
   const double beyond = std::abs(share) - kDeadZone;
@@ -40,7 +40,8 @@ RateInput SpaceMouseSource::Poll(Time now) {
   pollfd line{spnav_fd(), POLLIN, 0};
   if (line.fd < 0 || (poll(&line, 1, 0) > 0 && (line.revents & ~POLLIN) != 0)) gone_ = true;
   spnav_event event{};
-  for (int i = 0; !gone_ && i < kMostEvents && spnav_poll_event(&event) != 0; ++i) Take(event, now);
+  for (int i = 0; !gone_ && i < kMaxEvents && spnav_poll_event(&event) != 0; ++i)
+    TakeEvent(event, now);
   if (SecondsBetween(moved_at_, now) > kMotionLasts) counts_.setZero();
   RateInput input;
   for (int i = 0; i < 3; ++i) input.share[i] = WithoutDeadZone(counts_[i] / full_scale_);
@@ -54,7 +55,7 @@ RateInput SpaceMouseSource::Poll(Time now) {
 }
 
 // The library's z points away from the operator.
-void SpaceMouseSource::Take(const spnav_event& event, Time now) {
+void SpaceMouseSource::TakeEvent(const spnav_event& event, Time now) {
   if (event.type == SPNAV_EVENT_MOTION) {
     const auto& motion = event.motion;
     counts_ = Eigen::Vector3d(motion.x, motion.y, -motion.z);
@@ -67,7 +68,7 @@ void SpaceMouseSource::Take(const spnav_event& event, Time now) {
   } else if (event.type == SPNAV_EVENT_BUTTON) {
     auto known = std::ranges::find(known_buttons_, event.button.bnum);
     if (known == known_buttons_.end()) {
-      if (known_buttons_.size() >= kMostButtons) return;
+      if (known_buttons_.size() >= kMaxButtons) return;
       known_buttons_.push_back(event.button.bnum);
       known = known_buttons_.end() - 1;
     }

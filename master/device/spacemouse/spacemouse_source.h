@@ -24,7 +24,7 @@ class SpaceMouseSource final : public RateSource {
   [[nodiscard]] std::string description() const override { return description_; }
 
  private:
-  void Take(const spnav_event& event, Time now);
+  void TakeEvent(const spnav_event& event, Time now);
 
   std::string description_;
   Eigen::Vector3d counts_{0, 0, 0};  // frame M

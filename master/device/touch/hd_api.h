@@ -63,7 +63,7 @@ struct HdApi {
   void (*unschedule)(unsigned long) = nullptr;
 };
 
-// Where libHD.so may be: `folders`, then $GTDD_HOME, then where the system looks.
+// Lists where libHD.so may be: `folders`, then $GTDD_HOME, then where the system looks.
 LibrarySearch HdSearch(std::vector<std::filesystem::path> folders);
 
 }  // namespace palpate

@@ -10,8 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr double kMilli = 1e-3;              // the library's lengths are in mm
-constexpr unsigned kMostHandles = 1024;      // a larger handle is garbage
-constexpr int kMostErrors = 16;              // taken per frame
+constexpr unsigned kMaxHandles = 1024;       // a larger handle is garbage
+constexpr int kMaxErrors = 16;               // taken per frame
 constexpr std::uint64_t kSlowFrames = 100;   // between looks at calibration and temperature
 constexpr unsigned short kPriority = 65535;  // the highest
 constexpr unsigned kSecondButton = 2;
@@ -41,7 +41,7 @@ std::string Text(const char* text) {
 
 // Forgets errors of parameters that a model does not have.
 void ForgetErrors(const HdApi& api) {
-  for (int i = 0; i < kMostErrors && api.get_error().code != 0; ++i) {
+  for (int i = 0; i < kMaxErrors && api.get_error().code != 0; ++i) {
   }
 }
 
@@ -81,7 +81,7 @@ unsigned StyleOf(unsigned styles) {
   return styles;
 }
 
-// What the errors of the library mean for a device that runs.
+// Converts an error of the library to the fault of a running device.
 DeviceFault FaultOf(unsigned code) {
   switch (code) {
     case hd::kWarmMotors:
@@ -108,7 +108,7 @@ TouchDevice::Opened TouchDevice::OpenDevice(const Options& options) {
     ForgetErrors(api);  // of an earlier session
     opened.handle = api.init_device(name);
     const HdError error = api.get_error();
-    const bool is_handle = opened.handle != hd::kInvalidHandle && opened.handle <= kMostHandles;
+    const bool is_handle = opened.handle != hd::kInvalidHandle && opened.handle <= kMaxHandles;
     if (error.code == 0 && is_handle) {
       api.make_current(opened.handle);
       opened.capabilities = CapabilitiesOf(api);
@@ -250,7 +250,7 @@ void TouchDevice::SendForce(Time now) noexcept {
 
 bool TouchDevice::CollectErrors() noexcept {
   bool saturated = false;
-  for (int i = 0; i < kMostErrors; ++i) {
+  for (int i = 0; i < kMaxErrors; ++i) {
     const HdError error = api_.get_error();
     if (error.code == 0) break;
     if (error.code == hd::kExceededMaxForce) {

@@ -38,7 +38,7 @@ class TouchDevice final : public HapticDevice {
   DeviceOutput DoWrite(const Wrench& wrench) noexcept override;
 
  private:
-  // What is known of an open device.
+  // Opened holds the properties that are read once from an open device.
   struct Opened {
     HdApi api;
     unsigned handle = 0;
@@ -55,7 +55,7 @@ class TouchDevice final : public HapticDevice {
   static Opened OpenDevice(const Options& options);
   static std::string DescribeOpened(const HdApi& api);
 
-  // One frame on the servo thread.
+  // Runs one frame on the servo thread.
   void ServoFrame() noexcept;
   [[nodiscard]] DeviceReading Measure(Time now) noexcept;
   void Calibrate() noexcept;

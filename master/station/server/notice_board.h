@@ -20,18 +20,18 @@ enum class Topic : std::uint8_t {
   kHealth,    // text: the slave's scene, capabilities and status, once a second
   kLog,       // text: events
   kStatus,    // text: status, 30 times a second
-  kPicture,   // binary: a JPEG
+  kImage,     // binary: a JPEG
   kShape,     // binary: the deformed object
 };
 inline constexpr std::size_t kTopicCount = 7;
 constexpr bool IsBinary(Topic topic) {
-  return topic == Topic::kTopology || topic == Topic::kPicture || topic == Topic::kShape;
+  return topic == Topic::kTopology || topic == Topic::kImage || topic == Topic::kShape;
 }
 
 // Sixteen bytes before each binary message, little-endian.
 struct BinaryHeader {
   std::uint32_t topic = 0;   // as Topic
-  std::uint32_t number = 0;  // topology: its number, from 1; shape: the topology's; picture: 0
+  std::uint32_t number = 0;  // topology: its number, from 1; shape: the topology's; image: 0
   double t = 0;              // sample time since the start of the run [s]
 };
 static_assert(sizeof(BinaryHeader) == 16);

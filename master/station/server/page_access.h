@@ -33,7 +33,8 @@ PagePlace ViewPlace(const std::string& text, const std::filesystem::path& tls);
 // host.
 PageAccess MakePageAccess(const std::filesystem::path& folder, const std::string& host);
 
-// Whether the query of the request `target` is the token (`/ws?token=...`). Runs in constant time.
+// Returns whether the query of the request `target` is the token (`/ws?token=...`). Runs in
+// constant time.
 bool CarriesToken(std::string_view target, std::string_view token);
 
 // Checks of HTTP requests to the page, against requests that another web site makes the browser

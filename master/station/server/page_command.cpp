@@ -11,8 +11,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kFarthestAim = 10;  // [m]
-constexpr std::size_t kLongestKind = 40;
+constexpr double kMaxAim = 10;  // [m]
+constexpr std::size_t kMaxKindLength = 40;
 
 [[noreturn]] void RefuseCommand(const std::string& what) {
   throw std::invalid_argument("not understood: " + what);
@@ -43,7 +43,7 @@ PointerCommand ReadPointer(const Json& command) {
   for (int i = 0; i < 3; ++i) {
     const Json& number = (*place)[static_cast<std::size_t>(i)];
     const double value = number.is_number() ? number.get<double>() : NAN;
-    if (!(std::abs(value) <= kFarthestAim)) RefuseCommand("p_M: expected numbers within 10 m");
+    if (!(std::abs(value) <= kMaxAim)) RefuseCommand("p_M: expected numbers within 10 m");
     pointer.p_M[i] = value;
   }
   return pointer;
@@ -73,7 +73,7 @@ ModelCommand ReadModel(const Json& command) {
   const bool is_name = std::all_of(model.kind.begin(), model.kind.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
   });
-  if (model.kind.empty() || model.kind.size() > kLongestKind || !is_name) {
+  if (model.kind.empty() || model.kind.size() > kMaxKindLength || !is_name) {
     RefuseCommand("kind: expected a model's name");
   }
   return model;
@@ -106,7 +106,7 @@ PageCommand ReadObject(const Json& command) {
 }  // namespace
 
 PageCommand ReadPageCommand(std::string_view message) {
-  if (message.size() > kLongestCommand) RefuseCommand("expected at most 1024 bytes");
+  if (message.size() > kMaxCommandBytes) RefuseCommand("expected at most 1024 bytes");
   const Json command = Json::parse(message, nullptr, false);
   if (!command.is_object()) RefuseCommand("expected a JSON object");
   try {

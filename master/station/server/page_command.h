@@ -14,7 +14,7 @@
 namespace palpate {
 
 // The longest message a page may send [bytes].
-inline constexpr std::size_t kLongestCommand = 1024;
+inline constexpr std::size_t kMaxCommandBytes = 1024;
 
 struct StopCommand {};   // {"do": "stop"}: the emergency stop
 struct ResetCommand {};  // {"do": "reset"}: resets it

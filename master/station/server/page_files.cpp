@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-// What follows a question mark is none of a file's name.
+// A question mark ends the name of the file.
 const PageFile* FindPageFile(std::string_view target) {
   std::string_view path = target.substr(0, target.find('?'));
   if (path == "/") path = "/index.html";

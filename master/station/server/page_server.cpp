@@ -26,7 +26,7 @@ using boost::beast::error_code;
 
 constexpr std::chrono::seconds kAskWithin(5), kSetUpWithin(120);
 constexpr std::chrono::milliseconds kGoodbyeWithin(200), kBreath(20);
-constexpr std::uint32_t kLongestHeader = 8192;  // [bytes]
+constexpr std::uint32_t kMaxHeaderLength = 8192;  // [bytes]
 constexpr std::string_view kSetUp = "/setup/";
 
 using Reply = http::response<http::string_body>;
@@ -87,8 +87,8 @@ struct Caller : std::enable_shared_from_this<Caller> {
   Caller(tcp::socket&& socket, asio::ssl::context* tls, std::atomic<std::size_t>* callers)
       : stream(std::move(socket), tls), count(callers) {
     ++*count;
-    parser.header_limit(kLongestHeader);
-    parser.body_limit(PageServer::kLongestSetup);
+    parser.header_limit(kMaxHeaderLength);
+    parser.body_limit(PageServer::kMaxSetupBytes);
   }
   ~Caller() { --*count; }
   void Answer(Reply&& made) {
@@ -166,7 +166,7 @@ void PageServer::Parts::Listen(const Endpoint& endpoint) {
 void PageServer::Parts::Accept() {
   acceptor.async_accept([this](error_code error, tcp::socket socket) {
     if (!acceptor.is_open()) return;
-    if (!error && callers + page_count < kMostConnections) Serve(std::move(socket));
+    if (!error && callers + page_count < kMaxConnections) Serve(std::move(socket));
     if (!error) return Accept();
     breath.expires_after(kBreath);  // for example, no file descriptors left
     breath.async_wait([this](error_code /*error*/) { Accept(); });
@@ -202,7 +202,7 @@ void PageServer::Parts::Answer(const std::shared_ptr<Caller>& caller) {
   const auto [status, refused] = Refusal(request);
   if (!refused.empty()) return caller->Answer(Refuse(status, refused));
   if (sets_up) return ReadSetUp(caller, std::string(PathOf(request).substr(kSetUp.size())));
-  if (page_count >= kMostPages) {
+  if (page_count >= kMaxPages) {
     return caller->Answer(Refuse(http::status::service_unavailable, "8 pages are already open"));
   }
   Open(caller.get(), request);

@@ -17,10 +17,10 @@ namespace palpate {
 
 class PageServer {
  public:
-  static constexpr std::size_t kMostPages = 8, kMostConnections = 64;
-  static constexpr int kMostCommands = 500;  // per page and second
+  static constexpr std::size_t kMaxPages = 8, kMaxConnections = 64;
+  static constexpr int kMaxCommands = 500;  // per page and second
   // Body of a request of the set-up [bytes]: the 32 MiB that a slave accepts, in base64, and names.
-  static constexpr std::size_t kLongestSetup = 44 << 20;
+  static constexpr std::size_t kMaxSetupBytes = 44 << 20;
 
   // Events of pages. Called on the server's thread; must return at once.
   struct Listener {

@@ -13,8 +13,8 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
 constexpr std::chrono::seconds kHandshakeWithin(5), kSilentPageAfter(10);
-constexpr std::size_t kLongestReason = 120;  // a close frame has at most 123 bytes
-constexpr int kSendBuffer = 1 << 17;         // [bytes]; what waits there is old when it arrives
+constexpr std::size_t kMaxReasonLength = 120;  // a close frame has at most 123 bytes
+constexpr int kSendBuffer = 1 << 17;           // [bytes]; what waits there is old when it arrives
 
 websocket::stream_base::timeout Patience() {
   return {kHandshakeWithin, kSilentPageAfter, true};
@@ -31,7 +31,7 @@ PageSession::PageSession(PageStream&& stream, std::uint64_t number, const Notice
   tcp.set_option(boost::asio::ip::tcp::no_delay(true), ignored);
   tcp.set_option(boost::asio::socket_base::send_buffer_size(kSendBuffer), ignored);
   socket_.set_option(Patience());
-  socket_.read_message_max(kLongestCommand);
+  socket_.read_message_max(kMaxCommandBytes);
 }
 
 PageSession::~PageSession() {
@@ -68,10 +68,10 @@ void PageSession::Hear(std::string_view message) {
   }
   try {
     if (socket_.got_binary()) {
-      Take(message);
+      TakeCount(message);
     } else if (std::string answer = listener_->hear(number_, message); !answer.empty()) {
       answers_.push_back(std::move(answer));
-      if (answers_.size() > kMostAnswers) answers_.pop_front();
+      if (answers_.size() > kMaxAnswers) answers_.pop_front();
     }
   } catch (const std::invalid_argument& error) {
     Close(websocket::close_code::policy_error, error.what());
@@ -80,7 +80,7 @@ void PageSession::Hear(std::string_view message) {
   Read();
 }
 
-void PageSession::Take(std::string_view count) {
+void PageSession::TakeCount(std::string_view count) {
   std::uint32_t taken = 0;
   if (count.size() == sizeof taken) std::memcpy(&taken, count.data(), sizeof taken);
   if (count.size() != sizeof taken || taken > sent_) {
@@ -95,11 +95,11 @@ bool PageSession::IsFlooding() {
     counting_since_ = now;
     requests_ = 0;
   }
-  return ++requests_ > PageServer::kMostCommands;
+  return ++requests_ > PageServer::kMaxCommands;
 }
 
 void PageSession::Pump() {
-  if (!open_ || writing_ || (taken_ && sent_ - *taken_ >= kMostAhead)) return;
+  if (!open_ || writing_ || (taken_ && sent_ - *taken_ >= kMaxAhead)) return;
   if (!answers_.empty()) {
     const auto answer = std::make_shared<const std::string>(std::move(answers_.front()));
     answers_.pop_front();
@@ -123,7 +123,7 @@ void PageSession::Write(bool binary, NoticeBoard::Bytes bytes) {
 
 void PageSession::Close(websocket::close_code code, const std::string& why) {
   if (!std::exchange(open_, false)) return;
-  socket_.async_close({code, why.substr(0, kLongestReason)},
+  socket_.async_close({code, why.substr(0, kMaxReasonLength)},
                       [self = shared_from_this()](beast::error_code /*error*/) {});
 }
 

@@ -1,8 +1,8 @@
-// One open page: its WebSocket from the handshake to its end. One message at a time is written. The
-// others stay on the board, so that a slow page receives only the newest.
+// PageSession serves one open page: its WebSocket from the handshake to the end. One message at a
+// time is written. The others stay on the board, so that a slow page receives only the newest.
 //
 // A browser buffers messages without limit. A page that reports how many messages it has processed
-// (a binary message: the count, four bytes, little-endian) is never sent more than kMostAhead
+// (a binary message: the count, four bytes, little-endian) is never sent more than kMaxAhead
 // beyond them. Other pages are sent messages as fast as the connection allows.
 #pragma once
 
@@ -99,8 +99,8 @@ using PageRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 // Used by the server's thread. Exists while one of its operations is pending.
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
-  static constexpr std::uint32_t kMostAhead = 8;
-  static constexpr std::size_t kMostAnswers = 8;  // waiting answers; the oldest are dropped
+  static constexpr std::uint32_t kMaxAhead = 8;
+  static constexpr std::size_t kMaxAnswers = 8;  // waiting answers; the oldest are dropped
 
   PageSession(PageStream&& stream, std::uint64_t number, const NoticeBoard* board,
               const PageServer::Listener* listener);
@@ -116,7 +116,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
  private:
   void Read();
   void Hear(std::string_view message);
-  void Take(std::string_view count);
+  void TakeCount(std::string_view count);
   [[nodiscard]] bool IsFlooding();
   void Write(bool binary, NoticeBoard::Bytes bytes);
 
@@ -128,7 +128,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   NoticeBoard::Seen seen_{};
   Topic last_ = Topic::kShape;       // the first topic comes first
   NoticeBoard::Bytes writing_;       // null: no pending write
-  std::deque<std::string> answers_;  // not sent yet, at most kMostAnswers
+  std::deque<std::string> answers_;  // not sent yet, at most kMaxAnswers
   bool open_ = false;
   std::uint32_t sent_ = 0;              // number of messages
   std::optional<std::uint32_t> taken_;  // processed messages; nullopt: the page does not report

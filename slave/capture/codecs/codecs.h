@@ -1,5 +1,5 @@
 // PNG and JPEG in memory, libpng and libjpeg being called here and nowhere else; and what the
-// module palpate-films adds to them.
+// module palpate-cameras adds to them.
 //
 // An image is 8 or 16 bit, grey or blue, green, red, as OpenCV's imgcodecs reads and writes it
 // with IMREAD_UNCHANGED; alpha is left out.
@@ -17,15 +17,15 @@ namespace palpate {
 using Bytes = std::span<const unsigned char>;
 
 // Larger images are rejected by their header: with 16 bit and three colours they would need 600 MB.
-inline constexpr long kMostPixels = 100'000'000;
+inline constexpr long kMaxPixels = 100'000'000;
 
 // An image whose header has been read: its size is known before its pixels need memory.
-class CodedPicture {
+class CodedImage {
  public:
-  virtual ~CodedPicture() = default;
-  CodedPicture() = default;
-  CodedPicture(const CodedPicture&) = delete;
-  CodedPicture& operator=(const CodedPicture&) = delete;
+  virtual ~CodedImage() = default;
+  CodedImage() = default;
+  CodedImage(const CodedImage&) = delete;
+  CodedImage& operator=(const CodedImage&) = delete;
 
   [[nodiscard]] virtual cv::Size size() const = 0;  // [px]
   // Decodes the pixels; once. Throws std::runtime_error that continues "the image ...": is
@@ -35,8 +35,8 @@ class CodedPicture {
 
 // `bytes` must outlive the result. nullptr: not a PNG; not a JPEG with grey or three colours. Throw
 // as Decode() does if the header is invalid.
-std::unique_ptr<CodedPicture> OpenPng(Bytes bytes);
-std::unique_ptr<CodedPicture> OpenJpeg(Bytes bytes);
+std::unique_ptr<CodedImage> OpenPng(Bytes bytes);
+std::unique_ptr<CodedImage> OpenJpeg(Bytes bytes);
 
 // The bytes of a file. `image`: 1 or 3 channels of 8 or 16 bit; a JPEG keeps the upper byte of 16
 // bit. `quality` 1..100: higher is better and larger. Throw std::invalid_argument with the reason:
@@ -47,43 +47,43 @@ std::string EncodeJpeg(const cv::Mat& image, int quality);
 // Requirements of both encoders for an image; `format` is named in the error.
 void RequireEncodable(const cv::Mat& image, const char* format);
 
-// The module palpate-films: videos, cameras and further image formats, through OpenCV's videoio and
-// imgcodecs. These need some 220 shared libraries, 0.1 s and 50 MB at a start, so the module is
+// The module palpate-cameras: videos, cameras and further image formats, through OpenCV's videoio
+// and imgcodecs. These need some 220 shared libraries, 0.1 s and 50 MB at a start, so the module is
 // loaded when a scene first needs it.
-class Film {
+class VideoStream {
  public:
-  virtual ~Film() = default;
-  Film() = default;
-  Film(const Film&) = delete;
-  Film& operator=(const Film&) = delete;
+  virtual ~VideoStream() = default;
+  VideoStream() = default;
+  VideoStream(const VideoStream&) = delete;
+  VideoStream& operator=(const VideoStream&) = delete;
   // The next image, with its own memory; empty: there is none.
   virtual cv::Mat Next() = 0;
 };
 
-class Films {
+class VideoBackend {
  public:
-  virtual ~Films() = default;
-  Films() = default;
-  Films(const Films&) = delete;
-  Films& operator=(const Films&) = delete;
-  // nullptr: not a film.
-  [[nodiscard]] virtual std::unique_ptr<Film> OpenFile(const std::string& file) const = 0;
+  virtual ~VideoBackend() = default;
+  VideoBackend() = default;
+  VideoBackend(const VideoBackend&) = delete;
+  VideoBackend& operator=(const VideoBackend&) = delete;
+  // nullptr: not a video.
+  [[nodiscard]] virtual std::unique_ptr<VideoStream> OpenFile(const std::string& file) const = 0;
   // The camera /dev/video`device`, with requested `size` [px] (empty: its default) and `rate` [Hz].
   // nullptr: no such camera, or no permission.
-  [[nodiscard]] virtual std::unique_ptr<Film> OpenDevice(int device, const cv::Size& size,
-                                                         double rate) const = 0;
+  [[nodiscard]] virtual std::unique_ptr<VideoStream> OpenDevice(int device, const cv::Size& size,
+                                                                double rate) const = 0;
   // A stream's address (rtsp://, http://, udp://), or a GStreamer pipeline that ends in an appsink.
-  // nullptr: no answer within `patience`, which applies to each image as well. A pipeline's own
+  // nullptr: no answer within `timeout`, which applies to each image as well. A pipeline's own
   // elements define its timeouts.
-  [[nodiscard]] virtual std::unique_ptr<Film> OpenUrl(const std::string& address,
-                                                      std::chrono::milliseconds patience) const = 0;
+  [[nodiscard]] virtual std::unique_ptr<VideoStream> OpenUrl(
+      const std::string& address, std::chrono::milliseconds timeout) const = 0;
   // Reads an image unchanged, including alpha. Empty: not an image, damaged, or larger than
-  // kMostPixels.
+  // kMaxPixels.
   [[nodiscard]] virtual cv::Mat Decode(Bytes bytes) const = 0;
 };
 
 // Loads the module at the first call. Throws std::runtime_error: it is not installed, or cannot be
 // loaded (why).
-const Films& LoadFilms();
+const VideoBackend& LoadVideoBackend();
 
 }  // namespace palpate

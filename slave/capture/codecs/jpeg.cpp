@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-// What libjpeg is left with when it complains: its own way is a line on stderr and exit().
+// Replaces the error handler of libjpeg, which writes to stderr and calls exit().
 struct JpegComplaint : jpeg_error_mgr {
   std::jmp_buf leave{};
   char text[JMSG_LENGTH_MAX] = "";  // empty: none
@@ -90,9 +90,9 @@ struct JpegReader {
   }
 };
 
-class JpegPicture final : public CodedPicture {
+class JpegImage final : public CodedImage {
  public:
-  explicit JpegPicture(Bytes bytes) {
+  explicit JpegImage(Bytes bytes) {
     Guard(reader_.complaint, [this, bytes] { reader_.ReadHeader(bytes); });
   }
 
@@ -147,9 +147,9 @@ struct JpegWriter {
 
 }  // namespace
 
-std::unique_ptr<CodedPicture> OpenJpeg(Bytes bytes) {
+std::unique_ptr<CodedImage> OpenJpeg(Bytes bytes) {
   if (bytes.size() < 3 || bytes[0] != 0xff || bytes[1] != 0xd8 || bytes[2] != 0xff) return nullptr;
-  auto image = std::make_unique<JpegPicture>(bytes);
+  auto image = std::make_unique<JpegImage>(bytes);
   if (image->colours() != 1 && image->colours() != 3) return nullptr;
   return image;
 }

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kSignature = 8;  // bytes that begin every PNG
 
-// What libpng is left with when it complains: its own way is a line on stderr and abort().
+// Replaces the error handler of libpng, which writes to stderr and calls abort().
 struct PngComplaint {
   char text[128] = "out of memory";
   bool ends_early = false;
@@ -80,9 +80,9 @@ struct PngReader {
   }
 };
 
-class PngPicture final : public CodedPicture {
+class PngImage final : public CodedImage {
  public:
-  explicit PngPicture(Bytes bytes) : reader_(bytes) {
+  explicit PngImage(Bytes bytes) : reader_(bytes) {
     Guard(reader_.png, reader_.complaint, [this] { reader_.ReadHeader(); });
   }
 
@@ -140,9 +140,9 @@ struct PngWriter {
 
 }  // namespace
 
-std::unique_ptr<CodedPicture> OpenPng(Bytes bytes) {
+std::unique_ptr<CodedImage> OpenPng(Bytes bytes) {
   if (bytes.size() < kSignature || png_sig_cmp(bytes.data(), 0, kSignature) != 0) return nullptr;
-  return std::make_unique<PngPicture>(bytes);
+  return std::make_unique<PngImage>(bytes);
 }
 
 std::string EncodePng(const cv::Mat& image) {

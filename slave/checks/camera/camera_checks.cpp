@@ -38,11 +38,11 @@ Verdict ExamineMotion(const CameraSample& sample) {
   if (!sample.compares_edge()) return verdict;
   const ObjectSighting& object = *sample.object;
   if (!object.known) return Failed(FailedCheck::kRegistration, "the object's edge is not found");
-  if (object.motion.shift.norm() > Limits::kMostShift ||
-      std::abs(object.motion.angle) > Limits::kMostTurn) {
+  if (object.motion.shift.norm() > Limits::kMaxShift ||
+      std::abs(object.motion.angle) > Limits::kMaxTurn) {
     verdict.Fail(FailedCheck::kCameraMotion, "the image has moved too far");
   }
-  if (std::abs(object.motion.growth) > Limits::kMostGrowth) {
+  if (std::abs(object.motion.growth) > Limits::kMaxGrowth) {
     verdict.Fail(FailedCheck::kScale, "the image has grown or shrunk: zoom");
   }
   return verdict;
@@ -70,8 +70,7 @@ Verdict ExamineQuality(const CameraSample& sample) {
 class RepeatedImageCheck final : public Check<CameraSample> {
  public:
   // `noise`: of the first image [1/255 of full scale].
-  explicit RepeatedImageCheck(double noise)
-      : detector_({.has_noise = noise > Limits::kLeastNoise}) {}
+  explicit RepeatedImageCheck(double noise) : detector_({.has_noise = noise > Limits::kMinNoise}) {}
 
   void Examine(const CameraSample& sample, Findings* findings) noexcept override {
     if (!detector_.Repeats(sample.image)) return;
@@ -102,7 +101,7 @@ class AgreementCheck final : public Check<CameraSample> {
   // stays]
   static constexpr int kWindow = 4;
 
-  // What is found after a loss may be something else.
+  // An outline that is found after a loss may belong to another object.
   void ExamineLoss(const CameraSample& sample, Findings* findings) noexcept {
     const bool has_object = !sample.object || sample.is_broken || sample.object->known;
     distrust_ = sample.tip.found && has_object ? std::max(0, distrust_ - 1) : kWindow;
@@ -125,7 +124,7 @@ class IndentationCheck final : public Check<CameraSample> {
  public:
   void Examine(const CameraSample& sample, Findings* findings) noexcept override {
     if (!sample.compares_edge() || !sample.object->known) return;
-    if (sample.object->apart > Limits::kMostApart) {
+    if (sample.object->apart > Limits::kMaxApart) {
       findings->Fail(FailedCheck::kIndentation,
                      "the object's edge lies beside the computed outline: something covers it, or "
                      "touches elsewhere");

@@ -6,9 +6,9 @@ namespace palpate {
 struct CameraLimits {
   // First image against the scene.
   // Error of the object's size [-].
-  static constexpr double kMostScale = 0.02;
+  static constexpr double kMaxScale = 0.02;
   // Residual of the object's outline, rms [px].
-  static constexpr double kMostResidual = 2;
+  static constexpr double kMaxResidual = 2;
   // Distance of the tool's end from the encoder reading [px]. [tuned: the arm's report wrong]
   static constexpr double kToolElsewhere = 1;
   // Error of the tool's width [-]. [tuned: tool's width stated wrong]
@@ -22,13 +22,13 @@ struct CameraLimits {
   // Brightest edge, of the largest grey level [-]. [tuned: over-exposed at rest]
   static constexpr double kOverexposed = 1.15;
   // Noise of a real camera [1/255 of full scale].
-  static constexpr double kLeastNoise = 0.5;
+  static constexpr double kMinNoise = 0.5;
   // Sigma from which on the tip is only roughly known [px], and the same by the indentation [-].
   static constexpr double kRoughTip = 0.4, kRough = 0.12;
   // Motion of the image [px]. [tuned: camera bumped while pressed]
-  static constexpr double kMostShift = 40;
+  static constexpr double kMaxShift = 40;
   // Turn of the image [rad], and its growth [-].
-  static constexpr double kMostTurn = 0.06, kMostGrowth = 0.03;
+  static constexpr double kMaxTurn = 0.06, kMaxGrowth = 0.03;
   // Indentation that needs no confirmation [px].
   static constexpr double kSmallIndentation = 1.5;
   // Images in which a larger one may stay out of sight [-].
@@ -38,11 +38,11 @@ struct CameraLimits {
   // Square of the whitened difference from which on indentations disagree [-]: 3.5 sigma. [tuned:
   // wire over the shaft at 0 deg]
   static constexpr double kIndentationGate = 12.25;
-  // That must agree before an indentation is trusted again [images]. [tuned:
+  // Number of images that must agree before an indentation is trusted again [images]. [tuned:
   // APressWithoutItsIndentationIsNotValid]
   static constexpr int kDistrust = 3;
   // Consecutive edge positions beside the outline: more is an occlusion [-].
-  static constexpr int kMostApart = 7;
+  static constexpr int kMaxApart = 7;
 };
 
 }  // namespace palpate

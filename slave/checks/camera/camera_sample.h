@@ -1,4 +1,4 @@
-// What the checks of one camera get of one image.
+// CameraSample is the input of the checks of one camera for one image.
 #pragma once
 
 #include <optional>

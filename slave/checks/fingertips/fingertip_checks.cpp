@@ -68,8 +68,8 @@ class ResponseCheck final : public Check<FingertipSample> {
   static constexpr double kPressureSigma = 1.3;
   // Noise of the electrodes by that at the start; real fingers in a minute: 0.95 to 1.1 [-].
   static constexpr double kFallen = 0.85;
-  // The same by that of the training; five real fingers: 0.83 to 1.17 [-]. [tuned: gain of all
-  // wrong]
+  // Smallest ratio to the value of the training; five real fingers have 0.83 to 1.17 [-]. [tuned:
+  // gain of all wrong]
   static constexpr double kQuietest = 0.8;
   // Force without an active electrode, by the error of the network [sigma].
   static constexpr double kUnseenTouch = 3;

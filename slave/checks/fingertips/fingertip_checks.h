@@ -10,7 +10,8 @@
 
 namespace palpate {
 
-// One sample of a fingertip: its signals, their place on the object by the pose, and the encoders.
+// FingertipSample is the input for one sample of a fingertip: its signals, their place on the
+// object by the pose, and the encoders.
 struct FingertipSample {
   const Fingertip& tip;
   Consistency* consistency;          // takes the residuals of this sample

@@ -28,8 +28,8 @@ class DomeRestShapeCheck final : public Check<FitSample> {
   }
 
  private:
-  // Beyond this share of the rim the points may belong to its mount [-]. [tuned: domed_scene_test]
-  static constexpr double kMostOfRim = 0.9;
+  // Points beyond this share of the rim may belong to its mount [-]. [tuned: domed_scene_test]
+  static constexpr double kMaxOfRim = 0.9;
 
   [[nodiscard]] double Height() const noexcept { return rest_.centre.z() + rest_.semi_axes(2, 2); }
   // Distance of the points at rest from the scene's shape [m]; points farther than its height are
@@ -40,7 +40,7 @@ class DomeRestShapeCheck final : public Check<FitSample> {
     for (const SurfacePoint& point : sample.points_O) {
       const Eigen::Vector3d& p = point.p_S_rest;
       const Eigen::Vector2d at = p.head<2>().cwiseQuotient(rest_.semi_axes.diagonal().head<2>());
-      if (!p.allFinite() || at.norm() > kMostOfRim) continue;
+      if (!p.allFinite() || at.norm() > kMaxOfRim) continue;
       const double offset = DistanceOutside(rest_, p);
       if (std::abs(offset) > Height()) continue;
       square += offset * offset;
@@ -48,7 +48,8 @@ class DomeRestShapeCheck final : public Check<FitSample> {
     }
     return count > 0 ? std::sqrt(square / count) : 0;
   }
-  // By fourth powers: an indentation counts more than the bulge of the displaced air elsewhere.
+  // Weights displacements by their fourth power: an indentation counts more than the bulge that the
+  // displaced air causes elsewhere.
   [[nodiscard]] bool MovesOutward(const FitSample& sample) const noexcept {
     double outward = 0, inward = 0;
     for (const SurfacePoint& point : sample.points_O) {

@@ -38,7 +38,7 @@ void EncoderDepthCheck::Examine(const LoadSample& sample, Findings* findings) no
     return;
   }
   const double depth = seen ? std::max(0.0, load.depth) : 0;
-  // What is beyond that is an error of the camera or of the encoders.
+  // A larger difference is an error of the camera or of the encoders.
   const double beyond = std::abs(tool.depth - depth) - apart - kShare * std::max(tool.depth, depth);
   const double sigma = tool.stiffness * std::max(beyond, 0.0);
   distrust_ = sigma < kFlags * std::abs(load.force) || beyond < kFar * sample.size

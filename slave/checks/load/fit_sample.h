@@ -1,4 +1,4 @@
-// What the checks of a fitted load get. Frame O.
+// FitSample is the input of the checks of a fitted load. Frame O.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@ struct NuisanceParameter {
   }
 };
 
-// What the fit of a load on a flat membrane finds.
+// PlateFit is the result of the fit of a load on a flat membrane.
 struct PlateFit {
   LoadFit load;
   int points = 0;    // points on the plate, visible and selected

@@ -63,8 +63,8 @@ class ScaleCheck final : public Check<LoadSample> {
   }
 };
 
-// One load explains the measured displacements: reduced chi-square of the residuals against their
-// noise, with a share of the deflection for the error of the model.
+// Tests whether one load explains the measured displacements: reduced chi-square of the residuals
+// against their noise, with a share of the deflection for the error of the model.
 class ResidualCheck final : public Check<FitSample> {
  public:
   // `noise`: residual that is accepted while that without contact is unknown [sigma].
@@ -72,7 +72,7 @@ class ResidualCheck final : public Check<FitSample> {
   ResidualCheck(double noise, double model_error) : noise_(noise), model_error_(model_error) {}
 
   void Examine(const FitSample& sample, Findings* findings) noexcept override {
-    if (sample.left_out > LoadLimits::kMostLeftOut * sample.points) {
+    if (sample.left_out > LoadLimits::kMaxLeftOut * sample.points) {
       findings->Fail(FailedCheck::kMisfit,
                      "more than a quarter of the points contradict the others");
     }

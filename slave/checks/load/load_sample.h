@@ -1,4 +1,4 @@
-// What the checks of a load get, after those of its fit. Frame O.
+// LoadSample is the input of the checks of a load, which run after those of its fit. Frame O.
 #pragma once
 
 #include <optional>

@@ -24,7 +24,7 @@ class TensionCheck final : public Check<FitSample> {
     const double force = std::abs(sample.load.force);
     const double per_tension = std::abs(fit.force_per_tension);
     findings->Widen(std::min(per_tension * PosteriorRms(value, sigma), force / 2));
-    // What was certain once, at the depth that shows it best, stays so.
+    // A certain change of tension stays certain at depths that show it less well.
     certain_ = std::max(kForgetting * certain_, std::abs(value) - kSigmas * sigma);
     if (per_tension * certain_ > kShare * force) {
       findings->Fail(FailedCheck::kMisfit,
@@ -37,8 +37,8 @@ class TensionCheck final : public Check<FitSample> {
   // Weight of earlier images, from image to image [-]. [tuned: surface_doubts_test, dents of
   // another tension]
   static constexpr double kForgetting = 0.99;
-  // From which on another tension is certain [sigma]. [tuned: undisturbed, prestress stated - there
-  // is none]
+  // A different tension is certain beyond this limit [sigma]. [tuned: undisturbed, prestress stated
+  // - there is none]
   static constexpr double kSigmas = 3.5;
   // Prior sigma of the tension by its size [-]. [recorded: 300 N/m in the scene of a loose
   // membrane, 6 of 17 forces up to 2.4 times too large]
@@ -56,8 +56,8 @@ class TensionCheck final : public Check<FitSample> {
     const double freedom = std::max(1, sample.freedom - 1);
     const double square =
         fit.load.residual * fit.load.residual * (freedom + 1) - value * value / (sigma * sigma);
-    constexpr double kLeast = NoiseLimits::kLeastScatter;
-    const double noise = sigma * std::sqrt(std::max(kLeast * kLeast, square / freedom));
+    constexpr double kMinScatter = NoiseLimits::kMinScatter;
+    const double noise = sigma * std::sqrt(std::max(kMinScatter * kMinScatter, square / freedom));
     const double recurring = std::hypot(model, noise * std::sqrt(1 - sample.NoiseShare()));
     const double weight = 1 / (noise * noise + model * model);
     information_ = kForgetting * information_ + weight;

@@ -14,12 +14,12 @@ namespace palpate {
 namespace {
 
 // Points of a motion [-]. [derived: two for each unknown]
-constexpr int kLeastPoints = 8;
+constexpr int kMinPoints = 8;
 // Share of the last estimate of the lag that the next pair keeps [-]. [tuned: epipolar_test, images
 // of different instants]
 constexpr double kRemembered = 0.97;
-// The same for one that tells nothing, because clocks drift slowly [-]. [tuned: epipolar_test, what
-// is at rest after a motion]
+// Share that is kept after a pair without information, because clocks drift slowly [-]. [tuned:
+// epipolar_test, what is at rest after a motion]
 constexpr double kKept = 0.999;
 // Scatter at rest that may be the noise of the images alone, by that noise [-]. [tuned:
 // epipolar_test, a scatter of 0.1 to 1.5 of the noise]
@@ -40,7 +40,7 @@ constexpr std::string_view kWrongStamps =
 constexpr std::string_view kLate =
     "the left and the right image were taken at different times, or one camera is frozen";
 
-// Points in one picture: what they moved and miss, by sigma.
+// Points in one image: what they moved and miss, by sigma.
 struct Share {
   double motion = 0, product = 0, misses = 0, count = 0;
   void Add(const Share& other, double sign) noexcept {
@@ -57,8 +57,8 @@ double Square(double x) {
 
 }  // namespace
 
-// What noise alone makes of the motion is no weight. What one pair tells is forgotten as others
-// tell anew, and slowly while nothing moves, as clocks drift.
+// Motion that noise explains has no weight. The information of a pair is forgotten as other pairs
+// add information, and slowly while nothing moves, because clocks drift.
 void EpipolarCheck::Stamps::Learn(double motion, double product) noexcept {
   const double left = motion > 0 ? kRemembered : kKept;
   for (double* sum : {&weight, &late, &square, &pairs}) *sum *= left;
@@ -73,15 +73,15 @@ void EpipolarCheck::Stamps::Learn(double motion, double product) noexcept {
 
 bool EpipolarCheck::Stamps::AreWrong() const noexcept {
   return std::abs(late) > NoiseLimits::kSignificant * std::sqrt(weight) &&
-         std::abs(late) > PointsLimits::kMostLag * weight;
+         std::abs(late) > PointsLimits::kMaxLag * weight;
 }
 
 // Before anything has moved, as much as is not doubted; then what is seen, and how far pairs differ
 // among themselves by more than noise (R. DerSimonian, N. Laird, Controlled Clinical Trials 7,
 // 1986).
 double EpipolarCheck::Stamps::Sigma() const noexcept {
-  const double unknown = PointsLimits::kMostLag * PointsLimits::kMostLag;
-  if (!(weight > 0)) return PointsLimits::kMostLag;
+  const double unknown = PointsLimits::kMaxLag * PointsLimits::kMaxLag;
+  if (!(weight > 0)) return PointsLimits::kMaxLag;
   const double known = unknown / (unknown + 1 / weight);
   const double mean = late / weight;
   const double apart = square - late * mean - (pairs - 1);
@@ -106,31 +106,31 @@ void EpipolarCheck::Examine(const PointsSample& sample, Findings* findings) noex
   reported_late_ = since > 0 ? -seen->skew / since : 0;  // what is taken later shows what is newer
   bool any = false;
   for (const SurfacePoint& point : seen->points) any |= point.seen;
-  const bool takes_rest = any && taken_ < rest_pictures_;
-  for (std::size_t i = 0; i < rows_.size(); ++i) Read(seen->points[i], takes_rest, &rows_[i]);
-  if (takes_rest && ++taken_ == rest_pictures_) {
+  const bool is_baseline = any && taken_ < rest_images_;
+  for (std::size_t i = 0; i < rows_.size(); ++i) Read(seen->points[i], is_baseline, &rows_[i]);
+  if (is_baseline && ++taken_ == rest_images_) {
     double square = 0, degrees = 0;
     for (const Row& row : rows_) {
       if (row.rest_count < 2) continue;
       square += row.rest_square - row.rest_miss * row.rest_miss / row.rest_count;
       degrees += row.rest_count - 1;
     }
-    if (degrees >= kLeastPoints) {
+    if (degrees >= kMinPoints) {
       scatter_at_rest_ = std::sqrt(square / degrees);
       noise_at_rest_ = std::max(1.0, scatter_at_rest_);
     }
   }
   const bool as_stated = kNoLess < scatter_at_rest_ && scatter_at_rest_ < kNoMore;
   for (SurfacePoint& point : seen->points) point.errs_by_noise_alone = as_stated;
-  if (taken_ < rest_pictures_) return;
+  if (taken_ < rest_images_) return;
   CheckRest(*seen, findings);
   if (ExplainByMotion()) CheckPair(seen, findings);
   // The middle of the two is off by half of what one of them is.
   seen->moment_sigma = stamps_.Sigma() / 2;
 }
 
-// Sums of the misses at rest are by what the picture says of their noise.
-void EpipolarCheck::Read(const SurfacePoint& point, bool takes_rest, Row* row) noexcept {
+// Sums of the misses at rest are by what the image says of their noise.
+void EpipolarCheck::Read(const SurfacePoint& point, bool is_baseline, Row* row) noexcept {
   const auto now = static_cast<std::size_t>(newest_);
   row->seen[now] = row->counts = row->kept = false;
   if (!point.seen || !(point.sigma_px > 0)) return;
@@ -139,7 +139,7 @@ void EpipolarCheck::Read(const SurfacePoint& point, bool takes_rest, Row* row) n
   // Half the miss off: the place between the rays, whose noise is not the miss's.
   row->places[now] = across.dot(point.left_I) - point.miss_px / 2;
   row->seen[now] = true;
-  if (takes_rest) {
+  if (is_baseline) {
     ++row->rest_count;
     row->rest_miss += point.miss_px / reported;
     row->rest_square += point.miss_px * point.miss_px / (reported * reported);
@@ -168,7 +168,7 @@ bool EpipolarCheck::ExplainByMotion() noexcept {
       slope += row.motions * (row.miss / row.sigma);
       ++count_;
     }
-    if (count_ < kLeastPoints) return false;
+    if (count_ < kMinPoints) return false;
     motion_ = normal_.ldlt().solve(slope);
     if (round == 0) Sift();
   }
@@ -186,15 +186,15 @@ void EpipolarCheck::Sift() noexcept {
   }
 }
 
-// How far the point was across its line `lag` pictures ago; beyond kLags: at rest. NaN: unseen.
+// How far the point was across its line `lag` images ago; beyond kLags: at rest. NaN: unseen.
 double EpipolarCheck::Place(const Row& row, int lag) const noexcept {
   if (lag > kLags) return row.rest_place;
   const auto then = static_cast<std::size_t>((newest_ + kLags + 1 - lag) % (kLags + 1));
   return row.seen[then] ? row.places[then] : std::nan("");
 }
 
-// By least squares over all points, as those that one eye saw elsewhere stand out of the others,
-// and over pairs in a row: a lag stays what it is.
+// Fits by least squares over all points, because a point that one camera mislocates differs from
+// the others, and over consecutive pairs, because a lag is constant.
 bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
   const auto moved = [&](const Row& row) {
     const double by_sigma = (Place(row, 0) - Place(row, lag)) / row.sigma;
@@ -230,10 +230,11 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
   evidence.motion = kRemembered * evidence.motion + motion / scatter;
   evidence.product = kRemembered * evidence.product + product / scatter;
   return std::abs(evidence.product) > NoiseLimits::kSignificant * std::sqrt(evidence.motion) &&
-         std::abs(evidence.product) > PointsLimits::kMostLag * evidence.motion;
+         std::abs(evidence.product) > PointsLimits::kMaxLag * evidence.motion;
 }
 
-// By what of the misses at rest goes evenly across the picture, as a wrong rig's do.
+// Tests the part of the misses at rest that varies evenly across the image, as those of a wrong rig
+// do.
 void EpipolarCheck::CheckRest(const SurfaceObservation& seen, Findings* findings) const noexcept {
   Matrix4 normal = 1e-6 * Matrix4::Identity();
   Eigen::Vector4d slope(0, 0, 0, 0);
@@ -249,7 +250,7 @@ void EpipolarCheck::CheckRest(const SurfaceObservation& seen, Findings* findings
     square += rest * rest;
     ++count;
   }
-  if (count < kLeastPoints) return;
+  if (count < kMinPoints) return;
   const double explained = slope.dot(normal.ldlt().solve(slope));
   const double scatter = (square - explained) / (count - kMotions);
   const double most = most_at_rest_ + 2 * rig_.rms_px;
@@ -274,14 +275,14 @@ void EpipolarCheck::CheckPair(SurfaceObservation* seen, Findings* findings) noex
   const double noise = scatter_ * std::sqrt(variance / count_ / 2);
   const double known = noise * std::sqrt(2.0 * kMotions / count_);
   seen->epipolar_px = std::hypot(offset, noise);
-  if (offset > PointsLimits::kMostOffset + NoiseLimits::kSignificant * known) {
+  if (offset > PointsLimits::kMaxOffset + NoiseLimits::kSignificant * known) {
     findings->Fail(FailedCheck::kEpipolar, kMoved);
   }
   for (int lag = 1; lag <= kLags + 1; ++lag) {
     if (IsOfAnotherInstant(lag)) findings->Fail(FailedCheck::kInstants, kLate);
   }
   if (stamps_.AreWrong()) findings->Fail(FailedCheck::kInstants, kWrongStamps);
-  // The scatter of the misses is that of the places, which the pictures' noise alone understates
+  // The scatter of the misses is that of the places, which the images' noise alone understates
   // where they are compressed or out of focus.
   const double known_px = std::max(sigma_px_, std::sqrt(reported / count_));
   if (noise <= known_px) return;

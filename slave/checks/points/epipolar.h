@@ -16,8 +16,7 @@
 
 namespace palpate {
 
-// From each pair's misses, what every point has had at rest is taken off; what is left is explained
-// by
+// The check subtracts the baseline of each point from its miss. It explains the remainder by
 //
 //   miss = c0 + c1 x + c2 y + c3 x y + tau (v(t) - v(t - k)) + noise,   x, y: place in the image
 //
@@ -29,14 +28,11 @@ namespace palpate {
 // thread; allocation-free after the first pair with as many points.
 class EpipolarCheck final : public Check<PointsSample> {
  public:
-  // `rest_pictures`: number whose mean defines the rest of a point, >= 1. `sigma_px`: least sigma
+  // `rest_images`: number whose mean defines the rest of a point, >= 1. `sigma_px`: least sigma
   // of the points' covariances. `most_at_rest`: of a correct rig, in addition to its own rms [px].
-  EpipolarCheck(const StereoRig& rig, int rest_pictures, double sigma_px,
-                double most_at_rest = PointsLimits::kMostAtRest)
-      : rig_(rig),
-        rest_pictures_(rest_pictures),
-        sigma_px_(sigma_px),
-        most_at_rest_(most_at_rest) {}
+  EpipolarCheck(const StereoRig& rig, int rest_images, double sigma_px,
+                double most_at_rest = PointsLimits::kMaxAtRest)
+      : rig_(rig), rest_images_(rest_images), sigma_px_(sigma_px), most_at_rest_(most_at_rest) {}
 
   // Sets the uncertainty of the time (sensed_at, skew), and whether the points have only noise;
   // widens their covariances if the ray distances scatter by more than the image noise.
@@ -63,12 +59,12 @@ class EpipolarCheck final : public Check<PointsSample> {
     double weight = 0, late = 0, square = 0, weights = 0, pairs = 0;
     void Learn(double motion, double product) noexcept;
     [[nodiscard]] bool AreWrong() const noexcept;
-    // For one pair, including the information of the others.
+    // Returns the sigma of one pair, including the information of the others.
     [[nodiscard]] double Sigma() const noexcept;
   };
   using Matrix4 = Eigen::Matrix<double, kMotions, kMotions>;
 
-  void Read(const SurfacePoint& point, bool takes_rest, Row* row) noexcept;
+  void Read(const SurfacePoint& point, bool is_baseline, Row* row) noexcept;
   [[nodiscard]] double Place(const Row& row, int lag) const noexcept;
   bool ExplainByMotion() noexcept;
   void Sift() noexcept;
@@ -80,7 +76,7 @@ class EpipolarCheck final : public Check<PointsSample> {
   void CheckPair(SurfaceObservation* seen, Findings* findings) noexcept;
 
   StereoRig rig_;
-  int rest_pictures_;
+  int rest_images_;
   double sigma_px_, most_at_rest_;
   int taken_ = 0;   // of them
   int newest_ = 0;  // index in the ring buffers

@@ -4,11 +4,12 @@
 namespace palpate {
 
 struct NoiseLimits {
-  // From which on something is no noise [sigma]. [derived: noise is beyond it once in two million]
+  // A deviation beyond this limit is not noise [sigma]. [derived: noise is beyond it once in two
+  // million]
   static constexpr double kSignificant = 5;
   // Scatter of the points, by their stated sigmas, at least [-]. [tuned: surface_doubts_test,
   // dents of another tension]
-  static constexpr double kLeastScatter = 0.25;
+  static constexpr double kMinScatter = 0.25;
 };
 
 }  // namespace palpate

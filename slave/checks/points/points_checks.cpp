@@ -48,7 +48,7 @@ Checks<PointsSample> MakePointsChecks(const Scene& scene, const StereoRig& rig,
     checks.Add(std::make_unique<RestSurfaceCheck>(scene, surface_O, rest));
   }
   const PointTracking& points = *scene.sense.Find<PointTracking>();
-  if (const auto* depth = scene.sense.Find<DepthPictures>()) {
+  if (const auto* depth = scene.sense.Find<DepthImages>()) {
     checks.Add(std::make_unique<MembraneDistanceCheck>(scene, depth->X_SD));
     return checks;
   }
@@ -56,7 +56,7 @@ Checks<PointsSample> MakePointsChecks(const Scene& scene, const StereoRig& rig,
   const bool is_exact = pair.source == StereoCameras::Source::kSimulated;
   checks.Add(std::make_unique<EpipolarCheck>(
       rig, PointsLimits::kLearning, points.sigma,
-      is_exact ? PointsLimits::kMostAtRestOfExactRig : PointsLimits::kMostAtRest));
+      is_exact ? PointsLimits::kMaxAtRestOfExactRig : PointsLimits::kMaxAtRest));
   if (points.track == PointTracking::Track::kDots) {
     checks.Add(std::make_unique<DotsAtRestCheck>());
   } else {

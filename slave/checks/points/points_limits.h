@@ -11,14 +11,15 @@ struct PointsLimits {
 
   // Distance of left and right rays.
   // For a camera that has not moved [px]. [tuned: one camera bumped at rest - across]
-  static constexpr double kMostOffset = 0.5;
+  static constexpr double kMaxOffset = 0.5;
   // At rest, in addition to the rig's own rms [px]. [tuned: rig turned against the scene]
-  static constexpr double kMostAtRest = 0.5;
-  // The same for a simulated pair, whose rig is the scene's [px]. [tuned: baseline wrong]
-  static constexpr double kMostAtRestOfExactRig = 0.02;
-  // Delay of the right image beyond its timestamp [image periods]. [tuned: right picture late, left
-  // picture late]
-  static constexpr double kMostLag = 0.2;
+  static constexpr double kMaxAtRest = 0.5;
+  // Largest offset at rest of a simulated pair, whose rig is the scene's [px]. [tuned: baseline
+  // wrong]
+  static constexpr double kMaxAtRestOfExactRig = 0.02;
+  // Delay of the right image beyond its timestamp [image periods]. [tuned: right image late, left
+  // image late]
+  static constexpr double kMaxLag = 0.2;
 
   // At rest against the scene.
   // Error of distances [-]. [tuned: distance of the dots wrong, depth scaled; forces rise with

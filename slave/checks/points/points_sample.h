@@ -1,4 +1,5 @@
-// What the checks of measured points get of one pair of images, or of one depth image.
+// PointsSample is the input of the checks of measured points, from one pair of images or one depth
+// image.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -23,10 +23,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
-constexpr std::size_t kLeastRays = 6;
-constexpr double kMostRays = 4000;     // of an image
-constexpr double kEdgeShare = 0.2;     // of the body's half width in the image: its edge
-constexpr std::size_t kLeastSide = 8;  // rays of a side of the edge
+constexpr std::size_t kMinRays = 6;
+constexpr double kMaxRays = 4000;    // of an image
+constexpr double kEdgeShare = 0.2;   // of the body's half width in the image: its edge
+constexpr std::size_t kMinSide = 8;  // rays of a side of the edge
 
 // The depth at which each ray meets the surface first; kNone: it does not.
 std::vector<double> ExpectedDepths(const SurfaceMesh& surface_C, const std::vector<RestRay>& rays) {
@@ -65,7 +65,7 @@ std::vector<double> ExpectedDepths(const SurfaceMesh& surface_C, const std::vect
 
 // Least squares of y = c . (x, y, 1); nullopt: too few, or on a line.
 std::optional<Vector3d> FitPlane(const std::vector<Vector3d>& samples) {
-  if (samples.size() < kLeastRays) return std::nullopt;
+  if (samples.size() < kMinRays) return std::nullopt;
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
   Vector3d right = Vector3d::Zero();
   for (const Vector3d& s : samples) {
@@ -118,8 +118,8 @@ struct Count {
   }
 };
 
-// What the rays along the body's edge see. `gate` of a depth that is the surface's [m]; `shift`:
-// how much farther it is seen there than by the scene.
+// Compares the depths of the rays along the body's edge. `gate` of a depth that is the surface's
+// [m]; `shift`: how much farther it is seen there than by the scene.
 void CompareEdge(const std::vector<RestRay>& rays, const std::vector<double>& expected, int columns,
                  double gate, const auto& shift, RestSurface* rest) {
   std::vector<char> hits(rays.size()), misses(rays.size());
@@ -158,14 +158,14 @@ void CompareEdge(const std::vector<RestRay>& rays, const std::vector<double>& ex
       beyond[side].Add(inverse_z > 0 && sees(1 / inverse_z));
     }
   }
-  if (core.seen < kLeastRays) return;
+  if (core.seen < kMinRays) return;
   std::size_t sides = 0;
   double least_beyond = kNone;
   for (std::size_t side = 0; side < edge.size(); ++side) {
-    if (edge[side].all >= kLeastSide) {
+    if (edge[side].all >= kMinSide) {
       rest->edge = std::min(rest->edge, edge[side].share() / core.share());
     }
-    if (beyond[side].all < kLeastSide) continue;
+    if (beyond[side].all < kMinSide) continue;
     ++sides;
     least_beyond = std::min(least_beyond, beyond[side].share() / core.share());
   }
@@ -178,7 +178,7 @@ void CompareEdge(const std::vector<RestRay>& rays, const std::vector<double>& ex
 RestSurface CompareAtRest(const SurfaceMesh& surface_C, const std::vector<RestRay>& rays,
                           int columns, double sigma, double independent) {
   RestSurface rest;
-  rest.meets = rays.size() < kLeastRays;  // a few points show nothing
+  rest.meets = rays.size() < kMinRays;  // a few points show nothing
   if (rest.meets) return rest;
   const std::vector<double> expected = ExpectedDepths(surface_C, rays);
   std::vector<double> off, depths;
@@ -187,9 +187,9 @@ RestSurface CompareAtRest(const SurfaceMesh& surface_C, const std::vector<RestRa
     depths.push_back(expected[i]);
     if (rays[i].z > 0) off.push_back(rays[i].z - expected[i]);
   }
-  constexpr double kLeastSeen = 0.1;  // of the rays that meet the body
-  if (off.size() < kLeastRays ||
-      static_cast<double>(off.size()) < kLeastSeen * static_cast<double>(depths.size())) {
+  constexpr double kMinSeen = 0.1;  // of the rays that meet the body
+  if (off.size() < kMinRays ||
+      static_cast<double>(off.size()) < kMinSeen * static_cast<double>(depths.size())) {
     return rest;
   }
   rest.meets = true;
@@ -270,7 +270,7 @@ std::string_view FaultOf(const RestSurface& rest, double size) {
 RestSurfaceCheck::RestSurfaceCheck(const Scene& scene, SurfaceMesh surface_O,
                                    std::optional<RestSurface>* result)
     : surface_C_(std::move(surface_O)), result_(result) {
-  const auto* depth = scene.sense.Find<DepthPictures>();
+  const auto* depth = scene.sense.Find<DepthImages>();
   if (depth != nullptr) depth_ = *depth;
   X_CS_ = (depth != nullptr ? depth->X_SD : scene.sense.Find<StereoCameras>()->X_SL).inverse();
   Eigen::AlignedBox3d box;
@@ -291,7 +291,7 @@ void RestSurfaceCheck::Examine(const PointsSample& sample, Findings* findings) n
       const cv::Mat& image = sample.left;
       if (image.type() != CV_16UC1) return;
       const int step =
-          std::max(1, static_cast<int>(std::ceil(std::sqrt(image.cols * image.rows / kMostRays))));
+          std::max(1, static_cast<int>(std::ceil(std::sqrt(image.cols * image.rows / kMaxRays))));
       columns = (image.cols + step - 1) / step;
       for (int v = 0; v < image.rows; v += step) {
         const auto* counts = image.ptr<std::uint16_t>(v);

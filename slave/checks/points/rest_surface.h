@@ -27,7 +27,7 @@ struct RestSurface {
   bool meets = false;        // rays meet the body and see something there
 };
 
-// One ray of the camera and what it measures. Camera frame.
+// RestRay is one ray of the camera with its measurement. Camera frame.
 struct RestRay {
   Eigen::Vector2d slope{0, 0};  // x/z, y/z
   double z = 0;                 // depth along the axis [m]; 0: none
@@ -39,7 +39,7 @@ struct RestRay {
 RestSurface CompareAtRest(const SurfaceMesh& surface_C, const std::vector<RestRay>& rays,
                           int columns, double sigma, double independent);
 
-// Why the estimate cannot be trusted; empty: it can. `size` of the body [m].
+// Returns why the estimate cannot be trusted; empty: it can. `size` of the body [m].
 std::string_view FaultOf(const RestSurface& rest, double size);
 
 class RestSurfaceCheck final : public Check<PointsSample> {
@@ -47,13 +47,13 @@ class RestSurfaceCheck final : public Check<PointsSample> {
   // `surface_O`: of the scene's body. `result`: gets what was compared; it must outlive the check.
   RestSurfaceCheck(const Scene& scene, SurfaceMesh surface_O, std::optional<RestSurface>* result);
 
-  // By the first points that are found: all samples are flagged, or none.
+  // Decides by the first points that are found: all samples are flagged, or none.
   void Examine(const PointsSample& sample, Findings* findings) noexcept override;
   void Reset() noexcept override { result_->reset(); }
 
  private:
   SurfaceMesh surface_C_;
-  std::optional<DepthPictures> depth_;
+  std::optional<DepthImages> depth_;
   Eigen::Isometry3d X_CS_;
   double size_ = 0;  // of the body [m]
   std::optional<RestSurface>* result_;

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "slave/capture/picture_files.h"
+#include "slave/capture/image_files.h"
 
 namespace palpate {
 namespace {
@@ -33,7 +33,7 @@ std::map<std::string, std::size_t> Numbered(const BoardImages& side) {
 std::vector<std::filesystem::path> ListedImages(const std::string& option,
                                                 const std::string& pattern) {
   try {
-    return ListPictures(pattern, std::filesystem::current_path());
+    return ListImages(pattern, std::filesystem::current_path());
   } catch (const std::runtime_error& error) {
     throw std::invalid_argument(option + " " + error.what());
   }
@@ -51,7 +51,7 @@ BoardImages FindBoards(const std::string& option, const std::string& pattern, co
     BoardImage& image = out.images.emplace_back();
     image.name = files[i].filename().string();
     try {
-      const cv::Mat picture = ReadPicture(files[i], i + 1);
+      const cv::Mat picture = ReadImage(files[i], i + 1);
       const std::array<int, 2> size{picture.cols, picture.rows};
       image.corners = FindBoard(picture, board);
       if (!image.corners) {

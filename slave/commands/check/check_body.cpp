@@ -61,7 +61,7 @@ Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progr
   try {
     ProgressBar bar("check");
     const auto [question, row] =
-        study::StudyOwn(scene, study::RealWorkshop(), progress != nullptr ? progress : &bar);
+        study::StudyOwn(scene, study::DefaultModelFactory(), progress != nullptr ? progress : &bar);
     bar.Clear();
     const study::Press& press = question.presses.front();
     const Contact contact{Contact::Kind::kDisplacement, press.p_O, -1, question.width,

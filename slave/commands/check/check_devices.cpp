@@ -39,13 +39,13 @@ std::string InWords(const StereoCameras& pair) {
   return fmt::format("left {}, right {}", InWords(pair.cameras[0]), InWords(pair.cameras[1]));
 }
 
-std::string InWords(const DepthPictures& depth) {
+std::string InWords(const DepthImages& depth) {
   switch (depth.source) {
-    case DepthPictures::Source::kFiles:
+    case DepthImages::Source::kFiles:
       return "depth image files " + depth.pattern;
-    case DepthPictures::Source::kStream:
+    case DepthImages::Source::kStream:
       return std::string("depth images ") + kPushed;
-    case DepthPictures::Source::kEye:
+    case DepthImages::Source::kEye:
       break;
   }
   return InWords(depth.eye);
@@ -77,8 +77,8 @@ bool IsLive(const Eye& eye) {
 
 bool IsLive(const SenseOptions& sense) {
   if (TakesPictures(sense)) return true;
-  if (const auto* depth = sense.Find<DepthPictures>()) {
-    return depth->source == DepthPictures::Source::kEye && IsLive(depth->eye);
+  if (const auto* depth = sense.Find<DepthImages>()) {
+    return depth->source == DepthImages::Source::kEye && IsLive(depth->eye);
   }
   if (const auto* pair = sense.Find<StereoCameras>()) {
     return pair->source == StereoCameras::Source::kCameras && IsLive(pair->cameras[0]);
@@ -113,7 +113,7 @@ std::string InWords(const Camera& camera) {
 }
 
 void PrintCameras(const Scene& scene) {
-  if (const auto* depth = scene.sense.Find<DepthPictures>()) {
+  if (const auto* depth = scene.sense.Find<DepthImages>()) {
     return PrintLine("cameras", fmt::format("{}, {:g} Hz", InWords(*depth), depth->rate));
   }
   const auto* pair = scene.sense.Find<StereoCameras>();

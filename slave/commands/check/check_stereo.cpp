@@ -192,7 +192,7 @@ FirstLook FirstSample(const Scene& scene, const StereoRig& rig, StereoSource& so
 std::string SeenInWords(const Scene& scene, const SurfacePointTracker& tracker,
                         const FirstLook& look) {
   if (look.until_rest == 0) {
-    const bool are_enough = look.pictures >= tracker.rest_pictures();
+    const bool are_enough = look.pictures >= tracker.rest_images();
     return fmt::format("NOTHING yet: {}; the first {} do not{}{}", RestInWords(tracker),
                        look.pictures, are_enough ? ": " : "", are_enough ? WhyNotFound(scene) : "");
   }
@@ -247,7 +247,7 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
                             checks_us, 100e-6 * checks_us * rate));
 }
 
-void PrintDepthCamera(const DepthPictures& depth, const Scene& scene) {
+void PrintDepthCamera(const DepthImages& depth, const Scene& scene) {
   const Eigen::Vector3d p_D = depth.X_SD.inverse() * scene.object.X_SO.translation();
   PrintLine("depth", fmt::format("counts of {}, focal length {:.4g} px, {} from the object origin; "
                                  "sigma of one depth {}; depths beyond {} are not used",
@@ -263,8 +263,7 @@ void CheckStereo(const Scene& scene) {
   PrintCameras(scene);  // before they are opened: one may not be there yet
   if (EstimatesForce(scene)) PrintManipulator(scene);
   if (scene.sense.Find<StereoCameras>()) PrintRig(scene, rig);
-  if (scene.sense.Find<DepthPictures>())
-    PrintDepthCamera(*scene.sense.Find<DepthPictures>(), scene);
+  if (scene.sense.Find<DepthImages>()) PrintDepthCamera(*scene.sense.Find<DepthImages>(), scene);
   PrintPoints(scene, rig);
   PrintFirstLook(scene, rig);
   PrintChecks(scene.sense.Find<StereoCameras>() ? "of a stereo pair" : "of a depth camera");

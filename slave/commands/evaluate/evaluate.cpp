@@ -18,7 +18,7 @@
 #include "slave/mechanics/object_mesh.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/study/shape/score_words.h"
+#include "slave/study/shape/score_text.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate {

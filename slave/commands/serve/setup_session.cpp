@@ -212,7 +212,7 @@ struct Examined {
 };
 
 FrameOpener OpenerOf(const SharedCamera& camera, std::optional<Frame> first = {}) {
-  return [&camera, first = std::move(first)](const PictureFilter& filter) {
+  return [&camera, first = std::move(first)](const ImageFilter& filter) {
     return camera.Open(filter, first);
   };
 }

@@ -21,7 +21,7 @@ study::StudyResult RunWhole(const Scene& scene, const study::StudySettings& sett
                             const std::filesystem::path& folder, const std::stop_token& stop) {
   ProgressBar bar("study", stop);
   const auto write = [&](const study::StudyResult& so_far) { study::WriteStudy(so_far, folder); };
-  return study::RunStudy(scene, settings, study::RealWorkshop(), stop, {write, &bar});
+  return study::RunStudy(scene, settings, study::DefaultModelFactory(), stop, {write, &bar});
 }
 
 }  // namespace

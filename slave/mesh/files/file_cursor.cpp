@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr std::uintmax_t kLargestFile = 2ULL << 30U;  // [bytes]
-constexpr std::size_t kLongestQuote = 40;
+constexpr std::size_t kMaxQuoteLength = 40;
 constexpr std::string_view kBlanks = " \t\r\n\f\v";
 
 template <class T>
@@ -49,8 +49,8 @@ void SourcePlace::Refuse(const std::string& what, const std::string& accepted) c
 
 std::string Quoted(std::string_view text) {
   std::string quoted = "'";
-  for (const char c : text.substr(0, kLongestQuote)) quoted += c >= ' ' && c <= '~' ? c : '?';
-  return quoted + (text.size() > kLongestQuote ? "...'" : "'");
+  for (const char c : text.substr(0, kMaxQuoteLength)) quoted += c >= ' ' && c <= '~' ? c : '?';
+  return quoted + (text.size() > kMaxQuoteLength ? "...'" : "'");
 }
 
 std::string Brief(double value) {

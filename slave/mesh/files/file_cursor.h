@@ -61,7 +61,7 @@ class FileCursor : public SourcePlace {
   bool NextLine(std::string_view* line);
   // The next run of characters without blanks. Throws at the file's end; `what` was expected there.
   std::string_view Word(const char* what);
-  // Whether only blanks are left.
+  // Returns whether only blanks are left.
   [[nodiscard]] bool AtEnd() const;
 
   // The next number as type T: a word, or its bytes. Throws: none is left, out of [low, high].
@@ -92,13 +92,13 @@ class FileCursor : public SourcePlace {
   // A count of things that take `bytes_each` at least, so that the file must have room for them.
   template <std::integral T>
   std::size_t Count(const char* what, std::size_t bytes_each) {
-    const std::int64_t count = Whole<T>(what, 0, kMost);
+    const std::int64_t count = Whole<T>(what, 0, kMaxCount);
     RequireRoom(what, static_cast<std::size_t>(count), bytes_each);
     return static_cast<std::size_t>(count);
   }
   void RequireRoom(const char* what, std::size_t count, std::size_t bytes_each) const;
 
-  static constexpr std::int64_t kMost = 2'000'000'000;  // of anything; an int holds it
+  static constexpr std::int64_t kMaxCount = 2'000'000'000;  // of anything; an int holds it
 
  private:
   template <class T>

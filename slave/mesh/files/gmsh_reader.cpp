@@ -36,8 +36,8 @@ constexpr std::array<CellKind, 23> kKinds{{{1, 2, Use::kPassedOver, "line"},
                                            {26, 4, Use::kPassedOver, "cubic line"},
                                            {29, 20, Use::kTet, "cubic tetrahedron"}}};
 
-constexpr std::size_t kMostNodes = 27;  // of any kind
-constexpr std::int64_t kMostTag = std::int64_t{1} << 60;
+constexpr std::size_t kMaxNodes = 27;  // of any kind
+constexpr std::int64_t kMaxTag = std::int64_t{1} << 60;
 
 class GmshReader {
  public:
@@ -139,7 +139,7 @@ class GmshReader {
     const std::size_t count = CountOfLine("count of nodes", Size(1, 4, 3) - 1);
     builder_.ReserveNodes(count);
     for (std::size_t i = 0; i < count; ++i) {
-      const std::int64_t number = cursor_.Whole<std::int32_t>("node", 0, kMostTag);
+      const std::int64_t number = cursor_.Whole<std::int32_t>("node", 0, kMaxTag);
       builder_.AddNode(number, cursor_.Point<double>());
     }
   }
@@ -149,7 +149,7 @@ class GmshReader {
     const bool text = numbers_ == NumberForm::kText;
     while (left > 0) {
       // In text every element is a block of its own whose number comes first.
-      std::int64_t number = text ? cursor_.Whole<int>("element", 0, kMostTag) : 0;
+      std::int64_t number = text ? cursor_.Whole<int>("element", 0, kMaxTag) : 0;
       const CellKind& kind = Kind();
       const std::int64_t block = text
                                      ? 1
@@ -157,9 +157,9 @@ class GmshReader {
                                                                    static_cast<std::int64_t>(left));
       const std::int64_t tags = cursor_.Whole<std::int32_t>("count of tags", 0, 1000);
       for (std::int64_t i = 0; i < block; ++i) {
-        if (!text) number = cursor_.Whole<std::int32_t>("element", 0, kMostTag);
+        if (!text) number = cursor_.Whole<std::int32_t>("element", 0, kMaxTag);
         for (std::int64_t t = 0; t < tags; ++t) {
-          const std::int64_t tag = cursor_.Whole<std::int32_t>("tag", -kMostTag, kMostTag);
+          const std::int64_t tag = cursor_.Whole<std::int32_t>("tag", -kMaxTag, kMaxTag);
           if (t == 0 && kind.use == Use::kTet) groups_.insert(tag);  // the physical one
         }
         ReadCell<std::int32_t>(kind, number);
@@ -177,7 +177,7 @@ class GmshReader {
     builder_.ReserveNodes(left);
     for (std::size_t b = 0; b < blocks; ++b) {
       const std::int64_t dimension = cursor_.Whole<std::int32_t>("dimension", 0, 3);
-      cursor_.Whole<std::int32_t>("entity", -kMostTag, kMostTag);
+      cursor_.Whole<std::int32_t>("entity", -kMaxTag, kMaxTag);
       const bool parametric = cursor_.Whole<std::int32_t>("parametric", 0, 1) == 1;
       const std::int64_t count = BlockCount("nodes in block", left);
       ReadBlock4(count, parametric ? dimension : 0);
@@ -189,7 +189,7 @@ class GmshReader {
   void ReadBlock4(std::int64_t count, std::int64_t parameters) {
     std::vector<std::int64_t> numbers;
     for (std::int64_t i = 0; i < count; ++i) {
-      numbers.push_back(cursor_.Whole<std::uint64_t>("node", 0, kMostTag));
+      numbers.push_back(cursor_.Whole<std::uint64_t>("node", 0, kMaxTag));
     }
     for (const std::int64_t number : numbers) {
       builder_.AddNode(number, cursor_.Point<double>());
@@ -205,12 +205,12 @@ class GmshReader {
     SkipRange();
     for (std::size_t b = 0; b < blocks; ++b) {
       cursor_.Whole<std::int32_t>("dimension", 0, 3);
-      const std::int64_t entity = cursor_.Whole<std::int32_t>("entity", -kMostTag, kMostTag);
+      const std::int64_t entity = cursor_.Whole<std::int32_t>("entity", -kMaxTag, kMaxTag);
       const CellKind& kind = Kind();
       if (kind.use == Use::kTet) groups_.insert(entity);
       const std::int64_t count = BlockCount("elements in block", left);
       for (std::int64_t i = 0; i < count; ++i) {
-        ReadCell<std::uint64_t>(kind, cursor_.Whole<std::uint64_t>("element", 0, kMostTag));
+        ReadCell<std::uint64_t>(kind, cursor_.Whole<std::uint64_t>("element", 0, kMaxTag));
       }
       left -= static_cast<std::size_t>(count);
     }
@@ -219,8 +219,8 @@ class GmshReader {
 
   // Smallest and largest number, of no use here.
   void SkipRange() {
-    cursor_.Whole<std::uint64_t>("smallest number", 0, kMostTag);
-    cursor_.Whole<std::uint64_t>("largest number", 0, kMostTag);
+    cursor_.Whole<std::uint64_t>("smallest number", 0, kMaxTag);
+    cursor_.Whole<std::uint64_t>("largest number", 0, kMaxTag);
   }
   std::int64_t BlockCount(const char* what, std::size_t left) {
     return cursor_.Whole<std::uint64_t>(what, 0, static_cast<std::int64_t>(left));
@@ -243,9 +243,9 @@ class GmshReader {
 
   template <class T>
   void ReadCell(const CellKind& kind, std::int64_t number) {
-    std::array<std::int64_t, kMostNodes> nodes{};
+    std::array<std::int64_t, kMaxNodes> nodes{};
     const auto used = std::span(nodes).first(static_cast<std::size_t>(kind.nodes));
-    for (std::int64_t& node : used) node = cursor_.Whole<T>("node", 0, kMostTag);
+    for (std::int64_t& node : used) node = cursor_.Whole<T>("node", 0, kMaxTag);
     builder_.AddCell(kind, number, used);
   }
 

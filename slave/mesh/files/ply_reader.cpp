@@ -105,7 +105,7 @@ class PlyReader {
     Element element;
     std::string count;
     *words >> element.name >> count;
-    element.count = ParseWhole(cursor_, count, "count of elements", 0, FileCursor::kMost);
+    element.count = ParseWhole(cursor_, count, "count of elements", 0, FileCursor::kMaxCount);
     elements_.push_back(std::move(element));
   }
 
@@ -163,20 +163,20 @@ class PlyReader {
   }
 
   std::int64_t WholeNumber(Scalar type, const char* what) {
-    constexpr std::int64_t kMost = std::int64_t{1} << 40;
+    constexpr std::int64_t kMaxValue = std::int64_t{1} << 40;
     switch (type) {
       case Scalar::kInt8:
-        return cursor_.Whole<std::int8_t>(what, -kMost, kMost);
+        return cursor_.Whole<std::int8_t>(what, -kMaxValue, kMaxValue);
       case Scalar::kUInt8:
-        return cursor_.Whole<std::uint8_t>(what, -kMost, kMost);
+        return cursor_.Whole<std::uint8_t>(what, -kMaxValue, kMaxValue);
       case Scalar::kInt16:
-        return cursor_.Whole<std::int16_t>(what, -kMost, kMost);
+        return cursor_.Whole<std::int16_t>(what, -kMaxValue, kMaxValue);
       case Scalar::kUInt16:
-        return cursor_.Whole<std::uint16_t>(what, -kMost, kMost);
+        return cursor_.Whole<std::uint16_t>(what, -kMaxValue, kMaxValue);
       case Scalar::kInt32:
-        return cursor_.Whole<std::int32_t>(what, -kMost, kMost);
+        return cursor_.Whole<std::int32_t>(what, -kMaxValue, kMaxValue);
       case Scalar::kUInt32:
-        return cursor_.Whole<std::uint32_t>(what, -kMost, kMost);
+        return cursor_.Whole<std::uint32_t>(what, -kMaxValue, kMaxValue);
       default:
         cursor_.Refuse(std::string(what) + " that is not a whole number", "int or uint");
     }

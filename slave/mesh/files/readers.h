@@ -1,4 +1,5 @@
-// One reader per format; ReadMeshFile chooses. They throw std::invalid_argument as it says.
+// Each function reads one format, and ReadMeshFile chooses it. All throw std::invalid_argument as
+// ReadMeshFile does.
 #pragma once
 
 #include <filesystem>

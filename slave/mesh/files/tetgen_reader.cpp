@@ -9,7 +9,7 @@ namespace {
 // The number that begins a row; after the first one they rise by one.
 std::int64_t RowNumber(const RowReader& rows, const char* what, std::int64_t row,
                        std::int64_t* first) {
-  const std::int64_t number = rows.Whole(0, what, 0, FileCursor::kMost);
+  const std::int64_t number = rows.Whole(0, what, 0, FileCursor::kMaxCount);
   if (row == 0) *first = number;
   if (number != *first + row || *first > 1) {
     rows.Refuse(std::string(what) + " " + std::to_string(number),
@@ -21,7 +21,7 @@ std::int64_t RowNumber(const RowReader& rows, const char* what, std::int64_t row
 // The count at `field` of the first line; 0: it has no such field.
 std::size_t DeclaredCount(const RowReader& rows, std::size_t field, const char* what) {
   if (rows.fields().size() <= field) return 0;
-  return static_cast<std::size_t>(rows.Whole(field, what, 0, FileCursor::kMost));
+  return static_cast<std::size_t>(rows.Whole(field, what, 0, FileCursor::kMaxCount));
 }
 
 // A field more or less, such as of a decimal comma, would shift the others.
@@ -40,7 +40,7 @@ void RequireEnd(RowReader* rows) {
 
 void ReadNodeTable(RowReader* rows, MeshBuilder* builder) {
   rows->Require("a line `nodes 3 attributes markers`", 2);
-  const std::int64_t count = rows->Whole(0, "count of nodes", 1, FileCursor::kMost);
+  const std::int64_t count = rows->Whole(0, "count of nodes", 1, FileCursor::kMaxCount);
   rows->Whole(1, "dimension", 3, 3);
   const std::size_t attributes = DeclaredCount(*rows, 2, "count of attributes");
   const std::size_t further = attributes + DeclaredCount(*rows, 3, "count of markers");
@@ -56,7 +56,7 @@ void ReadNodeTable(RowReader* rows, MeshBuilder* builder) {
 
 void ReadElementTable(RowReader* rows, MeshBuilder* builder) {
   rows->Require("a line `elements corners attributes`", 2);
-  const std::int64_t count = rows->Whole(0, "count of elements", 1, FileCursor::kMost);
+  const std::int64_t count = rows->Whole(0, "count of elements", 1, FileCursor::kMaxCount);
   const std::int64_t corners = rows->Whole(1, "nodes per element", 4, 10);
   if (corners != 4 && corners != 10) {
     rows->Refuse("nodes per element " + std::to_string(corners), "4 or 10");
@@ -75,7 +75,7 @@ void ReadElementTable(RowReader* rows, MeshBuilder* builder) {
     RequireFields(*rows, 1 + used.size() + attributes);
     const std::int64_t number = RowNumber(*rows, "element", i, &first);
     for (std::size_t k = 0; k < used.size(); ++k) {
-      used[k] = rows->Whole(k + 1, "node", 0, FileCursor::kMost);
+      used[k] = rows->Whole(k + 1, "node", 0, FileCursor::kMaxCount);
     }
     builder->AddCell(kind, number, used);
   }

@@ -18,7 +18,7 @@
 #include "shared/state/slave_state.h"
 #include "shared/state/surface_patch.h"
 #include "slave/capture/frame_source.h"
-#include "slave/capture/picture_inbox.h"
+#include "slave/capture/image_inbox.h"
 #include "slave/capture/sense_inputs.h"
 #include "slave/pipeline/base/sense_types.h"
 #include "slave/program/progress.h"
@@ -126,7 +126,7 @@ class SensingPipeline {
   virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // `full_scale`: the largest force that the device can render, at the tool [N]. nullopt: no
   // camera, or no image yet.
-  [[nodiscard]] virtual std::optional<SeenPicture> Picture(double full_scale) const = 0;
+  [[nodiscard]] virtual std::optional<SeenPicture> Image(double full_scale) const = 0;
 
   // Builds the parts that depend on changed settings, which may take long; the result may be null.
   // Throws std::invalid_argument naming the key; Interrupted, if `progress` (may be null) requests
@@ -147,7 +147,7 @@ class SensingPipeline {
   // Receiver of streamed samples; null: none.
   [[nodiscard]] virtual TactileInbox* inbox() = 0;
   // Receiver of streamed images; null: none.
-  [[nodiscard]] virtual PictureInbox* pictures() = 0;
+  [[nodiscard]] virtual ImageInbox* pictures() = 0;
   // Time of the acquired sample. For the thread that acquires.
   [[nodiscard]] virtual Time sensed_at() const = 0;
   // Status of live cameras; nullopt: none. Thread-safe.

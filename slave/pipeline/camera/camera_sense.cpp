@@ -27,8 +27,7 @@ std::unique_ptr<FrameSource> Open(const Scene& scene, const SenseInputs& inputs)
   if (inputs.player != nullptr) return Tapped(inputs.player->OpenFrames(), inputs.tap);
   const auto straighten = StraighteningOf(*scene.sense.Find<Camera>());
   if (inputs.open) return Tapped(inputs.open(straighten), inputs.tap);
-  if (inputs.pictures != nullptr)
-    return Tapped(inputs.pictures->OpenFrames(straighten), inputs.tap);
+  if (inputs.images != nullptr) return Tapped(inputs.images->OpenFrames(straighten), inputs.tap);
   return Tapped(OpenFrameSource(scene, straighten), inputs.tap);
 }
 
@@ -251,7 +250,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   return shape;
 }
 
-std::optional<SeenPicture> CameraSense::Picture(double full_scale) const {
+std::optional<SeenPicture> CameraSense::Image(double full_scale) const {
   if (seen_.image.empty()) return std::nullopt;
   const CameraObservation& shown = estimator_->observation();
   CameraOverlay overlay{

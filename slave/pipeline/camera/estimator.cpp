@@ -111,7 +111,7 @@ std::string_view Estimator::doubt() const {
 Eigen::Isometry3d Estimator::ApparentPose() const {
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
   if (!edge_) return X_SO;
-  const PictureMotion& motion = edge_->sighting().motion;
+  const ImageMotion& motion = edge_->sighting().motion;
   const auto moved = [&](const Eigen::Vector3d& p_S) -> Eigen::Vector2d {
     return view_.ToSlave(motion.Apply(view_.ToImage(p_S))).head<2>();
   };

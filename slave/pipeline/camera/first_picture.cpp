@@ -37,13 +37,13 @@ void RequireCredible(const Scene& scene, const OutlineFit& fit, std::size_t poin
     throw std::runtime_error(fmt::format("{}: object.geometry: {}", scene.file.string(), why));
   };
   const double larger = fit.scale - 1;
-  const double least = std::max(Limits::kMostScale, kScaleSigmas * fit.scale_sigma);
+  const double least = std::max(Limits::kMaxScale, kScaleSigmas * fit.scale_sigma);
   if (std::abs(larger) > least && std::abs(larger) < kOtherObject) {
     refuse(
         fmt::format("the object in the first image is {:.1f} % {} than in the scene: expected "
                     "{:g} %: check camera.pixel ({:g} um would fit) and the sizes",
                     100 * std::abs(larger), larger > 0 ? "larger" : "smaller",
-                    100 * Limits::kMostScale, 1e6 * scene.sense.Find<Camera>()->pixel / fit.scale));
+                    100 * Limits::kMaxScale, 1e6 * scene.sense.Find<Camera>()->pixel / fit.scale));
   }
   if (!fit.found) {
     refuse(
@@ -51,11 +51,11 @@ void RequireCredible(const Scene& scene, const OutlineFit& fit, std::size_t poin
                     "agree): check object.pose, camera.pixel and sense.contour.start",
                     fit.inliers, points));
   }
-  if (fit.rms_px > Limits::kMostResidual) {
+  if (fit.rms_px > Limits::kMaxResidual) {
     refuse(
         fmt::format("the outline in the first image deviates from it by {:.1f} px rms: expected "
                     "{:g} px: check its shape and sense.contour.start",
-                    fit.rms_px, Limits::kMostResidual));
+                    fit.rms_px, Limits::kMaxResidual));
   }
 }
 

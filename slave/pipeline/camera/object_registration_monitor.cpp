@@ -120,14 +120,14 @@ void ObjectRegistrationMonitor::SetIndentation(const std::vector<Eigen::Vector3d
   }
 }
 
-PictureMotion ObjectRegistrationMonitor::MotionOf(const Vector& x) const noexcept {
+ImageMotion ObjectRegistrationMonitor::MotionOf(const Vector& x) const noexcept {
   return {centre_, x.head<2>(), x(2) / size_, x(3) / size_};
 }
 
 Curve ObjectRegistrationMonitor::Edge() const {
   Curve edge;
   if (!match_.sighting.known) return edge;
-  const PictureMotion motion = MotionOf(match_.x);
+  const ImageMotion motion = MotionOf(match_.x);
   for (std::size_t k = 0; k < anchors_.size(); ++k) {
     if (!anchors_[k].on_outline) continue;
     edge.push_back(
@@ -139,7 +139,7 @@ Curve ObjectRegistrationMonitor::Edge() const {
 // Searches every edge position where `x` predicts it.
 void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
                                        const Vector& x) noexcept {
-  const PictureMotion motion = MotionOf(x);
+  const ImageMotion motion = MotionOf(x);
   const Eigen::Matrix2d linear = motion.linear();
   sights_.clear();
   found_.sighting.places = 0;
@@ -149,13 +149,13 @@ void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
     const Eigen::Vector2d arm = linear * (place.p_I - centre_);
     const Eigen::Vector2d indentation = anchors_[k].indentation_I * x.tail<2>();
     const Eigen::Vector2d p = centre_ + motion.shift + arm + linear * indentation;
-    const bool in_picture = p.minCoeff() > kBorder && p.x() < image.cols - 1 - kBorder &&
-                            p.y() < image.rows - 1 - kBorder;
-    if (!in_picture || Hides(tool, p)) continue;
+    const bool in_image = p.minCoeff() > kBorder && p.x() < image.cols - 1 - kBorder &&
+                          p.y() < image.rows - 1 - kBorder;
+    if (!in_image || Hides(tool, p)) continue;
     ++found_.sighting.places;
     const Eigen::Vector2d n = (linear * place.n_I).normalized();
     const int reach =
-        std::min(RestEdge::kMostReach,
+        std::min(RestEdge::kMaxReach,
                  kReach + static_cast<int>(kIndentationReach * std::abs(n.dot(indentation))));
     const auto offset = edge_.Locate(image, place, p, n, reach);
     if (!offset) continue;

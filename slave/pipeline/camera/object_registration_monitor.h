@@ -83,7 +83,7 @@ class ObjectRegistrationMonitor {
   };
 
   void Gather(const cv::Mat& image, const Bar& tool, const Vector& x) noexcept;
-  [[nodiscard]] PictureMotion MotionOf(const Vector& x) const noexcept;
+  [[nodiscard]] ImageMotion MotionOf(const Vector& x) const noexcept;
   bool Fit(Vector& x) noexcept;
   bool FitFrom(const cv::Mat& image, const Bar& tool, Vector& x) noexcept;
   void Compare(const Vector& move, double scale) noexcept;

@@ -187,7 +187,7 @@ bool RobustPlateFit::FindOutliers(const LoadFit& load, Rim rim) noexcept {
     sorted_.push_back(std::abs(row.residual) / row.sigma);
   }
   if (usable_ <= PlateLimits::kLeastPoints) return false;
-  scatter_ = std::max(NoiseLimits::kLeastScatter, SigmaOfSizes(sorted_));
+  scatter_ = std::max(NoiseLimits::kMinScatter, SigmaOfSizes(sorted_));
   kept_ = 0;
   for (Row& row : rows_) {
     const double accepted = std::max(NoiseLimits::kSignificant * scatter_ * row.sigma,
@@ -200,8 +200,7 @@ bool RobustPlateFit::FindOutliers(const LoadFit& load, Rim rim) noexcept {
 
 // One standard deviation of a motion of all points together, by that of a point [-].
 double RobustPlateFit::SigmaOfMean(const LoadFit& load) const noexcept {
-  const double scatter =
-      std::clamp(load.residual, NoiseLimits::kLeastScatter, PlateLimits::kPoorFit);
+  const double scatter = std::clamp(load.residual, NoiseLimits::kMinScatter, PlateLimits::kPoorFit);
   return scatter * std::sqrt(3.0 / kept_);
 }
 
@@ -234,7 +233,7 @@ double RobustPlateFit::Slide() noexcept {
       if (row.usable) sorted_.push_back(row.moved[axis]);
     }
     slide[axis] = MedianOf(sorted_);
-    const double scatter = std::clamp(SigmaAboutMedian(sorted_) / sigma, NoiseLimits::kLeastScatter,
+    const double scatter = std::clamp(SigmaAboutMedian(sorted_) / sigma, NoiseLimits::kMinScatter,
                                       PlateLimits::kPoorFit);
     const NuisanceParameter along{slide[axis], scatter * std::sqrt(3.0 / usable_) * sigma,
                                   PlateLimits::kSidewaysShare * deepest};

@@ -284,9 +284,8 @@ bool TriangleSearch::LeaveOut(const TriangleLoad& best) noexcept {
     worst = std::max(worst, seen_[i].residual);
     sorted_.push_back(seen_[i].residual);
   }
-  const double accepted =
-      std::max(NoiseLimits::kSignificant * std::max(NoiseLimits::kLeastScatter, MedianOf(sorted_)),
-               worst / 2);
+  const double accepted = std::max(
+      NoiseLimits::kSignificant * std::max(NoiseLimits::kMinScatter, MedianOf(sorted_)), worst / 2);
   bool left_out = false;
   for (Seen& seen : seen_) {
     if (!seen.kept || seen.residual <= accepted || kept_ <= VolumeLimits::kLeastPoints) continue;

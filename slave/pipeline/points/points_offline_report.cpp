@@ -189,10 +189,10 @@ class PointsOfflineReport final : public OfflineReport {
     if (tracker.at_rest_known()) return;
     const std::string source = sense_.info().source;
     throw std::runtime_error(
-        samples < static_cast<std::uint64_t>(tracker.rest_pictures())
+        samples < static_cast<std::uint64_t>(tracker.rest_images())
             ? fmt::format(
                   "{}: {} are fewer than the {} of the rest shape: no force can be estimated",
-                  source, samples, tracker.rest_pictures())
+                  source, samples, tracker.rest_images())
             : fmt::format("{}: {}; it was not complete in any of these {}: {}", source,
                           RestInWords(tracker), samples, WhyNotFound(sense_.scene())));
   }

@@ -18,7 +18,7 @@ namespace {
 
 std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const SenseInputs& inputs) {
   if (inputs.player != nullptr) return inputs.player->OpenPairs();
-  if (inputs.pictures != nullptr) return inputs.pictures->OpenPairs();
+  if (inputs.images != nullptr) return inputs.images->OpenPairs();
   return OpenStereo(scene);
 }
 
@@ -115,7 +115,7 @@ const ContactEstimate& PointsSense::EstimateContact(const TipReading& encoders) 
   before_rest_.p_S_tip = before_rest_.p_S_contact = encoders.p_S_tip;
   // The cells of a depth picture are not known before the rest frame.
   sees_rest_ =
-      scene_.sense.Find<DepthPictures>() || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
+      scene_.sense.Find<DepthImages>() || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
   return before_rest_;
 }
 
@@ -141,7 +141,7 @@ BoundaryShape PointsSense::Shape(bool nodal_forces) {
   return shape;
 }
 
-std::optional<SeenPicture> PointsSense::Picture(double full_scale) const {
+std::optional<SeenPicture> PointsSense::Image(double full_scale) const {
   if (shown_.left.empty()) return std::nullopt;
   return SeenPicture{shown_.sensed_at, AsPicture(shown_.left),
                      [left = shown_.left, overlay = overlay_, full_scale] {
@@ -186,8 +186,8 @@ SenseInfo PointsSense::info() const {
   info.remarks.push_back(InWords(*scene_.sense.Find<PointTracking>()));
   info.remarks.push_back(fmt::format(
       "the rest shape comes from the first {}: nothing may touch the object until then",
-      tracker_->rest_pictures() == 1 ? "pair of images"
-                                     : fmt::format("{} images", tracker_->rest_pictures())));
+      tracker_->rest_images() == 1 ? "pair of images"
+                                   : fmt::format("{} images", tracker_->rest_images())));
   if (!estimator_) info.remarks.push_back(info.reason);
   if (estimator_) info.object = ClassOf(scene_.object.geometry);
   if (info.object == ObjectClass::kVolume) {

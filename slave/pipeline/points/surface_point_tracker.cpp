@@ -78,7 +78,7 @@ class DotPointTracker final : public PairPointTracker {
     return i < dots.size() && dots[i].seen ? dots[i].dot.centre : kUnseen;
   }
   [[nodiscard]] double radius_px() const override { return radius_px_; }
-  [[nodiscard]] int rest_pictures() const override { return params_.rest_pictures; }
+  [[nodiscard]] int rest_images() const override { return params_.rest_images; }
   [[nodiscard]] std::string stage() const override { return "dots"; }
 
  private:
@@ -110,7 +110,7 @@ class TexturePointTracker final : public PairPointTracker {
     return i < windows.size() && windows[i].seen() ? windows[i].warp.p : kUnseen;
   }
   [[nodiscard]] double radius_px() const override { return 0.5 * options_.ssd.window; }
-  [[nodiscard]] int rest_pictures() const override { return 1; }
+  [[nodiscard]] int rest_images() const override { return 1; }
   [[nodiscard]] std::string stage() const override { return "texture"; }
 
  private:
@@ -120,7 +120,7 @@ class TexturePointTracker final : public PairPointTracker {
 
 DepthPoints::Params DepthParams(const Scene& scene) {
   DepthPoints::Params params;
-  params.camera = *scene.sense.Find<DepthPictures>();
+  params.camera = *scene.sense.Find<DepthImages>();
   params.farthest = FarthestDepth(scene);
   return params;
 }
@@ -148,12 +148,12 @@ class DepthPointTracker final : public SurfacePointTracker {
       const Eigen::Vector3d& p_S) const noexcept override {
     const Eigen::Vector3d p_D = X_DS_ * p_S;
     if (!(p_D.z() > 0)) return std::nullopt;
-    const DepthPictures& camera = params_.camera;
+    const DepthImages& camera = params_.camera;
     return Eigen::Vector2d(camera.fx * p_D.x() / p_D.z() + camera.cx,
                            camera.fy * p_D.y() / p_D.z() + camera.cy);
   }
   [[nodiscard]] double radius_px() const override { return 0.5 * params_.cell; }
-  [[nodiscard]] int rest_pictures() const override { return params_.rest_pictures; }
+  [[nodiscard]] int rest_images() const override { return params_.rest_images; }
   [[nodiscard]] std::string stage() const override { return "depth"; }
 
  private:
@@ -222,7 +222,7 @@ const SurfaceObservation& SurfacePointTracker::Checked(const SurfaceObservation&
 
 std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
                                                              const StereoRig& rig) {
-  if (scene.sense.Find<DepthPictures>()) return std::make_unique<DepthPointTracker>(scene);
+  if (scene.sense.Find<DepthImages>()) return std::make_unique<DepthPointTracker>(scene);
   if (scene.sense.Find<PointTracking>()->track == PointTracking::Track::kTexture) {
     return std::make_unique<TexturePointTracker>(scene, rig);
   }
@@ -230,14 +230,14 @@ std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
 }
 
 std::string RestInWords(const SurfacePointTracker& tracker) {
-  const int pictures = tracker.rest_pictures();
+  const int pictures = tracker.rest_images();
   return pictures == 1
              ? "the rest shape needs one image of the untouched object"
              : fmt::format("the rest shape needs {} images of the untouched object", pictures);
 }
 
 double FarthestDepth(const Scene& scene) {
-  const DepthPictures& depth = *scene.sense.Find<DepthPictures>();
+  const DepthImages& depth = *scene.sense.Find<DepthImages>();
   const double distance = (depth.X_SD.inverse() * scene.object.X_SO.translation()).norm();
   return std::max(DepthPoints::Params().farthest, 2 * distance);
 }
@@ -247,7 +247,7 @@ std::string_view WhyFewWindows() {
 }
 
 std::string_view WhyNotFound(const Scene& scene) {
-  if (scene.sense.Find<DepthPictures>()) {
+  if (scene.sense.Find<DepthImages>()) {
     return "the depth images show too little of a surface within range: check the images and their "
            "unit";
   }

@@ -36,7 +36,7 @@ class SurfacePointTracker {
   // Approximate radius of the tracked points in the left image [px]: half a window's edge.
   [[nodiscard]] virtual double radius_px() const = 0;
   // Smallest number of images before the rest shape is known.
-  [[nodiscard]] virtual int rest_pictures() const = 0;
+  [[nodiscard]] virtual int rest_images() const = 0;
   // Time of the checks of the last image, part of Process [us].
   [[nodiscard]] double checks_us() const { return checks_us_; }
   // What the surface at rest is like against the scene's body; nullopt: not known yet, or not

@@ -18,12 +18,12 @@ class MembraneFace {
   // `unit` [m].
   MembraneFace(const DiscMesh& mesh, const Eigen::Vector2d& p_O, double unit);
 
-  // From the tool's centre, node 0, circle by circle outward, on each from the ray to p_O
-  // counter-clockwise.
+  // Returns the nodes from the tool's centre, node 0, circle by circle outward, and
+  // counter-clockwise on each circle from the ray to p_O.
   [[nodiscard]] std::vector<Eigen::Vector2d> Nodes() const;         // [m]
   [[nodiscard]] std::vector<std::array<int, 3>> Triangles() const;  // facing +z, nine per element
-  // Where in the mesh's sector the displacements of a node are found: the column's lines, and what
-  // x and y of the displacement there are multiplied with.
+  // Source locates the displacements of a node in the mesh's sector: the rows of the column, and
+  // the factors of x and y of the displacement there.
   struct Source {
     int circle = 0, ray = 0;
     double x = 1, y = 1;

@@ -1,4 +1,4 @@
-// What lies between the rungs of a press, and between presses.
+// Interpolates between the solved depths of a press, and between presses.
 #include <algorithm>
 #include <array>
 #include <complex>

@@ -29,7 +29,7 @@ struct NestedCircles {
     double angle = 0;  // about the centre of the circle `s`, from the x axis [rad], -pi to pi
   };
   [[nodiscard]] Eigen::Vector2d At(const Place& place) const noexcept;
-  // Beyond the rim s > 2 with growing distance, as long as it is less than twice the radius.
+  // s exceeds 2 beyond the rim and grows with the distance, up to twice the radius.
   [[nodiscard]] Place Of(const Eigen::Vector2d& p) const noexcept;
 };
 
@@ -102,8 +102,8 @@ class NeoHookeanDisc {
   [[nodiscard]] int unknown(int column, int level, int component) const {
     return 3 * (mesh_.levels() * column + level) + component;
   }
-  // As NeoHookeanBody; for components that the mirror planes fix, forces are zero and the stiffness
-  // is one.
+  // Computes forces as NeoHookeanBody does. For components that the mirror planes fix, forces are
+  // zero and the stiffness is one.
   bool Forces(const Eigen::VectorXd& u, Eigen::VectorXd* forces) const;
   bool Linearise(const Eigen::VectorXd& u, Eigen::VectorXd* forces, Matrix* stiffness) const;
   [[nodiscard]] Matrix EmptyMatrix() const { return body_.EmptyMatrix(); }

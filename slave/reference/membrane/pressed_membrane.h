@@ -1,9 +1,9 @@
-// What a clamped rubber membrane really does under a flat round tool: a hyperelastic solid, solved
+// PressedMembrane solves a clamped rubber membrane under a flat round tool as a hyperelastic solid,
 // at rising depths of one press.
 //
 // The membrane is a thick plate of neo-Hookean rubber in three dimensions (neo_hookean_disc.h), on
 // cubic hexahedra fitted to the tool (DiscMesh): no hypothesis of a plate, no von Karman, no
-// modes. The tool is one of the house (slave/mechanics/plate): it presses evenly over its round
+// modes. The tool is that of slave/mechanics/plate: it presses evenly over its round
 // face, along -z whatever the membrane does, and its depth is the way of the membrane's outer face
 // below its centre. So force and depth mean here what they mean to the plates.
 //

@@ -118,7 +118,7 @@ class Refinement {
     const Point &a = At(v[0]), &b = At(v[1]), &c = At(v[2]);
     return Orientation(a, b, c) > kSliver * (b - a).squaredNorm() && Surrounded((a + b + c) / 3);
   }
-  // By an odd number of loops.
+  // Returns whether an odd number of loops encloses the point.
   [[nodiscard]] bool Surrounded(const Point& p) const {
     bool inside = false;
     for (const Segment& s : segments_) {

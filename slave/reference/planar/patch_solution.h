@@ -44,8 +44,8 @@ struct PatchSolution {
   Eigen::Matrix2d stiffness{};  // K / (E t) [-]: force of the tool on the body per displacement, O
   std::vector<int> boundary{};  // nodes along the loops, one loop after another
   std::vector<std::size_t> loop_begin{};  // loops + 1 entries
-  // For a round tool: nodes and columns of `displacement` as defined there, two unit cases per node
-  // that may touch; `stiffness` is unknown. nullptr: a flat tool.
+  // Data of a round tool: nodes and columns of `displacement` as defined there, two unit cases per
+  // node that may touch; `stiffness` is unknown. nullptr: a flat tool.
   std::shared_ptr<const RoundTouch> round{};
 };
 // Fills boundary and loop_begin from the mesh, every loop starting where its first edge was found.
@@ -55,9 +55,9 @@ void OrderBoundary(PatchSolution& solution);
 // Cost: 10 to 30 ms.
 PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane,
                          const BoundaryPlace& place, double width, const Fineness& fineness = {});
-// The same tool without friction: every point of the contact moves along the unit vector `way_O` by
-// the same amount, without force across it. Force along it per displacement along it, K / (E t)
-// [-]. Throws std::runtime_error also if a support leaves one component free.
+// Solves the same tool without friction: every point of the contact moves along the unit vector
+// `way_O` by the same amount, without force across it. Force along it per displacement along it, K
+// / (E t) [-]. Throws std::runtime_error also if a support leaves one component free.
 double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
                         const BoundaryPlace& place, double width, const Eigen::Vector2d& way_O,
                         const Fineness& fineness = {});

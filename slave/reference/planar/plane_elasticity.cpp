@@ -31,7 +31,8 @@ Eigen::Matrix<double, 6, 3> BarycentricGradients(const Eigen::Vector3d& L) {
   return g;
 }
 
-// What one straight-sided triangle adds, in products of shape functions.
+// ElementIntegrals holds the integrals over one straight-sided triangle of products of shape
+// functions.
 struct ElementIntegrals {
   std::array<Matrix6, 3> G;   // (dNi/dx, dNj/dx), (dNi/dx, dNj/dy), (dNi/dy, dNj/dy)
   std::array<Matrix36, 2> D;  // (Lk, dNj/dx), (Lk, dNj/dy)

@@ -39,7 +39,7 @@ struct PlaneMaterial {
   Plane plane = Plane::kStress;
 };
 
-// Which node displacements are prescribed: nodes x (x, y).
+// Prescribed flags the node displacements that are prescribed: nodes x (x, y).
 using Prescribed = Eigen::Array<bool, Eigen::Dynamic, 2, Eigen::RowMajor>;
 // Several load cases side by side: nodes x (x, y per case).
 using Fields = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -24,7 +24,7 @@ struct BoundaryPlace {
 
 class TrueBody {
  public:
-  // One straight piece of a loop, fixed or free over its whole length.
+  // Edge is a straight piece of a loop, fixed or free over its whole length.
   struct Edge {
     int loop = 0;
     double s = 0;  // where it begins
@@ -50,7 +50,7 @@ class TrueBody {
   [[nodiscard]] const Eigen::Isometry2d& X_SO() const { return X_SO_; }  // misplacement included
 
   [[nodiscard]] bool Contains(const Eigen::Vector2d& p) const noexcept;
-  // Where the way from `from` to `to` first enters the body.
+  // Returns where the line from `from` to `to` first enters the body.
   [[nodiscard]] std::optional<BoundaryPlace> Entry(const Eigen::Vector2d& from,
                                                    const Eigen::Vector2d& to) const noexcept;
   [[nodiscard]] BoundaryPlace Nearest(const Eigen::Vector2d& p) const noexcept;

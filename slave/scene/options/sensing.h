@@ -130,7 +130,7 @@ struct StereoCameras {
   double baseline = 0.06;             // [m]
 };
 // Depth images, one depth per pixel; 0: no measurement.
-struct DepthPictures {
+struct DepthImages {
   enum class Source : std::uint8_t { kFiles, kEye, kStream } source = Source::kFiles;
   Eye eye;
   std::string pattern;                                // printf pattern or glob of 16-bit images
@@ -163,14 +163,14 @@ struct CameraOptions {
                       contour ? &*contour : nullptr);
   }
 };
-using StereoOrDepth = std::variant<StereoCameras, DepthPictures>;
+using StereoOrDepth = std::variant<StereoCameras, DepthImages>;
 // Points on the object in space, and the cameras that track them (paper C).
 struct PointsOptions {
   StereoOrDepth cameras;
   PointTracking points;
 
   [[nodiscard]] auto parts() const {
-    return std::tuple(std::get_if<StereoCameras>(&cameras), std::get_if<DepthPictures>(&cameras),
+    return std::tuple(std::get_if<StereoCameras>(&cameras), std::get_if<DepthImages>(&cameras),
                       &points);
   }
 };

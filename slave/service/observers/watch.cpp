@@ -152,7 +152,7 @@ std::shared_ptr<const JpegPicture> TeleoperationService::Encoded(Time sensed_at,
     const bool is_asked = known.overlays == overlays && known.quality == quality;
     if (is_asked && known.picture->sensed_at >= sensed_at) return known.picture;
   }
-  std::optional<JpegPicture> picture = slave_.Picture(overlays, quality);
+  std::optional<JpegPicture> picture = slave_.Image(overlays, quality);
   if (!picture) return nullptr;
   std::erase_if(encoded_, [&](const EncodedPicture& known) {
     return known.picture->sensed_at < picture->sensed_at;

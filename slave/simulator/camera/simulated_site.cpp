@@ -118,7 +118,7 @@ struct SimulatedSite::State {
   site::SolutionsAhead ahead;
   site::Painter painter;  // TakePicture's thread only
   const CameraView view;
-  const PictureFilter straightening;  // as every source does it; empty: no lens
+  const ImageFilter straightening;  // as every source does it; empty: no lens
 
   std::optional<site::Embryo> embryo;
   std::optional<site::Hand> hand;

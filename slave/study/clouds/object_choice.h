@@ -1,4 +1,4 @@
-// Which regions of a cloud are the object.
+// ObjectChoice selects the regions of a cloud that are the object.
 #pragma once
 
 #include <optional>

@@ -21,7 +21,7 @@ namespace palpate::study {
 namespace {
 
 // No depth camera measures farther [m].
-constexpr float kFarthestPoint = 500;
+constexpr float kMaxPointDistance = 500;
 
 std::invalid_argument Refusal(const std::filesystem::path& file, const std::string& why) {
   return std::invalid_argument(file.string() + ": " + why);
@@ -46,7 +46,7 @@ bool IsCutOff(const std::filesystem::path& file, const pcl::PCLPointCloud2& head
   return lines < points;
 }
 
-// What a file without PCD's header is: a file of another program, or rows of numbers.
+// Names a file without PCD's header: a file of another program, or rows of numbers.
 std::string WhatIs(const std::filesystem::path& file) {
   if (const std::string foreign = ForeignFile(file); !foreign.empty()) return "is " + foreign;
   std::string first;
@@ -129,7 +129,7 @@ PcdCloud ReadPcd(const std::filesystem::path& file) {
   for (const auto& point : all) {
     const float distance = point.getVector3fMap().norm();
     if (std::isfinite(distance)) distances.push_back(distance);
-    if (distance <= kFarthestPoint) read.cloud->push_back(point);
+    if (distance <= kMaxPointDistance) read.cloud->push_back(point);
   }
   RequireMetres(file, std::move(distances));
   read.dropped = all.size() - read.cloud->size();

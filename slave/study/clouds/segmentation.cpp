@@ -30,11 +30,11 @@ using Tree = pcl::KdTreeFLANN<Point>;
 // neighbourhoods of 10 to 15 mm, borders from 0.20 to 0.25 and links of 6 to 8 mm.
 constexpr double kRadius = 4, kLink = 2, kTolerance = 2;
 constexpr double kBorder = 0.25;
-constexpr double kGroove = 0.10;         // folded by about 27 degrees
-constexpr double kShallowGroove = 0.06;  // by 16 degrees
-constexpr double kOtherColour = 40;      // of 442
-constexpr std::size_t kFewest = 6;       // neighbours that make a surface
-constexpr std::size_t kSmallest = 150;   // points of a region
+constexpr double kGroove = 0.10;           // folded by about 27 degrees
+constexpr double kShallowGroove = 0.06;    // by 16 degrees
+constexpr double kOtherColour = 40;        // of 442
+constexpr std::size_t kMinNeighbours = 6;  // neighbours that make a surface
+constexpr std::size_t kSmallest = 150;     // points of a region
 
 struct Voxels {
   PointCloud::Ptr cloud = std::make_shared<PointCloud>();  // mean positions and colours
@@ -137,7 +137,7 @@ struct Border {
   double before = 0;                                       // sum over the links
 };
 
-// Whether the patches on the border's sides are one surface.
+// Returns whether the patches on the border's sides are one surface.
 bool IsInside(const Border& border, const Patch& one, const Patch& other) {
   if ((one.colour - other.colour).norm() <= kOtherColour) return true;
   const auto links = static_cast<double>(border.links.size());
@@ -191,7 +191,7 @@ pcl::Indices Standing(const PointCloud::ConstPtr& voxels, double edge) {
   tree.setInputCloud(voxels);
   for (std::size_t i = 0; i < voxels->size(); ++i) {
     tree.radiusSearch((*voxels)[i], kRadius * edge, near, squared);
-    if (near.size() >= kFewest) standing.push_back(static_cast<int>(i));
+    if (near.size() >= kMinNeighbours) standing.push_back(static_cast<int>(i));
   }
   TakeSupportPlanes(voxels, kTolerance * edge, &standing);
   return standing;
@@ -214,7 +214,7 @@ Core CoreOf(const PointCloud::ConstPtr& voxels, const pcl::IndicesConstPtr& stan
   for (const auto i : *standing) {
     const Point& point = (*voxels)[static_cast<std::size_t>(i)];
     tree.radiusSearch(point, radius, near, squared);
-    if (near.size() < kFewest) continue;
+    if (near.size() < kMinNeighbours) continue;
     const Neighbourhood around = Compared(*voxels, point, near, radius);
     if (around.beside > kBorder || around.before > kGroove) continue;
     core.voxels.push_back(i);

@@ -17,8 +17,8 @@ struct Segmentation {
   double voxel = 0;               // that was used [m]
 };
 
-// The same cloud gives the same answer. Thinned out to voxels of 3 mm, or one and a half times the
-// spacing of the points where that is more.
+// Divides a cloud into regions. The same cloud gives the same answer. The cloud is thinned out to
+// voxels of 3 mm, or one and a half times the spacing of the points where that is more.
 //
 // `kColour` is the paper's way (paper B, IV.C, after its reference 25): colour-based region growing
 // over the whole cloud. `kNone`: every point belongs to one region.

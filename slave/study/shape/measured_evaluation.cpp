@@ -7,7 +7,7 @@
 #include <pcl/common/colors.h>
 
 #include "shared/text/text.h"
-#include "slave/study/shape/score_words.h"
+#include "slave/study/shape/score_text.h"
 
 namespace palpate::study {
 namespace {

@@ -29,8 +29,8 @@ struct DistanceSummary {
 // p95: the smallest that 95 % do not exceed.
 DistanceSummary Summarised(std::vector<double> distances);
 
-// From every point to the closest point of the surface, or of the cloud (in single precision).
-// Points and nodes are finite. Empty surface or cloud: no distances.
+// Returns the distances from every point to the closest point of the surface, or of the cloud (in
+// single precision). Points and nodes are finite. Empty surface or cloud: no distances.
 std::vector<double> DistancesToSurface(std::span<const Eigen::Vector3d> points,
                                        const SurfaceMesh& surface);
 std::vector<double> DistancesToCloud(std::span<const Eigen::Vector3d> points,

@@ -15,9 +15,9 @@ constexpr double kNearest = 1e-4;  // what is closer to the pupil is not seen [m
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
 // Distances along the rays, in units of z_D: what is hit at depth z lies at z times the ray.
-class DepthPicture {
+class DepthImage {
  public:
-  explicit DepthPicture(const DepthCamera& camera)
+  explicit DepthImage(const DepthCamera& camera)
       : width_(std::max(0, camera.size[0])),
         height_(std::max(0, camera.size[1])),
         focal_(camera.focal),
@@ -79,7 +79,7 @@ class DepthPicture {
     const auto pixel = [](double at, int size) {
       return static_cast<int>(std::clamp(std::floor(at), 0.0, static_cast<double>(size)));
     };
-    // One pixel more than the corners say, for rounding.
+    // The range is one pixel larger than the corners, for rounding.
     return {pixel(low.x() - 1, width_), pixel(high.x() + 2, width_), pixel(low.y() - 1, height_),
             pixel(high.y() + 2, height_)};
   }
@@ -98,7 +98,7 @@ double HitSphere(const Vector3d& ray, const Vector3d& centre, double radius) {
   return t > 0 ? t : kNothing;
 }
 
-// The same for a capsule: its two spheres, and its cylinder between them.
+// Intersects the ray with a capsule: two spheres and the cylinder between them.
 double HitCapsule(const Vector3d& ray, const Occluder& capsule) {
   double nearest = std::min(HitSphere(ray, capsule.a, capsule.radius),
                             HitSphere(ray, capsule.b, capsule.radius));
@@ -125,24 +125,24 @@ std::vector<Occluder> InFrame(const Eigen::Isometry3d& X_DS, std::span<const Occ
 
 std::vector<Vector3d> ScanSurface(const DepthCamera& camera, const SurfaceMesh& surface,
                                   std::span<const Occluder> occluders, std::uint32_t seed) {
-  DepthPicture picture(camera);
+  DepthImage image(camera);
   const Eigen::Isometry3d X_DS = camera.X_SD.inverse();
   for (const auto& triangle : surface.triangles) {
     std::array<Vector3d, 3> p_D;
     for (std::size_t i = 0; i < 3; ++i) {
       p_D[i] = X_DS * surface.nodes[static_cast<std::size_t>(triangle[i])];
     }
-    if (p_D[0].allFinite() && p_D[1].allFinite() && p_D[2].allFinite()) picture.Draw(p_D);
+    if (p_D[0].allFinite() && p_D[1].allFinite() && p_D[2].allFinite()) image.Draw(p_D);
   }
   const std::vector<Occluder> capsules_D = InFrame(X_DS, occluders);
   std::mt19937 generator(seed);
   std::normal_distribution<double> noise(0, 1);
   std::vector<Vector3d> cloud_S;
-  for (int v = 0; v < picture.height(); ++v) {
-    for (int u = 0; u < picture.width(); ++u) {
-      const double z = picture.At(u, v);
+  for (int v = 0; v < image.height(); ++v) {
+    for (int u = 0; u < image.width(); ++u) {
+      const double z = image.At(u, v);
       if (z == kNothing) continue;
-      const Vector3d ray = picture.Ray(u, v);
+      const Vector3d ray = image.Ray(u, v);
       const bool hidden = std::ranges::any_of(
           capsules_D, [&](const Occluder& capsule) { return HitCapsule(ray, capsule) < z; });
       // Drawn for hidden pixels too: what is before a pixel does not change the others.

@@ -28,7 +28,8 @@ std::vector<Eigen::Vector3d> ScanSurface(const DepthCamera& camera, const Surfac
 // Occlusion by a finger: visible length of a finger behind its tip [m].
 inline constexpr double kFingerLength = 0.06;
 
-// From the sphere of the tip back along the finger; `radius` [m] of both, frame S.
+// Returns the capsule from the sphere of the tip back along the finger; `radius` [m] of both, frame
+// S.
 inline Occluder FingerCapsule(const Eigen::Isometry3d& X_SF, double radius) noexcept {
   return {X_SF.translation(), X_SF * Eigen::Vector3d(-kFingerLength, 0, 0), radius};
 }

@@ -13,7 +13,7 @@ constexpr float kLowest = 0, kHighest = 4095;  // [counts] [derived: a 12-bit co
 constexpr double kStuck = 1e-6;                // [counts]
 constexpr double kMoved = 4;                   // thresholds
 // Where more are at rest, no direction is stated. [-] [tuned: DividesTwiceAndClipsAtFullScale]
-constexpr int kMostDead = 9;
+constexpr int kMaxDead = 9;
 
 // The two electrodes nearest to electrode `i`.
 std::array<int, 2> NearestTwo(const ElectrodeLayout& layout, std::size_t i) {
@@ -59,7 +59,7 @@ SignalFlaws SignalCheck::Check(const TactileSignals& change,
   const auto stuck = std::count_if(change.begin(), change.begin() + kElectrodeCount, is_stuck);
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     flaws.saturated |= raw.channels[i] <= kLowest || raw.channels[i] >= kHighest;
-    flaws.dead[i] = is_stuck(change[i]) && stuck <= kMostDead && has_moved(nearest_[i][0]) &&
+    flaws.dead[i] = is_stuck(change[i]) && stuck <= kMaxDead && has_moved(nearest_[i][0]) &&
                     has_moved(nearest_[i][1]);
     flaws.any_dead |= flaws.dead[i];
   }

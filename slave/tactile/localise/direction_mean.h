@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-// Which electrodes of a sample can be believed.
+// SignalFlaws states whether a sample has values that are not finite, saturated or dead electrodes.
 struct SignalFlaws {
   bool finite = true;      // false: no direction
   bool saturated = false;  // an electrode reads the end of its 12 bits
@@ -39,9 +39,9 @@ class SignalCheck {
   double moved_;  // [counts]
 };
 
-// What a contact does to each electrode, once that which all have in common is taken away. It
-// raises the fluid's pressure, and the electrodes that are not under it rise in proportion. So a
-// change is read against what the pressure alone explains,
+// A contact changes each electrode beyond the change that all have in common. It raises the fluid's
+// pressure, and the electrodes that are not under it rise in proportion. So a change is read
+// against what the pressure alone explains,
 //
 //   x_i = change_i - kPressureShare change_pdc,
 //

@@ -18,13 +18,13 @@ namespace {
 constexpr double kRounding =
     1e-12;  // of the size at hand: what is nearer than this has no direction
 
-// What lies outward of the sphere's centre, or of the cylinder's axis behind it.
+// Returns the outward direction from the sphere's centre, or from the cylinder's axis behind it.
 Eigen::Vector3d Outward(const Eigen::Vector3d& p_F) {
   return {p_F.x() >= 0 ? p_F.x() : 0, p_F.y(), p_F.z()};
 }
 
 constexpr double kMillimetre = 1e-3;     // [m] [by definition]
-constexpr double kFarthest = 1000;       // of an electrode from the origin [mm]
+constexpr double kMaxDistance = 1000;    // of an electrode from the origin [mm]
 constexpr double kUnitTolerance = 0.05;  // of a normal's length: files print three digits
 
 using Row = std::array<double, 6>;  // x y z [mm], nx ny nz
@@ -53,7 +53,7 @@ std::optional<Row> ParseRow(const std::vector<std::string_view>& cells) {
 void RequirePlace(const CsvLines& lines, const std::string& name, const std::optional<Row>& row) {
   if (!row) lines.Fail(Shown(lines.text()) + ": expected NAME,x,y,z,nx,ny,nz in millimetres");
   const auto& [x, y, z, nx, ny, nz] = *row;
-  if (Eigen::Vector3d(x, y, z).stableNorm() > kFarthest) {
+  if (Eigen::Vector3d(x, y, z).stableNorm() > kMaxDistance) {
     lines.Fail(name + " is farther than 1 m from the origin: expected millimetres");
   }
   if (!(std::abs(Eigen::Vector3d(nx, ny, nz).stableNorm() - 1) < kUnitTolerance)) {

@@ -21,11 +21,11 @@ constexpr double kSigmaAngle = 10.5 * std::numbers::pi / 180;
 // the noise of a mean does with what is counted.
 constexpr double kDegree = std::numbers::pi / 180;  // [rad] [by definition]
 constexpr double kSigmaOfOneCount = 200 * kDegree;  // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
-constexpr double kLeastSigma = 4 * kDegree;         // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
+constexpr double kMinSigma = 4 * kDegree;           // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kLargestSigma = 30 * kDegree;
 
 double PressureWeightedSigma(double counts) noexcept {
-  return std::clamp(kSigmaOfOneCount / std::sqrt(counts), kLeastSigma, kLargestSigma);
+  return std::clamp(kSigmaOfOneCount / std::sqrt(counts), kMinSigma, kLargestSigma);
 }
 
 // Change of full intensity [counts]. [paper: B, III.A.2]

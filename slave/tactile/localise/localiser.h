@@ -1,4 +1,4 @@
-// Where on the fingertip the contact is (paper B, III.A.2, equations 1 to 4).
+// Localiser estimates where on the fingertip the contact is (paper B, III.A.2, equations 1 to 4).
 #pragma once
 
 #include <cstdint>
@@ -54,9 +54,9 @@ class Localiser {
 // least. Throws std::invalid_argument: an unknown name, an electrode on the finger's axis.
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout);
 
-// For the channels of any sensor: the mean of the places of those that changed by more than
-// `tactile.threshold` times `noise`, up or down, weighted by their change; the normal alike. Its
-// sigma is not known.
+// Makes a localiser for the channels of any sensor. It returns the mean of the places of those that
+// changed by more than `tactile.threshold` times `noise`, up or down, weighted by their change; the
+// normal alike. Its sigma is not known.
 std::unique_ptr<Localiser> MakeChannelLocaliser(const Tactile& tactile, double noise,
                                                 const ElectrodeLayout& layout);
 
@@ -81,8 +81,8 @@ inline TouchPlace FoundPlace(const FingerSurface& surface, const Eigen::Vector3d
           .is_flawed = is_flawed};
 }
 
-// Where the active electrodes' intensities put the contact (paper B, equations 1 to 3). With the m
-// active electrodes at p_i, intensities I_i:
+// ContactPoint is computed from the active electrodes' intensities (paper B, equations 1 to 3).
+// With the m active electrodes at p_i, intensities I_i:
 //
 //   x = sum p_i / m,   d_i = (p_i - x) I_i / sum I,   c = x + sum d_i / m
 //

@@ -39,14 +39,14 @@ struct NetworkInfo {
   ForceErrorLaw error;             // additional sigma in contact
   double learnt_force = 0;         // largest |force| it was trained on [N]; 0: not known
   SignalPattern pattern;           // of the signals it was trained on
-  // The same of a sensor without electrodes; null: not known.
+  // Pattern of a sensor without electrodes; null if it is not known.
   std::shared_ptr<const ChannelPattern> channel_pattern;
   // Error of the force without contact by the drift since the baseline [N/s]; 0: not known.
   double drift = 0;
   std::string origin;  // origin of the network, one clause
 };
 
-// One fingertip's force, sample by sample. Allocation-free.
+// ForceEstimate estimates the force of one fingertip, sample by sample, without allocation.
 class ForceEstimate {
  public:
   virtual ~ForceEstimate() = default;

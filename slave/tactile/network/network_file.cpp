@@ -189,7 +189,7 @@ SignalPattern ReadPattern(const json& root) {
   return pattern;
 }
 
-// Of `count` channels; `least`: the smallest number that is accepted.
+// Reads the values of `count` channels. `least` is the smallest accepted number.
 Eigen::VectorXd ReadChannels(const json& root, const char* key, int count, double least) {
   const std::string name = std::string("channels.") + key;
   const Eigen::VectorXf read = ReadNumbers(Member(root, key, "channels"), name);

@@ -40,7 +40,7 @@ class SignalTraces {
               Eigen::Ref<Eigen::VectorXd> features) noexcept {
     const Eigen::Index inputs = means_.rows();
     const double size = std::sqrt(
-        now.head(channels_).squaredNorm() / static_cast<double>(channels_) + kLeast * kLeast);
+        now.head(channels_).squaredNorm() / static_cast<double>(channels_) + kMinSize * kMinSize);
     features.head(inputs) = now / size;
     for (std::size_t k = 0; k < kTraceTimes.size(); ++k) {
       const auto column = static_cast<Eigen::Index>(k);
@@ -51,7 +51,7 @@ class SignalTraces {
   }
 
  private:
-  static constexpr double kLeast = 0.1;  // below this size the features include the size
+  static constexpr double kMinSize = 0.1;  // below this size the features include the size
   Eigen::Index channels_;
   Eigen::MatrixXd means_;  // inputs x traces
   std::array<double, kTraceTimes.size()> shares_{};

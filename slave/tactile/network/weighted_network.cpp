@@ -18,7 +18,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// By exponentials, which Eigen evaluates for several numbers at once. 0 and +-1 are exact.
+// Uses exponentials, which Eigen evaluates for several numbers at once. 0 and +-1 are exact.
 template <typename Derived>
 auto Sigmoid(const Eigen::ArrayBase<Derived>& x) {
   return (1 + (-x).exp()).inverse();
@@ -51,9 +51,9 @@ void Activate(HiddenActivation activation, VectorXd* values) noexcept {
   }
 }
 
-constexpr double kLeastSize2 = 0.01;  // of quadratic networks [by definition]
+constexpr double kMinSize2 = 0.01;  // of quadratic networks [by definition]
 
-// Whether this output is a coordinate of the contact point, which is no force.
+// Returns whether this output is a coordinate of the contact point, which is no force.
 bool IsPlace(const NetworkInfo& info, std::size_t output) {
   return info.gives_contact_point && output >= 3 && output < 6;
 }
@@ -142,7 +142,7 @@ class RecurrentLayer {
   VectorXd bias_;
 };
 
-// What all estimates of a network share.
+// NetworkParts is shared by all estimates of a network.
 struct NetworkParts {
   NetworkInfo info;
   VectorXd input_mean, input_scale;
@@ -191,8 +191,7 @@ class WeightedEstimate final : public ForceEstimate {
   const VectorXd& Features() noexcept {
     if (traces_) return features_;
     if (IsQuadratic(parts_->info.architecture)) {
-      const double size =
-          std::sqrt(x_.squaredNorm() / static_cast<double>(x_.size()) + kLeastSize2);
+      const double size = std::sqrt(x_.squaredNorm() / static_cast<double>(x_.size()) + kMinSize2);
       features_ << x_, x_ * size, x_.cwiseAbs2();
       return features_;
     }

@@ -1,12 +1,13 @@
-// What the channels of a sensor without electrodes did while its network was trained.
+// ChannelPattern describes the channels of a sensor without electrodes while its network was
+// trained.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace palpate {
 
-// In the unit of the channels, N of them; x: change since the baseline, margins included. Learnt
-// with a network, from the same contacts.
+// All values are in the unit of the N channels; x: change since the baseline, margins included.
+// Learnt with a network, from the same contacts.
 struct ChannelPattern {
   // N x N with a diagonal of 0: the best linear expectation of each channel by the others.
   Eigen::MatrixXd expectation;

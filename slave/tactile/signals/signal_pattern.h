@@ -45,7 +45,7 @@ struct SignalPattern {
   [[nodiscard]] bool known() const { return !kinds.empty(); }
 };
 
-// One flag per electrode.
+// Electrodes has one flag per electrode.
 using Electrodes = std::array<bool, kElectrodeCount>;
 
 inline SignalPattern::Signals PatternSignals(const TactileSignals& change) noexcept {

@@ -21,7 +21,7 @@ struct Board {
 
 using Corners = std::vector<cv::Point2f>;  // [px], in the order of BoardPoints
 
-// One per corner, row after row [m]: x along a row, z = 0.
+// Returns one point per corner, row after row [m]: x along a row, z = 0.
 std::vector<cv::Point3f> BoardPoints(const Board& board);
 // Width and height of the points of BoardPoints [m].
 cv::Size2d BoardExtent(const Board& board);

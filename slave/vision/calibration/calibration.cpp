@@ -20,7 +20,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kFewestViews = 3, kFewestToTrust = 4;
+constexpr std::size_t kMinViews = 3, kMinToTrust = 4;
 
 // OpenCV iterates until the norm of all parameters converges, including focal lengths of hundreds
 // of pixels. With the square as unit, positions have a comparable weight, and the result does not
@@ -229,7 +229,7 @@ void SetSigma(Calibration* c) {
   const std::vector<std::size_t> groups = GroupsOf(*c);
   c->distinct = 1 + std::ranges::max(groups);
   c->sigma = HUGE_VAL;
-  if (c->distinct < kFewestToTrust) return;
+  if (c->distinct < kMinToTrust) return;
   std::vector<std::size_t> all(c->distinct);
   std::iota(all.begin(), all.end(), std::size_t{0});
   double sum = 0;
@@ -287,11 +287,11 @@ void Judge(Calibration* c) {
     }
   };
   const char* things = c->is_pair ? "pairs" : "images";
-  if (c->distinct < kFewestToTrust) {
+  if (c->distinct < kMinToTrust) {
     c->reasons.push_back(
         fmt::format("{} different {} are too few: expected {} or more, each with another position "
                     "of the board",
-                    c->distinct, things, kFewestToTrust));
+                    c->distinct, things, kMinToTrust));
   } else {
     judge(!(c->sigma <= kSigma), c->sigma > kSigmaWarned,
           fmt::format("halves of the images differ in the {}: one sigma from all of them is "
@@ -314,9 +314,9 @@ void Judge(Calibration* c) {
   const std::size_t used = c->used.size(), given = used + c->dropped.size();
   judge(static_cast<double>(used) < kUsed * static_cast<double>(given), false,
         fmt::format("only {} of {} {} agree with each other", used, given, things));
-  constexpr double kLeast = 1e-3;  // of the board's distance
+  constexpr double kMinBaseline = 1e-3;  // of the board's distance
   const double distance = c->X_LB.front().translation().norm();
-  judge(c->is_pair && !(c->rig.baseline() > kLeast * distance), false,
+  judge(c->is_pair && !(c->rig.baseline() > kMinBaseline * distance), false,
         "both cameras have the same position: expected images of two cameras side by side, not the "
         "same images twice");
 }
@@ -347,9 +347,9 @@ Eigen::Isometry3d PoseOf(const cv::Mat& rotation, const cv::Mat& translation) {
 
 Calibration Calibrate(const Board& board, const std::vector<BoardView>& views,
                       const ImageSizes& sizes) {
-  if (views.size() < kFewestViews) {
+  if (views.size() < kMinViews) {
     throw std::runtime_error(fmt::format("{} images or pairs show the board: expected {} or more",
-                                         views.size(), kFewestViews));
+                                         views.size(), kMinViews));
   }
   Calibration out;
   out.board = board;
@@ -357,7 +357,7 @@ Calibration Calibrate(const Board& board, const std::vector<BoardView>& views,
   out.views = views;
   for (std::size_t i = 0; i < views.size(); ++i) out.used.push_back(i);
   Fit(sizes, &out);
-  for (auto i = Outlier(out); i && out.views.size() > kFewestViews; i = Outlier(out)) {
+  for (auto i = Outlier(out); i && out.views.size() > kMinViews; i = Outlier(out)) {
     Drop(*i, &out);
     Fit(sizes, &out);
   }

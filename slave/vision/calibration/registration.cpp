@@ -58,7 +58,7 @@ Indices AgreeingPlaces(const Way& way, const Points& p_S) {
   constexpr int kSubsets = 400;
   const std::size_t count = way.usable.size();
   if (count < way.fewest + 2) return way.usable;
-  // What the subset fits exactly does not count as agreement.
+  // Points that the subset fits exactly do not count as agreement.
   const std::size_t rank = std::min((count + way.fewest + 1) / 2, count - 1);
   const double factor = 3 * kSigmaPerMedian * (1 + 5 / static_cast<double>(count - way.fewest));
   Indices best;

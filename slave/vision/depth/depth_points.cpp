@@ -36,7 +36,7 @@ std::optional<Eigen::Vector3d> FitPlane(const std::vector<Eigen::Vector3d>& samp
 }
 
 DepthPoints::Params Checked(const DepthPoints::Params& params) {
-  const DepthPictures& camera = params.camera;
+  const DepthImages& camera = params.camera;
   for (const auto& [name, value] : {std::pair{"fx", camera.fx},
                                     {"fy", camera.fy},
                                     {"unit", camera.unit},
@@ -50,8 +50,8 @@ DepthPoints::Params Checked(const DepthPoints::Params& params) {
     throw std::invalid_argument("pose: expected a finite pose");
   }
   Require(params.cell >= 2 && params.cell <= 1024, "cell", 1.0 * params.cell, "2 to 1024 px");
-  Require(params.rest_pictures >= 1 && params.rest_pictures <= 10000, "rest_pictures",
-          1.0 * params.rest_pictures, "1 to 10000");
+  Require(params.rest_images >= 1 && params.rest_images <= 10000, "rest_images",
+          1.0 * params.rest_images, "1 to 10000");
   Require(params.least_full > 0 && params.least_full <= 1, "least_full", params.least_full,
           "0 < share <= 1");
   Require(params.nearest >= 0, "nearest", params.nearest, ">= 0 m");
@@ -69,14 +69,14 @@ RestDepth MakeRest(const DepthPoints::Params& params) {
           "less than the largest depth of an image, " + std::to_string(kLargest * unit) + " m");
   // A pixel at the edge of a hole or of the object jumps by many sigma from image to image.
   constexpr double kFlicker = 12;  // [sigma]
-  return {params.rest_pictures, static_cast<int>(lowest), static_cast<int>(highest),
+  return {params.rest_images, static_cast<int>(lowest), static_cast<int>(highest),
           std::max(1.0, kFlicker * params.camera.sigma / unit)};
 }
 
 }  // namespace
 
 RestDepth::RestDepth(int images, int lowest, int highest, double flicker)
-    : pictures_(images), lowest_(lowest), highest_(highest), flicker_(flicker) {}
+    : images_(images), lowest_(lowest), highest_(highest), flicker_(flicker) {}
 
 bool RestDepth::Fits(const cv::Mat& depth) const noexcept {
   return depth.dims == 2 && depth.type() == CV_16UC1 && depth.data != nullptr && depth.cols > 0 &&
@@ -111,14 +111,14 @@ bool RestDepth::Add(const cv::Mat& depth) {
     if (taken_ == 0) Reset();
     return false;
   }
-  if (++taken_ == pictures_) Finish();
+  if (++taken_ == images_) Finish();
   return true;
 }
 
 void RestDepth::Finish() {
   for (std::size_t at = 0; at < rest_.size(); ++at) {
     const bool steady =
-        2 * seen_[at] > pictures_ && most_[at] - least_[at] <= static_cast<int>(flicker_);
+        2 * seen_[at] > images_ && most_[at] - least_[at] <= static_cast<int>(flicker_);
     const double mean = steady ? static_cast<double>(rest_[at]) / seen_[at] : 0;
     rest_[at] = static_cast<std::int32_t>(std::lround(kFractions * mean));
   }
@@ -188,8 +188,8 @@ std::optional<CellShift::Mean> CellShift::Of(const cv::Mat& depth, const RestDep
   const auto upper = first + 3 * (last - first) / 4;
   if (lower < median) std::nth_element(first, lower, median);
   if (median < upper) std::nth_element(median + 1, upper, last);
-  // One sigma of a normal distribution, by both quartiles, or by the closer one where outliers have
-  // got hold of the other.
+  // Estimates the standard deviation of a normal distribution from both quartiles, or from the
+  // closer one if outliers affect the other.
   const double both = 0.7413 * (*upper - *lower);
   const double closer = 1.4826 * std::min(*median - *lower, *upper - *median);
   const double width = 3 * std::max(sigma_, std::min(both, closer + 2 * sigma_));
@@ -242,7 +242,7 @@ const SurfaceObservation& DepthPoints::Observe(const cv::Mat& depth) noexcept tr
 }
 
 void DepthPoints::MakeCells() {
-  const DepthPictures& camera = params_.camera;
+  const DepthImages& camera = params_.camera;
   const int edge = params_.cell;
   const int columns = rest_.width() / edge;
   const int least = static_cast<int>(std::ceil(params_.least_full * edge * edge));
@@ -284,7 +284,7 @@ void DepthPoints::Measure(const cv::Mat& depth, const Cell& cell, SurfacePoint* 
   const double independent =
       std::max(1.0, mean->count / (params_.correlation * params_.correlation));
   // The rest frame errs too; what the changes scatter by has that in it.
-  const double sigma = params_.camera.sigma * std::sqrt(1 + 1.0 / params_.rest_pictures);
+  const double sigma = params_.camera.sigma * std::sqrt(1 + 1.0 / params_.rest_images);
   const double along_normal = cell.cosine * std::max(sigma, mean->spread * unit);
   const double variance = along_normal * along_normal / independent;
   point->covariance = cell.along_S + variance * cell.n_S * cell.n_S.transpose();

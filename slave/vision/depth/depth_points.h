@@ -37,7 +37,7 @@ class RestDepth {
   // no measurement at all) and is not counted. Allocates at the first.
   bool Add(const cv::Mat& depth);
   [[nodiscard]] bool Fits(const cv::Mat& depth) const noexcept;
-  [[nodiscard]] bool known() const { return taken_ >= pictures_; }
+  [[nodiscard]] bool known() const { return taken_ >= images_; }
   void Reset() noexcept;
 
   [[nodiscard]] int width() const { return width_; }
@@ -61,7 +61,7 @@ class RestDepth {
  private:
   void Finish();
 
-  int pictures_, lowest_, highest_;
+  int images_, lowest_, highest_;
   double flicker_;
   int width_ = 0, height_ = 0, taken_ = 0;
   std::vector<std::int32_t> rest_;  // while taken: sums of counts
@@ -101,9 +101,9 @@ class CellShift {
 class DepthPoints {
  public:
   struct Params {
-    DepthPictures camera;              // intrinsics, unit, pose, sigma of one depth
+    DepthImages camera;                // intrinsics, unit, pose, sigma of one depth
     int cell = 16;                     // edge of a cell [px]
-    int rest_pictures = 5;             // the rest frame is their mean
+    int rest_images = 5;               // the rest frame is their mean
     double least_full = 0.5;           // share of a cell's pixels that must have a depth
     double nearest = 0, farthest = 1;  // along the ray's z [m]: depths outside are not measurements
     // Depths err alike within patches of this edge [px]: a cell of n pixels has only

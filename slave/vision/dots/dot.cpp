@@ -13,11 +13,11 @@ namespace palpate {
 namespace {
 
 constexpr double kReach = 2;     // a sharp dot's edge ends within so much of it [px]
-constexpr double kFarthest = 8;  // and a blurred one's [px]
+constexpr double kMaxReach = 8;  // and a blurred one's [px]
 // The reach of a blurred edge, in sigma of its blur [-]. [tuned: BlurDoesNotMoveADot]
 constexpr double kReachInBlurs = 2.65;
 constexpr double kWider = 0.3;  // a reach that is worth another look [px]
-// The ring of ground about that [px]. [tuned: LightThatFallsAcrossThePictureLosesNoDot]
+// The ring of ground about that [px]. [tuned: LightThatFallsAcrossTheImageLosesNoDot]
 constexpr double kRing = 3;
 // Distance to an edge that passes by within which pixels fade out [px]. [tuned:
 // AnEdgeBesideADotDoesNotPullItInNoise]
@@ -143,8 +143,8 @@ bool FitGround(const Window& w, double threshold, GroundRing* ground, double* in
   return ground->Fit();
 }
 
-// What the pixels within the dot's reach differ from the ground: their sum, and moments about
-// w.centre.
+// Weighed holds the differences of the pixels within the dot's reach from the ground: their sum,
+// and moments about w.centre.
 struct Weighed {
   double sum = 0, x = 0, y = 0;
   double spread = 0;  // of the pixels
@@ -265,7 +265,7 @@ std::optional<Dot> RefineDot(const cv::Mat& image, const Dot& dot, int threshold
     const auto region = MeasureWithin(w, dot, w.level(threshold), limits);
     if (!region) break;
     refined = region->dot;
-    const double reach = std::min(kReachInBlurs * region->blur, kFarthest);
+    const double reach = std::min(kReachInBlurs * region->blur, kMaxReach);
     if (reach < w.reach + kWider) break;
     w.reach = reach;
   }

@@ -26,8 +26,8 @@ struct DotShapeLimits {
   double contrast_min = 20;                // [levels]
 };
 
-// From a region of pixels to a dot. An ellipse by its pixels' second moments: its area is 4 pi
-// sqrt(det) of these. `origin`: of the pixels in the image. nullopt: outside `limits`, or not
+// Fits a dot to a region of pixels: an ellipse by the second moments of the pixels, its area is 4
+// pi sqrt(det) of these. `origin`: of the pixels in the image. nullopt: outside `limits`, or not
 // elliptical.
 std::optional<Dot> EllipseOf(const cv::Moments& region, const cv::Point& origin,
                              const DotShapeLimits& limits) noexcept;

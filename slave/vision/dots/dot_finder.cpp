@@ -16,7 +16,7 @@ namespace {
 // [px], [raster] [tuned: CentroidsOfEllipsesWithoutNoiseAreExact]
 constexpr int kRaster = 4, kSquare = 9;
 // Around the region of a dot, so that its own window shows ground on all sides [px]. [tuned:
-// LightThatFallsAcrossThePictureLosesNoDot]
+// LightThatFallsAcrossTheImageLosesNoDot]
 constexpr int kMargin = 3;
 
 bool IsGrey(const cv::Mat& image) {
@@ -90,7 +90,8 @@ bool DotFinder::MayBeDot(const cv::Rect& box, const cv::Size& image) const {
          !TouchesEdge(box, image);
 }
 
-// By the level half way between the darkest and the lightest of the region's surroundings.
+// Uses as threshold the level half way between the darkest and the lightest of the region's
+// surroundings.
 std::optional<Dot> DotFinder::Measure(const cv::Mat& image, const cv::Rect& box) {
   const cv::Rect around(box.x - kMargin, box.y - kMargin, box.width + 2 * kMargin,
                         box.height + 2 * kMargin);

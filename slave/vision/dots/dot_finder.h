@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// Not thread-safe.
+// DotFinder is not thread-safe.
 class DotFinder {
  public:
   struct Params {

@@ -1,4 +1,4 @@
-// Where the dots of an array lie on the object at rest, frame O.
+// DotLayout holds the positions of the dots of an array on the object at rest, frame O.
 #pragma once
 
 #include <vector>

@@ -18,7 +18,7 @@ struct SightedDot {
   Dot dot;
 };
 
-// Not thread-safe.
+// DotTracker is not thread-safe.
 class DotTracker {
  public:
   struct Params {
@@ -37,8 +37,8 @@ class DotTracker {
   // The next image is matched without the last one.
   void Lose() noexcept { found_ = false; }
 
-  // One per dot of the layout; if not visible, `dot.centre` is the position expected from its
-  // neighbours, and may be NaN.
+  // Returns one entry per dot of the layout. If a dot is not visible, `dot.centre` is the position
+  // expected from its neighbours, and may be NaN.
   [[nodiscard]] const std::vector<SightedDot>& dots() const { return dots_; }
   [[nodiscard]] int seen() const { return seen_; }
   [[nodiscard]] bool found() const { return found_; }

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kForeign = 0.2;  // share of a ring or sector that may be darker than ground
 // Sectors of an arc to start from. [-] [tuned: AnEdgeBesideADotDoesNotPullItInNoise]
-constexpr int kShortest = 9;
+constexpr int kMinArc = 9;
 constexpr int kStep = 2;  // from one to the next
 // Variance of a whole ring over that of its quietest arc, by chance [-]. [tuned:
 // WhatNeighboursShareIsSeen]
@@ -38,7 +38,7 @@ bool GroundRing::Fit() noexcept {
   int quietest = -1;
   double variance = 0;
   for (int first = 0; first < kSectors; first += kStep) {
-    if (!FitArc(first, kShortest) || (quietest >= 0 && plane_.variance >= variance)) continue;
+    if (!FitArc(first, kMinArc) || (quietest >= 0 && plane_.variance >= variance)) continue;
     quietest = first;
     variance = plane_.variance;
   }
@@ -46,7 +46,7 @@ bool GroundRing::Fit() noexcept {
   if (FitArc(0, kSectors) && plane_.variance < kNoisier * variance + kRounding * kRounding) {
     return true;
   }
-  Grow(quietest, kShortest);
+  Grow(quietest, kMinArc);
   return true;
 }
 
@@ -80,7 +80,7 @@ void GroundRing::Grow(int first, int count) noexcept {
   }
 }
 
-// One beyond the picture's edge is none, and hides nothing.
+// A sector beyond the image's edge is not ground, and hides nothing.
 bool GroundRing::IsGround(const Sector& sector) const noexcept {
   if (sector.seen == 0) return true;
   const GroundPlane& s = sector.sums;

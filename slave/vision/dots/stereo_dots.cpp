@@ -37,7 +37,7 @@ StereoDots::Params Checked(StereoDots::Params params) {
           "0 <= radius < 1 m");
   Require(params.sigma_px >= 0 && params.sigma_px < 100, "sigma_px", params.sigma_px,
           "0 <= sigma < 100 px");
-  Require(params.rest_pictures >= 1, "rest_pictures", 1.0 * params.rest_pictures, "at least 1");
+  Require(params.rest_images >= 1, "rest_images", 1.0 * params.rest_images, "at least 1");
   Require(params.miss_px > 0, "miss_px", params.miss_px, "> 0");
   return params;
 }

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// Not thread-safe.
+// StereoDots is not thread-safe.
 class StereoDots {
  public:
   struct Params {
@@ -26,9 +26,9 @@ class StereoDots {
         Eigen::Isometry3d::Identity();    // pose at rest, to about half a spacing of the dots
     std::vector<Eigen::Vector2d> layout;  // of the dots, frame O [m]
     double dot_radius = 0.002;            // [m]
-    double sigma_px = 0.1;   // least sigma of a dot's position in an image, per axis [px]
-    int rest_pictures = 10;  // the rest frame is their mean
-    double miss_px = 3;      // the two rays of a dot pass no farther from each other [px]
+    double sigma_px = 0.1;  // least sigma of a dot's position in an image, per axis [px]
+    int rest_images = 10;   // the rest frame is their mean
+    double miss_px = 3;     // the two rays of a dot pass no farther from each other [px]
     DotFinder::Params finder;
   };
   // Throws std::invalid_argument naming the parameter: a lens without focal length or size, no
@@ -41,7 +41,7 @@ class StereoDots {
   // the rest shape was measured is never visible. Valid until the next call.
   const SurfaceObservation& Observe(const cv::Mat& left, const cv::Mat& right) noexcept;
 
-  [[nodiscard]] bool at_rest_known() const { return rest_taken_ >= params_.rest_pictures; }
+  [[nodiscard]] bool at_rest_known() const { return rest_taken_ >= params_.rest_images; }
   [[nodiscard]] const DotTracker& left() const { return trackers_[0]; }
 
  private:

@@ -90,7 +90,7 @@ Lens ReadLens(const std::filesystem::path& file) {
   return rig.left;
 }
 
-PictureFilter StraighteningOf(const Camera& camera) {
+ImageFilter StraighteningOf(const Camera& camera) {
   if (camera.lens.empty()) return {};
   return [camera, warp = Read(camera)](const cv::Mat& image) {
     try {

@@ -44,6 +44,6 @@ Lens ReadLens(const std::filesystem::path& file);
 // The filter that undistorts the images of a camera with a lens file in the scene; empty: the scene
 // has no lens. Throws std::runtime_error naming sense.camera.intrinsics: its file is unreadable,
 // not a lens, or of two cameras; the filter throws it if an image has another size than the lens.
-PictureFilter StraighteningOf(const Camera& camera);
+ImageFilter StraighteningOf(const Camera& camera);
 
 }  // namespace palpate

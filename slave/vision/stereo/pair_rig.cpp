@@ -20,7 +20,7 @@ Lens LensOf(const StereoCameras& cameras) {
   return lens;
 }
 
-bool IsInPicture(const Lens& lens, const Vector3d& p_C) {
+bool IsInImage(const Lens& lens, const Vector3d& p_C) {
   const auto p_I = Project(lens, p_C);
   return p_I && p_I->x() > 0 && p_I->y() > 0 && p_I->x() < lens.size[0] - 1 &&
          p_I->y() < lens.size[1] - 1;
@@ -58,7 +58,7 @@ StereoRig SimulatedRig(const Scene& scene) {
   StereoRig rig;
   rig.left = rig.right = LensOf(cameras);
   rig.X_RL = Verged(cameras.baseline, distance);
-  if (!IsInPicture(rig.left, p_L) || !IsInPicture(rig.right, rig.X_RL * p_L)) {
+  if (!IsInImage(rig.left, p_L) || !IsInImage(rig.right, rig.X_RL * p_L)) {
     throw std::invalid_argument(
         "sense.camera.pose: the simulator expects a pose from which both cameras see the "
         "origin of the object's frame");

@@ -12,7 +12,7 @@ namespace {
 // Squared sine of the angle of parallel rays [-]. [derived: rounding]
 constexpr double kParallel = 1e-14;
 // Newton steps, of which a few are needed [-]. [derived: they converge quadratically]
-constexpr int kMostSteps = 30;
+constexpr int kMaxSteps = 30;
 
 struct Meeting {
   Eigen::Vector3d p_L;  // between the rays where they are nearest
@@ -92,7 +92,7 @@ std::optional<Eigen::Vector2d> RayOf(const Lens& lens, const Eigen::Vector2d& p_
   // Newton, from the image itself: from below on a barrel's curve, from above on a pincushion's,
   // so it does not pass the end of the invertible range where there is an answer within it.
   Eigen::Vector2d ray = seen;
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     const Distorted at = Distort(lens, ray);
     if (!(at.jacobian.determinant() > 0)) return std::nullopt;
     const Eigen::Vector2d step = at.jacobian.inverse() * (seen - at.ray);
@@ -160,7 +160,7 @@ std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vecto
   out.miss_px = meeting->gap * std::sqrt(rig.left.fx * rig.left.fy) / meeting->p_L.z();
   // From the rays' middle the nearest place in the images is a step or two away.
   Eigen::Matrix3d inverse;
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     const auto normal = Misses(rig, out.p_L, left_I, right_I);
     if (!normal) return std::nullopt;
     bool regular = false;

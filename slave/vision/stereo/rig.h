@@ -71,15 +71,16 @@ struct Distorted {
 };
 Distorted Distort(const Lens& lens, const Eigen::Vector2d& ray) noexcept;
 
-// Whether the radial part still rises from the axis out to `ray`: beyond, two rays share a pixel.
+// Returns whether the radial part still rises from the axis out to `ray`: beyond, two rays share a
+// pixel.
 bool IsInvertibleOutTo(const Lens& lens, const Eigen::Vector2d& ray) noexcept;
 
 // Project() with d p_I / d p_C. False: behind the camera or outside the invertible range.
 bool ProjectWithJacobian(const Lens& lens, const Eigen::Vector3d& p_C, Eigen::Vector2d* p_I,
                          Eigen::Matrix<double, 2, 3>* jacobian) noexcept;
 
-// Where the middle of a tilted dot's image lies, which is not the image of its middle: centroid
-// of the image of a flat disc minus the image of its centre [px]. A line l of the image (a
+// Returns the bias of a tilted dot's image, whose centroid is not the image of the dot's centre:
+// centroid of the image of a flat disc minus the image of its centre [px]. A line l of the image (a
 // plane through the eye with normal l) touches the disc's edge where
 //   (l . c)^2 = r^2 (l . l - (l . n)^2),
 // so the dual conic is c c' - r^2 (I - n n'), and the ellipse's centre is its last column. For a

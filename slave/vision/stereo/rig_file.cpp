@@ -42,7 +42,7 @@ constexpr int kLargestPicture = 16384;
 constexpr std::uintmax_t kLargestFile = 1 << 20;  // [by definition]
 // Focal length [px], distance of the cameras [m], and the largest centre of an image [px],
 // distortion [-] and rms [px]. [by definition]
-constexpr double kShortest = 1e-3, kLongest = 1e9, kNearest = 1e-12, kFarthest = 1e3,
+constexpr double kMinFocal = 1e-3, kMaxFocal = 1e9, kMinDistance = 1e-12, kMaxDistance = 1e3,
                  kLargest = 1e6;
 
 class RigReader {
@@ -81,7 +81,8 @@ class RigReader {
     if (!(skew < 1e-5) || rotation.determinant() < 0) Refuse("R: expected a rotation");
     rig.X_RL.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
     rig.X_RL.translation() = Eigen::Map<const Eigen::Vector3d>(T.data());
-    RequireRange("length of T", rig.baseline(), kNearest, kFarthest, "two cameras apart [m]");
+    RequireRange("length of T", rig.baseline(), kMinDistance, kMaxDistance,
+                 "two cameras apart [m]");
     return rig;
   }
 
@@ -180,8 +181,8 @@ class RigReader {
     if (K.size() != 9) Refuse(at + "camera_matrix: expected 3 x 3");
     lens.fx = K[0], lens.cx = K[2], lens.fy = K[4], lens.cy = K[5];
     const std::string name = at + "camera_matrix: ";
-    RequireRange(name + "fx", lens.fx, kShortest, kLongest, "a focal > 0 [px]");
-    RequireRange(name + "fy", lens.fy, kShortest, kLongest, "a focal > 0 [px]");
+    RequireRange(name + "fx", lens.fx, kMinFocal, kMaxFocal, "a focal > 0 [px]");
+    RequireRange(name + "fy", lens.fy, kMinFocal, kMaxFocal, "a focal > 0 [px]");
     RequireRange(name + "cx", lens.cx, -kLargest, kLargest, "a centre [px]");
     RequireRange(name + "cy", lens.cy, -kLargest, kLargest, "a centre [px]");
     if (K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {

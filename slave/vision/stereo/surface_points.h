@@ -13,14 +13,14 @@
 
 namespace palpate {
 
-// One point with an identity that lasts. Frame S.
+// SurfacePoint is a point with a permanent identity. Frame S.
 struct SurfacePoint {
   int id = -1;                                           // identity, kept by the same point
   bool seen = false;                                     // false: the last position is repeated
   Eigen::Vector3d p_S_rest{0, 0, 0};                     // in the rest frame [m]
   Eigen::Vector3d p_S{0, 0, 0};                          // now [m]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of p_S [m^2]
-  // For stereo pairs; sigma 0: not measured by a pair.
+  // The members below are those of stereo pairs; sigma 0: not measured by a pair.
   Eigen::Vector2d left_I{0, 0}, right_I{0, 0};  // image points [px]
   double sigma_px = 0;  // sigma of the image points, per axis, from the images [px]
   double miss_px = 0;   // Triangulated::miss_px
@@ -43,7 +43,7 @@ struct SurfaceObservation : Verdict {
   double place_error =
       0;            // at rest, along the surface by the distance of neighbours [-]; 0: unknown
   double skew = 0;  // time between right and left image by their timestamps [s]
-  // One sigma of the time relative to the timestamps [pair periods]; 0: not a stereo pair.
+  // Standard deviation of the time relative to the timestamps [pair periods]; 0: not a stereo pair.
   double moment_sigma = 0;
 };
 

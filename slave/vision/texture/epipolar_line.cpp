@@ -11,7 +11,7 @@ constexpr int kHalvings = 40;    // of one step
 // The window at the line's place, as a piece of surface that faces the first camera is seen.
 std::optional<PatchWarp> WarpAt(const EpipolarLine& line, const PatchWarp& seen) noexcept {
   constexpr double kArm = 4;  // [px]
-  if (!line.in_picture()) return std::nullopt;
+  if (!line.in_image()) return std::nullopt;
   const auto x = line.Neighbour(seen.p + kArm * Eigen::Vector2d::UnitX());
   const auto y = line.Neighbour(seen.p + kArm * Eigen::Vector2d::UnitY());
   if (!x || !y) return std::nullopt;
@@ -36,14 +36,14 @@ EpipolarLine::EpipolarLine(const Lens& from, const Lens& to, const Eigen::Isomet
       ray_(RayOf(from, p_F)) {}
 
 // Along ray + q t: projecting does not ask how far away a point is, so infinity is a place.
-std::optional<Eigen::Vector2d> EpipolarLine::Picture(const Eigen::Vector2d& ray,
-                                                     double q) const noexcept {
+std::optional<Eigen::Vector2d> EpipolarLine::Image(const Eigen::Vector2d& ray,
+                                                   double q) const noexcept {
   return Project(to_, R_TF_ * ray.homogeneous() + q * t_TF_);
 }
 
 std::optional<Eigen::Vector2d> EpipolarLine::Neighbour(const Eigen::Vector2d& p_F) const noexcept {
   const auto ray = RayOf(from_, p_F);
-  return ray ? Picture(*ray, q_) : std::nullopt;
+  return ray ? Image(*ray, q_) : std::nullopt;
 }
 
 bool EpipolarLine::IsInside(const Eigen::Vector2d& p) const {
@@ -63,13 +63,13 @@ bool EpipolarLine::Next(double step) noexcept {
   if (!ray_) return false;
   if (dq_ == 0) {
     dq_ = step / std::max(to_.fx, to_.fy);
-    place_ = Picture(*ray_, 0);
+    place_ = Image(*ray_, 0);
     return true;
   }
   for (int k = 0; k < kHalvings; ++k) {
     const double q = q_ + dq_;
     if (!(q <= kClosest)) return false;
-    const auto next = Picture(*ray_, q);
+    const auto next = Image(*ray_, q);
     if (place_) {
       if (!next || Leaves(*place_, *next)) return false;
       const double moved = (*next - *place_).norm() / step;
@@ -88,10 +88,10 @@ bool EpipolarLine::Next(double step) noexcept {
 
 std::optional<double> NearestInBoth(const StereoRig& rig) noexcept {
   EpipolarLine line(rig.left, rig.right, rig.X_RL, {rig.left.cx, rig.left.cy});
-  constexpr int kMostSteps = 100'000;
+  constexpr int kMaxSteps = 100'000;
   double q = 0;
-  for (int k = 0; k < kMostSteps && line.Next(1); ++k) {
-    if (line.in_picture()) q = line.q();
+  for (int k = 0; k < kMaxSteps && line.Next(1); ++k) {
+    if (line.in_image()) q = line.q();
   }
   return q > 0 ? std::optional(rig.baseline() / q) : std::nullopt;
 }

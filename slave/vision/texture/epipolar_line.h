@@ -28,13 +28,13 @@ class EpipolarLine {
   // Projection of the ray at this q [px]; nullopt: outside the lens's range. It may be outside the
   // image.
   [[nodiscard]] const std::optional<Eigen::Vector2d>& place() const { return place_; }
-  [[nodiscard]] bool in_picture() const { return place_ && IsInside(*place_); }
+  [[nodiscard]] bool in_image() const { return place_ && IsInside(*place_); }
   // Place of the ray through a neighbour of the pixel, as far away [px].
   [[nodiscard]] std::optional<Eigen::Vector2d> Neighbour(const Eigen::Vector2d& p_F) const noexcept;
 
  private:
-  [[nodiscard]] std::optional<Eigen::Vector2d> Picture(const Eigen::Vector2d& ray,
-                                                       double q) const noexcept;
+  [[nodiscard]] std::optional<Eigen::Vector2d> Image(const Eigen::Vector2d& ray,
+                                                     double q) const noexcept;
   [[nodiscard]] bool IsInside(const Eigen::Vector2d& p) const;
   [[nodiscard]] bool Leaves(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
 

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kSmallest = 32;  // [px] [tuned: TheOtherCamerasPictureMayBeLarger]
+constexpr int kSmallest = 32;  // [px] [tuned: TheOtherCamerasImageMayBeLarger]
 
 // BT.601 in 16.16 fixed point.
 void GreyRow(const std::uint8_t* bgr, std::uint8_t* grey, int width) {
@@ -54,33 +54,32 @@ ImagePyramid::ImagePyramid(const cv::Mat& first, int levels) : type_(first.type(
   Read(first);
 }
 
-bool ImagePyramid::Read(const cv::Mat& picture) noexcept {
+bool ImagePyramid::Read(const cv::Mat& image) noexcept {
   cv::Mat& fine = levels_.front();
-  if (picture.dims != 2 || picture.type() != type_ || picture.data == nullptr ||
-      picture.cols != fine.cols || picture.rows != fine.rows) {
+  if (image.dims != 2 || image.type() != type_ || image.data == nullptr ||
+      image.cols != fine.cols || image.rows != fine.rows) {
     return false;
   }
   for (int y = 0; y < fine.rows; ++y) {
     if (type_ == CV_8UC3) {
-      GreyRow(picture.ptr<std::uint8_t>(y), fine.ptr<std::uint8_t>(y), fine.cols);
+      GreyRow(image.ptr<std::uint8_t>(y), fine.ptr<std::uint8_t>(y), fine.cols);
     } else {
-      std::memcpy(fine.ptr(y), picture.ptr(y), static_cast<std::size_t>(fine.cols));
+      std::memcpy(fine.ptr(y), image.ptr(y), static_cast<std::size_t>(fine.cols));
     }
   }
   for (std::size_t l = 1; l < levels_.size(); ++l) Halve(levels_[l - 1], levels_[l]);
   return true;
 }
 
-std::vector<Eigen::Vector2d> ChooseWindows(const cv::Mat& picture, int count, int edge,
+std::vector<Eigen::Vector2d> ChooseWindows(const cv::Mat& image, int count, int edge,
                                            double apart) {
-  const bool readable =
-      picture.dims == 2 && (picture.type() == CV_8UC1 || picture.type() == CV_8UC3);
+  const bool readable = image.dims == 2 && (image.type() == CV_8UC1 || image.type() == CV_8UC3);
   const int rim = edge / 2 + 2;
-  if (!readable || count < 1 || edge < 1 || picture.cols <= 2 * rim || picture.rows <= 2 * rim) {
+  if (!readable || count < 1 || edge < 1 || image.cols <= 2 * rim || image.rows <= 2 * rim) {
     return {};
   }
-  cv::Mat grey = picture;
-  if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  cv::Mat grey = image;
+  if (image.channels() == 3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
   cv::Mat inside = cv::Mat::zeros(grey.size(), CV_8UC1);
   inside(cv::Rect(rim, rim, grey.cols - 2 * rim, grey.rows - 2 * rim)).setTo(255);
   constexpr double kOfTheBest = 0.01;

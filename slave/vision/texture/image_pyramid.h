@@ -19,7 +19,7 @@ class ImagePyramid {
 
   // Loads an image of the first one's size and type; false (and nothing changed) otherwise.
   // Real-time safe.
-  bool Read(const cv::Mat& picture) noexcept;
+  bool Read(const cv::Mat& image) noexcept;
 
   [[nodiscard]] int levels() const { return static_cast<int>(levels_.size()); }
   [[nodiscard]] const cv::Mat& operator[](int level) const {  // 8 bit grey
@@ -35,7 +35,6 @@ class ImagePyramid {
 // structure tensor (sum of grad grad^T over the window) has the largest smaller eigenvalues: J. Shi
 // and C. Tomasi, CVPR 1994. At least `apart` from each other, with a window inside the image; best
 // first. Empty: no texture, or an unusable image (not 8 bit, neither grey nor BGR).
-std::vector<Eigen::Vector2d> ChooseWindows(const cv::Mat& picture, int count, int edge,
-                                           double apart);
+std::vector<Eigen::Vector2d> ChooseWindows(const cv::Mat& image, int count, int edge, double apart);
 
 }  // namespace palpate

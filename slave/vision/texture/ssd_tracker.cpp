@@ -16,7 +16,7 @@ using Freedom = PatchAligner::Freedom;
 constexpr int kSmallestEdge = 9;      // of a window [px] [tuned: WhatCannotBeIsRefusedAtOnce]
 constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse place is not believed
 constexpr int kNearby = 12;           // searched where the way down misled [px]
-constexpr int kSearchesPerPicture = 4;
+constexpr int kSearchesPerImage = 4;
 
 void Check(const SsdOptions& options) {
   const int window = options.window;
@@ -128,7 +128,7 @@ void SsdTracker::Accept(TrackedWindow& window, const PatchAligner::Match& match)
 }
 
 // The window as it looks now, looked for in the image before, starting where it is now.
-bool SsdTracker::LeadsBack(const PatchWarp& now, const PatchWarp& before) noexcept {
+bool SsdTracker::ReturnsToStart(const PatchWarp& now, const PatchWarp& before) noexcept {
   if (!Cut(back_, now)) return false;
   const int top = now_.levels() - 1, near = std::min(1, top);
   for (const bool search : {false, true}) {
@@ -151,7 +151,8 @@ bool SsdTracker::Follow(TrackedWindow& window, Memory& memory) noexcept {
     for (PatchWarp start : {predicted, before}) {
       if (search) start = Search(memory.first, now_, start, near, kNearby >> near);
       const auto match = Descend(memory.first, now_, start, search ? 0 : top);
-      if (!Found(match, options_.least_correlation) || !LeadsBack(match.warp, before)) continue;
+      if (!Found(match, options_.least_correlation) || !ReturnsToStart(match.warp, before))
+        continue;
       Accept(window, match);
       memory.velocity = window.warp.p - before.p;
       return true;
@@ -177,7 +178,7 @@ const std::vector<TrackedWindow>& SsdTracker::Track(const cv::Mat& image) noexce
   if (!now_.Read(image)) {
     std::swap(now_, before_);
     for (TrackedWindow& window : windows_) {
-      if (window.state != WindowState::kNoTexture) window.state = WindowState::kBadPicture;
+      if (window.state != WindowState::kNoTexture) window.state = WindowState::kBadImage;
     }
     return windows_;
   }
@@ -185,11 +186,11 @@ const std::vector<TrackedWindow>& SsdTracker::Track(const cv::Mat& image) noexce
     TrackedWindow& window = windows_[i];
     // A image that could not be read is jumped over: the image before is the last good one.
     const bool follows =
-        window.seen() || (window.state == WindowState::kBadPicture && memories_[i].lost_for == 0);
+        window.seen() || (window.state == WindowState::kBadImage && memories_[i].lost_for == 0);
     if (window.state == WindowState::kNoTexture || !follows) continue;
     if (!Follow(window, memories_[i])) Lose(i);
   }
-  int searches = kSearchesPerPicture;
+  int searches = kSearchesPerImage;
   const std::size_t first = next_search_;
   for (std::size_t n = 0; n < windows_.size(); ++n) {
     const std::size_t i = (first + n) % windows_.size();

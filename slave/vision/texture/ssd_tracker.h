@@ -28,9 +28,9 @@ struct SsdOptions {
 
 enum class WindowState : std::uint8_t {
   kTracked,
-  kNoTexture,   // the first image has no structure there, or the window leaves it
-  kLost,        // covered, outside the image, or changed
-  kBadPicture,  // not of the first image's size and type
+  kNoTexture,  // the first image has no structure there, or the window leaves it
+  kLost,       // covered, outside the image, or changed
+  kBadImage,   // not of the first image's size and type
 };
 
 struct TrackedWindow {
@@ -51,9 +51,9 @@ class SsdTracker {
   const std::vector<TrackedWindow>& Track(const cv::Mat& image) noexcept;
   [[nodiscard]] const std::vector<TrackedWindow>& windows() const { return windows_; }
 
-  // The same templates for another camera whose first image is `image`: all windows are lost
-  // until Place() sets their positions, and lost ones are not searched, because the caller knows
-  // the epipolar geometry. Throws std::invalid_argument as the constructor.
+  // Makes a tracker with the same templates for another camera, whose first image is `image`. All
+  // windows are lost until Place() sets their positions, and lost ones are not searched, because
+  // the caller knows the epipolar geometry. Throws std::invalid_argument as the constructor.
   [[nodiscard]] SsdTracker InOtherCamera(const cv::Mat& image) const;
   // Searches window `i` near `start` in the last image and tracks it from there; false: not found.
   // Real-time safe.
@@ -84,7 +84,7 @@ class SsdTracker {
                                      const PatchWarp& start, int top) noexcept;
   [[nodiscard]] static bool Found(const PatchAligner::Match& match, double least) noexcept;
   bool Follow(TrackedWindow& window, Memory& memory) noexcept;
-  bool LeadsBack(const PatchWarp& now, const PatchWarp& before) noexcept;
+  bool ReturnsToStart(const PatchWarp& now, const PatchWarp& before) noexcept;
   bool Refind(TrackedWindow& window, Memory& memory) noexcept;
   static void Accept(TrackedWindow& window, const PatchAligner::Match& match) noexcept;
 

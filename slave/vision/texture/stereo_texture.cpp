@@ -12,7 +12,7 @@ namespace {
 constexpr int kSearchesPerPair =
     4;  // [-] [tuned: WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain]
 
-bool IsPicture(const cv::Mat& image, const Lens& lens) {
+bool IsImage(const cv::Mat& image, const Lens& lens) {
   return image.dims == 2 && image.data != nullptr &&
          (image.type() == CV_8UC1 || image.type() == CV_8UC3) && image.cols == lens.size[0] &&
          image.rows == lens.size[1];
@@ -60,7 +60,7 @@ bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
   bool any = false;
   for (std::size_t i = 0; i < at.size(); ++i) {
     observation_.points[i].id = static_cast<int>(i);
-    MeetAgain(i);
+    RelocateLostSide(i);
     any = Locate(i) || any;
   }
   if (!any) {
@@ -71,8 +71,9 @@ bool StereoTexture::Start(const cv::Mat& left, const cv::Mat& right) {
   return any;
 }
 
-// One camera sees the window, the other has lost it or never had it.
-void StereoTexture::MeetAgain(std::size_t i) noexcept {
+// Searches a window that one camera tracks in the image of the camera that has lost it or never had
+// it.
+void StereoTexture::RelocateLostSide(std::size_t i) noexcept {
   const TrackedWindow &l = left_->windows()[i], &r = right_->windows()[i];
   if (l.seen() == r.seen()) return;
   const bool to_left = r.seen();
@@ -82,11 +83,11 @@ void StereoTexture::MeetAgain(std::size_t i) noexcept {
                                left_->image(), level_, options_.search)
               : SearchEpipolar(rig_.left, rig_.right, X_RL_, l.warp, right_->Template(i, level_),
                                right_->image(), level_, options_.search);
-  if (there && other.Place(i, *there) && !LeadsBack(i, to_left)) other.Lose(i);
+  if (there && other.Place(i, *there) && !ReturnsToStart(i, to_left)) other.Lose(i);
 }
 
 // The window as the found image shows it must be found where the other one has it.
-bool StereoTexture::LeadsBack(std::size_t i, bool to_left) noexcept {
+bool StereoTexture::ReturnsToStart(std::size_t i, bool to_left) noexcept {
   const PatchWarp &l = left_->windows()[i].warp, &r = right_->windows()[i].warp;
   const PatchWarp &found = to_left ? l : r, &known = to_left ? r : l;
   const ImagePyramid& image = (to_left ? left_ : right_)->image();
@@ -136,7 +137,7 @@ void StereoTexture::Pair() noexcept {
   for (std::size_t n = 0; n < count && searches > 0; ++n) {
     const std::size_t i = (next_search_ + n) % count;
     if (left_->windows()[i].seen() == right_->windows()[i].seen()) continue;
-    MeetAgain(i);
+    RelocateLostSide(i);
     if (--searches == 0) next_search_ = i + 1;
   }
   for (std::size_t i = 0; i < count; ++i) observation_.found |= Locate(i);
@@ -145,7 +146,7 @@ void StereoTexture::Pair() noexcept {
 const SurfaceObservation& StereoTexture::Process(const cv::Mat& left, const cv::Mat& right) {
   observation_.found = false;
   for (SurfacePoint& point : observation_.points) point.seen = false;
-  const bool usable = IsPicture(left, rig_.left) && IsPicture(right, rig_.right);
+  const bool usable = IsImage(left, rig_.left) && IsImage(right, rig_.right);
   if (!started()) {
     observation_.found = usable && Start(left, right);
     return observation_;

@@ -52,8 +52,8 @@ class StereoTexture {
  private:
   bool Start(const cv::Mat& left, const cv::Mat& right);
   void Pair() noexcept;
-  void MeetAgain(std::size_t i) noexcept;
-  [[nodiscard]] bool LeadsBack(std::size_t i, bool to_left) noexcept;
+  void RelocateLostSide(std::size_t i) noexcept;
+  [[nodiscard]] bool ReturnsToStart(std::size_t i, bool to_left) noexcept;
   bool Locate(std::size_t i) noexcept;
 
   StereoRig rig_;

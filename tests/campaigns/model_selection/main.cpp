@@ -43,14 +43,14 @@ without a word, and no scene is left without an answer; 1 otherwise; 2 unusable 
 constexpr double kFactor = 1.5, kOfTruth = 1e-3, kAsNear = 1.1;
 
 // Seconds of this program's processor: what else the machine does changes no choice.
-study::ModelFactory Workshop() {
-  study::ModelFactory workshop = study::RealWorkshop();
-  workshop.now = [] {
+study::ModelFactory CountedModelFactory() {
+  study::ModelFactory factory = study::DefaultModelFactory();
+  factory.now = [] {
     timespec spent{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
     return static_cast<double>(spent.tv_sec) + 1e-9 * static_cast<double>(spent.tv_nsec);
   };
-  return workshop;
+  return factory;
 }
 
 struct Tally {
@@ -91,7 +91,7 @@ double ErrorOf(const Scene& scene, const StudyRow& row, const study::PressSpec& 
   candidate.scene.model = row.model;
   if (auto* box = std::get_if<BoxGeometry>(&candidate.scene.object.geometry))
     box->cells = row.cells;
-  const StudyRow again = Measure(candidate, question, Workshop(), nullptr, 0);
+  const StudyRow again = Measure(candidate, question, CountedModelFactory(), nullptr, 0);
   std::vector<double> errors;
   for (std::size_t i = 0; i < again.answers.size(); ++i) {
     const double error = std::abs(again.answers[i].full.value / truth[i] - 1);
@@ -143,7 +143,7 @@ void Evaluate(const Scene& scene, std::uint32_t seed, Tally* tally) {
   ++tally->scenes;
   std::printf("%u %s: within %.2g %% at %.3g Hz\n", seed, scene.name.c_str(),
               100 * scene.model.tolerance, scene.model.rate);
-  StudyResult study = RunStudy(scene, study::QuickSettings(scene), Workshop());
+  StudyResult study = RunStudy(scene, study::QuickSettings(scene), CountedModelFactory());
   const auto decided = study::DecidedBy(study, scene);
   if (!decided) {
     const ModelChoice choice = ChooseModel(scene);
@@ -179,10 +179,11 @@ bool Report(const Tally& t) {
 // Where nothing meets both, it says so and is as near as the nearest.
 bool Exhaustive(const std::string& name) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/" + name + ".yaml"), {"model.kind=auto"});
-  const auto quick = study::DecideQuickly(scene, Workshop());
+  const auto quick = study::DecideQuickly(scene, CountedModelFactory());
   if (!quick) return false;
   const ModelOptions& chosen = quick->model;
-  const StudyResult all = RunStudy(scene, {.places = study::PlacesToDecide(scene)}, Workshop());
+  const StudyResult all =
+      RunStudy(scene, {.places = study::PlacesToDecide(scene)}, CountedModelFactory());
   const auto best = study::DecidedBy(all, scene);
   const auto own = std::ranges::find_if(all.rows, [&](const StudyRow& row) {
     return row.kind == chosen.kind && row.model.order == chosen.order &&

@@ -60,8 +60,7 @@ class PairStage final : public Stage {
 class DepthStage final : public Stage {
  public:
   DepthStage(const std::string& name, Scene scene, Scene site_scene, const Counts& counts)
-      : Stage(name, "pairs", std::move(scene)),
-        camera_(*this->scene().sense.Find<DepthPictures>()) {
+      : Stage(name, "pairs", std::move(scene)), camera_(*this->scene().sense.Find<DepthImages>()) {
     script_ = counts.script();
     const double depth = site_scene.operator_options.press_depth;
     const Vector3d home = site_scene.manipulator.home;
@@ -70,7 +69,7 @@ class DepthStage final : public Stage {
     std::vector<Shot> shots;
     for (std::size_t i = 0; i < script_.count; ++i) {
       site.MoveTool({home.x(), home.y(), home.z() - counts.WayAt(i) * (home.z() + depth)});
-      shots.push_back({Picture(site, &random), {}, {}, site.truth()});
+      shots.push_back({Image(site, &random), {}, {}, site.truth()});
     }
     Keep(std::move(shots));
   }
@@ -87,7 +86,7 @@ class DepthStage final : public Stage {
   static constexpr int kWidth = 320, kHeight = 240;
 
  private:
-  [[nodiscard]] cv::Mat Picture(const StereoSite& site, std::mt19937* random) const {
+  [[nodiscard]] cv::Mat Image(const StereoSite& site, std::mt19937* random) const {
     NormalNoise noise;
     cv::Mat picture(kHeight, kWidth, CV_16U);
     for (int y = 0; y < kHeight; ++y) {
@@ -102,7 +101,7 @@ class DepthStage final : public Stage {
     return picture;
   }
 
-  const DepthPictures& camera_;
+  const DepthImages& camera_;
 };
 
 }  // namespace
@@ -121,7 +120,7 @@ std::unique_ptr<Stage> MakePairStage(const std::string& name, const Overrides& o
 
 std::unique_ptr<Stage> MakeDepthStage(Scene scene, const Counts& counts) {
   const Scene site_scene = scene;
-  DepthPictures camera;
+  DepthImages camera;
   camera.unit = 0.02e-3;
   camera.sigma = 0.2e-3;
   camera.fx = camera.fy = 400;

@@ -37,12 +37,12 @@ class AlteredSamples final : public SamplePlayer {
 
   std::unique_ptr<FrameSource> OpenFrames() override {
     return std::make_unique<Source<FrameSource, Frame>>(*this, [this] {
-      return Frame{Picture(0), next_, StampOf(index_)};
+      return Frame{Image(0), next_, StampOf(index_)};
     });
   }
   std::unique_ptr<StereoSource> OpenPairs() override {
     return std::make_unique<Source<StereoSource, StereoPair>>(*this, [this] {
-      StereoPair pair{Picture(0), Picture(1), next_, StampOf(index_)};
+      StereoPair pair{Image(0), Image(1), next_, StampOf(index_)};
       const Moment moment{stage_.script(), index_};
       const bool swapped = alteration_.swapped && IsSo(*alteration_.swapped, moment);
       if (swapped) std::swap(pair.left, pair.right);
@@ -92,7 +92,7 @@ class AlteredSamples final : public SamplePlayer {
   [[nodiscard]] std::size_t ShownAt(const Moment& moment) const {
     return alteration_.shows ? alteration_.shows(moment) : moment.index;
   }
-  [[nodiscard]] cv::Mat Picture(int side) const {
+  [[nodiscard]] cv::Mat Image(int side) const {
     const Moment moment{stage_.script(), index_, side};
     const Moment shown{moment.script, ShownAt(moment), side};
     const Shot& shot = shots_[shown.index];

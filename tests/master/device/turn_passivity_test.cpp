@@ -53,8 +53,8 @@ TEST(TurnPassivityTest, ATorqueThatDrivesTheHandleReceivesNoMoreThanTheCredit) {
     }
     EXPECT_NEAR(turning.balance(), -handle.received(), 1e-6 + 1e-3 * handle.received());
     if (controlled) {
-      EXPECT_LE(handle.received(), TurnPassivity::kLent + 2 * largest);
-      EXPECT_GT(handle.received(), TurnPassivity::kLent / 2) << "the credit is used";
+      EXPECT_LE(handle.received(), TurnPassivity::kEnergyCredit + 2 * largest);
+      EXPECT_GT(handle.received(), TurnPassivity::kEnergyCredit / 2) << "the credit is used";
     } else {
       EXPECT_GT(handle.received(), 0.1);
     }

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "master/doctor/line.h"
+#include "master/doctor/link_check.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
 #include "tests/support/scratch.h"
@@ -65,8 +65,8 @@ TEST(DoctorTest, GovernorsAndClocksAreReadWhereTheSystemTellsThem) {
   EXPECT_EQ(Of(ExamineProcessors(sys), "clock").grade, Grade::kNote);
 }
 
-LineSample Line(double round_trip, double gap) {
-  LineSample line;
+LinkSample Line(double round_trip, double gap) {
+  LinkSample line;
   line.version = "0.0.0+other";
   line.phase = "ready: no operator is engaged";
   line.states = 201;
@@ -80,20 +80,20 @@ LineSample Line(double round_trip, double gap) {
 
 TEST(DoctorTest, GapsInWhichTheHandWouldBeLetGoAreBadAndTheKeyIsNamed) {
   const RemoteScene scene;
-  LineSample line = Line(0.01, 0.01);
-  EXPECT_EQ(Of(CheckLine(line, scene), "states").grade, Grade::kGood);
+  LinkSample line = Line(0.01, 0.01);
+  EXPECT_EQ(Of(CheckLink(line, scene), "states").grade, Grade::kGood);
   line.gap_us.Add(80e3);
   line.gaps_beyond = 1;
-  const Finding gaps = Of(CheckLine(line, scene), "states");
+  const Finding gaps = Of(CheckLink(line, scene), "states");
   EXPECT_EQ(gaps.grade, Grade::kBad);
   EXPECT_THAT(gaps.advice, HasSubstr("dead_after: 120 ms"));
 }
 
 TEST(DoctorTest, ASlaveThatHasSensedNothingYetIsNoted) {
-  LineSample line = Line(0.01, 0.01);
-  EXPECT_EQ(Of(CheckLine(line, RemoteScene()), "sensing").grade, Grade::kNote);
+  LinkSample line = Line(0.01, 0.01);
+  EXPECT_EQ(Of(CheckLink(line, RemoteScene()), "sensing").grade, Grade::kNote);
   line.age = 0.02;
-  EXPECT_EQ(Of(CheckLine(line, RemoteScene()), "sensing").grade, Grade::kGood);
+  EXPECT_EQ(Of(CheckLink(line, RemoteScene()), "sensing").grade, Grade::kGood);
 }
 
 TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
@@ -121,7 +121,7 @@ TEST(DoctorTest, AnExaminationEndsWhenItIsAskedTo) {
     });
     const Time begin = Clock::now();
     if (line) {
-      ExamineLine(options, 120, ends.get_token());
+      ExamineLink(options, 120, ends.get_token());
     } else {
       ExamineTimer(120, ends.get_token());
     }
@@ -133,7 +133,7 @@ TEST(DoctorTest, NobodyThereIsAFindingWithTheNextStep) {
   SlaveLink::Options nobody;
   nobody.target = "127.0.0.1:1";
   nobody.wait = 0;
-  const Findings findings = ExamineLine(nobody, 0.1);
+  const Findings findings = ExamineLink(nobody, 0.1);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].grade, Grade::kBad);
   EXPECT_THAT(findings[0].advice, HasSubstr("palpate-slave serve"));

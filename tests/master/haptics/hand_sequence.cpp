@@ -20,7 +20,7 @@ constexpr double kEnergyLimit = 1e-3;  // [J]
 constexpr double kTick = 0.001;        // [s]
 constexpr double kHandSpeed = 0.3;     // [m/s]
 constexpr double kHandChange = 0.01;   // of its speed in a tick [m/s]
-constexpr int kLongest = 5000;         // [ticks]
+constexpr int kMaxTicks = 5000;        // [ticks]
 
 using Lie = std::function<void(SlaveState* state, int n)>;  // n: states since the beginning
 
@@ -92,7 +92,7 @@ class Sequence {
   }
 
   void Run() {
-    while (!choices_.over() && ticks_ < kLongest) {
+    while (!choices_.over() && ticks_ < kMaxTicks) {
       Change();
       for (int left = choices_.Byte(); left >= 0; --left) Tick();
     }

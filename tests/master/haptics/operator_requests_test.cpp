@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "master/session/tick_words.h"
+#include "master/session/tick_text.h"
 #include "tests/master/haptics/rig.h"
 
 namespace palpate {

@@ -29,7 +29,7 @@ PassivityControl Press(const std::function<double(double, double)>& law, double 
     port.Observe({-Depth(t), 0, 0}, {sent, 0, 0}, kTick);
     const double wanted = law(Depth(t), t);
     const Eigen::Vector3d v(-Speed(t), 0, 0);
-    sent = port.Afford(port.Apply({wanted, 0, 0}, v, kTick), v, 200).x();
+    sent = port.LimitToBalance(port.Apply({wanted, 0, 0}, v, kTick), v, 200).x();
     *damped = std::max(*damped, std::abs(sent - wanted));
     EXPECT_GE(sent, -1e-15) << "the damping never pulls";
     EXPECT_LE(sent, wanted + 1e-12);
@@ -87,13 +87,13 @@ TEST_F(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
   for (int i = 0; i < 500; ++i) {
     port.Observe({-10e-6 * i, 0, 0}, {sent, 0, 0}, kTick);
     const Eigen::Vector3d wanted(2000 * 10e-6 * i, 0, 0);
-    EXPECT_EQ(port.Afford(wanted, {-0.01, 0, 0}, kSlew), wanted) << i;
+    EXPECT_EQ(port.LimitToBalance(wanted, {-0.01, 0, 0}, kSlew), wanted) << i;
     sent = wanted.x();
   }
   const double lent = std::sqrt(2 * 0.5e-3 * 2000);  // [N]
-  EXPECT_NEAR(PassivityControl().Afford({3, 0, 0}, {0, 0, 0}, kSlew).x(), lent, 1e-12);
-  EXPECT_NEAR(PassivityControl().Afford({3, 0, 0}, {1, 0, 0}, kSlew).x(), lent * std::sqrt(0.1),
-              1e-12);
+  EXPECT_NEAR(PassivityControl().LimitToBalance({3, 0, 0}, {0, 0, 0}, kSlew).x(), lent, 1e-12);
+  EXPECT_NEAR(PassivityControl().LimitToBalance({3, 0, 0}, {1, 0, 0}, kSlew).x(),
+              lent * std::sqrt(0.1), 1e-12);
 }
 
 // Pushed 1 mm out by 0.3 N there is a debt of 0.3 mJ. A force that falls to 0.1 N pays 0.1 mJ of it
@@ -108,8 +108,8 @@ TEST_F(PassivityControlTest, WhatAFallingForcePaysIsNotDampedAsWell) {
 // Whose force turns away from where it drives the hand has less of the slew limit to fall there.
 TEST_F(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
   port.Observe({0, 0, 0}, {3, 0, 0}, kTick);
-  EXPECT_NEAR(port.Afford({3, 0, 0}, {0.2, 0, 0}, 200).x(), 1, 1e-12);
-  EXPECT_TRUE(port.Afford({0, 3, 0}, {0.2, 0, 0}, 200).isZero(0));
+  EXPECT_NEAR(port.LimitToBalance({3, 0, 0}, {0.2, 0, 0}, 200).x(), 1, 1e-12);
+  EXPECT_TRUE(port.LimitToBalance({0, 3, 0}, {0.2, 0, 0}, 200).isZero(0));
 }
 
 // A hand wound 3 N up to what a spring of K_max holds, 2.25 mJ, and gives way ever faster: until 3
@@ -122,7 +122,7 @@ TEST_F(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
   for (int i = 0; i < 100; ++i) {
     port.Observe({p += v * kTick, 0, 0}, {sent, 0, 0}, kTick);
     v += kA * kTick;
-    const double wanted = port.Afford({3, 0, 0}, {v, 0, 0}, kSlew).x();
+    const double wanted = port.LimitToBalance({3, 0, 0}, {v, 0, 0}, kSlew).x();
     sent = std::max(wanted, sent - kSlew * kTick);
   }
   EXPECT_GE(port.min_balance(), -1e-3);
@@ -135,12 +135,12 @@ TEST_F(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
   EXPECT_NEAR(port.balance(), 1e-3, 1e-12);
   port.Observe({0, -0.001, 0}, {0, 0, 0}, kTick);
   EXPECT_EQ(port.balance(), 0);
-  port.Restore();
+  port.CreditStored();
   EXPECT_NEAR(port.balance(), 1e-3, 1e-12);
   port.Observe({0, -0.001, 0}, {0, 0, 0}, kTick);
   port.Observe({0, -0.001, 0}, {0, 0, 0}, kTick);
-  port.Restore();
-  port.Restore();
+  port.CreditStored();
+  port.CreditStored();
   EXPECT_EQ(port.balance(), 0);
 }
 
@@ -161,7 +161,7 @@ TEST_F(PassivityControlTest, BeyondWhatIsLentADebtIsPaidAtOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, 0.6e-3, 0}, {0, 1, 0}, 1e9);
   EXPECT_NEAR(port.balance(), -0.6e-3, 1e-12);
-  EXPECT_EQ(port.Afford({0, 1, 0}, {0, 0.1, 0}, 200), Eigen::Vector3d(0, 0, 0));
+  EXPECT_EQ(port.LimitToBalance({0, 1, 0}, {0, 0.1, 0}, 200), Eigen::Vector3d(0, 0, 0));
   for (int i = 7; i < 17; ++i) port.Observe({0, 1e-4 * i, 0}, {0, 0, 0}, kTick);
   EXPECT_NEAR(port.balance(), -0.5e-3, 1e-6);
 }
@@ -177,9 +177,9 @@ TEST_F(PassivityControlTest, WavingUnderNoForceSavesNothing) {
     p += v * kTick;
     port.Observe({p, 0, 0}, {sent, 0, 0}, kTick);
     const Eigen::Vector3d wanted(t < 6.5 ? 1e-6 : 3, 0, 0);
-    sent = port.Afford(port.Apply(wanted, {v, 0, 0}, kTick), {v, 0, 0}, 200).x();
+    sent = port.LimitToBalance(port.Apply(wanted, {v, 0, 0}, kTick), {v, 0, 0}, 200).x();
   }
-  EXPECT_GE(port.min_work(), -1.1 * PassivityControl::kLent);
+  EXPECT_GE(port.min_work(), -1.1 * PassivityControl::kEnergyCredit);
   EXPECT_LT(sent, 0.1) << "the hand went on in the push's direction: 5 mm/s x 3 N";
 }
 

@@ -145,7 +145,7 @@ TEST_F(ObserverTest, MeshesThatCannotBeAreCountedReportedAndNeverHandedOn) {
   EXPECT_THAT(observer.mesh_stats().trouble, HasSubstr("a mesh was rejected: rest is absent"));
 }
 
-TEST_F(ObserverTest, PicturesComeWithOverlaysAndNobodyMakesThemForNobody) {
+TEST_F(ObserverTest, ImagesComeWithOverlaysAndNobodyMakesThemForNobody) {
   slave_.TakeSample();
   EXPECT_EQ(slave_.pictures_taken(), 0);
   Observer observer(Line(), {});

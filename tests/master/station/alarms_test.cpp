@@ -74,7 +74,7 @@ TEST(AlarmsTest, ALostLineIsReportedOnce) {
                                 Field(&Alarm::next, HasSubstr("Is palpate-slave running?")))));
 }
 
-TEST(AlarmsTest, AFrozenPictureIsReportedUnlessNothingIsSensed) {
+TEST(AlarmsTest, AFrozenImageIsReportedUnlessNothingIsSensed) {
   StationMoment moment = Good();
   moment.frozen_for = 2.4;
   EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The image has been frozen for 2 s.")));

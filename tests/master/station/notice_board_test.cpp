@@ -15,13 +15,13 @@ TEST(NoticeBoardTest, GoesRoundTheTopics) {
   std::array<int, kTopicCount> sent{};
   for (int i = 0; i < 60; ++i) {
     board.Put(Topic::kStatus, "s");
-    board.Put(Topic::kPicture, "p");
+    board.Put(Topic::kImage, "p");
     board.Put(Topic::kShape, "m");
     const NoticeBoard::News news = board.Next(last, &seen);
     last = news.topic;
     ++sent[static_cast<std::size_t>(news.topic)];
   }
-  for (const Topic topic : {Topic::kStatus, Topic::kPicture, Topic::kShape}) {
+  for (const Topic topic : {Topic::kStatus, Topic::kImage, Topic::kShape}) {
     EXPECT_EQ(sent[static_cast<std::size_t>(topic)], 20);
   }
 }

@@ -56,8 +56,9 @@ TEST(PageCommandTest, RefusesTheRest) {
   }
   EXPECT_THROW(ReadPageCommand(R"({"do":"model","kind":")" + std::string(41, 'a') + "\"}"),
                std::invalid_argument);
-  EXPECT_THROW(ReadPageCommand(R"({"do":"stop","x":")" + std::string(kLongestCommand, 'a') + "\"}"),
-               std::invalid_argument);
+  EXPECT_THROW(
+      ReadPageCommand(R"({"do":"stop","x":")" + std::string(kMaxCommandBytes, 'a') + "\"}"),
+      std::invalid_argument);
 }
 
 }  // namespace

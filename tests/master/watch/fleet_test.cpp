@@ -139,9 +139,9 @@ TEST(Fleet, KeepsABoundedNumberAndIgnoresOtherSubjects) {
   for (const char* subject : {"other.a.state", "palpate.a.mesh", "palpate.state", ""})
     fleet.Take(subject, BytesOf(Pressed()), At(0));
   EXPECT_THAT(fleet.Lines(At(0)), IsEmpty());
-  for (std::size_t i = 0; i < Fleet::kMost + 10; ++i)
+  for (std::size_t i = 0; i < Fleet::kMaxSlaves + 10; ++i)
     fleet.Take("palpate.s" + std::to_string(i) + ".state", BytesOf(Pressed()), At(0));
-  EXPECT_EQ(fleet.Lines(At(0)).size(), Fleet::kMost);
+  EXPECT_EQ(fleet.Lines(At(0)).size(), Fleet::kMaxSlaves);
 }
 
 }  // namespace

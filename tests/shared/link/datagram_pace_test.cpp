@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kTick = 5e-3;  // [s], as states go
 
-// A line, and who answers at its end: feedback on those that came arrives a round trip later.
+// A line, and who answers at its end: feedback on those that size_received arrives a round trip
+// later.
 class PacedLine {
  public:
   std::function<bool()> loses = [] { return false; };
@@ -31,7 +32,7 @@ class PacedLine {
       const double trip = round_trip();
       feedback_.push_back({t_ + trip, counts ? seen_ : DatagramCount{}, trip});
       while (!feedback_.empty() && feedback_.front().at <= t_) {
-        pace.Hear(feedback_.front().seen, feedback_.front().trip, now);
+        pace.AddFeedback(feedback_.front().seen, feedback_.front().trip, now);
         feedback_.pop_front();
       }
     }
@@ -61,7 +62,7 @@ class DatagramPaceTest : public testing::Test {
 TEST_F(DatagramPaceTest, WhoIsNotHeardIsSentFew) {
   line_.round_trip = [] { return 1e9; };
   line_.Run(10);
-  EXPECT_NEAR(line_.sent, DatagramPace::kLeast * 10 / kTick, 2);
+  EXPECT_NEAR(line_.sent, DatagramPace::kMinShare * 10 / kTick, 2);
 }
 
 TEST_F(DatagramPaceTest, LossByChanceAndShakenTripsAreNoReason) {
@@ -71,7 +72,7 @@ TEST_F(DatagramPaceTest, LossByChanceAndShakenTripsAreNoReason) {
     line.round_trip = [this, trip] {
       return trip * std::uniform_real_distribution(0.8, 1.2)(random_);
     };
-    for (double share = DatagramPace::kFirst; share < 1; share = line.pace.share()) {
+    for (double share = DatagramPace::kInitialShare; share < 1; share = line.pace.share()) {
       line.Run(0.1);
       ASSERT_GE(line.pace.share(), share) << trip;
     }
@@ -86,7 +87,7 @@ TEST_F(DatagramPaceTest, TheyYieldWhereManyAreLostAndComeBack) {
   line_.Run(5);
   line_.loses = [this] { return std::bernoulli_distribution(0.4)(random_); };
   line_.Run(10);
-  EXPECT_EQ(line_.pace.share(), DatagramPace::kLeast);
+  EXPECT_EQ(line_.pace.share(), DatagramPace::kMinShare);
   line_.loses = [] { return false; };
   line_.Run(15);
   EXPECT_EQ(line_.pace.share(), 1);
@@ -96,7 +97,7 @@ TEST_F(DatagramPaceTest, TheyYieldWhereTripsWait) {
   line_.Run(5);
   line_.round_trip = [] { return 0.25; };
   line_.Run(7);
-  EXPECT_EQ(line_.pace.share(), DatagramPace::kLeast);
+  EXPECT_EQ(line_.pace.share(), DatagramPace::kMinShare);
   line_.round_trip = [] { return 0.05; };
   line_.Run(15);
   EXPECT_EQ(line_.pace.share(), 1);
@@ -108,7 +109,7 @@ TEST_F(DatagramPaceTest, TheyYieldWhereTheStreamStalls) {
   line_.Run(1);
   EXPECT_EQ(line_.pace.share(), 1) << "as after a loss";
   line_.Run(9);
-  EXPECT_EQ(line_.pace.share(), DatagramPace::kLeast);
+  EXPECT_EQ(line_.pace.share(), DatagramPace::kMinShare);
   line_.stream_moves = true;
   line_.Run(15);
   EXPECT_EQ(line_.pace.share(), 1);
@@ -121,9 +122,9 @@ TEST_F(DatagramPaceTest, WhateverAPeerSaysTheShareStaysInItsBounds) {
   Time now = Time{} + Seconds(1e6);
   for (int i = 0; i < 20000; ++i) {
     now += Seconds(0.1);
-    line_.pace.Hear({any_count(random_), any_count(random_)}, strange[any(random_)], now);
+    line_.pace.AddFeedback({any_count(random_), any_count(random_)}, strange[any(random_)], now);
     line_.pace.Allows(now);
-    ASSERT_GE(line_.pace.share(), DatagramPace::kLeast);
+    ASSERT_GE(line_.pace.share(), DatagramPace::kMinShare);
     ASSERT_LE(line_.pace.share(), 1);
   }
 }

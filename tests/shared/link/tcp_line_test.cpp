@@ -61,8 +61,8 @@ TEST(TcpLineTest, OnlyConnectionsToThePortAreFound) {
   const Connection meant, other;
   EXPECT_EQ(LinesTo(meant.port).size(), 1U);
   for (const int line : LinesTo(meant.port)) PrepareLine(line);
-  EXPECT_EQ(meant.most_unsent(), kMostUnsent);
-  EXPECT_NE(other.most_unsent(), kMostUnsent);
+  EXPECT_EQ(meant.most_unsent(), kMaxUnsent);
+  EXPECT_NE(other.most_unsent(), kMaxUnsent);
   EXPECT_TRUE(LinesTo(1).empty());
   PrepareLine(-1);  // nothing happens
 }

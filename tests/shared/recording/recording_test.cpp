@@ -107,10 +107,10 @@ TEST_F(RecordingTest, AnErrorOfAMessageEndsTheRecordingWithItsReason) {
   const auto a = recording.Open("/a", v1::SlaveState());
   recording.Put(a, Clock::now(), v1::SlaveState());
   recording.Put(a, Clock::now(), 10,
-                []() -> std::string { throw std::runtime_error("no such picture"); });
+                []() -> std::string { throw std::runtime_error("no such image"); });
   recording.Put(a, Clock::now(), v1::SlaveState());
   recording.Finish();
-  EXPECT_THAT(recording.stats().trouble, HasSubstr("the recording has ended: no such picture"));
+  EXPECT_THAT(recording.stats().trouble, HasSubstr("the recording has ended: no such image"));
   EXPECT_TRUE(recording.stats().failed);
   EXPECT_THAT(reasons, ::testing::ElementsAre(recording.stats().trouble));
   RecordingReader reader(file_);

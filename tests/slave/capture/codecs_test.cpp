@@ -1,4 +1,4 @@
-// Reference throughout: OpenCV's imgcodecs, which read and wrote these pictures before and uses the
+// Reference throughout: OpenCV's imgcodecs, which read and wrote these images before and uses the
 // same libraries: no pixel may differ.
 #include "slave/capture/codecs/codecs.h"
 
@@ -103,10 +103,10 @@ TEST(OpenPngTest, EveryKindOfPngIsReadAsOpenCvReadsIt) {
   for (const PngKind& kind : kinds) {
     for (const bool interlaced : {false, true}) {
       const Buffer bytes = PngOf(kind, interlaced);
-      const auto picture = OpenPng(bytes);
-      ASSERT_TRUE(picture);
-      EXPECT_EQ(picture->size(), cv::Size(61, 47));
-      ExpectSamePixels(picture->Decode(), Expected(bytes),
+      const auto image = OpenPng(bytes);
+      ASSERT_TRUE(image);
+      EXPECT_EQ(image->size(), cv::Size(61, 47));
+      ExpectSamePixels(image->Decode(), Expected(bytes),
                        cv::format("colour type %d, %d bit, transparent %d, interlaced %d",
                                   kind.colour, kind.depth, kind.transparent, interlaced));
     }
@@ -122,18 +122,18 @@ TEST(OpenJpegTest, JpegsAreReadAsOpenCvReadsThem) {
         ASSERT_TRUE(cv::imencode(
             ".jpg", Noise(type), bytes,
             {cv::IMWRITE_JPEG_QUALITY, quality, cv::IMWRITE_JPEG_PROGRESSIVE, progressive}));
-        const auto picture = OpenJpeg(bytes);
-        ASSERT_TRUE(picture);
-        EXPECT_EQ(picture->size(), cv::Size(61, 47));
-        ExpectSamePixels(picture->Decode(), Expected(bytes), cv::format("quality %d", quality));
+        const auto image = OpenJpeg(bytes);
+        ASSERT_TRUE(image);
+        EXPECT_EQ(image->size(), cv::Size(61, 47));
+        ExpectSamePixels(image->Decode(), Expected(bytes), cv::format("quality %d", quality));
       }
     }
   }
 }
 
-// Wherever a file is cut, what is left of it is not a picture. The two bytes of a JPEG's end marker
+// Wherever a file is cut, what is left of it is not an image. The two bytes of a JPEG's end marker
 // hold no pixel; some cameras leave them out.
-TEST(OpenPictureTest, NoCutFileIsRead) {
+TEST(OpenImageTest, NoCutFileIsRead) {
   for (const std::string format : {".png", ".jpg"}) {
     Buffer bytes;
     ASSERT_TRUE(cv::imencode(format, Noise(CV_8UC3, {20, 16}), bytes));
@@ -149,7 +149,7 @@ TEST(OpenPictureTest, NoCutFileIsRead) {
 }
 
 // libjpeg goes on behind damage, and shows grey or what stood before.
-TEST(OpenPictureTest, DamagedPixelsAreRefusedWithoutOtherWords) {
+TEST(OpenImageTest, DamagedPixelsAreRefusedWithoutOtherWords) {
   for (const std::string format : {".png", ".jpg"}) {
     Buffer bytes;
     ASSERT_TRUE(cv::imencode(format, Noise(CV_8UC1), bytes));
@@ -163,7 +163,7 @@ TEST(OpenPictureTest, DamagedPixelsAreRefusedWithoutOtherWords) {
   }
 }
 
-TEST(EncodePngTest, PicturesSurviveTheRoundTrip) {
+TEST(EncodePngTest, ImagesSurviveTheRoundTrip) {
   for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
     const cv::Mat whole = Noise(type), part = whole(cv::Rect(3, 5, 40, 30));
     ExpectSamePixels(Decode(EncodePng(whole)), whole, cv::typeToString(type));

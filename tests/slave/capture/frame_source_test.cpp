@@ -30,7 +30,7 @@ Scene SceneWith(Camera::Source source, const std::string& pattern, const Scratch
   return scene;
 }
 
-// Pictures 0, 1, ... whose grey level tells their number.
+// Images 0, 1, ... whose grey level tells their number.
 void WriteNumbered(const Scratch& scratch, int count) {
   for (int k = 0; k < count; ++k) {
     const cv::Mat image(24, 32, CV_8UC1, cv::Scalar(k));
@@ -93,17 +93,17 @@ TEST_F(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsReported) {
   while (const auto frame = source->Next({})) {
     EXPECT_EQ(frame->sequence, ++count);
     if (count == 1) start = frame->sensed_at;
-    // The grey level tells the number, pictures come at 100 Hz; stamps are whole nanoseconds.
+    // The grey level tells the number, images come at 100 Hz; stamps are whole nanoseconds.
     const double number = frame->image.at<std::uint8_t>(0, 0);
     EXPECT_NEAR(SecondsBetween(start, frame->sensed_at), number / 100, 1e-8) << number;
   }
   EXPECT_EQ(count, 10U);
 }
 
-TEST_F(FrameSourceTest, StoppingEndsAWaitForAPicture) {
+TEST_F(FrameSourceTest, StoppingEndsAWaitForAnImage) {
   WriteNumbered(scratch, 2);
   Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
-  scene.sense.Find<Camera>()->rate = 1e-3;  // the second picture is due in 1000 s
+  scene.sense.Find<Camera>()->rate = 1e-3;  // the second image is due in 1000 s
   const auto source = OpenFrameSource(scene);
   ASSERT_TRUE(source->Next({}));
   std::stop_source stop;
@@ -121,7 +121,7 @@ TEST_F(FrameSourceTest, ASourceNobodyReadsCanBeClosed) {
   EXPECT_TRUE(source->Next({}));
 }
 
-TEST_F(FrameSourceTest, VideosGiveEveryPicture) {
+TEST_F(FrameSourceTest, VideosGiveEveryImage) {
   const std::string file = (scratch.path() / "v.avi").string();
   {
     cv::VideoWriter writer(file, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
@@ -134,7 +134,7 @@ TEST_F(FrameSourceTest, VideosGiveEveryPicture) {
   int count = 0;
   while (const auto frame = source->Next({})) {
     EXPECT_EQ(frame->image.size(), cv::Size(64, 48));
-    EXPECT_NEAR(frame->image.at<cv::Vec3b>(24, 32)[1], 20 * count, 4) << "JPEG of a flat picture";
+    EXPECT_NEAR(frame->image.at<cv::Vec3b>(24, 32)[1], 20 * count, 4) << "JPEG of a flat image";
     ++count;
   }
   EXPECT_EQ(count, 12);

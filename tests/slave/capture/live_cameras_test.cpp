@@ -25,7 +25,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// A camera whose pictures the test shows, one grey level each.
+// A camera whose images the test shows, one grey level each.
 class FakeCamera {
  public:
   void Show(int level) {
@@ -49,9 +49,9 @@ class FakeCamera {
  private:
   static constexpr int kUnplugged = -1;
 
-  class Pictures final : public Film {
+  class Images final : public VideoStream {
    public:
-    Pictures(FakeCamera& camera, int type) : camera_(camera), type_(type) {}
+    Images(FakeCamera& camera, int type) : camera_(camera), type_(type) {}
     cv::Mat Next() override {
       std::unique_lock lock(camera_.mutex_);
       // Liveness only: a camera that froze gives up some day.
@@ -71,9 +71,9 @@ class FakeCamera {
     int type_;
   };
 
-  std::unique_ptr<Film> Open(int type) {
+  std::unique_ptr<VideoStream> Open(int type) {
     const std::lock_guard lock(mutex_);
-    return is_there_ ? std::make_unique<Pictures>(*this, type) : nullptr;
+    return is_there_ ? std::make_unique<Images>(*this, type) : nullptr;
   }
 
   std::mutex mutex_;
@@ -97,8 +97,8 @@ class Ending {
   std::vector<FakeCamera*> cameras_;
 };
 
-int LevelOf(const cv::Mat& picture) {
-  return picture.at<unsigned char>(0, 0);
+int LevelOf(const cv::Mat& image) {
+  return image.at<unsigned char>(0, 0);
 }
 
 // A server that takes the call and says nothing: OpenCV alone would wait for 30 s.
@@ -112,10 +112,10 @@ TEST(LiveCamerasTest, AStreamThatDoesNotAnswerIsGivenUp) {
   socklen_t size = sizeof here;
   getsockname(listening, reinterpret_cast<sockaddr*>(&here), &size);
   const auto began = std::chrono::steady_clock::now();
-  const auto film =
-      LoadFilms().OpenUrl("http://127.0.0.1:" + std::to_string(ntohs(here.sin_port)) + "/eye.mjpg",
-                          std::chrono::milliseconds(300));
-  EXPECT_EQ(film, nullptr);
+  const auto video = LoadVideoBackend().OpenUrl(
+      "http://127.0.0.1:" + std::to_string(ntohs(here.sin_port)) + "/eye.mjpg",
+      std::chrono::milliseconds(300));
+  EXPECT_EQ(video, nullptr);
   EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(20));
   close(listening);
 }
@@ -125,7 +125,7 @@ TEST(LiveCamerasTest, AnEyeWhoseOpeningNeverEndsIsReportedAndGivenUp) {
   auto held = std::make_shared<std::promise<void>>();
   const CameraInput mute{"stream of nobody", [held] {
                            held->get_future().wait();
-                           return std::unique_ptr<Film>();
+                           return std::unique_ptr<VideoStream>();
                          }};
   EXPECT_THAT(
       [&] { LiveCameras({mute}, PairLayout::kOneCamera, 0, std::chrono::milliseconds(10)); },
@@ -149,7 +149,7 @@ TEST(LiveCamerasTest, OneThatIsUnpluggedComesBackByItself) {
   EXPECT_EQ(source->health()->trouble, "");
 }
 
-TEST(LiveCamerasTest, PicturesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
+TEST(LiveCamerasTest, ImagesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
   FakeCamera camera;
   CameraInput input = camera.Input("camera 0");
   input.size = {640, 480};  // a driver gives what it can
@@ -193,8 +193,8 @@ TEST(LiveCamerasTest, TwoThatComeTogetherAreAPair) {
   EXPECT_EQ(pair->skew, source->health()->skew);
 }
 
-// No two pictures come within a nanosecond of each other: all are dropped and counted.
-TEST(LiveCamerasTest, PicturesThatComeTooFarApartAreNoPairAndAreCounted) {
+// No two images come within a nanosecond of each other: all are dropped and counted.
+TEST(LiveCamerasTest, ImagesThatComeTooFarApartAreNoPairAndAreCounted) {
   FakeCamera left, right;
   const auto source =
       PairsOf({left.Input("camera 0"), right.Input("camera 2")}, PairLayout::kTwoCameras, 1e-9);

@@ -34,8 +34,8 @@ Scene PairScene(const Scratch& scratch, const std::string& left = "l%d.png",
 Scene DepthScene(const Scratch& scratch, const std::string& pattern) {
   Scene scene;
   scene.name = "depth";
-  scene.sense.Set(PointsOptions{.cameras = DepthPictures{}});
-  scene.sense.Find<DepthPictures>()->pattern = (scratch.path() / pattern).string();
+  scene.sense.Set(PointsOptions{.cameras = DepthImages{}});
+  scene.sense.Find<DepthImages>()->pattern = (scratch.path() / pattern).string();
   return scene;
 }
 
@@ -79,10 +79,10 @@ TEST_F(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate
       if (k == 0) first = pair->sensed_at;
       EXPECT_EQ(pair->sequence, static_cast<std::uint64_t>(k + 1));
       EXPECT_NEAR(SecondsBetween(first, pair->sensed_at), 0.02 * k, 2e-9);
-      for (const cv::Mat& picture : {pair->left, pair->right}) {
-        ASSERT_EQ(picture.size(), cv::Size(kWidth, kHeight));
-        ASSERT_EQ(picture.type(), CV_8UC1);
-        EXPECT_TRUE(picture.isContinuous());
+      for (const cv::Mat& image : {pair->left, pair->right}) {
+        ASSERT_EQ(image.size(), cv::Size(kWidth, kHeight));
+        ASSERT_EQ(image.type(), CV_8UC1);
+        EXPECT_TRUE(image.isContinuous());
       }
       EXPECT_EQ(cv::norm(pair->left, cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(k))), 0);
       EXPECT_EQ(cv::norm(pair->right, cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(100 + k))), 0);
@@ -92,7 +92,7 @@ TEST_F(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate
   }
 }
 
-TEST_F(StereoFilesTest, PicturesMissingOnEitherSideDoNotPairWhatDoesNotBelongTogether) {
+TEST_F(StereoFilesTest, ImagesMissingOnEitherSideDoNotPairWhatDoesNotBelongTogether) {
   WritePairs(scratch, 5);
   std::filesystem::remove(scratch.path() / "l2.png");
   std::filesystem::remove(scratch.path() / "r3.png");
@@ -111,7 +111,7 @@ TEST_F(StereoFilesTest, SizesThatDifferNameTheFile) {
                                                  HasSubstr("first one's size, 32 x 24 px")));
 }
 
-TEST_F(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {
+TEST_F(StereoFilesTest, DepthImagesComeAsTheyAreWithoutARightOne) {
   for (int k = 0; k < 3; ++k) Write(scratch, cv::format("d%d.png", k), 2500 + k, CV_16UC1);
   const DrivenClock clock;
   const auto source = OpenStereo(DepthScene(scratch, "d*.png"));

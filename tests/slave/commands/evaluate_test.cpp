@@ -53,7 +53,7 @@ model: {kind: fem}
 )" + sense);
   }
   // What the scene's camera sees of the object under `loads`.
-  fs::path Picture(const fs::path& loads) {
+  fs::path Image(const fs::path& loads) {
     const auto scene = LoadScene(options_.scene, {}, SceneUse::kSolve);
     const auto shape = ShapeUnderTables(scene, {}, loads, nullptr);
     study::PointCloud cloud;
@@ -152,7 +152,7 @@ TEST_F(UniformTensionTest, OfAClosedSurfaceMovesTheNodes) {
 TEST_F(EvaluateTest, ShapeUnderTheRightLoadsScoresHighAndTheOneAtRestDoesNot) {
   // Pulled up by 1 N over a patch: the top bulges by more than a leaf.
   const auto loads = Write("loads.csv", "case,x,y,z,fx,fy,fz,width\na,0.03,0.03,0.06,0,0,2,0.03\n");
-  options_.cloud = Picture(loads);
+  options_.cloud = Image(loads);
   options_.segment = "no";
   options_.loads = loads;
   const auto right = Run();
@@ -177,7 +177,7 @@ TEST_F(EvaluateTest, CloudWithoutARegionFailsAndSaysWhy) {
 }
 
 TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
-  options_.cloud = Picture({});
+  options_.cloud = Image({});
   const EvaluateOptions usable = options_;
   const auto refuses = [&](const auto& change, const char* words) {
     EvaluateOptions options = usable;

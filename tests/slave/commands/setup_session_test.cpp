@@ -100,7 +100,7 @@ TEST_F(SetupSessionTest, WithoutASceneItShowsImagesAndEstimatesNothing) {
   EXPECT_EQ(slave.Status().phase, Phase::kSetup);
   EXPECT_EQ(slave.Compose(Clock::now()).phase, Phase::kSetup);
   EXPECT_FALSE(slave.Compose(Clock::now()).force);
-  const auto picture = slave.Picture(false, 80);
+  const auto picture = slave.Image(false, 80);
   ASSERT_TRUE(picture);
   EXPECT_EQ(picture->width, 640);
   EXPECT_EQ(slave.Describe().scene.name, "");

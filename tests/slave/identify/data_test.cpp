@@ -13,7 +13,7 @@
 #include "slave/identify/law_fit.h"
 #include "slave/identify/prony.h"
 #include "slave/identify/specimen_spread.h"
-#include "slave/identify/test_table.h"
+#include "slave/identify/specimen_table.h"
 #include "slave/mechanics/relaxation/prony_series.h"
 #include "tests/support/paths.h"
 

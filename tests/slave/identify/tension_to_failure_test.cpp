@@ -69,11 +69,11 @@ MaterialTest Gent(double young_modulus, double limit, int rows) {
 
 // In `rows` equal steps to failure, or to twelve times the length.
 MaterialTest Failing(const Published& material, int rows) {
-  constexpr double kLongest = 12;
+  constexpr double kMaxStretch = 12;
   double end = 1;
   MaterialTest one{.kind = TestKind::kUniaxial, .components = {{0, 0}}, .rows = {{}}};
   double before = 0, stress = 0;
-  while (end < kLongest && stress >= before && stress < material.strength) {
+  while (end < kMaxStretch && stress >= before && stress < material.strength) {
     one.rows[0].abscissa = end += 0.005;
     before = stress, stress = Predict(material.law, one, 0)[0];
   }
@@ -99,7 +99,7 @@ void Count(const char* name, const MaterialTest& test, double truth, Tally* tall
   const LawFit& fit = found.fits.front();
   const double E = fit.law.YoungModulus();
   const double half = kSpecimenWide * std::hypot(fit.young_sigma, OtherSpecimenSigma({}) * E);
-  const bool refused = !fit.unstable.empty() || fit.at_rest.excess() > kMostOffAtRest;
+  const bool refused = !fit.unstable.empty() || fit.at_rest.excess() > kMaxOffAtRest;
   const bool held = std::abs(E - truth) <= half;
   tally->held += held && !refused, tally->refused += refused, ++tally->all;
   std::printf("%-22s %4zu rows: E %.4g +- %.2g, true %.4g, up to %.0f %%%s\n", name,

@@ -41,7 +41,7 @@ std::vector<Sighting> Watch(Slave* slave) {
   for (const Time begin = Clock::now(); seen.size() < kPictures;) {
     if (SecondsBetween(begin, Clock::now()) > kPatience) break;
     slave->WaitForNewer(last, std::chrono::milliseconds(50));
-    const auto picture = slave->Picture(false, 90);
+    const auto picture = slave->Image(false, 90);
     for (const SampleTrace& trace : slave->TracesSince(last)) {
       last = trace.sensed_at;
       EXPECT_LE(trace.sensed_at, trace.acquired_at);

@@ -30,7 +30,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 // A live slave on the shipped block is recorded once for all of these: asked for its contact, its
-// shape and a patch between pictures, given another modulus and another model, started anew.
+// shape and a patch between images, given another modulus and another model, started anew.
 class RecordedRunTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -50,8 +50,8 @@ class RecordedRunTest : public ::testing::Test {
   }
   static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
 
-  static void Wait(Slave& slave, int pictures) {
-    for (int i = 0; i < pictures; ++i) {
+  static void Wait(Slave& slave, int images) {
+    for (int i = 0; i < images; ++i) {
       const SlaveState state = slave.Compose(Clock::now());
       static_cast<void>(slave.Shape(i % 2 == 0));
       static_cast<void>(slave.Patch());
@@ -60,10 +60,10 @@ class RecordedRunTest : public ::testing::Test {
     }
   }
 
-  // The recording, each step as `change` leaves it, the picture of this number left out.
+  // The recording, each step as `change` leaves it, the image of this number left out.
   static std::filesystem::path Changed(const std::function<void(v1::SenseStep*)>& change,
-                                       int without_picture = 0) {
-    int pictures = 0;
+                                       int without_image = 0) {
+    int images = 0;
     const auto file = folder_ / "changed.mcap";
     RecordingReader reader(folder_ / "slave.mcap");
     McapWriter writer(file, {.library = "test"});
@@ -75,7 +75,7 @@ class RecordedRunTest : public ::testing::Test {
       }
       const std::string topic(reader.topic());
       if (topic != kStepTopic && topic != kLeftTopic) continue;
-      if (topic == kLeftTopic && ++pictures == without_picture) continue;
+      if (topic == kLeftTopic && ++images == without_image) continue;
       if (!channels.contains(topic)) {
         const auto id = static_cast<std::uint16_t>(topic == kStepTopic ? 1 : 2);
         channels[topic] = writer.AddChannel(topic, *reader.mcap().schema(id));

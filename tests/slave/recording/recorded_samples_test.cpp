@@ -40,7 +40,7 @@ class RecordedSamplesTest : public FolderTest {
   const Scene scene_ = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
 };
 
-TEST_F(RecordedSamplesTest, PicturesOfEveryKindComeBackPixelForPixel) {
+TEST_F(RecordedSamplesTest, ImagesOfEveryKindComeBackPixelForPixel) {
   const std::vector<int> types{CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3};
   {
     SenseRecording recording(scene_, {}, {.file = file_});

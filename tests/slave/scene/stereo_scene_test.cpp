@@ -83,7 +83,7 @@ TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
   const Scene scene =
       Load({"{depth: pairs, unit: 0.1 mm, fx: 600 px, fy: 601, cx: 320.5, cy: 240 px, sigma: "
             "0.3 mm, pose: {translation: [0, 0, -200 mm]}}"});
-  const DepthPictures& depth = *scene.sense.Find<DepthPictures>();
+  const DepthImages& depth = *scene.sense.Find<DepthImages>();
   EXPECT_EQ(depth.pattern, (folder_.path() / "pairs").string());
   EXPECT_DOUBLE_EQ(depth.unit, 1e-4);
   EXPECT_EQ(depth.fx, 600);

@@ -116,7 +116,7 @@ TEST_F(AcceptorTest, AConnectionIsHandedOnWhole) {
   int most_unsent = 0;
   socklen_t size = sizeof most_unsent;
   getsockopt(handed_on_[0], IPPROTO_TCP, TCP_NOTSENT_LOWAT, &most_unsent, &size);
-  EXPECT_EQ(most_unsent, kMostUnsent);
+  EXPECT_EQ(most_unsent, kMaxUnsent);
 }
 
 TEST_F(AcceptorTest, AConnectionWithoutAStreamGivesWayIfAllPlacesAreTaken) {

@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-v1::ImageSample Picture(int i) {
+v1::ImageSample Image(int i) {
   v1::ImageSample sample;
   sample.set_sequence(static_cast<std::uint64_t>(i + 1));
   sample.mutable_sensed_at()->set_seconds(1'000'000 + i);
@@ -49,16 +49,16 @@ class PicturesTest : public DevicesTest {
 };
 
 TEST_F(PicturesTest, AreTakenAndCounted) {
-  EXPECT_TRUE(Feed(*Connect(), {Picture(0), Picture(1), Picture(2)}, &reply_).ok());
+  EXPECT_TRUE(Feed(*Connect(), {Image(0), Image(1), Image(2)}, &reply_).ok());
   EXPECT_EQ(reply_.samples(), 3U);
   const auto source = slave_.picture_inbox()->OpenFrames({});
   EXPECT_EQ(source->Next({})->image.at<unsigned char>(5, 5), 2);
 }
 
 TEST_F(PicturesTest, OfAnotherSizeEndTheStreamInWords) {
-  v1::ImageSample wrong = Picture(1);
+  v1::ImageSample wrong = Image(1);
   wrong.mutable_image()->set_width(32);
-  EXPECT_THAT(Feed(*Connect(), {Picture(0), wrong}, &reply_),
+  EXPECT_THAT(Feed(*Connect(), {Image(0), wrong}, &reply_),
               EndedWith(grpc::StatusCode::INVALID_ARGUMENT,
                         HasSubstr("sample 2: data of 3072 bytes: expected 1536")));
 }

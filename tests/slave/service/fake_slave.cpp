@@ -57,7 +57,7 @@ void FakeSlave::TakePictures() {
   camera.size = {64, 48};
   camera.rate = 30;
   scene.sense.Set(CameraOptions{.camera = camera});
-  pushed_ = std::make_unique<PictureInbox>(scene);
+  pushed_ = std::make_unique<ImageInbox>(scene);
 }
 
 void FakeSlave::TakeArm(const ManipulatorOptions& options) {
@@ -211,7 +211,7 @@ BoundaryShape FakeSlave::Shape(bool nodal_forces) {
   return shape;
 }
 
-std::optional<JpegPicture> FakeSlave::Picture(bool overlays, int quality) {
+std::optional<JpegPicture> FakeSlave::Image(bool overlays, int quality) {
   const std::scoped_lock lock(mutex_);
   ++pictures_;
   if (pictures_ == 1) return std::nullopt;  // nothing seen yet

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "slave/capture/picture_inbox.h"
+#include "slave/capture/image_inbox.h"
 #include "slave/capture/tactile_inbox.h"
 #include "slave/live/latest_estimate.h"
 #include "slave/live/slave.h"
@@ -78,11 +78,11 @@ class FakeSlave : public Slave {
     return estimate_.TracesSince(sensed_at);
   }
   BoundaryShape Shape(bool nodal_forces) override;
-  std::optional<JpegPicture> Picture(bool overlays, int quality) override;
+  std::optional<JpegPicture> Image(bool overlays, int quality) override;
   void SetWatched(bool /*is_watched*/) override {}
   PatchSnapshot Patch() override { return {}; }
   TactileInbox* tactile_inbox() override;
-  PictureInbox* picture_inbox() override { return pushed_.get(); }
+  ImageInbox* picture_inbox() override { return pushed_.get(); }
   StreamedManipulator* driven_arm() override { return arm_.get(); }
   SceneSetup* setup() override { return setup_; }
 
@@ -113,7 +113,7 @@ class FakeSlave : public Slave {
   int begins_ = 0, ends_ = 0, shapes_ = 0, pictures_ = 0;
   std::optional<Tactile> tactile_;
   std::unique_ptr<TactileInbox> inbox_;
-  std::unique_ptr<PictureInbox> pushed_;
+  std::unique_ptr<ImageInbox> pushed_;
   std::unique_ptr<StreamedManipulator> arm_;
   std::atomic<SceneSetup*> setup_ = nullptr;
   ManipulatorOptions::Source manipulator_ = ManipulatorOptions::Source::kSimulated;

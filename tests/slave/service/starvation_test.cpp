@@ -90,7 +90,7 @@ TEST_F(StarvationTest, ModelsAreMadeOneAtATimeAndEndWithTheirCall) {
   EXPECT_TRUE(Eventually([&] { return !slave_.is_making(); }));
 }
 
-// Pictures are encoded once for all who watch them alike.
+// Images are encoded once for all who watch them alike.
 TEST_F(StarvationTest, WatchersShareAnEncoding) {
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
   std::vector<std::unique_ptr<grpc::ClientReader<v1::ImageState>>> readers;

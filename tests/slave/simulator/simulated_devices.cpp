@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/capture/picture_inbox.h"
+#include "slave/capture/image_inbox.h"
 #include "tests/support/eventually.h"
 
 namespace palpate {
@@ -49,9 +49,9 @@ void SimulatedDevices::FeedImages(const std::stop_token& stop) {
     const std::string data(reinterpret_cast<const char*>(image.data),
                            image.total() * image.elemSize());
     PushedSample sample{.sequence = frame->sequence, .sensed_at = frame->sensed_at};
-    sample.picture = {
-        image.channels() == 3 ? PushedPicture::Encoding::kBgr8 : PushedPicture::Encoding::kGrey8,
-        &data, static_cast<unsigned>(image.cols), static_cast<unsigned>(image.rows)};
+    sample.image = {
+        image.channels() == 3 ? PushedImage::Encoding::kBgr8 : PushedImage::Encoding::kGrey8, &data,
+        static_cast<unsigned>(image.cols), static_cast<unsigned>(image.rows)};
     const Time now = Clock::now();
     sample.delay = SecondsBetween(sample.sensed_at, now);
     if (const auto refusal = slave_.picture_inbox()->Feed(sample, now, kId)) {

@@ -122,7 +122,7 @@ TEST(AutoModelTest, WhatMovesInTimeOrHasWeightIsLeftToFiniteElements) {
   moving.model.fem.time = FemOptions::Time::kDynamic;
   heavy.model.fem.gravity_O = {0, 0, -9.81};
   for (const Scene& scene : {moving, heavy}) {
-    const auto decided = DecideQuickly(scene, RealWorkshop(), 1);
+    const auto decided = DecideQuickly(scene, DefaultModelFactory(), 1);
     ASSERT_TRUE(decided);
     EXPECT_THAT(decided->model.kind, testing::StartsWith("fem"));
     EXPECT_NE(decided->model.kind, "fem-green");

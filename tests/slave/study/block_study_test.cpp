@@ -46,7 +46,7 @@ StudyResult Study(const Scene& scene, const Eigen::Vector3d& place, std::size_t 
   settings.limits.dense_dof = most_dof;
   settings.limits.families = {"bem2d constant", "bem2d linear"};
   settings.places = {place};
-  return RunStudy(scene, settings, RealWorkshop());
+  return RunStudy(scene, settings, DefaultModelFactory());
 }
 
 bool IsChosen(const std::string& id) {

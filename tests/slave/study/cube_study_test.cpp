@@ -69,7 +69,7 @@ class CubeStudyTest : public testing::Test {
                        .dense_dof = 1500,
                        .residuals = false,
                        .families = {"fem tet10 linear", "fem-green"}};
-    study_ = RunStudy(CubeScene(limit_->at("params")), settings, RealWorkshop());
+    study_ = RunStudy(CubeScene(limit_->at("params")), settings, DefaultModelFactory());
   }
   static void TearDownTestSuite() {
     limit_.reset();

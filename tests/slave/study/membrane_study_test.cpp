@@ -39,7 +39,7 @@ TEST(MembraneStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedCurves) {
     settings.timing_s = 0;
     settings.places = {Eigen::Vector3d::Zero()};
     const Scene scene = MembraneScene(published.at("params"), t, depth);
-    const StudyResult study = RunStudy(scene, settings, RealWorkshop());
+    const StudyResult study = RunStudy(scene, settings, DefaultModelFactory());
     const double force = point.at("F_von_karman");
     const double radius = std::get<MembraneGeometry>(scene.object.geometry).radius;
     const double solid = 1 + plate::ExcessAtDepth({0, depth / radius, t / radius});

@@ -52,7 +52,7 @@ double RunningError(const Scene& scene) {
 }
 
 void ExpectStatedAsItRuns(const Scene& scene, double running) {
-  const StudyRow row = StudyOwn(scene, RealWorkshop()).row;
+  const StudyRow row = StudyOwn(scene, DefaultModelFactory()).row;
   ASSERT_EQ(row.outcome, Outcome::kAnswered) << row.reason;
   std::printf("stated %.3f %%, deviation %.3f %%, running %.3f %%\n", 100 * row.error.value,
               100 * row.deviation, 100 * running);

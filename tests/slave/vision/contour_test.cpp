@@ -9,27 +9,27 @@
 
 #include "slave/vision/contour_registration.h"
 #include "slave/vision/rest_contour.h"
-#include "tests/slave/vision/test_pictures.h"
+#include "tests/slave/vision/test_images.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
 
-TestPicture Block(double angle = 0) {
-  TestPicture picture;
-  picture.body.emplace();
-  picture.body->angle = angle;
-  picture.tool.emplace();
-  picture.tool->tip = {320.3, 150.4};
-  return picture;
+TestImage Block(double angle = 0) {
+  TestImage painting;
+  painting.body.emplace();
+  painting.body->angle = angle;
+  painting.tool.emplace();
+  painting.tool->tip = {320.3, 150.4};
+  return painting;
 }
 
-TestPicture Embryo(double radius = 90) {
-  TestPicture picture;
-  picture.body.emplace();
-  picture.body->shape = PaintedBody::Shape::kDisc;
-  picture.body->half = {radius, radius};
-  return picture;
+TestImage Embryo(double radius = 90) {
+  TestImage painting;
+  painting.body.emplace();
+  painting.body->shape = PaintedBody::Shape::kDisc;
+  painting.body->half = {radius, radius};
+  return painting;
 }
 
 Curve CornersOf(const PaintedBody& body) {
@@ -69,39 +69,39 @@ Spread SpreadOf(const Curve& points, const Distance& distance) {
 TEST(EdgeRefinementTest, BlurredStraightEdgesAreFoundToATwentiethOfAPixel) {
   for (const double angle : {0.03, 0.2, 0.6}) {
     for (const double blur : {0.5, 0.8, 1.2}) {
-      TestPicture picture = Block(angle);
-      picture.tool.reset();
-      picture.body->texture = 0;
-      picture.blur = blur;
-      const cv::Mat image = picture.Render();
-      PaintedBody rough = *picture.body;
+      TestImage painting = Block(angle);
+      painting.tool.reset();
+      painting.body->texture = 0;
+      painting.blur = blur;
+      const cv::Mat image = painting.Render();
+      PaintedBody rough = *painting.body;
       rough.half += Eigen::Vector2d(3, -3);
       const Curve refined = RefineContour(image, GreyFormat(image), CornersOf(rough));
       ASSERT_GT(refined.size(), 170U);
       const Spread spread =
-          SpreadOf(refined, [&](const auto& p) { return OutsideBlock(*picture.body, p); });
+          SpreadOf(refined, [&](const auto& p) { return OutsideBlock(*painting.body, p); });
       EXPECT_LT(spread.rms, 0.05) << "angle " << angle << ", blur " << blur;
       EXPECT_LT(std::abs(spread.mean), 0.01) << "angle " << angle << ", blur " << blur;
     }
   }
 }
 
-TEST(EdgeRefinementTest, BothPolaritiesAndADeepPictureGiveTheSameEdge) {
+TEST(EdgeRefinementTest, BothPolaritiesAndADeepImageGiveTheSameEdge) {
   for (const double level : {120.0, 250.0}) {
-    TestPicture picture = Embryo();
-    picture.body->level = level;
-    picture.body->texture = 0;
-    picture.background = level > 200 ? 150 : 200;
+    TestImage painting = Embryo();
+    painting.body->level = level;
+    painting.body->texture = 0;
+    painting.background = level > 200 ? 150 : 200;
     for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1}) {
-      const cv::Mat image = picture.Render(1, type);
+      const cv::Mat image = painting.Render(1, type);
       Curve rough;
       for (int k = 0; k < 60; ++k) {
         const double a = k * std::numbers::pi / 30;
-        rough.push_back(picture.body->centre + 88 * Eigen::Vector2d(std::cos(a), std::sin(a)));
+        rough.push_back(painting.body->centre + 88 * Eigen::Vector2d(std::cos(a), std::sin(a)));
       }
       const Curve refined = RefineContour(image, GreyFormat(image), rough);
       const Spread spread =
-          SpreadOf(refined, [&](const auto& p) { return (p - picture.body->centre).norm() - 90; });
+          SpreadOf(refined, [&](const auto& p) { return (p - painting.body->centre).norm() - 90; });
       EXPECT_GT(refined.size(), 130U);
       EXPECT_LT(std::abs(spread.mean), 0.02) << level << ", type " << type;
       EXPECT_LT(spread.rms, 0.05) << level << ", type " << type;
@@ -118,19 +118,19 @@ double Overlap(const Curve& found, double area) {
 TEST(FindObjectTest, FindsTheObjectAndNotTheTool) {
   for (const double gap : {50.0, 12.0, 5.0}) {
     for (const double level : {90.0, 120.0, 235.0}) {
-      TestPicture picture = Block(0.05);
-      picture.body->level = level;
-      picture.lighting = 0.15;
-      picture.tool->tip.y() = picture.body->centre.y() - picture.body->half.y() - gap;
-      const Curve found = FindObject(picture.Render(), 17);
+      TestImage painting = Block(0.05);
+      painting.body->level = level;
+      painting.lighting = 0.15;
+      painting.tool->tip.y() = painting.body->centre.y() - painting.body->half.y() - gap;
+      const Curve found = FindObject(painting.Render(), 17);
       EXPECT_NEAR(Overlap(found, 220 * 200), 1, 0.03) << "gap " << gap << ", level " << level;
     }
   }
   EXPECT_NEAR(Overlap(FindObject(Embryo().Render(), 0), std::numbers::pi * 8100), 1, 0.03);
 }
 
-TEST(FindObjectTest, PicturesWithoutAnObjectAreRefused) {
-  TestPicture empty;
+TEST(FindObjectTest, ImagesWithoutAnObjectAreRefused) {
+  TestImage empty;
   EXPECT_THROW(FindObject(empty.Render(), 0), std::runtime_error);
   empty.tool.emplace();
   EXPECT_THROW(FindObject(empty.Render(), 17), std::runtime_error);
@@ -140,29 +140,29 @@ TEST(FindObjectTest, PicturesWithoutAnObjectAreRefused) {
 
 class ContourSizes : public testing::TestWithParam<std::tuple<cv::Size, int, int>> {};
 
-// Any number of points on any size and type of picture.
+// Any number of points on any size and type of image.
 TEST_P(ContourSizes, TheContourRunsAroundTheBlock) {
   const auto [size, count, type] = GetParam();
   const double scale = size.height / 480.0;
-  TestPicture picture = Block();
-  picture.size = size;
-  picture.body->centre = {0.5 * size.width, 0.6 * size.height};
-  picture.body->half *= scale;
-  picture.tool->tip = {0.5 * size.width, 0.28 * size.height};
-  picture.tool->width *= scale;
-  const cv::Mat image = picture.Render(1, type);
+  TestImage painting = Block();
+  painting.size = size;
+  painting.body->centre = {0.5 * size.width, 0.6 * size.height};
+  painting.body->half *= scale;
+  painting.tool->tip = {0.5 * size.width, 0.28 * size.height};
+  painting.tool->width *= scale;
+  const cv::Mat image = painting.Render(1, type);
   ContourTracking options;
   options.control_points = count;
   const RestContour contour =
-      FindRestContour(options, image, GreyFormat(image), picture.tool->width, false);
+      FindRestContour(options, image, GreyFormat(image), painting.tool->width, false);
   const Curve& points = contour.outline;
   ASSERT_EQ(points.size(), static_cast<std::size_t>(count));
   EXPECT_LT(CurveArea(points), 0) << "counter-clockwise to the eye";
-  const double area = 4 * picture.body->half.prod();
+  const double area = 4 * painting.body->half.prod();
   EXPECT_NEAR(-CurveArea(points) / area, 1, 0.06 + 4.0 / count);
   EXPECT_LT(CurveArea(contour.edge), 0);
   const Spread spread =
-      SpreadOf(contour.edge, [&](const auto& p) { return OutsideBlock(*picture.body, p); });
+      SpreadOf(contour.edge, [&](const auto& p) { return OutsideBlock(*painting.body, p); });
   EXPECT_LT(std::abs(spread.mean), 0.05);
 }
 
@@ -221,11 +221,11 @@ TEST(RestContourTest, StartsThatLeadNowhereAreRefused) {
 // and block; 2 % of the area is a pixel of the radius, 5 % what the block's corners take off.
 TEST(RestContourTest, AStartMayBeOffByFortyPercentInRadius) {
   for (const bool disc : {true, false}) {
-    const TestPicture picture = disc ? Embryo() : Block();
-    const PaintedBody& body = *picture.body;
+    const TestImage painting = disc ? Embryo() : Block();
+    const PaintedBody& body = *painting.body;
     const double area = disc ? std::numbers::pi * 90 * 90 : 4 * body.half.prod();
     const double radius = std::sqrt(area / std::numbers::pi);
-    const cv::Mat image = picture.Render();
+    const cv::Mat image = painting.Render();
     for (const double off : {0.6, 0.8, 1.0, 1.25, 1.4}) {
       ContourTracking options;
       options.start = Round(body.centre + Eigen::Vector2d(6, -5), off * radius);
@@ -245,10 +245,10 @@ TEST(FitOutlineTest, FindsWhereTheBlockReallyIs) {
   camera.pixel = 0.35e-3;
   const CameraView view(camera, 640, 480);
   for (const double turn : {0.0, 0.052}) {
-    TestPicture picture = Block(-turn);
-    picture.body->centre = {325.3, 296.2};
-    picture.tool->tip = {330, 199};
-    const cv::Mat image = picture.Render();
+    TestImage painting = Block(-turn);
+    painting.body->centre = {325.3, 296.2};
+    painting.tool->tip = {330, 199};
+    const cv::Mat image = painting.Render();
     const RestContour contour = FindRestContour({}, image, GreyFormat(image), 17, false);
     const double w = 220 * camera.pixel, h = 200 * camera.pixel;
     const Outline outline{{{0, 0}, {w, 0}, {w, h}, {0, h}}, {}};
@@ -259,7 +259,7 @@ TEST(FitOutlineTest, FindsWhereTheBlockReallyIs) {
     const Eigen::Matrix3d R_SO = fit.X_SO.linear();
     EXPECT_NEAR(std::atan2(R_SO(1, 0), R_SO(0, 0)), turn, 2e-4);
     const Eigen::Vector3d centre = fit.X_SO * Eigen::Vector3d(w / 2, h / 2, 0);
-    EXPECT_LT((view.ToImage(centre) - picture.body->centre).norm(), 0.02) << "turned " << turn;
+    EXPECT_LT((view.ToImage(centre) - painting.body->centre).norm(), 0.02) << "turned " << turn;
     EXPECT_LT(fit.rms_px, 0.1);
     EXPECT_GT(fit.inliers, static_cast<int>(0.9 * static_cast<double>(contour.edge.size())));
   }

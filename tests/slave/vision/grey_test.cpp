@@ -25,8 +25,8 @@ TEST(GreyFormatTest, LevelsOfEveryAcceptedType) {
   EXPECT_EQ(Level(cv::Mat(4, 4, CV_16UC3, cv::Scalar::all(1000))), 1000);
 }
 
-// Pictures cut out of larger ones have rows that do not follow each other in memory.
-TEST(GreyFormatTest, CutOutPicturesAreReadRowByRow) {
+// Images cut out of larger ones have rows that do not follow each other in memory.
+TEST(GreyFormatTest, CutOutImagesAreReadRowByRow) {
   cv::Mat large(10, 10, CV_8UC1);
   for (int k = 0; k < 100; ++k) large.data[k] = static_cast<uchar>(k);
   const cv::Mat part = large(cv::Rect(3, 2, 4, 4));

@@ -6,14 +6,14 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "tests/slave/vision/texture/texture_pictures.h"
+#include "tests/slave/vision/texture/texture_images.h"
 
 namespace palpate {
 namespace {
 
 using Freedom = PatchAligner::Freedom;
 
-// Where the texture's place under `centre` of the first picture went.
+// Where the texture's place under `centre` of the first image went.
 Eigen::Vector2d Moved(const PatchWarp& by, const Eigen::Vector2d& centre) {
   return by.A * centre + by.p;
 }
@@ -22,52 +22,52 @@ Eigen::Vector2d Moved(const PatchWarp& by, const Eigen::Vector2d& centre) {
 // interpolation of waves of 6 px and more.
 TEST(PatchAlignerTest, ShiftsByPartsOfAPixelAreFound) {
   WavyTexture texture;
-  const cv::Mat first = texture.Picture({});
+  const cv::Mat first = texture.Image({});
   PatchAligner window(31);
   ASSERT_TRUE(window.Cut(first, Shifted(150, 110)));
   for (const double shift : {0.1, 0.25, 0.5, 0.75, 1.3, 2.6}) {
     const PatchWarp by = Shifted(shift, -0.6 * shift);
-    const auto match = window.Align(texture.Picture(by), Shifted(150, 110), Freedom::kShift);
+    const auto match = window.Align(texture.Image(by), Shifted(150, 110), Freedom::kShift);
     ASSERT_TRUE(match.converged) << shift;
     EXPECT_LT((match.warp.p - Moved(by, {150, 110})).norm(), 0.03) << shift;
     EXPECT_GT(match.correlation, 0.99);
   }
 }
 
-// Reference: the warp the picture was drawn with. A mistake of an element of A by 0.003 moves the
+// Reference: the warp the image was drawn with. A mistake of an element of A by 0.003 moves the
 // window's edge by 0.05 px.
 TEST(PatchAlignerTest, AffineWarpsAndLightAreFoundTogether) {
   WavyTexture texture;
-  const cv::Mat first = texture.Picture({});
+  const cv::Mat first = texture.Image({});
   const Eigen::Vector2d centre(150, 110);
   PatchAligner window(31);
   ASSERT_TRUE(window.Cut(first, {Eigen::Matrix2d::Identity(), centre}));
   PatchWarp by;
   by.A << 1.08, 0.05, -0.04, 0.95;
   by.p = centre - by.A * centre + Eigen::Vector2d(1.2, -0.7);
-  const auto match = window.Align(texture.Picture(by, 0, 0.7, 30),
+  const auto match = window.Align(texture.Image(by, 0, 0.7, 30),
                                   {Eigen::Matrix2d::Identity(), centre}, Freedom::kAffine);
   ASSERT_TRUE(match.converged);
   EXPECT_LT((match.warp.p - Moved(by, centre)).norm(), 0.03);
   EXPECT_LT((match.warp.A - by.A).cwiseAbs().maxCoeff(), 0.003);
 }
 
-// Reference: the misses of pictures with noise of their own, shifted by every part of a pixel.
+// Reference: the misses of images with noise of their own, shifted by every part of a pixel.
 // Tolerance: 120 squares of a normal miss scatter by 13 %; linear interpolation adds a little.
 TEST(PatchAlignerTest, CovarianceIsThatOfTheMissesUnderNoise) {
   WavyTexture texture;
   const cv::Size size(100, 100);
   PatchAligner window(15);
-  ASSERT_TRUE(window.Cut(texture.Picture({}, 0, 1, 0, size), Shifted(50, 50)));
+  ASSERT_TRUE(window.Cut(texture.Image({}, 0, 1, 0, size), Shifted(50, 50)));
   double square = 0;
-  constexpr int kPictures = 60;
-  for (int k = 0; k < kPictures; ++k) {
+  constexpr int kImages = 60;
+  for (int k = 0; k < kImages; ++k) {
     const PatchWarp by = Shifted(std::fmod(0.37 * k, 1.0), std::fmod(0.61 * k, 1.0));
     const auto match =
-        window.Align(texture.Picture(by, 8, 1, 0, size), Shifted(50.5, 50.5), Freedom::kAffine);
+        window.Align(texture.Image(by, 8, 1, 0, size), Shifted(50.5, 50.5), Freedom::kAffine);
     ASSERT_TRUE(match.converged);
     const Eigen::Vector2d miss = match.warp.p - Moved(by, {50, 50});
-    square += miss.dot(match.covariance.inverse() * miss) / (2 * kPictures);
+    square += miss.dot(match.covariance.inverse() * miss) / (2 * kImages);
   }
   EXPECT_GT(square, 0.6);
   EXPECT_LT(square, 1.5);
@@ -82,7 +82,7 @@ TEST(PatchAlignerTest, WindowsWithoutAPlaceAreRefused) {
   PatchAligner window(31);
   EXPECT_FALSE(window.Cut(flat, Shifted(150, 110)));
   EXPECT_FALSE(window.Cut(stripes, Shifted(150, 110)));
-  const cv::Mat textured = WavyTexture().Picture({});
+  const cv::Mat textured = WavyTexture().Image({});
   EXPECT_TRUE(window.Cut(textured, Shifted(17, 17)));
   EXPECT_FALSE(window.Cut(textured, Shifted(15, 110)));
   EXPECT_FALSE(window.Cut(textured, Shifted(150, 239)));

@@ -5,19 +5,19 @@
 #include <gtest/gtest.h>
 
 #include "slave/vision/rest_contour.h"
-#include "tests/slave/vision/test_pictures.h"
+#include "tests/slave/vision/test_images.h"
 
 namespace palpate {
 namespace {
 
-TestPicture Block() {
-  TestPicture picture;
-  picture.body.emplace();
-  return picture;
+TestImage Block() {
+  TestImage painting;
+  painting.body.emplace();
+  return painting;
 }
 
-RestEdge EdgeOf(const TestPicture& picture) {
-  const cv::Mat first = picture.Render();
+RestEdge EdgeOf(const TestImage& painting) {
+  const cv::Mat first = painting.Render();
   const GreyFormat format(first);
   return {first, format, FindRestContour({}, first, format, 0, false).edge};
 }
@@ -27,7 +27,7 @@ RestEdge EdgeOf(const TestPicture& picture) {
 TEST(RestEdgeTest, EachPlaceTellsHowFarTheEdgeHasMovedAcross) {
   RestEdge edge = EdgeOf(Block());
   ASSERT_GT(edge.places().size(), 150U);
-  TestPicture moved = Block();
+  TestImage moved = Block();
   const Eigen::Vector2d way(1.7, -2.6);
   moved.body->centre += way;
   const cv::Mat image = moved.Render(7);

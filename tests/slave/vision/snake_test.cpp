@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "tests/slave/vision/test_pictures.h"
+#include "tests/slave/vision/test_images.h"
 #include "tests/support/references.h"
 
 namespace palpate {
@@ -52,13 +52,13 @@ Curve CircleAround(const Eigen::Vector2d& centre, double radius, int count) {
   return curve;
 }
 
-TestPicture Disc(double radius) {
-  TestPicture picture;
-  picture.body.emplace();
-  picture.body->shape = PaintedBody::Shape::kDisc;
-  picture.body->centre = {320.4, 239.7};
-  picture.body->half = {radius, radius};
-  return picture;
+TestImage Disc(double radius) {
+  TestImage painting;
+  painting.body.emplace();
+  painting.body->shape = PaintedBody::Shape::kDisc;
+  painting.body->centre = {320.4, 239.7};
+  painting.body->half = {radius, radius};
+  return painting;
 }
 
 // Reference: the disc's own radius. A point is on whole pixels, and the chain's pull inwards
@@ -75,7 +75,7 @@ TEST(SnakeTest, CreepsOntoADiscFromOutsideAndInside) {
   }
 }
 
-TEST(SnakeTest, StaysInsideThePicture) {
+TEST(SnakeTest, StaysInsideTheImage) {
   const cv::Mat flat(40, 50, CV_8UC1, cv::Scalar(100));
   Snake snake(GreyFormat(flat), {0, 0, 1}, CircleAround({25, 20}, 60, 90), 40);
   snake.Creep(flat, 10);

@@ -11,19 +11,19 @@
 
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/observation.h"
-#include "tests/slave/vision/test_pictures.h"
+#include "tests/slave/vision/test_images.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
 
-TestPicture Picture() {
-  TestPicture picture;
-  picture.body.emplace();
-  picture.tool.emplace();
-  picture.tool->tip = {320.3, 150.4};
-  return picture;
+TestImage Image() {
+  TestImage painting;
+  painting.body.emplace();
+  painting.tool.emplace();
+  painting.tool->tip = {320.3, 150.4};
+  return painting;
 }
 
 std::string ConstructionMessage(const Scene& scene, const cv::Mat& first,
@@ -31,17 +31,17 @@ std::string ConstructionMessage(const Scene& scene, const cv::Mat& first,
   return Thrown<std::runtime_error>([&] { TipAndContourTracker tracking(scene, first, hint); });
 }
 
-TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
+TEST(TipAndContourTrackerTest, SeeTipAndContourInImagesOfEveryKind) {
   for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
     for (const double full_scale : {65535.0, 4095.0}) {
-      TestPicture picture = Picture();
-      TipAndContourTracker tracking(SceneForTestPictures(), picture.Render(1, type, full_scale),
-                                    picture.tool->tip);
+      TestImage painting = Image();
+      TipAndContourTracker tracking(SceneForTestImages(), painting.Render(1, type, full_scale),
+                                    painting.tool->tip);
       EXPECT_GT(tracking.rest_contour().edge.size(), 180U);
-      picture.tool->tip += Eigen::Vector2d(1.7, 2.6);
-      const TipObservation& seen = tracking.Process(picture.Render(2, type, full_scale));
+      painting.tool->tip += Eigen::Vector2d(1.7, 2.6);
+      const TipObservation& seen = tracking.Process(painting.Render(2, type, full_scale));
       ASSERT_TRUE(seen.found) << type;
-      EXPECT_LT((seen.p_I - picture.tool->tip).norm(), 0.05) << type;
+      EXPECT_LT((seen.p_I - painting.tool->tip).norm(), 0.05) << type;
       EXPECT_GT(seen.score, 0.9);
       EXPECT_EQ(tracking.rest_contour().outline.size(), 60U);
       EXPECT_TRUE(tracking.search_window().contains(cv::Point(322, 130)));
@@ -50,33 +50,34 @@ TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
 }
 
 TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
-  const TestPicture picture = Picture();
+  const TestImage painting = Image();
   const Scratch scratch;
   const auto file = scratch / "tip.png";
   const cv::Rect window(305, 110, 31, 46);
-  ASSERT_TRUE(cv::imwrite(file.string(), picture.Render(5)(window)));
-  Scene scene = SceneForTestPictures();
+  ASSERT_TRUE(cv::imwrite(file.string(), painting.Render(5)(window)));
+  Scene scene = SceneForTestImages();
   scene.sense.Find<TipTracking>()->template_file = file;
-  scene.sense.Find<TipTracking>()->anchor = picture.tool->tip - Eigen::Vector2d(window.x, window.y);
-  TipAndContourTracker tracking(scene, picture.Render(), std::nullopt);
-  const TipObservation& seen = tracking.Process(picture.Render(2));
+  scene.sense.Find<TipTracking>()->anchor =
+      painting.tool->tip - Eigen::Vector2d(window.x, window.y);
+  TipAndContourTracker tracking(scene, painting.Render(), std::nullopt);
+  const TipObservation& seen = tracking.Process(painting.Render(2));
   ASSERT_TRUE(seen.found);
   EXPECT_TRUE(seen.reacquired);
-  EXPECT_LT((seen.p_I - picture.tool->tip).norm(), 0.05);
+  EXPECT_LT((seen.p_I - painting.tool->tip).norm(), 0.05);
 }
 
-// Whatever comes mid-stream: nothing found, nothing thrown, and the next good picture is seen.
-TEST(TipAndContourTrackerTest, BadPicturesMidStreamAreFlagged) {
-  const TestPicture picture = Picture();
-  TipAndContourTracker tracking(SceneForTestPictures(), picture.Render(), picture.tool->tip);
+// Whatever comes mid-stream: nothing found, nothing thrown, and the next good image is seen.
+TEST(TipAndContourTrackerTest, BadImagesMidStreamAreFlagged) {
+  const TestImage painting = Image();
+  TipAndContourTracker tracking(SceneForTestImages(), painting.Render(), painting.tool->tip);
   const cv::Mat nan(480, 640, CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN()));
   cv::Mat noise(480, 640, CV_8UC1);
   cv::randu(noise, 0, 255);
   const std::vector<cv::Mat> bad = {cv::Mat(),
                                     cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)),
                                     cv::Mat(240, 320, CV_8UC1, cv::Scalar(0)),
-                                    picture.Render(1, CV_8UC3),
-                                    picture.Render(1, CV_16UC1),
+                                    painting.Render(1, CV_8UC3),
+                                    painting.Render(1, CV_16UC1),
                                     nan,
                                     noise,
                                     cv::Mat::zeros(480, 640, CV_8UC1),
@@ -86,17 +87,17 @@ TEST(TipAndContourTrackerTest, BadPicturesMidStreamAreFlagged) {
     const TipObservation& seen = tracking.Process(image);
     EXPECT_FALSE(seen.found) << sequence;
     EXPECT_TRUE(seen.p_I.allFinite() && std::isfinite(seen.score));
-    const TipObservation& good = tracking.Process(picture.Render(++sequence));
-    EXPECT_TRUE(good.found) << "after bad picture " << sequence;
+    const TipObservation& good = tracking.Process(painting.Render(++sequence));
+    EXPECT_TRUE(good.found) << "after bad image " << sequence;
   }
 }
 
 TEST(TipAndContourTrackerTest, ImagesThatCannotBeUsedAreRefusedAtStart) {
-  const TestPicture picture = Picture();
-  const Scene scene = SceneForTestPictures();
-  const Eigen::Vector2d tip = picture.tool->tip;
-  EXPECT_EQ(ConstructionMessage(scene, picture.Render(), tip), "");
-  EXPECT_THAT(ConstructionMessage(scene, picture.Render(), std::nullopt),
+  const TestImage painting = Image();
+  const Scene scene = SceneForTestImages();
+  const Eigen::Vector2d tip = painting.tool->tip;
+  EXPECT_EQ(ConstructionMessage(scene, painting.Render(), tip), "");
+  EXPECT_THAT(ConstructionMessage(scene, painting.Render(), std::nullopt),
               testing::HasSubstr("sense.tip.template is missing"));
   const std::pair<cv::Mat, const char*> images[] = {
       {cv::Mat(), "empty"},
@@ -109,7 +110,7 @@ TEST(TipAndContourTrackerTest, ImagesThatCannotBeUsedAreRefusedAtStart) {
 }
 
 TEST(TipAndContourTrackerTest, TemplatesThatCannotBeUsedAreRefusedAtStart) {
-  const TestPicture picture = Picture();
+  const TestImage painting = Image();
   const Scratch scratch;
   cv::Mat wide(40, 700, CV_8UC1);
   cv::randu(wide, 0, 255);
@@ -118,13 +119,13 @@ TEST(TipAndContourTrackerTest, TemplatesThatCannotBeUsedAreRefusedAtStart) {
       {cv::Mat(2, 2, CV_8UC1, cv::Scalar(7)), "2 x 2 px: expected"},
       {wide, "700 x 40 px"},
       {wide.rowRange(0, 30).colRange(0, 500).t(), "larger than the image"}};
-  Scene scene = SceneForTestPictures();
+  Scene scene = SceneForTestImages();
   scene.sense.Find<TipTracking>()->template_file = scratch / "tip.png";
-  EXPECT_THAT(ConstructionMessage(scene, picture.Render(), picture.tool->tip),
+  EXPECT_THAT(ConstructionMessage(scene, painting.Render(), painting.tool->tip),
               testing::HasSubstr("tip.png: image"));
   for (const auto& [image, words] : templates) {
     ASSERT_TRUE(cv::imwrite((scratch / "tip.png").string(), image));
-    EXPECT_THAT(ConstructionMessage(scene, picture.Render(), picture.tool->tip),
+    EXPECT_THAT(ConstructionMessage(scene, painting.Render(), painting.tool->tip),
                 testing::HasSubstr(words));
   }
 }

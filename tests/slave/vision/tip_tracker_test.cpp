@@ -7,23 +7,23 @@
 #include <opencv2/core.hpp>
 
 #include "slave/vision/ncc.h"
-#include "tests/slave/vision/test_pictures.h"
+#include "tests/slave/vision/test_images.h"
 
 namespace palpate {
 namespace {
 
 const Eigen::Vector2d kDown(0, 1);
 
-TestPicture WithTool(const Eigen::Vector2d& tip) {
-  TestPicture picture;
-  picture.size = {320, 240};
-  picture.tool.emplace();
-  picture.tool->tip = tip;
-  return picture;
+TestImage WithTool(const Eigen::Vector2d& tip) {
+  TestImage painting;
+  painting.size = {320, 240};
+  painting.tool.emplace();
+  painting.tool->tip = tip;
+  return painting;
 }
 
 struct Tracked {
-  explicit Tracked(const TestPicture& first, int roi = 64)
+  explicit Tracked(const TestImage& first, int roi = 64)
       : format(first.Render()),
         tip(CutTipTemplate(first.Render(), format, first.tool->tip, first.tool->direction,
                            first.tool->width, roi)),
@@ -38,25 +38,25 @@ struct Errors {
 };
 
 // The tip at 80 random places within 3 px, each with its own noise.
-Errors ErrorsOver(const TestPicture& first, double noise) {
+Errors ErrorsOver(const TestImage& first, double noise) {
   Tracked tracked(first);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shift(-3, 3);
   Errors errors;
-  constexpr int kPictures = 80;
-  for (int k = 0; k < kPictures; ++k) {
-    TestPicture picture = first;
-    picture.noise = noise;
-    picture.tool->tip += Eigen::Vector2d(shift(random), shift(random));
+  constexpr int kImages = 80;
+  for (int k = 0; k < kImages; ++k) {
+    TestImage painting = first;
+    painting.noise = noise;
+    painting.tool->tip += Eigen::Vector2d(shift(random), shift(random));
     const TipObservation seen =
-        tracked.tracker.Track(picture.Render(static_cast<std::uint64_t>(100 + k)));
+        tracked.tracker.Track(painting.Render(static_cast<std::uint64_t>(100 + k)));
     EXPECT_TRUE(seen.found) << k;
-    const Eigen::Vector2d error = seen.p_I - picture.tool->tip;
-    errors.rms_x += error.x() * error.x() / kPictures;
-    errors.rms_y += error.y() * error.y() / kPictures;
-    errors.mean_x += error.x() / kPictures;
-    errors.mean_y += error.y() / kPictures;
-    errors.mean_sigma += seen.sigma / kPictures;
+    const Eigen::Vector2d error = seen.p_I - painting.tool->tip;
+    errors.rms_x += error.x() * error.x() / kImages;
+    errors.rms_y += error.y() * error.y() / kImages;
+    errors.mean_x += error.x() / kImages;
+    errors.mean_y += error.y() / kImages;
+    errors.mean_sigma += seen.sigma / kImages;
   }
   errors.rms_x = std::sqrt(errors.rms_x);
   errors.rms_y = std::sqrt(errors.rms_y);
@@ -83,7 +83,7 @@ TEST(TipTrackerTest, SigmaTellsTheSizeOfTheErrors) {
 
 TEST(TipTrackerTest, ObliqueToolsAreTrackedAsWell) {
   for (const double angle : {-2.2, 0.2, 0.785}) {
-    TestPicture first = WithTool({160.3, 120.4});
+    TestImage first = WithTool({160.3, 120.4});
     first.tool->direction = {std::cos(angle), std::sin(angle)};
     const Errors errors = ErrorsOver(first, 2);
     EXPECT_LT(std::max(errors.rms_x, errors.rms_y), 0.05) << "angle " << angle;
@@ -92,7 +92,7 @@ TEST(TipTrackerTest, ObliqueToolsAreTrackedAsWell) {
 
 // Nothing on the bar tells where along itself it is: its end is taken into the template.
 TEST(TipTrackerTest, AToolWithoutMarksIsTrackedByItsEnd) {
-  TestPicture first = WithTool({160.3, 120.4});
+  TestImage first = WithTool({160.3, 120.4});
   first.tool->marks = false;
   const Errors errors = ErrorsOver(first, 2);
   EXPECT_LT(std::max(errors.rms_x, errors.rms_y), 0.04);
@@ -101,10 +101,10 @@ TEST(TipTrackerTest, AToolWithoutMarksIsTrackedByItsEnd) {
 // The object comes up against the tip, beside the tool and darker than the tool's background: the
 // place along the tool must not follow it. 0.05 px is a quarter per cent of a 20 px press.
 TEST(TipTrackerTest, AnObjectAgainstTheTipDoesNotMoveIt) {
-  const TestPicture free = WithTool({160.3, 120.4});
+  const TestImage free = WithTool({160.3, 120.4});
   Tracked tracked(free);
   for (const double rise : {0.0, 3.0, 6.0}) {
-    TestPicture touching = free;
+    TestImage touching = free;
     touching.body.emplace();
     touching.body->half = {140, 60};
     touching.body->centre = {160, free.tool->tip.y() + 60 - rise};
@@ -115,34 +115,34 @@ TEST(TipTrackerTest, AnObjectAgainstTheTipDoesNotMoveIt) {
 }
 
 TEST(TipTrackerTest, KeepsUpWithAToolThatAccelerates) {
-  TestPicture picture = WithTool({60, 100});
-  Tracked tracked(picture);
+  TestImage painting = WithTool({60, 100});
+  Tracked tracked(painting);
   for (int k = 1; k <= 14; ++k) {
-    picture.tool->tip.x() += 1.5 * k;  // at the end 21 px per picture: beyond the window's reach
+    painting.tool->tip.x() += 1.5 * k;  // at the end 21 px per image: beyond the window's reach
     const TipObservation seen =
-        tracked.tracker.Track(picture.Render(static_cast<std::uint64_t>(k)));
+        tracked.tracker.Track(painting.Render(static_cast<std::uint64_t>(k)));
     ASSERT_TRUE(seen.found) << k;
     EXPECT_FALSE(seen.reacquired) << k;
-    EXPECT_LT((seen.p_I - picture.tool->tip).norm(), 0.1) << k;
+    EXPECT_LT((seen.p_I - painting.tool->tip).norm(), 0.1) << k;
   }
 }
 
-TEST(TipTrackerTest, ATipThatJumpsIsFoundAgainInTheWholePicture) {
-  TestPicture picture = WithTool({60, 100});
-  Tracked tracked(picture);
-  picture.tool->tip = {255.25, 190.5};
-  const TipObservation seen = tracked.tracker.Track(picture.Render(2));
+TEST(TipTrackerTest, ATipThatJumpsIsFoundAgainInTheWholeImage) {
+  TestImage painting = WithTool({60, 100});
+  Tracked tracked(painting);
+  painting.tool->tip = {255.25, 190.5};
+  const TipObservation seen = tracked.tracker.Track(painting.Render(2));
   ASSERT_TRUE(seen.found);
   EXPECT_TRUE(seen.reacquired);
-  EXPECT_LT((seen.p_I - picture.tool->tip).norm(), 0.05);
+  EXPECT_LT((seen.p_I - painting.tool->tip).norm(), 0.05);
   EXPECT_TRUE(tracked.tracker.search_window().contains(cv::Point(255, 190)));
-  EXPECT_FALSE(tracked.tracker.Track(picture.Render(3)).reacquired);
+  EXPECT_FALSE(tracked.tracker.Track(painting.Render(3)).reacquired);
 }
 
 // Something lies over the tool: a glint, a wire along it, a cover over
 // a third of it. What is left tells the place: to a quarter of a pixel, 1.8 % of a 14 px press.
 TEST(TipTrackerTest, WhatLiesOverTheToolDoesNotMoveTheTip) {
-  const TestPicture picture = WithTool({160.3, 120.4});
+  const TestImage painting = WithTool({160.3, 120.4});
   struct Cover {
     const char* name;
     cv::Rect where;
@@ -154,8 +154,8 @@ TEST(TipTrackerTest, WhatLiesOverTheToolDoesNotMoveTheTip) {
                           {"wire across", {0, 101, 320, 2}, 0, 20},
                           {"third", {140, 92, 40, 15}, 0, 130}};
   for (const Cover& cover : covers) {
-    Tracked tracked(picture);
-    TestPicture moved = picture;
+    Tracked tracked(painting);
+    TestImage moved = painting;
     moved.tool->tip += Eigen::Vector2d(1.4, 2.3);
     cv::Mat image = moved.Render(8);
     cv::Mat part = image(cover.where);
@@ -168,10 +168,10 @@ TEST(TipTrackerTest, WhatLiesOverTheToolDoesNotMoveTheTip) {
 
 // Two tools that look the same: to say which one is ours would be a guess.
 TEST(TipTrackerTest, ASecondPlaceAsGoodMeansLost) {
-  TestPicture picture = WithTool({160, 120});
-  picture.noise = 0;
-  Tracked tracked(picture);
-  cv::Mat twice = picture.Render();
+  TestImage painting = WithTool({160, 120});
+  painting.noise = 0;
+  Tracked tracked(painting);
+  cv::Mat twice = painting.Render();
   const cv::Rect around(145, 60, 31, 75);
   const cv::Mat copy = twice(around).clone();
   copy.copyTo(twice(around + cv::Point(60, 0)));
@@ -181,15 +181,15 @@ TEST(TipTrackerTest, ASecondPlaceAsGoodMeansLost) {
 
 constexpr double kFaint = 0.4;  // of what marks have elsewhere here
 
-// How far the template of a tool reaches beyond its tip, in a noisy picture [px].
+// How far the template of a tool reaches beyond its tip, in a noisy image [px].
 double ReachBeyond(bool has_marks, unsigned seed) {
-  TestPicture picture = WithTool({160.3, 120.4});
-  picture.tool->marks = has_marks;
-  picture.tool->contrast = kFaint;
-  picture.noise = 15;
-  const cv::Mat image = picture.Render(seed);
+  TestImage painting = WithTool({160.3, 120.4});
+  painting.tool->marks = has_marks;
+  painting.tool->contrast = kFaint;
+  painting.noise = 15;
+  const cv::Mat image = painting.Render(seed);
   const TipTemplate tip =
-      CutTipTemplate(image, GreyFormat(image), picture.tool->tip, kDown, 17, 64);
+      CutTipTemplate(image, GreyFormat(image), painting.tool->tip, kDown, 17, 64);
   return tip.pixels.height - 1 - tip.anchor.y();
 }
 

@@ -117,7 +117,7 @@ TEST_F(HostileVisitorTest, BrokenFramesEndTheLine) {
 TEST_F(HostileVisitorTest, AMessageThatIsTooLongEndsTheLine) {
   PageClient page(server_.endpoint());
   page.Upgrade(Host(), "");
-  page.SendText(std::string(kLongestCommand + 1, 'x'));
+  page.SendText(std::string(kMaxCommandBytes + 1, 'x'));
   EXPECT_TRUE(page.ReadFrame(kClose));
   ExpectSound();
 }
@@ -125,7 +125,7 @@ TEST_F(HostileVisitorTest, AMessageThatIsTooLongEndsTheLine) {
 TEST_F(HostileVisitorTest, AFloodIsClosed) {
   PageClient page(server_.endpoint());
   page.Upgrade(Host(), "");
-  for (int i = 0; i < 20 * PageServer::kMostCommands; ++i) {
+  for (int i = 0; i < 20 * PageServer::kMaxCommands; ++i) {
     if (!page.SendText(R"({"do":"ping","at":1})")) break;
   }
   const auto close = page.ReadFrame(kClose);
@@ -137,7 +137,7 @@ TEST_F(HostileVisitorTest, AFloodIsClosed) {
 TEST_F(HostileVisitorTest, TooManyPagesAreRefusedAndMakeRoomWhenTheyLeave) {
   {
     std::vector<std::unique_ptr<PageClient>> pages;
-    for (std::size_t i = 0; i < PageServer::kMostPages; ++i) {
+    for (std::size_t i = 0; i < PageServer::kMaxPages; ++i) {
       pages.push_back(std::make_unique<PageClient>(server_.endpoint()));
       ASSERT_THAT(pages.back()->Upgrade(Host(), ""), HasSubstr("101"));
     }
@@ -151,7 +151,7 @@ TEST_F(HostileVisitorTest, TooManyPagesAreRefusedAndMakeRoomWhenTheyLeave) {
 
 TEST_F(HostileVisitorTest, ConnectionsThatSayNothingTakeNoMoreThanTheirNumber) {
   std::vector<std::unique_ptr<PageClient>> idle;
-  for (std::size_t i = 0; i < 2 * PageServer::kMostConnections; ++i)
+  for (std::size_t i = 0; i < 2 * PageServer::kMaxConnections; ++i)
     idle.push_back(std::make_unique<PageClient>(server_.endpoint()));
   idle.clear();
   for (int i = 0; i < 500; ++i) {

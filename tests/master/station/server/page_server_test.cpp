@@ -61,7 +61,7 @@ TEST_F(PageServerTest, ServesThePageAndNothingFromElsewhere) {
 
 TEST_F(PageServerTest, TellsANewPageWhatIsOnTheBoardAndThenWhatIsNew) {
   Put(Topic::kHello, "hello");
-  Put(Topic::kPicture, "a picture");
+  Put(Topic::kImage, "an image");
   PageClient page(server_.endpoint());
   ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
   const auto first = page.ReadFrame(), second = page.ReadFrame();
@@ -69,7 +69,7 @@ TEST_F(PageServerTest, TellsANewPageWhatIsOnTheBoardAndThenWhatIsNew) {
   EXPECT_EQ(first->opcode, kText);
   EXPECT_EQ(first->payload, "hello");
   EXPECT_EQ(second->opcode, kBinary);
-  EXPECT_EQ(second->payload, "a picture");
+  EXPECT_EQ(second->payload, "an image");
   Put(Topic::kStatus, "now");
   const auto third = page.ReadFrame();
   ASSERT_TRUE(third);
@@ -190,7 +190,7 @@ TEST_F(PageSetupTest, ARequestOfAnImageIsForwardedAndAnswered) {
 
 TEST_F(PageSetupTest, AnotherPageAndARequestThatIsTooLongAreRefused) {
   EXPECT_THAT(Post("/setup/use", "{}", "http://evil.example"), StartsWith("HTTP/1.1 403"));
-  EXPECT_THAT(Post("/setup/use", std::string(PageServer::kLongestSetup + 1, 'x')),
+  EXPECT_THAT(Post("/setup/use", std::string(PageServer::kMaxSetupBytes + 1, 'x')),
               StartsWith("HTTP/1.1 400"));
   EXPECT_THAT(Post("/index.html", "{}"), StartsWith("HTTP/1.1 405"));
   EXPECT_EQ(calls_, 0);

@@ -17,14 +17,14 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNoise = 0.01;  // of a place in a picture, per axis [px]
+constexpr double kNoise = 0.01;  // of a place in an image, per axis [px]
 constexpr int kRest = 10;
 constexpr double kPeriod = 1.0 / 30;  // [s]
 
 // 35 points on a membrane that is dented in its middle, and what spoils how they are seen.
 class Watched {
  public:
-  // Depths of the indentation [m] that the left and the right picture show.
+  // Depths of the indentation [m] that the left and the right image show.
   SurfaceObservation& Show(double left_depth, double right_depth) {
     seen_.sensed_at += Seconds(kPeriod);
     seen_.skew = -reported_late * kPeriod;  // what is late was taken before
@@ -61,20 +61,20 @@ class Watched {
     check_.Examine({{}, {}, *seen}, &findings);
     return findings.verdict.check;
   }
-  // The first doubt of a press to 5 mm in 20 pictures, held for as many; the right picture is
-  // `late` pictures late.
+  // The first doubt of a press to 5 mm in 20 images, held for as many; the right image is
+  // `late` images late.
   FailedCheck Press(int late) {
-    const auto depth = [](int picture) { return 2.5e-4 * std::clamp(picture, 0, 20); };
+    const auto depth = [](int image) { return 2.5e-4 * std::clamp(image, 0, 20); };
     for (int i = 0; i < 40; ++i) {
       const FailedCheck check = Process(depth(i), depth(i - late));
       if (check != FailedCheck::kNone) return check;
     }
     return FailedCheck::kNone;
   }
-  // Likewise of a press to 5 mm and back again and again, a dozen pictures each.
+  // Likewise of a press to 5 mm and back again and again, a dozen images each.
   FailedCheck Swing(double late) {
-    const auto depth = [](double picture) {
-      return 2.5e-3 * (1 - std::cos(std::numbers::pi / 6 * picture));
+    const auto depth = [](double image) {
+      return 2.5e-3 * (1 - std::cos(std::numbers::pi / 6 * image));
     };
     for (int i = 1; i < 40; ++i) {
       const FailedCheck check = Process(depth(i), depth(i - late));
@@ -100,7 +100,7 @@ class Watched {
 
  public:
   double noise = 1;
-  double reported_late = 0;  // the right picture, by its stamp [pictures]
+  double reported_late = 0;  // the right image, by its stamp [images]
 
  private:
   StereoRig rig_ = VergedTestRig();
@@ -118,7 +118,7 @@ TEST(EpipolarCheckTest, APressThatBothCamerasSeeAtOnceIsNotDoubted) {
   EXPECT_NEAR(watched.epipolar_px(), kNoise * std::hypot(1, std::sqrt(2 * 4 / 35.0)), 0.4 * kNoise);
 }
 
-TEST(EpipolarCheckTest, PicturesOfDifferentInstantsAreDoubtedWhileThePressMoves) {
+TEST(EpipolarCheckTest, ImagesOfDifferentInstantsAreDoubtedWhileThePressMoves) {
   for (const int late : {1, 2, 5, -1, -5, 1000}) {
     Watched watched;
     watched.Rest();
@@ -127,15 +127,15 @@ TEST(EpipolarCheckTest, PicturesOfDifferentInstantsAreDoubtedWhileThePressMoves)
 }
 
 // Reference: the lateness drawn; the moment in the middle is off by half of what stamps do not
-// tell. What 40 pairs' noise, as they are stated to have, leaves open besides is 0.02 of a picture.
-// Tolerance: the speed is that of half a picture before, which makes up to a quarter of it.
+// tell. What 40 pairs' noise, as they are stated to have, leaves open besides is 0.02 of an image.
+// Tolerance: the speed is that of half an image before, which makes up to a quarter of it.
 TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
   for (const double late : {0.0, 0.08, -0.08}) {
     for (const double reported : {0.0, 0.08, -0.08}) {
       Watched watched;
       watched.reported_late = reported;
       watched.Rest();
-      EXPECT_NEAR(watched.moment_sigma(), PointsLimits::kMostLag / 2, 1e-12) << "nothing moved yet";
+      EXPECT_NEAR(watched.moment_sigma(), PointsLimits::kMaxLag / 2, 1e-12) << "nothing moved yet";
       watched.noise = 0.1;
       EXPECT_EQ(watched.Swing(late), FailedCheck::kNone) << late << " " << reported;
       EXPECT_NEAR(watched.moment_sigma(), std::hypot((late - reported) / 2, 0.02), 0.015)
@@ -165,7 +165,7 @@ TEST(EpipolarCheckTest, ACameraThatIsBumpedAcrossIsDoubted) {
 }
 
 // Reference: the noise drawn, three and ten times the stated one.
-TEST(EpipolarCheckTest, NoiseThatPicturesDoNotTellWidensTheCovariances) {
+TEST(EpipolarCheckTest, NoiseThatImagesDoNotTellWidensTheCovariances) {
   for (const double more : {1.0, 9.0, 30.0}) {
     Watched watched;
     watched.Rest();

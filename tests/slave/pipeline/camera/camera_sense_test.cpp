@@ -85,7 +85,7 @@ TEST_F(CameraSenseTest, TheForceOfAPressIsThatOfTheSimulator) {
   const BoundaryShape shape = slave_->Shape(true);
   EXPECT_EQ(shape.rest.size(), 180U);
   EXPECT_EQ(shape.nodal_forces.size(), 180U);
-  EXPECT_TRUE(slave_->Picture(true, 80).has_value());
+  EXPECT_TRUE(slave_->Image(true, 80).has_value());
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kContact));
 }
 

@@ -77,7 +77,7 @@ class CarriedSite final : public SimulatedEnvironment {
    public:
     explicit Source(CarriedSite& site) : site_(site) {}
     std::optional<Frame> Next(const std::stop_token& /*stop*/) override {
-      return Frame{site_.Picture(), ++sequence_, At(site_.t)};
+      return Frame{site_.Image(), ++sequence_, At(site_.t)};
     }
     [[nodiscard]] std::string description() const override { return "a carried site"; }
 
@@ -85,7 +85,7 @@ class CarriedSite final : public SimulatedEnvironment {
     CarriedSite& site_;
     std::uint64_t sequence_ = 0;
   };
-  [[nodiscard]] cv::Mat Picture() {
+  [[nodiscard]] cv::Mat Image() {
     const Eigen::Vector2d shift = view_->ToImage(object_) - view_->ToImage(Vector3d::Zero());
     const cv::Mat warp = (cv::Mat_<double>(2, 3) << 1, 0, shift.x(), 0, 1, shift.y());
     cv::Mat picture;

@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "slave/capture/codecs/codecs.h"
-#include "slave/capture/picture_inbox.h"
+#include "slave/capture/image_inbox.h"
 #include "slave/live/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/simulator/environment/simulated_environment.h"
@@ -32,7 +32,7 @@ class StreamedCameraTest : public testing::Test {
     const std::string data = EncodePng(image);
     PushedSample sample;
     sample.sensed_at = Clock::now();
-    sample.picture = {PushedPicture::Encoding::kPng, &data};
+    sample.image = {PushedImage::Encoding::kPng, &data};
     const auto refusal = slave_->picture_inbox()->Feed(sample, Clock::now(), 1);
     EXPECT_FALSE(refusal) << refusal->why;
   }

@@ -99,7 +99,7 @@ TEST_F(FingertipSenseTest, ATouchIsEstimatedAndSeen) {
   EXPECT_TRUE(slave_.TakeEvents().Has(Event::kContact));
   const BoundaryShape shape = slave_.Shape(true);
   EXPECT_NE(shape.positions, shape.rest);
-  EXPECT_FALSE(slave_.Picture(true, 80).has_value());
+  EXPECT_FALSE(slave_.Image(true, 80).has_value());
 }
 
 TEST_F(FingertipSenseTest, TheHandMovesTheFingertip) {

@@ -15,7 +15,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "tests/slave/vision/depth/depth_pictures.h"
+#include "tests/slave/vision/depth/depth_images.h"
 
 namespace palpate {
 namespace {
@@ -37,7 +37,7 @@ Scene BlockScene(int cells) {
   scene.tool = Tool{.width = kWidth};
   scene.model.kind = "fem-green";
   scene.model.range = 0.1;
-  DepthPictures camera = TestDepthCamera();
+  DepthImages camera = TestDepthCamera();
   camera.X_SD.linear() = Vector3d(1, -1, -1).asDiagonal();  // looks down
   camera.X_SD.translation() = Vector3d(kSide / 2, kSide / 2, kHeight + kDistance);
   scene.sense.Set(
@@ -69,8 +69,8 @@ class Block {
     }
   }
 
-  cv::Mat Picture(std::mt19937* random) const {
-    const DepthPictures& camera = *scene_.sense.Find<DepthPictures>();
+  cv::Mat Image(std::mt19937* random) const {
+    const DepthImages& camera = *scene_.sense.Find<DepthImages>();
     const auto depth = [&](double x, double y) {
       double z = kDistance;
       for (int i = 0; i < 3; ++i) {
@@ -83,7 +83,7 @@ class Block {
       }
       return z;
     };
-    return DepthPicture(camera, depth, {0.05e-3, 4}, random);
+    return DepthImage(camera, depth, {0.05e-3, 4}, random);
   }
 
  private:
@@ -155,7 +155,7 @@ TEST(PressedBlock, IsPressedByNoForceUntilItsModelIsComputed) {
   // Drawn once and shown in turn.
   const auto drawn = [&] {
     std::vector<cv::Mat> pictures;
-    for (int i = 0; i < 5; ++i) pictures.push_back(truth.Picture(&random));
+    for (int i = 0; i < 5; ++i) pictures.push_back(truth.Image(&random));
     return pictures;
   };
   for (const cv::Mat& picture : drawn()) block.Show(picture);

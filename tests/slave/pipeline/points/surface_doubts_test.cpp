@@ -191,7 +191,7 @@ TEST(SurfaceDoubtsTest, ADentOfAWiderMembraneIsFlaggedOnceTheRestIsKnown) {
   }
 }
 
-// Pictures that were bumped sideways show a flat membrane as before, and its indentation elsewhere.
+// Images that were bumped sideways show a flat membrane as before, and its indentation elsewhere.
 TEST(SurfaceDoubtsTest, ADentThatIsNotUnderThePressingTipIsDoubted) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(15);

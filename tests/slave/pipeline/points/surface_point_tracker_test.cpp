@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/pipeline/points/watched_membrane.h"
-#include "tests/slave/vision/depth/depth_pictures.h"
-#include "tests/slave/vision/texture/target_pictures.h"
+#include "tests/slave/vision/depth/depth_images.h"
+#include "tests/slave/vision/texture/target_images.h"
 
 namespace palpate {
 namespace {
@@ -27,7 +27,7 @@ TEST(SurfacePointTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAnew)
   EXPECT_TRUE(tracker->Process(pressed).found);
   tracker->Reset();
   EXPECT_FALSE(tracker->at_rest_known());
-  for (int i = 0; i <= tracker->rest_pictures(); ++i) tracker->Process(pressed);
+  for (int i = 0; i <= tracker->rest_images(); ++i) tracker->Process(pressed);
   const SurfaceObservation& seen = tracker->Process(pressed);
   ASSERT_TRUE(seen.found);
   for (const SurfacePoint& point : seen.points) {
@@ -39,7 +39,7 @@ TEST(SurfacePointTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAnew)
 // Reference: the target's own motion, drawn by perspective alone. Tolerance: a window is found to
 // 0.03 px, 1.84 mm / px in depth.
 TEST(SurfacePointTrackerTest, TextureTellsWhereItsWindowsWent) {
-  TargetPictures pictures;
+  TargetImages pictures;
   Scene scene;
   scene.sense.Set(PointsOptions{});
   scene.sense.Find<StereoCameras>()->X_SL = pictures.X_SL;
@@ -86,8 +86,8 @@ TEST(SurfacePointTrackerTest, DepthTellsWhereTheSurfaceWent) {
   std::mt19937 random(3);
   const auto look = [&](double z) {
     StereoPair pair;
-    pair.left = DepthPicture(
-        *scene.sense.Find<DepthPictures>(), [z](double, double) { return z; }, {}, &random);
+    pair.left = DepthImage(
+        *scene.sense.Find<DepthImages>(), [z](double, double) { return z; }, {}, &random);
     return tracker->Process(pair);
   };
   while (!tracker->at_rest_known()) look(0.1);

@@ -13,7 +13,7 @@
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/vision/dots/dot_layout.h"
-#include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/dots/dot_images.h"
 
 namespace palpate::testing_fakes {
 namespace {
@@ -76,7 +76,7 @@ StereoPair DotPairs::Draw(const Press& press, std::uint64_t seed) const {
   }
   StereoPair pair;
   for (const int eye : {0, 1}) {
-    DotPicture picture;
+    DotImage picture;
     if (!(press.covered && eye == 0)) picture.dots = ArraySeen(eye, places, normals, kDotRadius);
     (eye == 0 ? pair.left : pair.right) =
         picture.Render(2 * seed + static_cast<std::uint64_t>(eye));

@@ -13,7 +13,7 @@
 #include "slave/mechanics/membrane/inflated_membrane.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "tests/slave/pipeline/press/pressed_dome.h"
-#include "tests/slave/vision/depth/depth_pictures.h"
+#include "tests/slave/vision/depth/depth_images.h"
 
 namespace palpate {
 namespace {
@@ -54,8 +54,8 @@ class Truth {
     return {x, y, kInflation - kAxes.z() + kAxes.z() * z};
   }
   // What the camera at S's origin sees, with noise of 0.05 mm that is alike in patches of 4 px.
-  cv::Mat Picture(std::mt19937* random) const {
-    const DepthPictures camera = TestDepthCamera();
+  cv::Mat Image(std::mt19937* random) const {
+    const DepthImages camera = TestDepthCamera();
     std::vector<double> inverse(320 * 240, 0);
     const auto& mesh = membrane_.surface();
     for (const auto& triangle : mesh.triangles) {
@@ -66,7 +66,7 @@ class Truth {
       }
       Draw(p, camera, &inverse);
     }
-    return DepthPicture(
+    return DepthImage(
         camera,
         [&](double x, double y) {
           const auto u = static_cast<std::size_t>(std::lround(camera.fx * x + camera.cx));
@@ -90,7 +90,7 @@ class Truth {
     return params;
   }
   // Over the pixels inside, one over the depth is linear.
-  static void Draw(const std::array<Vector3d, 3>& p, const DepthPictures& camera,
+  static void Draw(const std::array<Vector3d, 3>& p, const DepthImages& camera,
                    std::vector<double>* inverse) {
     Eigen::Matrix3d corners;  // columns: pixel, 1
     Vector3d depths;
@@ -116,7 +116,7 @@ class Truth {
   std::vector<Vector3d> u_;
 };
 
-// Pictures that the test hands over.
+// Images that the test hands over.
 class Given final : public StereoSource {
  public:
   explicit Given(std::shared_ptr<std::deque<cv::Mat>> pictures) : pictures_(std::move(pictures)) {}
@@ -142,7 +142,7 @@ class DomedSceneTest : public ::testing::Test {
   }
   const ContactEstimate& Estimate(const std::vector<Pressure>& pressures) {
     truth_.Press(pressures);
-    pictures_->push_back(truth_.Picture(&random_));
+    pictures_->push_back(truth_.Image(&random_));
     EXPECT_TRUE(sense_.Acquire({}));
     sense_.Process();
     return sense_.Estimate({p_S_O + Vector3d(0, 0, 2 * kInflation), std::nullopt});

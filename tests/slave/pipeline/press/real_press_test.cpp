@@ -93,8 +93,7 @@ Scene RecordedScene() {
   scene.model.kind = "membrane";
   scene.model.prestress = 295;
   PointsOptions points{RecordedPressCamera().camera, {.track = PointTracking::Track::kSurface}};
-  std::get<DepthPictures>(points.cameras).pattern =
-      (RecordedPressFolder() / "depth_*.png").string();
+  std::get<DepthImages>(points.cameras).pattern = (RecordedPressFolder() / "depth_*.png").string();
   scene.sense.Set(points);
   return scene;
 }

@@ -88,7 +88,7 @@ class TableScene {
     camera_.noise = 0.0015;
   }
   void Add(const SurfaceMesh& body, Colour colour) { bodies_.push_back({body, colour}); }
-  // Each body is pictured with the others in the way.
+  // Each body is imaged with the others in the way.
   [[nodiscard]] PointCloud::Ptr Cloud() const {
     auto cloud = std::make_shared<PointCloud>();
     const Eigen::Isometry3d X_DS = camera_.X_SD.inverse();

@@ -60,7 +60,7 @@ TEST(BoardTest, CornersTurnAsTheyDoOnTheBoard) {
   }
 }
 
-// Reference: the pinhole's picture of each centre plus the bias of a tilted disc's middle
+// Reference: the pinhole's image of each centre plus the bias of a tilted disc's middle
 // (reference g). Tolerance: the blob finder counts whole pixels.
 TEST(BoardTest, TiltedCirclesAreFoundAtTheirMiddles) {
   const Lens lens{300, 300, 159.5, 119.5, {}, {320, 240}};

@@ -81,9 +81,9 @@ std::vector<std::size_t> DroppedOf(const Calibration& found) {
   return dropped;
 }
 
-// Pair 4's right picture is of another pose; in pairs 7 and 9 the board moved by 1 mm (3 px),
+// Pair 4's right image is of another pose; in pairs 7 and 9 the board moved by 1 mm (3 px),
 // across and along the baseline. A shift along it looks like another distance: only the size of the
-// board's picture contradicts that, by 3 px of 200.
+// board's image contradicts that, by 3 px of 200.
 TEST(PairCalibrationTest, LeavesOutPairsWhoseBoardMovedBetweenTheShots) {
   const StereoRig rig = VergedTestRig();
   auto pairs = ProjectPairs(rig, 12, 0.5, 0.1);
@@ -110,7 +110,7 @@ TEST_P(HonestPairsTest, StayIn) {
 
 INSTANTIATE_TEST_SUITE_P(, HonestPairsTest, testing::Values(0.1, 0.02, 0.3));
 
-// Reference: the same corners in the other order, which a finder may begin with in any picture; a
+// Reference: the same corners in the other order, which a finder may begin with in any image; a
 // camera that is mounted upside down makes it do so in all of them.
 TEST(PairCalibrationTest, WhicheverCornerComesFirstTheRigIsTheSame) {
   const StereoRig rig = VergedTestRig();
@@ -127,7 +127,7 @@ TEST(PairCalibrationTest, WhicheverCornerComesFirstTheRigIsTheSame) {
   }
 }
 
-// Every right picture is of the next pose: fitted together they are off by tens of pixels.
+// Every right image is of the next pose: fitted together they are off by tens of pixels.
 TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
   auto pairs = ProjectPairs(VergedTestRig(), 6, 0.5, 0.1);
   std::vector<Corners> rights;

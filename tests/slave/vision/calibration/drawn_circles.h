@@ -1,4 +1,4 @@
-// Pictures of circle grids, drawn ray by ray.
+// Images of circle grids, drawn ray by ray.
 #pragma once
 
 #include <algorithm>
@@ -18,9 +18,9 @@ inline cv::Mat DrawCircles(const Board& board, double radius, const Lens& lens,
   constexpr int kFine = 4;
   const Eigen::Isometry3d X_BC = X_CB.inverse();
   const std::vector<cv::Point3f> centres = BoardPoints(board);
-  cv::Mat picture(lens.size[1], lens.size[0], CV_8U);
-  for (int v = 0; v < picture.rows; ++v) {
-    for (int u = 0; u < picture.cols; ++u) {
+  cv::Mat image(lens.size[1], lens.size[0], CV_8U);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
       int dark = 0;
       for (int k = 0; k < kFine * kFine; ++k) {
         const Eigen::Vector2d p_I(u + (k % kFine + 0.5) / kFine - 0.5,
@@ -34,11 +34,10 @@ inline cv::Mat DrawCircles(const Board& board, double radius, const Lens& lens,
           return std::hypot(at.x() - c.x, at.y() - c.y) < radius;
         });
       }
-      picture.at<std::uint8_t>(v, u) =
-          static_cast<std::uint8_t>(220 - 190 * dark / (kFine * kFine));
+      image.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(220 - 190 * dark / (kFine * kFine));
     }
   }
-  return picture;
+  return image;
 }
 
 }  // namespace palpate

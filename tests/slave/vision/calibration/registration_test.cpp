@@ -227,7 +227,7 @@ TEST(RegistrationTest, PlacesThatShareNoPoseAreRefused) {
   EXPECT_FALSE(RegisterLens(rig.left, tips).reasons.empty());
 }
 
-TEST(RegistrationTest, APictureThatIsMirroredIsReportedToBe) {
+TEST(RegistrationTest, AnImageThatIsMirroredIsReportedToBe) {
   std::vector<TipPlace> straight, mirrored;
   for (const auto& [u, v] : {std::pair{10.0, 20.0}, {600.0, 50.0}, {300.0, 400.0}, {70.0, 350.0}}) {
     straight.push_back({{1e-3 * u, -1e-3 * v, 0}, {u, v}, std::nullopt});

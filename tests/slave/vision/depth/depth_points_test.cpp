@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/slave/vision/depth/depth_pictures.h"
+#include "tests/slave/vision/depth/depth_images.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {
@@ -24,18 +24,18 @@ Surface Plane(const Eigen::Vector3d& n, double d) {
 DepthPoints::Params TestParams() {
   DepthPoints::Params params;
   params.camera = TestDepthCamera();
-  params.rest_pictures = 4;
+  params.rest_images = 4;
   return params;
 }
 
 class DepthPointsTest : public ::testing::Test {
  protected:
-  cv::Mat Picture(const Surface& surface, DepthNoise noise = {}) {
-    return DepthPicture(TestDepthCamera(), surface, noise, &random_);
+  cv::Mat Image(const Surface& surface, DepthNoise noise = {}) {
+    return DepthImage(TestDepthCamera(), surface, noise, &random_);
   }
   void TakeRest(DepthPoints* cameras, const Surface& surface, DepthNoise noise = {}) {
     for (int k = 0; k < 4; ++k) {
-      EXPECT_FALSE(cameras->Observe(Picture(surface, noise)).found);
+      EXPECT_FALSE(cameras->Observe(Image(surface, noise)).found);
     }
     EXPECT_TRUE(cameras->at_rest_known());
   }
@@ -43,7 +43,7 @@ class DepthPointsTest : public ::testing::Test {
 };
 
 // Reference: a plane is a plane: every rest point lies on it, every normal is its own. Tolerance:
-// the mean over four pictures of 256 pixels has a sigma of 2 um, the slope over a cell of 6 mm one
+// the mean over four images of 256 pixels has a sigma of 2 um, the slope over a cell of 6 mm one
 // of 1e-3; each times five.
 TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
   auto params = TestParams();
@@ -52,7 +52,7 @@ TEST_F(DepthPointsTest, PointsAtRestLieOnTheirPlaneWithItsNormal) {
   DepthPoints cameras(params);
   const Eigen::Vector3d n = Eigen::Vector3d(0.5, -0.3, 1).normalized();
   TakeRest(&cameras, Plane(n, 0.11), kDither);
-  const auto& seen = cameras.Observe(Picture(Plane(n, 0.11)));
+  const auto& seen = cameras.Observe(Image(Plane(n, 0.11)));
   ASSERT_TRUE(seen.found);
   ASSERT_EQ(seen.points.size(), 20U * 15U);
   const Eigen::Vector3d n_S = params.camera.X_SD.linear() * n;
@@ -76,11 +76,11 @@ TEST_F(DepthPointsTest, HolesOnASlantDoNotMoveThePoint) {
   DepthPoints cameras(TestParams());
   const Eigen::Vector3d n = Eigen::Vector3d(-0.8, 0, 1).normalized();
   const auto with_hole = [&](bool left, double s) {
-    cv::Mat picture = Picture(Plane(n, 0.11 + s), kDither);
-    for (int u = 0; u < picture.cols; ++u) {
-      if (left ? u % 16 < 4 : u % 16 >= 12) picture.col(u).setTo(0);
+    cv::Mat image = Image(Plane(n, 0.11 + s), kDither);
+    for (int u = 0; u < image.cols; ++u) {
+      if (left ? u % 16 < 4 : u % 16 >= 12) image.col(u).setTo(0);
     }
-    return picture;
+    return image;
   };
   for (int k = 0; k < 4; ++k) cameras.Observe(with_hole(true, 0));
   const auto& seen = cameras.Observe(with_hole(false, 0.001));
@@ -105,7 +105,7 @@ TEST_F(DepthPointsTest, TheStatedSigmaIsThatOfTheScatter) {
     double squares = 0;
     int count = 0;
     for (int k = 0; k < 20; ++k) {
-      const auto& seen = cameras.Observe(Picture(plane, noise));
+      const auto& seen = cameras.Observe(Image(plane, noise));
       for (std::size_t i = 0; i < seen.points.size(); ++i) {
         const SurfacePoint& point = seen.points[i];
         const Eigen::Vector3d& n = cameras.normal_S(i);
@@ -127,21 +127,21 @@ TEST_F(DepthPointsTest, OutliersAndHolesDoNotShiftTheMean) {
   DepthPoints cameras(TestParams());
   const Surface plane = Plane(Eigen::Vector3d(0.3, 0, 1).normalized(), 0.1);
   TakeRest(&cameras, plane, kDither);
-  cv::Mat picture = Picture(plane, {0.08e-3, 1});
+  cv::Mat image = Image(plane, {0.08e-3, 1});
   std::uniform_real_distribution<double> uniform;
-  for (auto it = picture.begin<std::uint16_t>(); it != picture.end<std::uint16_t>(); ++it) {
+  for (auto it = image.begin<std::uint16_t>(); it != image.end<std::uint16_t>(); ++it) {
     const double dice = uniform(random_);
     if (dice < 0.3) *it = 0;
     if (dice > 0.9) *it = static_cast<std::uint16_t>(*it + 200);
   }
-  const auto& seen = cameras.Observe(picture);
+  const auto& seen = cameras.Observe(image);
   for (const SurfacePoint& point : seen.points) {
     ASSERT_TRUE(point.seen);
     EXPECT_LT((point.p_S - point.p_S_rest).norm(), 40e-6) << point.id;
   }
 }
 
-TEST_F(DepthPointsTest, PicturesThatCannotBeUsedAreNoObservation) {
+TEST_F(DepthPointsTest, ImagesThatCannotBeUsedAreNoObservation) {
   DepthPoints cameras(TestParams());
   const Surface plane = Plane({0, 0, 1}, 0.1);
   const cv::Mat empty, zeros(240, 320, CV_16UC1, cv::Scalar(0)), bytes(240, 320, CV_8UC1),
@@ -155,7 +155,7 @@ TEST_F(DepthPointsTest, PicturesThatCannotBeUsedAreNoObservation) {
     const auto& seen = cameras.Observe(*bad);
     EXPECT_FALSE(seen.found);
     EXPECT_THAT(seen.points, ::testing::Each(::testing::Field(&SurfacePoint::seen, false)));
-    EXPECT_TRUE(cameras.Observe(Picture(plane)).found);
+    EXPECT_TRUE(cameras.Observe(Image(plane)).found);
   }
   cameras.Reset();
   EXPECT_FALSE(cameras.Observe(wide).found);
@@ -167,9 +167,9 @@ TEST_F(DepthPointsTest, ObservingAllocatesNothingOnceTheRestIsKnown) {
   DepthPoints cameras(TestParams());
   const Surface plane = Plane({0, 0, 1}, 0.1);
   TakeRest(&cameras, plane);
-  const cv::Mat picture = Picture(Plane({0, 0, 1}, 0.101), {0.08e-3, 8});
+  const cv::Mat image = Image(Plane({0, 0, 1}, 0.101), {0.08e-3, 8});
   const long before = AllocationCount();
-  for (int k = 0; k < 20; ++k) cameras.Observe(picture);
+  for (int k = 0; k < 20; ++k) cameras.Observe(image);
   EXPECT_EQ(AllocationCount(), before);
 }
 

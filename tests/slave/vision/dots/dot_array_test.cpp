@@ -10,7 +10,7 @@
 
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/stereo/rig.h"
-#include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/dots/dot_images.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 #include "tests/support/references.h"
 
@@ -103,7 +103,7 @@ TEST(CircleBias, IsWhatTheReferenceSays) {
   EXPECT_NEAR(bias->y(), 0, 1e-12);
 }
 
-// Reference: the middle of the ellipse that is the disc's picture, from its conic (the renderer's,
+// Reference: the middle of the ellipse that is the disc's image, from its conic (the renderer's,
 // another derivation): the centre is where the conic's gradient vanishes.
 TEST(CircleBias, IsTheCentreOfTheConicForAnyPlaceAndTilt) {
   const Lens lens = SceneLens();

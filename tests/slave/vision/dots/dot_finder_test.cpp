@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/dots/dot_images.h"
 
 namespace palpate {
 namespace {
@@ -44,23 +44,23 @@ std::vector<Eigen::Vector2d> ManyPlaces() {
   return places;
 }
 
-DotPicture ManyDots() {
-  DotPicture picture;
+DotImage ManyDots() {
+  DotImage painting;
   int k = 0;
   for (const Eigen::Vector2d& place : ManyPlaces()) {
-    picture.dots.push_back(
+    painting.dots.push_back(
         Ellipse(place, 6.4 + k % 5, (6.4 + k % 5) * (1 - 0.1 * (k % 3)), 0.7 * k));
     ++k;
   }
-  return picture;
+  return painting;
 }
 
 // Reference: the ellipses drawn. Tolerance: without noise what is left is that levels are whole
 // numbers, 0.3 of 130 levels per pixel of the edge; the worst measured is 0.004 px.
 TEST(DotFinder, CentroidsOfEllipsesWithoutNoiseAreExact) {
-  DotPicture picture = ManyDots();
-  picture.noise = 0;
-  const auto dots = Found(picture.Render());
+  DotImage painting = ManyDots();
+  painting.noise = 0;
+  const auto dots = Found(painting.Render());
   ASSERT_EQ(dots.size(), ManyPlaces().size());
   for (const Eigen::Vector2d& place : ManyPlaces()) {
     EXPECT_LT((NearestTo(dots, place)->centre - place).norm(), 0.006);
@@ -91,13 +91,13 @@ TEST(DotFinder, NoiseMovesCentroidsAsMuchAsStated) {
 // Reference: the ellipses drawn. Light that falls by 15 % (and by half) moves no threshold and no
 // centroid: uneven light over a dot of radius r weighs its sides differently by g r, a shift of
 // g r^2 / 4 = 0.006 px at 15 %, 0.02 px at half.
-TEST(DotFinder, LightThatFallsAcrossThePictureLosesNoDot) {
+TEST(DotFinder, LightThatFallsAcrossTheImageLosesNoDot) {
   for (const double fall : {0.15, 0.5}) {
-    DotPicture picture = ManyDots();
-    picture.light_fall = fall;
+    DotImage painting = ManyDots();
+    painting.light_fall = fall;
     for (const bool light : {false, true}) {
-      if (light) std::swap(picture.ground, picture.dot);
-      const auto dots = Found(picture.Render(), light ? DotTone::kLight : DotTone::kDark);
+      if (light) std::swap(painting.ground, painting.dot);
+      const auto dots = Found(painting.Render(), light ? DotTone::kLight : DotTone::kDark);
       ASSERT_EQ(dots.size(), ManyPlaces().size()) << fall << light;
       for (const Eigen::Vector2d& place : ManyPlaces()) {
         EXPECT_LT((NearestTo(dots, place)->centre - place).norm(), 0.04 + 0.06 * fall);
@@ -106,10 +106,10 @@ TEST(DotFinder, LightThatFallsAcrossThePictureLosesNoDot) {
   }
 }
 
-// A picture under light that changes across a dot: `light(x)` times what it was.
+// An image under light that changes across a dot: `light(x)` times what it was.
 template <typename Light>
-cv::Mat Lit(const DotPicture& picture, const Light& light) {
-  cv::Mat lit = picture.Render();
+cv::Mat Lit(const DotImage& painting, const Light& light) {
+  cv::Mat lit = painting.Render();
   for (int y = 0; y < lit.rows; ++y) {
     for (int x = 0; x < lit.cols; ++x) {
       std::uint8_t& level = lit.at<std::uint8_t>(y, x);
@@ -134,8 +134,8 @@ TEST(DotFinder, EvenlyFallingLightDoesNotPullADot) {
 }
 
 // The dot at `place`.
-std::optional<Dot> FoundAt(const DotPicture& picture, const Eigen::Vector2d& place) {
-  const std::vector<Dot> dots = Found(picture.Render());
+std::optional<Dot> FoundAt(const DotImage& painting, const Eigen::Vector2d& place) {
+  const std::vector<Dot> dots = Found(painting.Render());
   const Dot* nearest = NearestTo(dots, place);
   return nearest && (nearest->centre - place).norm() < 3 ? std::optional(*nearest) : std::nullopt;
 }
@@ -146,17 +146,17 @@ struct OffTheDot {
 
 // Round dots at many fractions of a pixel, each with an edge `gap` px off on another side, beyond
 // which the level is `beyond`.
-OffTheDot BesideAnEdge(DotPicture picture, double radius, double gap, double beyond) {
+OffTheDot BesideAnEdge(DotImage painting, double radius, double gap, double beyond) {
   constexpr int kSides = 16;
   OffTheDot off;
   for (int k = 0; k < kSides; ++k) {
     const double turn = 2 * std::numbers::pi * k / kSides;
     const Eigen::Vector2d n(std::cos(turn), std::sin(turn));
     const Eigen::Vector2d place(40 + 0.37 * k - std::floor(0.37 * k), 40 - 0.061 * k);
-    picture.width = picture.height = 80;
-    picture.dots = {Ellipse(place, radius, radius)};
-    picture.edges = {{n, n.dot(place) + radius + gap, beyond}};
-    const auto dot = FoundAt(picture, place);
+    painting.width = painting.height = 80;
+    painting.dots = {Ellipse(place, radius, radius)};
+    painting.edges = {{n, n.dot(place) + radius + gap, beyond}};
+    const auto dot = FoundAt(painting, place);
     if (!dot) return {1e3, 1e3};
     off.mean += n.dot(dot->centre - place) / kSides;
     off.worst = std::max(off.worst, (dot->centre - place).norm());
@@ -168,13 +168,13 @@ OffTheDot BesideAnEdge(DotPicture picture, double radius, double gap, double bey
 // the dot's: the darkness beyond, times the share of it that passes the gap (a twentieth), over the
 // dot's. A lighter edge lightens the rim of the dot in the same way.
 TEST(DotFinder, AnEdgeBesideADotDoesNotPullIt) {
-  DotPicture picture;
-  picture.noise = 0;
-  picture.ground = 190;
+  DotImage painting;
+  painting.noise = 0;
+  painting.ground = 190;
   for (const double radius : {5.0, 6.4, 10.0}) {
     for (const double beyond : {120.0, 150.0, 165.0, 230.0}) {
       for (const double gap : {1.5, 2.0, 2.5, 3.0, 4.0, 5.0}) {
-        const OffTheDot off = BesideAnEdge(picture, radius, gap, beyond);
+        const OffTheDot off = BesideAnEdge(painting, radius, gap, beyond);
         EXPECT_LT(std::abs(off.mean), gap < 2 ? 0.02 : 0.008)
             << radius << " " << beyond << " " << gap;
         EXPECT_LT(off.worst, gap < 2 ? 0.03 : 0.02) << radius << " " << beyond << " " << gap;
@@ -185,30 +185,30 @@ TEST(DotFinder, AnEdgeBesideADotDoesNotPullIt) {
 
 // The same with noise: what is left out makes the ground less certain, not wrong.
 TEST(DotFinder, AnEdgeBesideADotDoesNotPullItInNoise) {
-  DotPicture picture;
-  picture.ground = 190;
-  picture.light_fall = 0.15;
+  DotImage painting;
+  painting.ground = 190;
+  painting.light_fall = 0.15;
   for (const double gap : {2.0, 3.0, 4.0}) {
-    EXPECT_LT(std::abs(BesideAnEdge(picture, 6.4, gap, 120).mean), 0.02) << gap;
+    EXPECT_LT(std::abs(BesideAnEdge(painting, 6.4, gap, 120).mean), 0.02) << gap;
   }
 }
 
 // Reference: the discs drawn. Pixels that a window cuts off weigh what the blurred edge has there;
 // one of 2 px about edges blurred by 3 px would be off by 0.1 px.
 TEST(DotFinder, BlurDoesNotMoveADot) {
-  DotPicture picture;
-  picture.noise = 0;
+  DotImage painting;
+  painting.noise = 0;
   for (const double blur : {0.3, 0.7, 1.0, 1.5, 2.0, 3.0}) {
-    picture.blur = blur;
-    EXPECT_LT(BesideAnEdge(picture, 6.4, 200, 0).worst, blur < 1.2 ? 0.006 : 0.012 + 0.02 * blur)
+    painting.blur = blur;
+    EXPECT_LT(BesideAnEdge(painting, 6.4, 200, 0).worst, blur < 1.2 ? 0.006 : 0.012 + 0.02 * blur)
         << blur;
   }
 }
 
 TEST(DotFinder, TakesNoSquareLineOrCutDotForADot) {
-  DotPicture picture;
-  picture.dots = {Ellipse({100, 100}, 8, 8), Ellipse({2, 200}, 8, 8), Ellipse({300, 477}, 8, 8)};
-  cv::Mat image = picture.Render();
+  DotImage painting;
+  painting.dots = {Ellipse({100, 100}, 8, 8), Ellipse({2, 200}, 8, 8), Ellipse({300, 477}, 8, 8)};
+  cv::Mat image = painting.Render();
   image(cv::Rect(200, 200, 20, 20)).setTo(50);
   image(cv::Rect(300, 100, 60, 6)).setTo(50);
   image(cv::Rect(400, 300, 30, 8)).setTo(50);
@@ -218,7 +218,7 @@ TEST(DotFinder, TakesNoSquareLineOrCutDotForADot) {
   EXPECT_NEAR(dots[0].centre.x(), 100, 0.1);
 }
 
-TEST(DotFinder, BadPicturesAreRefused) {
+TEST(DotFinder, BadImagesAreRefused) {
   DotFinder finder = Finder();
   std::vector<Dot> dots(3);
   EXPECT_FALSE(finder.Find(cv::Mat(), &dots));
@@ -234,9 +234,9 @@ TEST(DotFinder, BadPicturesAreRefused) {
   }
 }
 
-// Saturated ground and dots, a picture of one-pixel speckles, and thousands of small discs.
+// Saturated ground and dots, an image of one-pixel speckles, and thousands of small discs.
 TEST(DotFinder, CrowdsAndSaturationEndInBoundedAnswers) {
-  DotPicture bright = ManyDots();
+  DotImage bright = ManyDots();
   bright.ground = 400;
   bright.dot = -100;
   EXPECT_EQ(Found(bright.Render()).size(), ManyPlaces().size());

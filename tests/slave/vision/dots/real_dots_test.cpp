@@ -1,4 +1,4 @@
-// Real pictures: ../shared/data/dot_patterns.
+// Real images: ../shared/data/dot_patterns.
 #include <algorithm>
 #include <filesystem>
 #include <string>
@@ -17,8 +17,8 @@ namespace {
 
 const std::filesystem::path kDots = SourcePath("/../shared/data/dot_patterns");
 
-std::vector<std::filesystem::path> Pictures(const std::filesystem::path& folder,
-                                            const std::string& prefix) {
+std::vector<std::filesystem::path> Images(const std::filesystem::path& folder,
+                                          const std::string& prefix) {
   std::vector<std::filesystem::path> files;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
@@ -65,9 +65,9 @@ double HomographyResidual(const std::vector<SightedDot>& dots) {
 // Reference: the printed grid has 36 dots and nothing else that is one. The centres' residual to a
 // square grid through a homography holds the uncorrected lens and the paper's bend besides the
 // centroids' own error: 0.14, 0.24 and 0.19 px per axis.
-TEST(RealDots, EveryGridPictureShowsItsThirtySixDotsAndNoOther) {
-  const auto files = Pictures(kDots, "grid36_");
-  if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
+TEST(RealDots, EveryGridImageShowsItsThirtySixDotsAndNoOther) {
+  const auto files = Images(kDots, "grid36_");
+  if (files.empty()) GTEST_SKIP() << "no images in " << kDots;
   for (const auto& file : files) {
     const cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
     DotFinder finder(DotFinder::Params{});
@@ -125,12 +125,12 @@ void ExpectNamed(const DotTracker& tracker, const std::string& where) {
   }
 }
 
-// Reference: the box's big dot is by far the largest of what is found in a picture, and lies
+// Reference: the box's big dot is by far the largest of what is found in an image, and lies
 // between the other four: left and above, right and above, ... of it. Everything else that is found
-// lies off the box. Whichever picture comes first, and whichever way the others follow.
-TEST(RealDots, FiveDotsAreNamedAlikeFromAnyPictureBothWays) {
-  const auto files = Pictures(kDots / "five_dots_seq", "frame_");
-  if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
+// lies off the box. Whichever image comes first, and whichever way the others follow.
+TEST(RealDots, FiveDotsAreNamedAlikeFromAnyImageBothWays) {
+  const auto files = Images(kDots / "five_dots_seq", "frame_");
+  if (files.empty()) GTEST_SKIP() << "no images in " << kDots;
   std::vector<cv::Mat> images;
   for (const auto& file : files) images.push_back(cv::imread(file.string(), cv::IMREAD_GRAYSCALE));
   const int count = static_cast<int>(images.size());

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/vision/dots/dot_layout.h"
-#include "tests/slave/vision/dots/dot_pictures.h"
+#include "tests/slave/vision/dots/dot_images.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {
@@ -18,7 +18,7 @@ namespace {
 constexpr double kRadius = 0.002;  // of a dot [m]
 
 // The membrane as a bump of `depth` [m] under `centre`, towards the cameras; what is drawn and what
-// is asked for come from the same function, the pictures from perspective alone.
+// is asked for come from the same function, the images from perspective alone.
 struct Bump {
   Eigen::Vector2d centre{0, 0};
   double depth = 0;
@@ -47,8 +47,8 @@ struct Pair {
   cv::Mat left, right;
 };
 
-Pair Pictures(const Bump& bump, std::uint64_t seed, double noise = 2, double fall = 0.15,
-              double blur = 0.7) {
+Pair Images(const Bump& bump, std::uint64_t seed, double noise = 2, double fall = 0.15,
+            double blur = 0.7) {
   std::vector<Eigen::Vector3d> places, normals;
   for (std::size_t k = 0; k < Layout().size(); ++k) {
     if (std::find(bump.hidden.begin(), bump.hidden.end(), static_cast<int>(k)) !=
@@ -60,13 +60,12 @@ Pair Pictures(const Bump& bump, std::uint64_t seed, double noise = 2, double fal
   }
   Pair pair;
   for (const int eye : {0, 1}) {
-    DotPicture picture;
-    picture.noise = noise;
-    picture.blur = blur;
-    picture.light_fall = fall;
-    picture.dots = ArraySeen(eye, places, normals, kRadius);
-    (eye == 0 ? pair.left : pair.right) =
-        picture.Render(2 * seed + static_cast<std::uint64_t>(eye));
+    DotImage image;
+    image.noise = noise;
+    image.blur = blur;
+    image.light_fall = fall;
+    image.dots = ArraySeen(eye, places, normals, kRadius);
+    (eye == 0 ? pair.left : pair.right) = image.Render(2 * seed + static_cast<std::uint64_t>(eye));
   }
   return pair;
 }
@@ -78,13 +77,13 @@ StereoDots::Params Params() {
   params.X_SL = VergedPose(-1);
   params.layout = Layout();
   params.dot_radius = kRadius;
-  params.rest_pictures = 3;
+  params.rest_images = 3;
   return params;
 }
 
 void Rest(StereoDots* stereo, const Bump& bump = {}) {
   for (std::uint64_t k = 0; k < 3; ++k) {
-    const Pair pair = Pictures(bump, 100 + k);
+    const Pair pair = Images(bump, 100 + k);
     stereo->Observe(pair.left, pair.right);
   }
   ASSERT_TRUE(stereo->at_rest_known());
@@ -108,7 +107,7 @@ int Seen(const SurfaceObservation& observation) {
 }
 
 // Reference: the bump drawn. A pixel of disparity is 1.3 mm at 250 mm; the centroids' noise of
-// 0.009 px in two stereo and a rest frame of three pictures make 0.02 mm, and four times that for
+// 0.009 px in two stereo and a rest frame of three images make 0.02 mm, and four times that for
 // the worst of 341.
 TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
   StereoDots stereo(Params());
@@ -118,7 +117,7 @@ TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
     Bump bump;
     bump.depth = 0.0005 * step;
     bump.centre = {0.006, -0.004};
-    const Pair pair = Pictures(bump, static_cast<std::uint64_t>(step));
+    const Pair pair = Images(bump, static_cast<std::uint64_t>(step));
     const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     ASSERT_TRUE(seen.found);
     EXPECT_EQ(Seen(seen), 31) << step;
@@ -134,9 +133,9 @@ TEST(StereoDots, TiltOfTheDotsDoesNotPullThem) {
   Bump bump;
   bump.X_SO.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix();
   StereoDots::Params params = Params();
-  params.rest_pictures = 1;
+  params.rest_images = 1;
   params.X_SO = bump.X_SO;
-  const Pair pair = Pictures(bump, 1, 0, 0);
+  const Pair pair = Images(bump, 1, 0, 0);
   const auto depth_error = [&](double radius) {
     params.dot_radius = radius;
     StereoDots stereo(params);
@@ -168,18 +167,18 @@ TEST(StereoDots, EachCameraSeesADotsTiltInItsOwnFrame) {
   StereoDots::Params params = Params();
   params.rig.X_RL = X_OC[1].inverse() * X_OC[0];
   params.X_SL = X_OC[0];
-  params.rest_pictures = 1;
-  std::array<DotPicture, 2> pictures;
+  params.rest_images = 1;
+  std::array<DotImage, 2> images;
   for (std::size_t eye = 0; eye < 2; ++eye) {
-    pictures[eye].noise = 0;
+    images[eye].noise = 0;
     const Eigen::Isometry3d X_CO = X_OC[eye].inverse();
     for (const Eigen::Vector2d& p : Layout()) {
-      pictures[eye].dots.push_back(DiscSeen(
-          params.rig.left, X_CO * Eigen::Vector3d(p.x(), p.y(), 0), X_CO.linear().col(2), kRadius));
+      images[eye].dots.push_back(DiscSeen(params.rig.left, X_CO * Eigen::Vector3d(p.x(), p.y(), 0),
+                                          X_CO.linear().col(2), kRadius));
     }
   }
   StereoDots stereo(params);
-  const SurfaceObservation& seen = stereo.Observe(pictures[0].Render(), pictures[1].Render());
+  const SurfaceObservation& seen = stereo.Observe(images[0].Render(), images[1].Render());
   ASSERT_EQ(Seen(seen), 31);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < Layout().size(); ++k) {
@@ -192,13 +191,13 @@ TEST(StereoDots, EachCameraSeesADotsTiltInItsOwnFrame) {
 TEST(StereoDots, ErrorsAreAsLargeAsTheCovariancesSay) {
   StereoDots::Params params = Params();
   params.sigma_px = 0;
-  params.rest_pictures = 1;
+  params.rest_images = 1;
   StereoDots stereo(params);
   const Bump bump;
   double mahalanobis = 0;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const Pair pair = Pictures(bump, seed, 2, 0);
+    const Pair pair = Images(bump, seed, 2, 0);
     const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     for (std::size_t k = 0; k < Layout().size(); ++k) {
       const Eigen::Vector3d error = seen.points[k].p_S - bump.Place(Layout()[k]);
@@ -218,7 +217,7 @@ TEST(StereoDots, DotsThatLeaveComeBackAsThemselves) {
     bump.depth = 0.004 * std::sin(0.2 * step) * std::sin(0.2 * step);
     bump.X_SO.translation() << 0.0005 * step, 0.0003 * step, 0.0002 * step;
     if (step >= 10 && step < 30) bump.hidden = {0, 7, 8, 13, 30};
-    const Pair pair = Pictures(bump, static_cast<std::uint64_t>(step));
+    const Pair pair = Images(bump, static_cast<std::uint64_t>(step));
     const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
     ASSERT_TRUE(seen.found) << step;
     EXPECT_EQ(Seen(seen), 31 - static_cast<int>(bump.hidden.size())) << step;
@@ -233,7 +232,7 @@ TEST(StereoDots, JumpOfOneColumnIsNotTakenForStandingStill) {
   Rest(&stereo);
   Bump bump;
   bump.X_SO.translation() << 0.015, 0, 0;
-  const Pair pair = Pictures(bump, 3);
+  const Pair pair = Images(bump, 3);
   const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right);
   ASSERT_TRUE(seen.found);
   EXPECT_EQ(Seen(seen), 31);

@@ -10,7 +10,7 @@ namespace {
 constexpr std::array<double, 5> kBarrel{-0.27, -0.04, 0.0018, -0.0003, 0.24};
 constexpr std::array<double, 5> kPincushion{0.3, 0.1, -0.002, 0.001, 0.05};
 
-// The inverse of what Project does, over the whole picture; Newton settles to rounding.
+// The inverse of what Project does, over the whole image; Newton settles to rounding.
 TEST(LensTest, EveryPixelGoesOutAndComesBack) {
   for (const auto& distortion : {std::array<double, 5>{}, kBarrel, kPincushion}) {
     const Lens lens = TestLens(distortion);
@@ -41,8 +41,8 @@ TEST(LensTest, TheJacobianIsTheDerivative) {
   }
 }
 
-// k1 = -1: r (1 - r^2) peaks at r = 1/sqrt 3 with 0.385; no ray has a picture beyond, and rays
-// beyond would have the picture of one within.
+// k1 = -1: r (1 - r^2) peaks at r = 1/sqrt 3 with 0.385; no ray has an image beyond, and rays
+// beyond would have the image of one within.
 TEST(LensTest, ThereIsNoRayBeyondTheFold) {
   const Lens lens = TestLens({-1, 0, 0, 0, 0});
   EXPECT_TRUE(RayOf(lens, {320 + 800 * 0.38, 240}));

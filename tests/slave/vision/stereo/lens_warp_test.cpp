@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<double, 5> kBarrel{-0.25, 0.08, 0.001, -0.0005, 0};
 
-// Reference: a pinhole's picture of the same place.
+// Reference: a pinhole's image of the same place.
 TEST(LensWarpTest, StraightPlacesAreAPinholes) {
   Lens lens = TestLens(kBarrel);
   lens.fx = 810, lens.fy = 790;
@@ -29,24 +29,24 @@ TEST(LensWarpTest, StraightPlacesAreAPinholes) {
 
 // Waves of 40 px, as bright as grey levels go.
 cv::Mat Waves(const Lens& lens, bool bent) {
-  cv::Mat picture(lens.size[1], lens.size[0], CV_8U);
-  for (int v = 0; v < picture.rows; ++v) {
-    for (int u = 0; u < picture.cols; ++u) {
+  cv::Mat image(lens.size[1], lens.size[0], CV_8U);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
       const Eigen::Vector2d p_I(u, v);
       const Eigen::Vector2d at = bent ? Straight(lens, p_I).value() : p_I;
       const double wave = std::sin(at.x() / 40 * 2 * M_PI) + std::cos(at.y() / 40 * 2 * M_PI);
-      picture.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(std::lround(127.5 + 60 * wave));
+      image.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(std::lround(127.5 + 60 * wave));
     }
   }
-  return picture;
+  return image;
 }
 
 // Reference: the waves as they are, and as the lens bends them, point by point. Tolerance: a 64th
 // of a pixel where they rise by up to 13 levels per px is 0.2, chords for curves 0.4, two
 // roundings 1.
-TEST(LensWarpTest, PicturesAreStraightenedAndBent) {
+TEST(LensWarpTest, ImagesAreStraightenedAndBent) {
   const Lens lens = TestLens(kBarrel);
-  const cv::Rect inside(8, 8, 624, 464);  // what both pictures show
+  const cv::Rect inside(8, 8, 624, 464);  // what both images show
   const auto worst = [&](const cv::Mat& a, const cv::Mat& b) {
     cv::Mat miss;
     cv::absdiff(a(inside), b(inside), miss);
@@ -57,7 +57,7 @@ TEST(LensWarpTest, PicturesAreStraightenedAndBent) {
   EXPECT_LE(worst(LensWarp::Straightening(lens).Apply(Waves(lens, true)), Waves(lens, false)), 2);
   const cv::Mat expected = Waves(lens, true);
   cv::Mat bent = LensWarp::Distorting(lens).Apply(Waves(lens, false));
-  // Where the lens sees beyond the straight picture there is nothing to compare.
+  // Where the lens sees beyond the straight image there is nothing to compare.
   for (int v = 0; v < bent.rows; ++v) {
     for (int u = 0; u < bent.cols; ++u) {
       const Eigen::Vector2d at = Straight(lens, Eigen::Vector2d(u, v)).value();

@@ -27,7 +27,7 @@ TEST(TriangulateTest, AgreesWithTheReferenceOfAParallelRig) {
   ASSERT_TRUE(point);
   EXPECT_LT((point->p_L - Vector3(reference.at("expected").at("X"))).norm(), 1e-12);
   EXPECT_LT(std::abs(point->miss_px), 1e-9);
-  // dZ = Z^2 / (f B) per pixel of disparity, whose sigma is sqrt 2 pixels. The pictures' rows and
+  // dZ = Z^2 / (f B) per pixel of disparity, whose sigma is sqrt 2 pixels. The images' rows and
   // the common part of their columns also weigh in, but not on z of this rig along the ray.
   const double per_pixel = reference.at("expected").at("depth_error_per_pixel_m");
   EXPECT_NEAR(std::sqrt(point->covariance(2, 2)), std::sqrt(2.0) * per_pixel, 1e-6);
@@ -50,9 +50,9 @@ TEST(TriangulateTest, AgreesWithTheReferenceOfAVergedRig) {
   EXPECT_LT((point->p_L - Vector3(reference.at("expected").at("X"))).norm(), 1e-10);
 }
 
-// Monte Carlo of 20 000 noisy pictures: a variance scatters by sqrt(2 / n) = 1 %, so four sigma are
+// Monte Carlo of 20 000 noisy images: a variance scatters by sqrt(2 / n) = 1 %, so four sigma are
 // 4 %; along every axis of the ellipsoid, that is, in the metric of the stated covariance.
-TEST(TriangulateTest, TheCovarianceIsThatOfNoisyPictures) {
+TEST(TriangulateTest, TheCovarianceIsThatOfNoisyImages) {
   const StereoRig rig = VergedTestRig({-0.2, 0.05, 0.001, 0, 0});
   const Eigen::Vector3d p_L(0.03, -0.03, 0.24);
   const auto left = *Project(rig.left, p_L), right = *Project(rig.right, rig.X_RL * p_L);
@@ -77,7 +77,7 @@ TEST(TriangulateTest, TheCovarianceIsThatOfNoisyPictures) {
 }
 
 // Reference: no place nearby has a smaller sum of squared misses.
-TEST(TriangulateTest, NoNeighbourFitsThePicturesBetter) {
+TEST(TriangulateTest, NoNeighbourFitsTheImagesBetter) {
   const StereoRig rig = VergedTestRig({-0.2, 0.05, 0.001, 0, 0});
   const Eigen::Vector3d p_L(0.02, 0.01, 0.26);
   const Eigen::Vector2d left = *Project(rig.left, p_L) + Eigen::Vector2d(0, 2);

@@ -13,10 +13,10 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Both cameras look the same way, the second one rolled about its axis: the line in its picture is
+// Both cameras look the same way, the second one rolled about its axis: the line in its image is
 // straight, from `infinity` [px] on along `angle`.
-std::vector<Eigen::Vector2d> WalkInPicture(const Lens& to, double roll,
-                                           const Eigen::Vector2d& infinity, double angle) {
+std::vector<Eigen::Vector2d> WalkInImage(const Lens& to, double roll,
+                                         const Eigen::Vector2d& infinity, double angle) {
   const Eigen::Matrix3d R_TF = Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()).matrix();
   Eigen::Isometry3d X_TF = Eigen::Isometry3d::Identity();
   X_TF.linear() = R_TF;
@@ -26,15 +26,15 @@ std::vector<Eigen::Vector2d> WalkInPicture(const Lens& to, double roll,
   EpipolarLine line(from, to, X_TF, *Project(from, R_TF.transpose() * ray_T));
   std::vector<Eigen::Vector2d> places;
   for (int k = 0; k < 10000 && line.Next(1); ++k) {
-    if (line.in_picture()) places.push_back(*line.place());
+    if (line.in_image()) places.push_back(*line.place());
   }
   return places;
 }
 
 // Reference: the straight line through (480, -10) along (1, 0.5): it comes in at x = 499 and goes
-// out at y = 69.75. A step is at most 1.5 px. It moves away from the picture's middle all the way.
-TEST(EpipolarLineTest, ALineThatCutsACornerIsWalkedThroughThePicture) {
-  const auto places = WalkInPicture(TestLens(), kPi / 4, {400, -50}, std::atan2(0.5, 1));
+// out at y = 69.75. A step is at most 1.5 px. It moves away from the image's middle all the way.
+TEST(EpipolarLineTest, ALineThatCutsACornerIsWalkedThroughTheImage) {
+  const auto places = WalkInImage(TestLens(), kPi / 4, {400, -50}, std::atan2(0.5, 1));
   ASSERT_FALSE(places.empty());
   EXPECT_LT((places.front() - Eigen::Vector2d(499, -0.5)).norm(), 1.5);
   EXPECT_LT((places.back() - Eigen::Vector2d(639.5, 69.75)).norm(), 1.5);
@@ -42,7 +42,7 @@ TEST(EpipolarLineTest, ALineThatCutsACornerIsWalkedThroughThePicture) {
 }
 
 // Reference: the line sampled every 0.25 px. What cuts off less than two steps may be missed.
-TEST(EpipolarLineTest, WhateverLineMeetsThePictureIsSeenToDoSo) {
+TEST(EpipolarLineTest, WhateverLineMeetsTheImageIsSeenToDoSo) {
   const Lens lens = TestLens();
   int met = 0;
   for (int i = 0; i < 24 * 72; ++i) {
@@ -54,7 +54,7 @@ TEST(EpipolarLineTest, WhateverLineMeetsThePictureIsSeenToDoSo) {
       const Eigen::Vector2d p = infinity + 0.25 * k * along;
       inside += p.minCoeff() >= -0.5 && p.x() <= 639.5 && p.y() <= 479.5 ? 1 : 0;
     }
-    const auto places = WalkInPicture(lens, 0.3, infinity, angle);
+    const auto places = WalkInImage(lens, 0.3, infinity, angle);
     if (inside == 0) {
       EXPECT_TRUE(places.empty()) << i;
     } else if (inside >= 12) {
@@ -65,9 +65,9 @@ TEST(EpipolarLineTest, WhateverLineMeetsThePictureIsSeenToDoSo) {
   EXPECT_GT(met, 400);
 }
 
-// Barrel distortion bows lines outwards: along an edge one goes out of the picture and comes back.
+// Barrel distortion bows lines outwards: along an edge one goes out of the image and comes back.
 TEST(EpipolarLineTest, ABowedLineComesBackOverTheEdge) {
-  const auto places = WalkInPicture(TestLens({-0.27, 0, 0, 0, 0}), 0, {0, -10}, 0);
+  const auto places = WalkInImage(TestLens({-0.27, 0, 0, 0, 0}), 0, {0, -10}, 0);
   ASSERT_FALSE(places.empty());
   EXPECT_GT(places.back().x(), 600);
 }

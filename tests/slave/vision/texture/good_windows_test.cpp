@@ -2,21 +2,21 @@
 
 #include "slave/vision/patch_aligner.h"
 #include "slave/vision/texture/image_pyramid.h"
-#include "tests/slave/vision/texture/texture_pictures.h"
+#include "tests/slave/vision/texture/texture_images.h"
 
 namespace palpate {
 namespace {
 
 // Reference: what is chosen can be cut as a template, and lies apart and inside.
 TEST(ChooseWindowsTest, ChosenWindowsHaveTextureLieApartAndInside) {
-  cv::Mat picture = WavyTexture().Picture({}, 2);
-  picture(cv::Rect(0, 0, 150, 240)).setTo(90);
-  const auto centres = ChooseWindows(picture, 12, 31, 20);
+  cv::Mat image = WavyTexture().Image({}, 2);
+  image(cv::Rect(0, 0, 150, 240)).setTo(90);
+  const auto centres = ChooseWindows(image, 12, 31, 20);
   ASSERT_GE(centres.size(), 4U);
   ASSERT_LE(centres.size(), 12U);
   for (std::size_t i = 0; i < centres.size(); ++i) {
     PatchAligner window(31);
-    EXPECT_TRUE(window.Cut(picture, {Eigen::Matrix2d::Identity(), centres[i]}));
+    EXPECT_TRUE(window.Cut(image, {Eigen::Matrix2d::Identity(), centres[i]}));
     EXPECT_GT(centres[i].x(), 130);
     for (std::size_t j = 0; j < i; ++j) EXPECT_GE((centres[i] - centres[j]).norm(), 20);
   }

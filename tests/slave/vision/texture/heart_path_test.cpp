@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/vision/texture/stereo_texture.h"
-#include "tests/slave/vision/texture/target_pictures.h"
+#include "tests/slave/vision/texture/target_images.h"
 
 namespace palpate {
 namespace {
@@ -27,27 +27,27 @@ struct Heart {
 class HeartPathTest : public testing::TestWithParam<Heart> {};
 
 // Reference: the point of the drawn surface that lay under the window's centre in the first
-// picture, moved as the body was. Tolerance: 0.5 mm is required; a pixel of disparity is 1.3 mm of
+// image, moved as the body was. Tolerance: 0.5 mm is required; a pixel of disparity is 1.3 mm of
 // depth here. Measured: 0.2 mm, most of it constant (a window sees the mean of a bent surface), so
-// that the way since the first picture, which is what the paper compares, is required to a fifth of
+// that the way since the first image, which is what the paper compares, is required to a fifth of
 // that.
 TEST_P(HeartPathTest, IsFollowedIn3dToHalfAMillimetreWithoutLoss) {
   const auto [pace, seconds] = GetParam();
-  TargetPictures pictures;
+  TargetImages images;
   const StereoTextureOptions options = FiveWindows();
-  StereoTexture texture(pictures.rig, pictures.X_SL, options);
+  StereoTexture texture(images.rig, images.X_SL, options);
   const Eigen::Vector3d start = HeartPath(0, pace);
   double square = 0, way_square = 0, points = 0;
   for (int k = 0; k < seconds * kRate; ++k) {
     const Eigen::Vector3d p_S = HeartPath(k / kRate, pace);
-    const auto pair = pictures.Take(p_S);
+    const auto pair = images.Take(p_S);
     const auto& seen = texture.Process(pair.left, pair.right);
     ASSERT_TRUE(seen.found) << k;
     ASSERT_EQ(seen.points.size(), options.at.size());
     for (std::size_t i = 0; i < seen.points.size(); ++i) {
       const SurfacePoint& point = seen.points[i];
-      ASSERT_TRUE(point.seen) << "picture " << k << ", window " << i;
-      square += (point.p_S - pictures.PointOf(options.at[i], start, p_S)).squaredNorm();
+      ASSERT_TRUE(point.seen) << "image " << k << ", window " << i;
+      square += (point.p_S - images.PointOf(options.at[i], start, p_S)).squaredNorm();
       way_square += (point.p_S - point.p_S_rest - (p_S - start)).squaredNorm();
       points += 1;
     }

@@ -6,30 +6,30 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
-#include "tests/slave/vision/texture/texture_pictures.h"
+#include "tests/slave/vision/texture/texture_images.h"
 
 namespace palpate {
 namespace {
 
 const std::vector<Eigen::Vector2d> kAt{{100, 100}, {160, 120}, {210, 130}};
 
-// Reference: the known motion. A tracker from picture to picture would add up its errors: after 200
-// pictures of 0.03 px each, 0.4 px. This one is as good at the end as at the beginning.
+// Reference: the known motion. A tracker from image to image would add up its errors: after 200
+// images of 0.03 px each, 0.4 px. This one is as good at the end as at the beginning.
 TEST(SsdTrackerTest, PlacesDoNotDriftOverALongWay) {
   WavyTexture texture;
-  SsdTracker tracker(texture.Picture({}, 2), kAt, {});
+  SsdTracker tracker(texture.Image({}, 2), kAt, {});
   double first_half = 0, second_half = 0;
-  constexpr int kPictures = 200;
-  for (int k = 1; k <= kPictures; ++k) {
+  constexpr int kImages = 200;
+  for (int k = 1; k <= kImages; ++k) {
     const Eigen::Vector2d by(20 * std::sin(0.11 * k), 12 * std::sin(0.07 * k));
-    const auto& windows = tracker.Track(texture.Picture(Shifted(by.x(), by.y()), 2));
+    const auto& windows = tracker.Track(texture.Image(Shifted(by.x(), by.y()), 2));
     for (std::size_t i = 0; i < kAt.size(); ++i) {
       ASSERT_EQ(windows[i].state, WindowState::kTracked) << k;
       const double miss = (windows[i].warp.p - kAt[i] - by).norm();
-      (k <= kPictures / 2 ? first_half : second_half) += miss;
+      (k <= kImages / 2 ? first_half : second_half) += miss;
     }
   }
-  const double each = kPictures / 2.0 * static_cast<double>(kAt.size());
+  const double each = kImages / 2.0 * static_cast<double>(kAt.size());
   EXPECT_LT(first_half / each, 0.05);
   EXPECT_LT(second_half / each, 0.05);
 }
@@ -38,12 +38,12 @@ TEST(SsdTrackerTest, PlacesDoNotDriftOverALongWay) {
 TEST(SsdTrackerTest, ApproachAndLightAreFollowed) {
   WavyTexture texture;
   const Eigen::Vector2d centre(160, 120);
-  SsdTracker tracker(texture.Picture({}, 2), {centre}, {});
+  SsdTracker tracker(texture.Image({}, 2), {centre}, {});
   for (int k = 1; k <= 40; ++k) {
     PatchWarp by;
     by.A *= 1 + 0.005 * k;
     by.p = centre - by.A * centre;
-    const auto& window = tracker.Track(texture.Picture(by, 2, 1 - 0.01 * k, 0.5 * k)).front();
+    const auto& window = tracker.Track(texture.Image(by, 2, 1 - 0.01 * k, 0.5 * k)).front();
     ASSERT_TRUE(window.seen()) << k;
     ASSERT_LT((window.warp.p - centre).norm(), 0.15) << k;
   }
@@ -51,16 +51,16 @@ TEST(SsdTrackerTest, ApproachAndLightAreFollowed) {
 
 TEST(SsdTrackerTest, CoveredWindowsAreLostAndFoundAgainWithTheirIdentity) {
   WavyTexture texture;
-  SsdTracker tracker(texture.Picture({}, 2), kAt, {});
+  SsdTracker tracker(texture.Image({}, 2), kAt, {});
   for (int k = 1; k <= 30; ++k) {
     const Eigen::Vector2d by(0.8 * k, 0.3 * k);
-    cv::Mat picture = texture.Picture(Shifted(by.x(), by.y()), 2);
+    cv::Mat image = texture.Image(Shifted(by.x(), by.y()), 2);
     const bool covered = k >= 10 && k < 20;
     if (covered) {
       const Eigen::Vector2d p = kAt[1] + by;
-      cv::circle(picture, {static_cast<int>(p.x()), static_cast<int>(p.y())}, 22, 90, -1);
+      cv::circle(image, {static_cast<int>(p.x()), static_cast<int>(p.y())}, 22, 90, -1);
     }
-    const auto& windows = tracker.Track(picture);
+    const auto& windows = tracker.Track(image);
     ASSERT_TRUE(windows[0].seen()) << k;
     ASSERT_EQ(windows[1].seen(), !covered) << k;
     for (std::size_t i = 0; i < kAt.size(); ++i) {
@@ -70,12 +70,12 @@ TEST(SsdTrackerTest, CoveredWindowsAreLostAndFoundAgainWithTheirIdentity) {
   }
 }
 
-TEST(SsdTrackerTest, WindowsThatLeaveThePictureAreLostAndComeBack) {
+TEST(SsdTrackerTest, WindowsThatLeaveTheImageAreLostAndComeBack) {
   WavyTexture texture;
-  SsdTracker tracker(texture.Picture({}, 2), {{40, 120}}, {});
+  SsdTracker tracker(texture.Image({}, 2), {{40, 120}}, {});
   for (int k = 1; k <= 24; ++k) {
     const double x = -4.0 * (k <= 12 ? k : 24 - k);
-    const auto& window = tracker.Track(texture.Picture(Shifted(x, 0), 2)).front();
+    const auto& window = tracker.Track(texture.Image(Shifted(x, 0), 2)).front();
     const bool inside = 40 + x > 20;
     if (inside && (k < 6 || k > 20)) {
       ASSERT_TRUE(window.seen()) << k;
@@ -88,9 +88,9 @@ TEST(SsdTrackerTest, WindowsThatLeaveThePictureAreLostAndComeBack) {
 }
 
 // 80 px have two levels, 240 px three.
-TEST(SsdTrackerTest, TheOtherCamerasPictureMayBeLarger) {
+TEST(SsdTrackerTest, TheOtherCamerasImageMayBeLarger) {
   WavyTexture texture;
-  const cv::Mat large = texture.Picture({});
+  const cv::Mat large = texture.Image({});
   const SsdTracker tracker(large(cv::Rect(100, 80, 80, 80)), {{40, 40}}, {});
   ASSERT_EQ(tracker.image().levels(), 2);
   SsdTracker other = tracker.InOtherCamera(large);
@@ -101,11 +101,11 @@ TEST(SsdTrackerTest, TheOtherCamerasPictureMayBeLarger) {
 }
 
 TEST(SsdTrackerTest, WhatCannotBeIsRefusedAtOnce) {
-  const cv::Mat picture = WavyTexture().Picture({});
+  const cv::Mat image = WavyTexture().Image({});
   const auto with = [&](auto change) {
     SsdOptions options;
     change(options);
-    SsdTracker(picture, kAt, options);
+    SsdTracker(image, kAt, options);
   };
   EXPECT_THROW(with([](SsdOptions& o) { o.window = 30; }), std::invalid_argument);
   EXPECT_THROW(with([](SsdOptions& o) { o.window = 7; }), std::invalid_argument);

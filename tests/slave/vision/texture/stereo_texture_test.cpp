@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "tests/slave/vision/texture/target_pictures.h"
+#include "tests/slave/vision/texture/target_images.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {
@@ -21,8 +21,8 @@ StereoTextureOptions ThreeWindows() {
 const Eigen::Vector3d kRest(0, 0, 0);
 
 struct StereoTextureTest : testing::Test {
-  TargetPictures pictures;
-  StereoTexture texture{pictures.rig, pictures.X_SL, ThreeWindows()};
+  TargetImages images;
+  StereoTexture texture{images.rig, images.X_SL, ThreeWindows()};
 };
 
 // Reference: the drawn surface under the window's centre. The windows' bent surface leaves 0.2 mm,
@@ -30,17 +30,17 @@ struct StereoTextureTest : testing::Test {
 TEST_F(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
   for (int k = 0; k <= 10; ++k) {
     const Eigen::Vector3d p_S(0.0005 * k, -0.0003 * k, 0.0006 * k);
-    const auto pair = pictures.Take(p_S);
+    const auto pair = images.Take(p_S);
     const auto& seen = texture.Process(pair.left, pair.right);
     ASSERT_TRUE(seen.found);
     for (std::size_t i = 0; i < 3; ++i) {
       const SurfacePoint& point = seen.points[i];
       ASSERT_TRUE(point.seen);
       EXPECT_EQ(point.id, static_cast<int>(i));
-      const Eigen::Vector3d miss = point.p_S - pictures.PointOf(ThreeWindows().at[i], kRest, p_S);
+      const Eigen::Vector3d miss = point.p_S - images.PointOf(ThreeWindows().at[i], kRest, p_S);
       EXPECT_LT(miss.norm(), 0.5e-3);
       EXPECT_LT((point.p_S - point.p_S_rest - p_S).norm(), 0.2e-3);
-      // Depth is the worst known direction: 1.3 mm per pixel, sigma 0.1 px in each picture.
+      // Depth is the worst known direction: 1.3 mm per pixel, sigma 0.1 px in each image.
       EXPECT_GT(point.covariance(2, 2), point.covariance(0, 0));
       EXPECT_NEAR(std::sqrt(point.covariance(2, 2)), 0.19e-3, 0.06e-3);
     }
@@ -50,7 +50,7 @@ TEST_F(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
 TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
   for (int k = 0; k <= 20; ++k) {
     const Eigen::Vector3d turn(0.004 * k, -0.003 * k, 0.01 * k);
-    const auto pair = pictures.Take(kRest, turn);
+    const auto pair = images.Take(kRest, turn);
     const auto& seen = texture.Process(pair.left, pair.right);
     // It turns about the ellipsoid's centre, semi-axis z behind S's origin.
     const Eigen::Vector3d centre(0, 0, site::TexturedTarget::Shape{}.semi_axes.z());
@@ -67,7 +67,7 @@ TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
 TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
   for (int k = 0; k <= 12; ++k) {
     const Eigen::Vector3d p_S(0.001 * k, 0, 0.0005 * k);
-    auto pair = pictures.Take(p_S);
+    auto pair = images.Take(p_S);
     const bool covered = k >= 4 && k < 8;
     if (covered) pair.right.colRange(0, 640).setTo(60);
     const auto& seen = texture.Process(pair.left, pair.right);
@@ -80,8 +80,8 @@ TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
   }
 }
 
-TEST_F(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
-  const auto pair = pictures.Take(kRest);
+TEST_F(StereoTextureTest, ImagesThatCannotBeUsedLeaveEverythingUnseen) {
+  const auto pair = images.Take(kRest);
   const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(80));
   EXPECT_FALSE(texture.Process(cv::Mat(), pair.right).found);
   EXPECT_FALSE(texture.Process(flat, flat).found);
@@ -100,7 +100,7 @@ TEST_F(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
 }
 
 TEST_F(StereoTextureTest, NothingIsAllocatedPerPair) {
-  const auto rest = pictures.Take(kRest), moved = pictures.Take({0.001, 0, 0.001});
+  const auto rest = images.Take(kRest), moved = images.Take({0.001, 0, 0.001});
   ASSERT_TRUE(texture.Process(rest.left, rest.right).found);
   const long before = AllocationCount();
   const bool found = texture.Process(moved.left, moved.right).found;

@@ -36,19 +36,19 @@ std::vector<Vector2d> Dots() {
   return dots;
 }
 
-struct Picture {
+struct Image {
   std::vector<Vector2d> points = Dots();
   std::vector<double> displacement, sigma;
 };
 
 // What a load does to the dots, with noise.
-Picture MakePicture(PlateSurface& plate, const Vector2d& p, double force, double width,
-                    double sigma, std::mt19937* random) {
+Image MakePicture(PlateSurface& plate, const Vector2d& p, double force, double width, double sigma,
+                  std::mt19937* random) {
   const Contact contact = PlateSurface::DiscContact(Contact::Kind::kForce, p, width, force);
   Solution solution;
   plate.Solve({&contact, 1}, &solution);
   EXPECT_NE(solution.responses()[0].validity, Validity::kFailed);
-  Picture picture;
+  Image picture;
   std::normal_distribution<double> noise(0, sigma);
   for (const auto& point : picture.points) {
     const double error = random == nullptr ? 0 : noise(*random);
@@ -58,7 +58,7 @@ Picture MakePicture(PlateSurface& plate, const Vector2d& p, double force, double
   return picture;
 }
 
-LoadFit FitTo(LoadFitter& fitter, const Picture& picture) {
+LoadFit FitTo(LoadFitter& fitter, const Image& picture) {
   return fitter.Fit(picture.points, picture.displacement, picture.sigma);
 }
 
@@ -73,7 +73,7 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
       for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0123, -0.004), Vector2d(-0.019, 0.008),
                                 Vector2d(0.001, 0.020), Vector2d(0, 1e-5)}) {
         for (const double force : {-1e-2, -0.05, -1.0, 0.3}) {
-          const Picture picture = MakePicture(*plate, p, force, width, 1e-6, nullptr);
+          const Image picture = MakePicture(*plate, p, force, width, 1e-6, nullptr);
           fitter.Reset();
           const LoadFit fit = FitTo(fitter, picture);
           ASSERT_NE(fit.validity, Validity::kFailed)
@@ -92,8 +92,8 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
 TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   LoadFitter fitter(plate, 0.004);
-  const Picture clear = MakePicture(plate, {0.0123, -0.004}, -1, 0.004, 1e-6, nullptr);
-  Picture mirrored = clear;
+  const Image clear = MakePicture(plate, {0.0123, -0.004}, -1, 0.004, 1e-6, nullptr);
+  Image mirrored = clear;
   for (std::size_t i = 0; i < clear.points.size(); ++i) {
     if (clear.points[i].x() > 0) mirrored.displacement[i] *= -1;
   }
@@ -125,7 +125,7 @@ TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
     double chi_square = 0, residual = 0;
     constexpr int kPictures = 200;
     for (int i = 0; i < kPictures; ++i) {
-      const Picture picture = MakePicture(*plate, p, force, 0.004, 2e-5, &random);
+      const Image picture = MakePicture(*plate, p, force, 0.004, 2e-5, &random);
       const LoadFit fit = FitTo(fitter, picture);
       ASSERT_NE(fit.validity, Validity::kFailed) << fit.reason;
       const Eigen::Vector3d error(fit.p_O.x() - p.x(), fit.p_O.y() - p.y(), fit.force - force);
@@ -162,31 +162,31 @@ TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
   }
   EXPECT_EQ(invented, 0);
 
-  const Picture clear = MakePicture(plate, {0.01, 0}, -0.1, 0, 1e-6, nullptr);
-  const auto reason = [&](const Picture& seen) {
+  const Image clear = MakePicture(plate, {0.01, 0}, -0.1, 0, 1e-6, nullptr);
+  const auto reason = [&](const Image& seen) {
     const LoadFit fit = FitTo(fitter, seen);
     EXPECT_EQ(fit.validity, Validity::kFailed);
     return std::string(fit.reason);
   };
-  const std::vector<std::pair<void (*)(Picture*), const char*>> mistakes{
-      {[](Picture* p) {
+  const std::vector<std::pair<void (*)(Image*), const char*>> mistakes{
+      {[](Image* p) {
          p->points.resize(3);
          p->displacement.resize(3);
          p->sigma.resize(3);
        },
        "four"},
-      {[](Picture* p) { p->sigma.pop_back(); }, "number"},
-      {[](Picture* p) { p->points[0].x() = 0.05; }, "off the plate"},
-      {[](Picture* p) { p->displacement[3] = std::nan(""); }, "finite"},
-      {[](Picture* p) { p->sigma[3] = 0; }, "sigma"},
-      {[](Picture* p) { std::ranges::fill(p->displacement, 0.0); }, "no load"}};
+      {[](Image* p) { p->sigma.pop_back(); }, "number"},
+      {[](Image* p) { p->points[0].x() = 0.05; }, "off the plate"},
+      {[](Image* p) { p->displacement[3] = std::nan(""); }, "finite"},
+      {[](Image* p) { p->sigma[3] = 0; }, "sigma"},
+      {[](Image* p) { std::ranges::fill(p->displacement, 0.0); }, "no load"}};
   for (const auto& [change, words] : mistakes) {
-    Picture picture = clear;
+    Image picture = clear;
     change(&picture);
     EXPECT_THAT(reason(picture), HasSubstr(words));
   }
   // The dots on one side alone tell a weak distant load from a strong near one only with luck.
-  Picture blurred = MakePicture(plate, {-0.03, 0}, -0.3, 0, 1e-4, &random);
+  Image blurred = MakePicture(plate, {-0.03, 0}, -0.3, 0, 1e-4, &random);
   std::ranges::fill(blurred.sigma, 1e-4);
   blurred.points = {{0.02, 0}, {0.021, 0}, {0.02, 0.001}, {0.021, 0.001}, {0.0205, 0}};
   blurred.displacement.assign(5, -7e-4);
@@ -198,8 +198,8 @@ TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   LoadFitter fitter(plate, 0.004);
   std::mt19937 random(13);
-  const Picture first = MakePicture(plate, {0.01, 0.003}, -0.5, 0.004, 1e-5, &random);
-  const Picture second = MakePicture(plate, {-0.012, 0.001}, -0.2, 0.004, 1e-5, &random);
+  const Image first = MakePicture(plate, {0.01, 0.003}, -0.5, 0.004, 1e-5, &random);
+  const Image second = MakePicture(plate, {-0.012, 0.001}, -0.2, 0.004, 1e-5, &random);
   EXPECT_NE(FitTo(fitter, first).validity, Validity::kFailed);
   const long before = AllocationCount();
   for (int i = 0; i < 20; ++i) {
@@ -240,7 +240,7 @@ TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
   UnreliablePlate finer;
   LoadFitter fitter(plate, 0.004, &finer);
   std::mt19937 random(17);
-  const Picture picture = MakePicture(plate, {0.02, 0.003}, -30, 0.004, 2e-5, &random);
+  const Image picture = MakePicture(plate, {0.02, 0.003}, -30, 0.004, 2e-5, &random);
   const LoadFit coarse =
       fitter.FitCoarsely(picture.points, picture.displacement, picture.sigma, Rim::kStays);
   fitter.Reset();

@@ -1,0 +1,39 @@
+// The course of a material test: its cycles, and its beginning, which may have slack, preload,
+// offsets of load and travel, and a toe.
+#pragma once
+
+#include <cstddef>
+
+#include "slave/identify/material_test.h"
+
+namespace palpate::identify {
+
+inline constexpr std::size_t kMinTestRows = 4;  // of a test that is used
+
+// Strain of a row: stretch - 1, or amount of shear [-].
+double StrainOf(const MaterialTest& test, const TestRow& row);
+// The largest size of it in the test [-].
+double LargestStrain(const MaterialTest& test);
+
+// Keeps the first loading where loading and unloading differ (hysteresis) or later loadings differ
+// (softening), and adds a remark with the moduli of the others. Cycles that agree stay.
+void KeepFirstLoading(MaterialTest* test);
+
+// Takes off the travel of a first row that bears no load. Adds a remark, also where the first row
+// has a load that fits neither the travel nor a rest: then the modulus may be off.
+void TakeOffTravel(MaterialTest* test);
+
+// Takes off what comes before the specimen is loaded: an offset or preload of the load at rest, and
+// slack, that is rows over which the load does not change. Between its last row and the next ones
+// contact begins where the line through these meets the load at rest. Adds remarks.
+void TakeOffBeginning(MaterialTest* test);
+
+// Adds a remark if the test begins softer than it goes on, and returns whether. A toe looks like a
+// material that stiffens.
+bool RemarkSoftBeginning(MaterialTest* test);
+
+// Adds a remark if a tension stiffens from rest as compressions do, or a compression softens as
+// tensions do.
+void RemarkOppositeKind(MaterialTest* test);
+
+}  // namespace palpate::identify
