@@ -94,6 +94,7 @@ void ReadTool(const CsvTable& table, const RowRules& rules, double largest, Solv
     table.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
   }
   row->contact.width = is_flat ? width : rules.tool.width;
+  row->contact.is_rigid = moved && row->tool.IsRigidFace();
   if (!table.IsAbsent("depth")) row->tool.depth = table.Number("depth");
   if (row->tool.depth && !(*row->tool.depth > 0)) table.Refuse("depth", "a length > 0");
   if (row->tool.shape == Tool::Shape::kFlat) row->tool.width = width;
