@@ -28,6 +28,10 @@ struct Contact {
                      // there (contracts, solve)
   Eigen::Vector3d prescribed_O{
       0, 0, 0};  // displacement of the patch [m], or total force of the tool on the object [N]
+  // On plates, of a contact with a width: a rigid flat face, which is not glued and does not tilt,
+  // and whose displacement is the face's; else an even load, whose displacement is that of its
+  // centre.
+  bool is_rigid = false;
   // If no contact of a set requests it, sets in which many contacts move together are solved
   // faster.
   bool wants_stiffness = true;
@@ -35,7 +39,7 @@ struct Contact {
   // The same patch fixed or loaded, by whatever value.
   [[nodiscard]] bool IsAt(const Contact& other) const {
     return kind == other.kind && element == other.element && width == other.width &&
-           p_O == other.p_O;
+           p_O == other.p_O && is_rigid == other.is_rigid;
   }
 };
 

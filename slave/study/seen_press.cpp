@@ -87,7 +87,7 @@ std::shared_ptr<const site::MembranePress> PressedAt(double radius, const Scene&
                                                      const PressSpec& question,
                                                      const MembraneGeometry& membrane) {
   site::PressedMembrane solid(membrane, scene.object.material, question.width, {radius, 0}, {},
-                              scene.model.prestress);
+                              scene.model.prestress, site::FaceOf(scene.tool.value_or(Tool{})));
   for (int step = 1; kStep * step <= 1; ++step) {
     if (!solid.Deepen(kStep * step * question.depth)) return nullptr;
   }

@@ -85,11 +85,9 @@ std::optional<ForceExpectation> ExpectedForce(const Scene& scene, const StereoRi
   if (membrane == nullptr || !(home_O.head<2>().norm() < membrane->radius)) return std::nullopt;
   const auto model = MakePlateModel(scene, {membrane->radius, membrane->thickness});
   PlateSurface& plate = *model;
-  const Contact press{Contact::Kind::kDisplacement,
-                      {home_O.x(), home_O.y(), 0},
-                      -1,
-                      scene.tool->width,
-                      {0, 0, -scene.operator_options.press_depth}};
+  const PlateSurface::Tool tool{scene.tool->width, scene.tool->IsRigidFace()};
+  const Contact press = PlateSurface::ToolContact(Contact::Kind::kDisplacement, home_O.head<2>(),
+                                                  tool, -scene.operator_options.press_depth);
   Solution solution;
   plate.Solve({&press, 1}, &solution);
   const ContactResponse& response = solution.responses().front();
@@ -105,7 +103,7 @@ std::optional<ForceExpectation> ExpectedForce(const Scene& scene, const StereoRi
     displacements.push_back(plate.Displacement(solution, p));
     sigmas.push_back(std::sqrt(n_L.dot(*covariance * n_L)));
   }
-  LoadFitter fitter(plate, scene.tool->width);
+  LoadFitter fitter(plate, tool);
   const LoadFit fit = fitter.Fit(seen_O, displacements, sigmas);
   return ForceExpectation{std::abs(response.force_O.z()), std::sqrt(fit.covariance(2, 2)),
                           fit.validity};

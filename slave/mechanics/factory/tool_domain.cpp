@@ -7,6 +7,9 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/plate/plate_law.h"
+
 namespace palpate {
 namespace {
 
@@ -14,10 +17,6 @@ namespace {
 constexpr double kRoundWidth = 0.3;
 constexpr double kNarrowest = 1e-3;  // of a contact, by l: a point has no width
 constexpr double kUnsure = 0.1;      // of g [measured: plane_thickness.py]
-// A rigid flat tool on a plate: its width by the diameter, its place by the radius. [measured: a
-// rim of 5 % that is not glued takes 2 % more than an even load at the centre, 12 % at half the
-// radius]
-constexpr double kWidest = 0.03, kBesideCentre = 0.05;
 
 struct Lengths {
   double larger = 0, smaller = 0;  // L, l [m]
@@ -69,8 +68,22 @@ double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh) 
   return LargestError(scene.model.plane, x / (1 + x), R, std::max(1.0, T / *tool.depth));
 }
 
+double RigidFaceError(const PlatePress& press) noexcept {
+  const double a = press.radius, r = press.tool_radius / a, depth = std::abs(press.depth);
+  const double narrow = 1 + press.thickness / (2 * press.tool_radius);
+  const double outermost = std::min(press.place / a + r, 1.0);
+  const double law = narrow * plate::ExcessAtDepth({.place = outermost,
+                                                    .deflection = press.bends_only ? 0 : depth / a,
+                                                    .slenderness = press.thickness / a});
+  if (!press.bends_only) return law;
+  const double stretched = (0.45 + 0.4 * r + 3 * r * r) * std::pow(depth / press.thickness, 2);
+  return std::max(law, stretched);
+}
+
 ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& mesh)
-    : error_(PlaneError(scene, tool, mesh)), is_flat_(tool.shape == Tool::Shape::kFlat) {
+    : error_(PlaneError(scene, tool, mesh)),
+      tolerance_(scene.model.tolerance),
+      is_flat_(tool.shape == Tool::Shape::kFlat) {
   if (error_ > scene.model.tolerance) {
     Tool through = tool;
     through.depth = std::numeric_limits<double>::infinity();
@@ -78,17 +91,23 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     doubt_ = !tool.depth ? kExtentUnknown : thick ? kNeitherThinNorThick : kExtentTooSmall;
   }
   const auto* disc = std::get_if<MembraneDisc>(&mesh);
-  if (disc != nullptr && is_flat_ && !tool.presses_evenly) plate_radius_ = disc->radius;
+  if (disc != nullptr && tool.IsRigidFace()) {
+    plate_.radius = disc->radius;
+    plate_.thickness = disc->thickness;
+    plate_.bends_only = !KindOf(scene).takes_tension;
+  }
 }
 
 void ToolDomain::Judge(const Contact& contact, ContactResponse* response) const noexcept {
   if (contact.kind != Contact::Kind::kDisplacement) return;
   if (response->validity != Validity::kValid || (is_flat_ && contact.width == 0)) return;
   std::string_view doubt = doubt_;
-  const double place = contact.p_O.head<2>().norm();
-  if (plate_radius_ > 0 &&
-      (contact.width > 2 * kWidest * plate_radius_ || place > kBesideCentre * plate_radius_)) {
-    doubt = kRigidOnPlate;
+  if (plate_.radius > 0) {
+    PlatePress press = plate_;
+    press.tool_radius = contact.width / 2;
+    press.place = contact.p_O.head<2>().norm();
+    press.depth = contact.prescribed_O.z();
+    if (RigidFaceError(press) > tolerance_) doubt = kRigidOnPlate;
   }
   if (doubt.empty()) return;
   response->validity = Validity::kExtrapolated;

@@ -31,7 +31,7 @@ bool IsTouchedRound(const Scene& scene) {
 }
 
 ToolPress::ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh)
-    : domain_(scene, tool, mesh) {
+    : domain_(scene, tool, mesh), is_rigid_face_(tool.IsRigidFace()) {
   const ModelKind& kind = KindOf(scene);
   if (tool.shape != Tool::Shape::kRound || kind.shapes_tools) return;
   if (MovesInTime(scene)) {
@@ -85,6 +85,7 @@ ContactResponse ToolPress::Answer(const Contact& contact, DeformationModel* mode
     return indenter_->Press({contact.p_O, n, contact.prescribed_O}, model, solution);
   }
   Contact touch = contact;
+  touch.is_rigid = is_rigid_face_;
   if (plate_) touch.width = 0;
   model->Solve({&touch, 1}, solution);
   ContactResponse response = solution->responses().front();

@@ -1,7 +1,7 @@
 // A rigid tool pressed into a scene's object. Every command presses through this class, so that a
 // tool is the same body in all of them, whatever the kind of model.
 //
-//   flat     a contact of the tool's width
+//   flat     a contact of the tool's width, on plates a rigid face or an even load
 //   round    bem2d, fem, fem-green: a contact that grows with the depth (RoundIndenter)
 //            plate, plate-large: a point, see kPointOnPlate
 //   fem-zone computes the contact of its scene's tool itself
@@ -52,6 +52,7 @@ class ToolPress {
   BoundaryMesh outline_;  // of a planar object under a growing contact, else empty
   SurfaceMesh surface_;   // of a volume, likewise
   std::optional<RoundIndenter> indenter_;
+  bool is_rigid_face_ = false;
   struct Plate {
     double radius = 0, rigidity = 0;  // a [m], D [N m]
     double modulus = 0;               // E / (1 - nu^2) [Pa]

@@ -9,11 +9,10 @@
 namespace palpate::plate {
 namespace {
 
-using Eigen::Index;
-
 constexpr double kSlack = 1e-9;    // of the radius: places on the disc's surface and rim
 constexpr double kAbsurd = 1e6;    // radii
 constexpr double kRim = 1e-6;      // nearer to the rim nothing can be moved [radii]
+constexpr double kPoint = 1e-4;    // radius of a face whose rim counts [radii]
 constexpr double kNearest = 1e-7;  // moved points nearer than that are one [radii]
 
 std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
@@ -40,17 +39,11 @@ std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
   return {};
 }
 
-// Loads add up where they overlap; what is moved shares its place with nothing.
+// Even loads add up where they overlap; what is moved or rigid shares its place with nothing.
 bool Clash(const Touch& a, const Touch& b) {
-  if (!a.moved() && !b.moved()) return false;
+  if (!a.is_sought() && !b.is_sought()) return false;
   const double gap = (a.disc.centre - b.disc.centre).norm() - a.disc.radius - b.disc.radius;
   return gap < (a.disc.radius + b.disc.radius > 0 ? -kSlack : kNearest);
-}
-
-constexpr double kWorstCondition = 1e12;
-
-double Norm1(const Eigen::MatrixXd& matrix) {
-  return matrix.cwiseAbs().colwise().sum().maxCoeff();
 }
 
 }  // namespace
@@ -64,6 +57,7 @@ std::string_view Check(std::span<const Contact> contacts, const Geometry& geomet
     Touch& touch = (*touches)[i];
     touch.kind = contact.kind;
     touch.disc = {contact.p_O.head<2>() / geometry.radius, contact.width / 2 / geometry.radius};
+    touch.face = contact.is_rigid && touch.disc.radius >= kPoint ? Face::kRigid : Face::kEven;
     touch.value = -contact.prescribed_O.z() / (touch.moved() ? geometry.radius : 1);
     for (std::size_t j = 0; j < i; ++j) {
       if (Clash(touch, (*touches)[j])) return "a displaced contact overlaps with another contact";
@@ -84,54 +78,6 @@ void RequirePlate(const Geometry& geometry, double young_modulus, double poisson
   if (!(poisson_ratio > -1 && poisson_ratio <= 0.5)) {
     RefuseValue("poisson_ratio", poisson_ratio, "-1 < nu <= 0.5");
   }
-}
-
-bool MovedContacts::Factorise(const Eigen::MatrixXd& compliance) noexcept {
-  const auto count = static_cast<Index>(contacts_.size());
-  if (count == 0) return true;
-  scale_.resize(count);
-  scaled_.resize(count, count);
-  solution_.resize(count);
-  for (Index i = 0; i < count; ++i) {
-    const Index contact = contacts_[static_cast<std::size_t>(i)];
-    scale_[i] = 1 / std::sqrt(compliance(contact, contact));
-  }
-  if (!scale_.allFinite()) return false;
-  for (Index j = 0; j < count; ++j) {
-    for (Index i = 0; i < count; ++i) {
-      scaled_(i, j) = scale_[i] * scale_[j] *
-                      compliance(contacts_[static_cast<std::size_t>(i)],
-                                 contacts_[static_cast<std::size_t>(j)]);
-    }
-  }
-  factor_.compute(scaled_);
-  inverse_ = factor_.inverse();
-  return Norm1(scaled_) * Norm1(inverse_) < kWorstCondition;  // false for NaN too
-}
-
-void MovedContacts::Solve(Eigen::VectorXd& deflections) noexcept {
-  if (contacts_.empty()) return;
-  deflections = deflections.cwiseProduct(scale_);
-  solution_ = factor_.solve(deflections);
-  deflections = solution_.cwiseProduct(scale_);
-}
-
-double MovedContacts::Stiffness(const Eigen::MatrixXd& compliance, Index contact) const noexcept {
-  const auto place = std::ranges::find(contacts_, contact);
-  if (place != contacts_.end()) {
-    const auto i = place - contacts_.begin();
-    return scale_[i] * inverse_(i, i) * scale_[i];
-  }
-  double own = compliance(contact, contact);
-  for (std::size_t m = 0; m < contacts_.size(); ++m) {
-    for (std::size_t n = 0; n < contacts_.size(); ++n) {
-      const auto i = static_cast<Index>(m);
-      const auto j = static_cast<Index>(n);
-      own -= compliance(contact, contacts_[m]) * scale_[i] * inverse_(i, j) * scale_[j] *
-             compliance(contacts_[n], contact);
-    }
-  }
-  return own > 0 ? 1 / own : 0;
 }
 
 }  // namespace palpate::plate

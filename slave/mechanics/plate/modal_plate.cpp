@@ -27,48 +27,81 @@ ModalPlate::ModalPlate(const PlateModes& modes, double D, double prestress)
 
 void ModalPlate::Place(std::span<const Press> presses, Symmetry symmetry) {
   const int modes = modes_.deflections(symmetry);
-  const auto count = static_cast<Index>(presses.size());
   if (modes != amplitudes_.size()) {
     symmetry_ = symmetry;
     amplitudes_.setZero(modes);
-    gradient_.resize(modes);
-    step_.resize(modes);
-    point_.resize(modes);
+    for (Eigen::VectorXd* v : {&gradient_, &step_, &point_}) v->resize(modes);
     stress_.resize(modes_.stresses(symmetry));
     pull_.resize(stress_.size(), modes);
     tangent_.resize(modes, modes);
   }
+  presses_.assign(presses.begin(), presses.end());
+  ListPlaces();
+  const Index count = firsts_.back();
+  const auto contacts = static_cast<Index>(presses_.size());
   if (count != forces_.size()) {
-    forces_.setZero(count);
-    deflections_.setZero(count);
+    for (Eigen::VectorXd* v : {&forces_, &deflections_, &free_, &next_}) v->setZero(count);
     compliance_.resize(count, count);
     short_.resize(count, count);
-    resolution_.resize(count);
-    near_.resize(count, count);
   }
   at_.resize(modes, count);
   load_.resize(modes, count);
   by_load_.resize(modes, count);
-  presses_.assign(presses.begin(), presses.end());
-  moved_.Clear();
-  for (Index s = 0; s < count; ++s) {
-    const Press& press = presses_[static_cast<std::size_t>(s)];
-    modes_.Evaluate(press.disc.centre, at_.col(s));
-    modes_.Mean(press.disc, load_.col(s));
-    if (!press.is_force) moved_.Add(s);
-    const Eigen::Vector2d& centre = press.disc.centre;
-    resolution_[s] = plate::Deflection(centre, centre) - at_.col(s).squaredNorm();
-  }
-  for (Index s = 0; s < count; ++s) {
-    const Eigen::Vector2d& centre = presses_[static_cast<std::size_t>(s)].disc.centre;
-    for (Index t = 0; t < count; ++t) {
-      const Disc& load = presses_[static_cast<std::size_t>(t)].disc;
-      const double between = plate::Deflection(load.centre, centre) - at_.col(s).dot(at_.col(t));
-      near_(s, t) = resolution_[s] > kNoShortWaves ? between / resolution_[s] : 0;
-      short_(s, t) = (plate::Deflection(load, centre) - at_.col(s).dot(load_.col(t))) / D_;
+  centres_.resize(modes, contacts);
+  resolution_.resize(contacts);
+  near_.resize(contacts, contacts);
+  for (Index k = 0; k < count; ++k) {
+    const Disc& disc = places_[static_cast<std::size_t>(k)].disc;  // its twin's modes are the same
+    modes_.Evaluate(disc.centre, at_.col(k));
+    if (disc.radius > 0) {
+      modes_.Mean(disc, load_.col(k));
+    } else {
+      load_.col(k) = at_.col(k);
     }
   }
-  more_.resize(static_cast<Index>(moved_.contacts().size()));
+  for (Index j = 0; j < count; ++j) {
+    const plate::PressedPlace& load = places_[static_cast<std::size_t>(j)];
+    for (Index i = 0; i < count; ++i) {
+      const Eigen::Vector2d& x = places_[static_cast<std::size_t>(i)].disc.centre;
+      short_(i, j) = (plate::Deflection(load, x) - at_.col(i).dot(load_.col(j))) / D_;
+    }
+  }
+  CompareShortWaves();
+}
+
+void ModalPlate::ListPlaces() {
+  places_.clear();
+  contact_of_.clear();
+  firsts_.assign(1, 0);
+  pressed_.Clear();
+  for (const Press& press : presses_) {
+    AppendPlaces(press.disc, press.face, symmetry_ != Symmetry::kNone, &places_);
+    const Index first = firsts_.back();
+    firsts_.push_back(static_cast<Index>(places_.size()));
+    contact_of_.resize(places_.size(), firsts_.size() - 2);
+    if (!press.is_sought()) continue;
+    pressed_.Add({first, firsts_.back() - first, press.face == Face::kRigid, press.is_force});
+  }
+  sought_.resize(pressed_.bodies().size());
+}
+
+// By points at the contacts' centres.
+void ModalPlate::CompareShortWaves() {
+  const auto contacts = static_cast<Index>(presses_.size());
+  const auto centre = [this](Index s) -> const Eigen::Vector2d& {
+    return presses_[static_cast<std::size_t>(s)].disc.centre;
+  };
+  for (Index s = 0; s < contacts; ++s) {
+    modes_.Evaluate(centre(s), centres_.col(s));
+    resolution_[s] = plate::Deflection(centre(s), centre(s)) - centres_.col(s).squaredNorm();
+  }
+  for (Index s = 0; s < contacts; ++s) {
+    for (Index t = 0; t < contacts; ++t) {
+      const double between =
+          plate::Deflection(centre(t), centre(s)) - centres_.col(s).dot(centres_.col(t));
+      near_(s, t) = resolution_[s] > kNoShortWaves ? between / resolution_[s] : 0;
+    }
+  }
 }
 
 void ModalPlate::Reset() noexcept {
@@ -93,60 +126,81 @@ bool ModalPlate::Newton(double share) noexcept {
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     if (!Linearise()) return false;
     Comply();
-    if (!moved_.Factorise(compliance_)) return false;
-    // The amplitudes first as they would be without a change of the moved contacts' forces.
+    // The amplitudes first as they would be without a change of the forces that are sought.
     step_ = -gradient_;
     factor_.solveInPlace(step_);
-    Demand(share);
-    moved_.Solve(more_);
-    double force_change = 0;
-    for (std::size_t m = 0; m < moved_.contacts().size(); ++m) {
-      const double more = more_[static_cast<Index>(m)];
-      step_ += more * by_load_.col(moved_.contacts()[m]);
-      forces_[moved_.contacts()[m]] += more;
-      force_change = std::max(force_change, std::abs(more));
-    }
+    if (!SeekForces(share)) return false;
+    next_ -= forces_;
+    step_.noalias() += by_load_ * next_;
+    forces_ += next_;
     amplitudes_ += step_;
-    const double change = LargestEntry(step_);
+    const double change = LargestEntry(step_), force_change = LargestEntry(next_);
     if (!std::isfinite(change) || !std::isfinite(force_change)) return false;
     if (change <= kConverged * LargestEntry(amplitudes_) &&
         force_change <= kConverged * LargestEntry(forces_)) {
-      Answer(share);
+      NoteDeflections();
       return true;
     }
   }
   return false;
 }
 
-// What is missing at the moved contacts after the step.
-void ModalPlate::Demand(double share) noexcept {
-  for (std::size_t m = 0; m < moved_.contacts().size(); ++m) {
-    const Index s = moved_.contacts()[m];
-    const double modes = at_.col(s).dot(amplitudes_) + at_.col(s).dot(step_);
-    more_[static_cast<Index>(m)] =
-        share * presses_[static_cast<std::size_t>(s)].value - modes - ShortWavesAt(s);
+// Forces after the step, next_, of the contacts where they are sought.
+bool ModalPlate::SeekForces(double share) noexcept {
+  free_ = at_.transpose() * (amplitudes_ + step_);
+  for (Index k = 0; k < free_.size(); ++k) free_[k] += ShortWavesAt(k);
+  next_ = forces_;
+  for (std::size_t b = 0, s = 0; s < presses_.size(); ++s) {
+    if (!presses_[s].is_sought()) continue;
+    for (Index k = firsts_[s]; k < firsts_[s + 1]; ++k) free_ -= compliance_.col(k) * forces_[k];
+    sought_[b++] = share * presses_[s].value;
   }
+  pressed_.Renew();
+  return pressed_.Solve(compliance_, free_, sought_, &next_);
 }
 
-void ModalPlate::Answer(double share) noexcept {
-  for (Index s = 0; s < forces_.size(); ++s) {
-    const Press& press = presses_[static_cast<std::size_t>(s)];
-    deflections_[s] =
-        press.is_force ? at_.col(s).dot(amplitudes_) + ShortWavesAt(s) : share * press.value;
+void ModalPlate::NoteDeflections() noexcept {
+  deflections_.noalias() = at_.transpose() * amplitudes_;
+  for (Index k = 0; k < deflections_.size(); ++k) deflections_[k] += ShortWavesAt(k);
+}
+
+ModalPlate::Answer ModalPlate::AnswerOf(std::size_t contact) const noexcept {
+  const Index first = firsts_[contact], count = firsts_[contact + 1] - first;
+  const auto forces = forces_.segment(first, count);
+  Answer answer{.force = forces.sum(), .deflection = deflections_[first]};
+  if (!presses_[contact].is_sought()) {
+    answer.stiffness = pressed_.StiffnessAt(compliance_, first);
+    return answer;
   }
+  const auto body = static_cast<std::size_t>(std::ranges::count_if(
+      presses_.begin(), presses_.begin() + static_cast<long>(contact), &Press::is_sought));
+  answer.deflection = pressed_.deflection(body);
+  answer.stiffness = pressed_.Stiffness(body);
+  return answer;
 }
 
-double ModalPlate::ShortWavesAt(Index contact) const noexcept {
-  const Press& press = presses_[static_cast<std::size_t>(contact)];
-  const double bending = short_.row(contact).dot(forces_);
-  if (press.waves == nullptr) return bending;
-  const double force = near_.row(contact).dot(forces_);
-  return bending + press.waves->At(force, resolution_[contact]).deflection;
+double ModalPlate::ForceNear(std::size_t contact) const noexcept {
+  double force = 0;
+  for (std::size_t t = 0; t < presses_.size(); ++t) {
+    force += near_(static_cast<Index>(contact), static_cast<Index>(t)) *
+             forces_.segment(firsts_[t], firsts_[t + 1] - firsts_[t]).sum();
+  }
+  return force;
 }
 
+double ModalPlate::ShortWavesAt(Index place) const noexcept {
+  const std::size_t contact = ContactOf(place);
+  const double bending = short_.row(place).dot(forces_);
+  const ShortWaves* waves = presses_[contact].waves;
+  if (waves == nullptr) return bending;
+  const double resolution = resolution_[static_cast<Index>(contact)];
+  return bending + waves->At(ForceNear(contact), resolution).deflection;
+}
+
+// Even loads.
 void ModalPlate::AddForces(double share) noexcept {
   for (std::size_t s = 0; s < presses_.size(); ++s) {
-    if (presses_[s].is_force) forces_[static_cast<Index>(s)] = share * presses_[s].value;
+    if (!presses_[s].is_sought()) forces_[firsts_[s]] = share * presses_[s].value;
   }
 }
 
@@ -210,11 +264,15 @@ void ModalPlate::Comply() noexcept {
   factor_.solveInPlace(by_load_);
   compliance_ = short_;
   compliance_.noalias() += at_.transpose() * by_load_;
-  for (Index s = 0; s < forces_.size(); ++s) {
-    const Press& press = presses_[static_cast<std::size_t>(s)];
-    if (press.waves == nullptr) continue;
-    const double force = near_.row(s).dot(forces_);
-    compliance_.row(s) += press.waves->At(force, resolution_[s]).compliance * near_.row(s);
+  for (std::size_t s = 0; s < presses_.size(); ++s) {
+    const ShortWaves* waves = presses_[s].waves;
+    if (waves == nullptr) continue;
+    const auto contact = static_cast<Index>(s);
+    const double more = waves->At(ForceNear(s), resolution_[contact]).compliance;
+    for (Index j = 0; j < compliance_.cols(); ++j) {
+      compliance_.col(j).segment(firsts_[s], firsts_[s + 1] - firsts_[s]).array() +=
+          more * near_(contact, static_cast<Index>(ContactOf(j)));
+    }
   }
 }
 
@@ -222,14 +280,19 @@ void ModalPlate::Comply() noexcept {
 double ModalPlate::Deflection(const Eigen::Vector2d& x) noexcept {
   modes_.Evaluate(x, point_);
   double w = point_.dot(amplitudes_);
+  for (Index k = 0; k < forces_.size(); ++k) {
+    if (forces_[k] == 0) continue;
+    const plate::PressedPlace& place = places_[static_cast<std::size_t>(k)];
+    w += (plate::Deflection(place, x) - point_.dot(load_.col(k))) / D_ * forces_[k];
+  }
   const double resolution = plate::Deflection(x, x) - point_.squaredNorm();
   const ShortWaves* waves = nullptr;
   double force = 0, nearest = 0;
-  for (Index s = 0; s < forces_.size(); ++s) {
-    const Press& press = presses_[static_cast<std::size_t>(s)];
-    w += (plate::Deflection(press.disc, x) - point_.dot(load_.col(s))) / D_ * forces_[s];
-    const double between = plate::Deflection(press.disc.centre, x) - point_.dot(at_.col(s));
-    force += between * forces_[s];
+  for (std::size_t s = 0; s < presses_.size(); ++s) {
+    const Press& press = presses_[s];
+    const double between =
+        plate::Deflection(press.disc.centre, x) - point_.dot(centres_.col(static_cast<Index>(s)));
+    force += between * forces_.segment(firsts_[s], firsts_[s + 1] - firsts_[s]).sum();
     if (std::abs(between) <= nearest) continue;
     nearest = std::abs(between);
     waves = press.waves;
@@ -246,12 +309,12 @@ constexpr int kEntries = 104;                      // to 190 thicknesses
 constexpr double kFiner[] = {1, 1.25, 1.5, 2, 3};  // modes against the plate's own number
 constexpr std::size_t kKept = 16;
 
-ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radius)
-    : load_radius_(load_radius) {
+ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radius, Face face)
+    : load_radius_(load_radius), face_(face) {
   const double D = 1 / (12 * (1 - nu * nu));
-  const ModalPlate::Press press{.disc = {{0, 0}, load_radius}, .is_force = true};
+  const ModalPlate::Press press{.disc = {{0, 0}, load_radius}, .face = face, .is_force = true};
   const Eigen::Vector2d centre(0, 0);
-  RoundPress exact(nu, load_radius, prestress);
+  RoundPress exact(nu, load_radius, prestress, face);
   std::vector<PlateModes> modes;
   std::vector<std::unique_ptr<ModalPlate>> modal;
   for (const double finer : kFiner) {
@@ -267,7 +330,8 @@ ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radiu
     m.Evaluate(centre, at);
     levels_.push_back({Deflection(centre, centre) - at.squaredNorm(), {}});
   }
-  for (int n = 0; n < kEntries; ++n) {
+  for (Level& level : levels_) level.entries.emplace_back();  // at rest the plate bends only
+  for (int n = 1; n < kEntries; ++n) {
     bool solved = exact.SolveDeflection(kLinear * std::sinh(kStep * n));
     for (std::size_t level = 0; level < modal.size(); ++level) {
       ModalPlate& plate = *modal[level];
@@ -275,19 +339,21 @@ ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radiu
       solved = solved && plate.Solve(force);
       if (!solved)
         throw std::runtime_error("the plate's response to a central indentation is not found");
-      levels_[level].entries.push_back({exact.force(),
-                                        {exact.deflection() - plate.deflections()[0],
-                                         1 / exact.stiffness() - plate.compliance()(0, 0)}});
+      const ModalPlate::Answer answer = plate.AnswerOf(0);
+      levels_[level].entries.push_back(
+          {exact.force(),
+           {exact.deflection() - answer.deflection, 1 / exact.stiffness() - 1 / answer.stiffness}});
     }
   }
 }
 
 std::shared_ptr<const ShortWaves> ShortWaves::Of(int order, double nu, double prestress,
-                                                 double load_radius) {
-  using Plate = std::array<double, 4>;
+                                                 double load_radius, Face face) {
+  using Plate = std::array<double, 5>;
   static std::mutex mutex;
   static std::deque<std::pair<Plate, std::shared_ptr<const ShortWaves>>> kept;
-  const Plate plate{static_cast<double>(order), nu, prestress, load_radius};
+  const Plate plate{static_cast<double>(order), nu, prestress, load_radius,
+                    face == Face::kRigid ? 1.0 : 0.0};
   {
     const std::lock_guard lock(mutex);
     const auto known = std::ranges::find(kept, plate, [](const auto& one) { return one.first; });
@@ -296,7 +362,7 @@ std::shared_ptr<const ShortWaves> ShortWaves::Of(int order, double nu, double pr
       return kept.front().second;
     }
   }
-  auto waves = std::make_shared<const ShortWaves>(order, nu, prestress, load_radius);
+  auto waves = std::make_shared<const ShortWaves>(order, nu, prestress, load_radius, face);
   const std::lock_guard lock(mutex);
   kept.emplace_front(plate, waves);
   if (kept.size() > kKept) kept.pop_back();

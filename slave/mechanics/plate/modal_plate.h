@@ -4,10 +4,12 @@
 //   D a + N0 P a + sum_k c_k G_k a = sum_s F_s l_s          (l_s: means of the modes over the load)
 //   w_s = f_s^T a + sum_t g_st F_t + d_s(sum_t h_st F_t)    (f_s: the modes at its centre)
 //
-// g is the deflection that the shapes beyond the modes add in bending, known in closed form: the
-// plate's Green's function less that of the modes. So the linear answer is exact whatever the
-// order. d is what stretching takes from it (ShortWaves), of the load at s and those so near
-// that they share its short waves: h_st is g for points, by g_ss; one for loads in one place.
+// for places s, t: one of an even load, several of a rigid face (pressed_places.h), where l_s = f_s
+// is the modes' mean of the two points. g is the deflection that the shapes beyond the modes add in
+// bending, known in closed form: the plate's Green's function less that of the modes. So the linear
+// answer is exact whatever the order. d is what stretching takes from it (ShortWaves), of the
+// contact at s and those so near that they share its short waves: h_st is g for points at the
+// contacts' centres, by g_ss; one for loads in one place.
 #pragma once
 
 #include <memory>
@@ -17,9 +19,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "slave/mechanics/plate/contacts.h"
 #include "slave/mechanics/plate/green.h"
 #include "slave/mechanics/plate/plate_modes.h"
+#include "slave/mechanics/plate/pressed_places.h"
 
 namespace palpate::plate {
 
@@ -38,18 +40,19 @@ class ShortWaves {
     double deflection = 0, compliance = 0;  // d(F), d'(F)
   };
 
-  // For loads over discs of one radius on a plate with modes of this order, up to deflections of
+  // For contacts of one radius and face on a plate with modes of this order, up to deflections of
   // about 200 thicknesses. Tens of milliseconds. Throws std::runtime_error: no convergence.
-  ShortWaves(int order, double nu, double prestress, double load_radius);
+  ShortWaves(int order, double nu, double prestress, double load_radius, Face face = Face::kEven);
   // The same, computed once for all equal plates of this program; the sixteen that were last
   // requested are kept. Thread-safe.
   static std::shared_ptr<const ShortWaves> Of(int order, double nu, double prestress,
-                                              double load_radius);
+                                              double load_radius, Face face = Face::kEven);
 
   // `resolution`: what the shapes beyond the modes add to the compliance under a point load there,
   // by 1 / D. Odd in the force. No allocation.
   [[nodiscard]] Share At(double force, double resolution) const noexcept;
   [[nodiscard]] double load_radius() const { return load_radius_; }
+  [[nodiscard]] Face face() const { return face_; }
 
  private:
   struct Entry {
@@ -63,6 +66,7 @@ class ShortWaves {
   static Share Interpolate(const Level& level, double force) noexcept;
 
   double load_radius_;
+  Face face_;
   std::vector<Level> levels_;  // from coarse to fine; the last has no share
 };
 
@@ -70,9 +74,12 @@ class ModalPlate {
  public:
   struct Press {
     Disc disc;
+    Face face = Face::kEven;
     bool is_force = false;
-    double value = 0;                   // deflection at the centre, or load
+    double value = 0;                   // deflection at the centre or of the face, or load
     const ShortWaves* waves = nullptr;  // nullptr: d = 0
+
+    [[nodiscard]] bool is_sought() const { return !is_force || face == Face::kRigid; }
   };
 
   // Keeps a reference to the modes. D: bending stiffness; prestress N0 >= 0.
@@ -85,46 +92,56 @@ class ModalPlate {
   bool Solve(std::span<const double> values) noexcept;
   void Reset() noexcept;
 
-  [[nodiscard]] const Eigen::VectorXd& forces() const { return forces_; }
-  // At the contacts' centres.
-  [[nodiscard]] const Eigen::VectorXd& deflections() const { return deflections_; }
-  // d deflection at a contact / d force at another, at the solution.
-  [[nodiscard]] const Eigen::MatrixXd& compliance() const { return compliance_; }
-  // d force / d deflection of one contact with the prescribed values of the others fixed; 0: it
-  // cannot move.
-  [[nodiscard]] double Stiffness(Eigen::Index contact) const noexcept {
-    return moved_.Stiffness(compliance_, contact);
-  }
+  struct Answer {
+    double force = 0, deflection = 0;  // the latter at the centre, of a rigid face
+    // d force / d deflection with the prescribed values of the others fixed; 0: it cannot move, or
+    // does not touch.
+    double stiffness = 0;
+  };
+  // Of a contact, at the solution.
+  [[nodiscard]] Answer AnswerOf(std::size_t contact) const noexcept;
   // At a position, in the frame of Place(). No allocation.
   [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
 
  private:
+  void ListPlaces();
+  void CompareShortWaves();
   bool Newton(double share) noexcept;
   bool Linearise() noexcept;
   void Stretch() noexcept;
   void Comply() noexcept;
   void AddForces(double share) noexcept;
-  void Demand(double share) noexcept;
-  void Answer(double share) noexcept;
-  // What the shapes beyond the modes add at a contact.
-  [[nodiscard]] double ShortWavesAt(Eigen::Index contact) const noexcept;
+  bool SeekForces(double share) noexcept;
+  void NoteDeflections() noexcept;
+  // What the shapes beyond the modes add at a place.
+  [[nodiscard]] double ShortWavesAt(Eigen::Index place) const noexcept;
+  // Of the forces, what shares the short waves of a contact.
+  [[nodiscard]] double ForceNear(std::size_t contact) const noexcept;
+  [[nodiscard]] std::size_t ContactOf(Eigen::Index place) const {
+    return contact_of_[static_cast<std::size_t>(place)];
+  }
 
   const PlateModes& modes_;
   double D_, prestress_;
   Symmetry symmetry_ = Symmetry::kRound;
   std::vector<Press> presses_;
-  MovedContacts moved_;
-  Eigen::MatrixXd at_, load_, short_;  // f and l, column per contact; g
-  Eigen::VectorXd resolution_;         // g_ss for points, by 1 / D
-  Eigen::MatrixXd near_;               // h
-  Eigen::VectorXd amplitudes_, forces_, deflections_;
+  std::vector<PressedPlace> places_;     // of the presses, one after another
+  std::vector<Eigen::Index> firsts_;     // the first place of each press, and the end
+  std::vector<std::size_t> contact_of_;  // per place
+  PressedPlaces pressed_;
+  std::vector<double> sought_;         // of the contacts whose forces are sought: their values
+  Eigen::MatrixXd at_, load_, short_;  // f and l, column per place; g
+  Eigen::MatrixXd centres_;            // the modes at the centres, column per contact
+  Eigen::VectorXd resolution_;         // g_ss for points at the centres, by 1 / D
+  Eigen::MatrixXd near_;               // h, of contacts
+  Eigen::VectorXd amplitudes_, forces_, deflections_;  // the last two at the places
   Eigen::VectorXd stress_, gradient_, step_, point_;
   Eigen::MatrixXd pull_;     // column i: sum_j G_k,ij a_j, row per stress
   Eigen::MatrixXd tangent_;  // of the amplitudes, lower half; then its factor
   Eigen::LLT<Eigen::MatrixXd> factor_;
-  Eigen::MatrixXd by_load_;  // tangent^-1 load_
-  Eigen::MatrixXd compliance_;
-  Eigen::VectorXd more_;  // of the moved contacts' forces
+  Eigen::MatrixXd by_load_;      // tangent^-1 load_
+  Eigen::MatrixXd compliance_;   // of places
+  Eigen::VectorXd free_, next_;  // deflections without the forces sought; those forces
 };
 
 }  // namespace palpate::plate

@@ -9,7 +9,6 @@
 namespace palpate {
 namespace {
 
-using Eigen::Index;
 using Eigen::Vector2d;
 using plate::ModalPlate;
 using plate::Symmetry;
@@ -70,7 +69,7 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
   force_unit_ =
       params_.young_modulus * params_.thickness * params_.thickness * slenderness * slenderness;
   ReportProgress(progress, "central indentation", 0.7);
-  ToolOf(0);
+  ToolOf(0, plate::Face::kEven);
   info_.kind = "plate-large";
   info_.dof = static_cast<std::size_t>(modes_.deflections(Symmetry::kNone));
   info_.memory_bytes = modes_.memory_bytes();
@@ -101,7 +100,7 @@ bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
     return Fail("the equations of the stretching plate did not converge");
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    responses[i] = ResponseOf(contacts[i], static_cast<Index>(i));
+    responses[i] = ResponseOf(contacts[i], i);
     if (responses[i].validity == Validity::kFailed) {
       return Fail("the solution is not finite or too large");
     }
@@ -115,7 +114,7 @@ void PlateLargeModel::Prepare() {
   known_ = touches_;
   central_ = nullptr;
   if (touches_.size() == 1 && touches_[0].disc.centre.norm() < kCentral) {
-    central_ = &ToolOf(touches_[0].disc.radius);
+    central_ = &ToolOf(touches_[0].disc.radius, touches_[0].face);
   }
   Orient();
   presses_.clear();
@@ -124,9 +123,10 @@ void PlateLargeModel::Prepare() {
     const Vector2d turned(axis_.dot(p), axis_.x() * p.y() - axis_.y() * p.x());
     const double across = symmetry_ == Symmetry::kMirror ? 0 : turned.y();
     presses_.push_back({.disc = {{turned.x(), across}, touch.disc.radius},
+                        .face = touch.face,
                         .is_force = !touch.moved(),
                         .value = 0,
-                        .waves = ToolOf(touch.disc.radius).waves.get()});
+                        .waves = ToolOf(touch.disc.radius, touch.face).waves.get()});
   }
   modal_.Place(presses_, symmetry_);
   prepared_ = true;
@@ -150,14 +150,14 @@ void PlateLargeModel::Orient() {
   if (!in_line) axis_ = {1, 0};
 }
 
-PlateLargeModel::Tool& PlateLargeModel::ToolOf(double load_radius) {
+PlateLargeModel::Pressed& PlateLargeModel::ToolOf(double load_radius, plate::Face face) {
   for (const auto& tool : tools_) {
-    if (tool->waves->load_radius() == load_radius) return *tool;
+    if (tool->waves->load_radius() == load_radius && tool->waves->face() == face) return *tool;
   }
   const double nu = params_.poisson_ratio;
-  tools_.push_back(
-      std::make_unique<Tool>(Tool{plate::ShortWaves::Of(params_.order, nu, prestress_, load_radius),
-                                  plate::RoundPress(nu, load_radius, prestress_)}));
+  tools_.push_back(std::make_unique<Pressed>(
+      Pressed{plate::ShortWaves::Of(params_.order, nu, prestress_, load_radius, face),
+              plate::RoundPress(nu, load_radius, prestress_, face)}));
   return *tools_.back();
 }
 
@@ -166,12 +166,13 @@ bool PlateLargeModel::SolveCentral() {
   return touches_[0].moved() ? press.SolveDeflection(values_[0]) : press.SolveForce(values_[0]);
 }
 
-ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch) const {
+ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, std::size_t touch) const {
   const bool centred = central_ != nullptr;
   const double t = params_.thickness;
-  const double force = centred ? central_->central.force() : modal_.forces()[touch];
-  const double w = centred ? central_->central.deflection() : modal_.deflections()[touch];
-  const double k = centred ? central_->central.stiffness() : modal_.Stiffness(touch);
+  const plate::RoundPress* press = centred ? &central_->central : nullptr;
+  const auto [force, w, k] =
+      centred ? ModalPlate::Answer{press->force(), press->deflection(), press->stiffness()}
+              : modal_.AnswerOf(touch);
   const bool moved = contact.kind == Contact::Kind::kDisplacement;
   ContactResponse response;
   response.force_O.z() = moved ? -force_unit_ * force : contact.prescribed_O.z();
@@ -180,7 +181,7 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch)
   const bool known =
       std::isfinite(force_unit_ * force) && std::isfinite(k) && std::abs(w) <= kLargest;
   if (!known) return {};
-  const double p = known_[static_cast<std::size_t>(touch)].disc.centre.norm();
+  const double p = known_[touch].disc.centre.norm();
   const double inside_rim = std::max(0.0, 1 - p * p);
   const double range = params_.range * (centred ? kCentralRange : inside_rim * inside_rim);
   // The law's error in what is answered: the force, or the deflection under a given one.
@@ -189,7 +190,7 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch)
   const double share = moved || !(force * k * w > 0) ? 1 : force / (k * w);
   const bool inside = std::abs(w) <= range && std::abs(w) * t <= kModerate * params_.radius &&
                       excess * share <= kLawsLargest;
-  const double value = std::abs(values_[static_cast<std::size_t>(touch)]);
+  const double value = std::abs(values_[touch]);
   const bool lost =
       (value > 0 && value < kLeastValue) || IsSubnormal(force_unit_ * force) || IsSubnormal(t * w);
   response.validity = inside && !lost ? Validity::kValid : Validity::kExtrapolated;

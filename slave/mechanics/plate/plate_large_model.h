@@ -55,7 +55,7 @@ class PlateLargeModel final : public PlateSurface {
   [[nodiscard]] const Params& params() const { return params_; }
 
  private:
-  struct Tool {  // precomputed data of loads over discs of one radius
+  struct Pressed {  // precomputed data of contacts of one radius and face
     std::shared_ptr<const plate::ShortWaves> waves;
     plate::RoundPress central;
   };
@@ -63,9 +63,9 @@ class PlateLargeModel final : public PlateSurface {
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses) override;
   void Prepare();
   void Orient();
-  Tool& ToolOf(double load_radius);
+  Pressed& ToolOf(double load_radius, plate::Face face);
   bool SolveCentral();
-  [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, Eigen::Index touch) const;
+  [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, std::size_t touch) const;
   [[nodiscard]] double DisplacementAt(const Eigen::Vector2d& x) noexcept override;
 
   Params params_;
@@ -73,13 +73,13 @@ class PlateLargeModel final : public PlateSurface {
   double prestress_ = 0;   // by E t^3 / a^2
   plate::PlateModes modes_;
   plate::ModalPlate modal_;
-  std::vector<std::unique_ptr<Tool>> tools_;
+  std::vector<std::unique_ptr<Pressed>> tools_;
   std::vector<plate::ModalPlate::Press> presses_;
   std::vector<double> values_;  // nondimensional
   Eigen::Vector2d axis_{1, 0};  // x axis of the frame of modal_, in O
   plate::Symmetry symmetry_ = plate::Symmetry::kMirror;
-  Tool* central_ = nullptr;  // one contact at the centre: its tool
-  bool shaped_ = false;      // modal_ has solved the contact at the centre
+  Pressed* central_ = nullptr;  // one contact at the centre: its tool
+  bool shaped_ = false;         // modal_ has solved the contact at the centre
 };
 
 }  // namespace palpate

@@ -38,19 +38,32 @@ PlateModel::PlateModel(const Params& params)
 
 bool PlateModel::TryRespond(std::span<const Contact> contacts,
                             std::span<ContactResponse> responses) {
-  if (!IsSameSet()) prepared_ = Prepare();
+  if (!IsSameSet()) Prepare();
+  prepared_ = SolveForces();
   if (!prepared_) return Fail("displaced points are too close to be distinguished");
-  if (!SolveForces()) return Fail("the solution is not finite or too large");
+  if (!(forces_.allFinite() && std::isfinite((force_unit_ * forces_).sum()) &&
+        (forces_.size() == 0 || deflections_.cwiseAbs().maxCoeff() <= kAbsurd))) {
+    return Fail("the solution is not finite or too large");
+  }
+  std::size_t sought = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const auto touch = static_cast<Index>(i);
+    const Touch& touch = touches_[i];
+    const Index first = firsts_[i];
     ContactResponse& response = responses[i];
-    const double w = deflections_[touch];
+    double w = deflections_[first];
+    double stiffness = 0;
+    if (touch.is_sought()) {
+      w = pressed_.deflection(sought);
+      stiffness = pressed_.Stiffness(sought++);
+    } else {
+      stiffness = pressed_.StiffnessAt(compliance_, first);
+    }
     response = {};
-    response.force_O.z() =
-        touches_[i].moved() ? -force_unit_ * forces_[touch] : contacts[i].prescribed_O.z();
+    response.force_O.z() = touch.moved()
+                               ? -force_unit_ * forces_.segment(first, firsts_[i + 1] - first).sum()
+                               : contacts[i].prescribed_O.z();
     response.displacement_O.z() = -params_.radius * w;
-    response.stiffness_O(2, 2) =
-        force_unit_ / params_.radius * moved_.Stiffness(compliance_, touch);
+    response.stiffness_O(2, 2) = force_unit_ / params_.radius * stiffness;
     response.validity = std::abs(w) * params_.radius <= params_.range * params_.thickness
                             ? Validity::kValid
                             : Validity::kExtrapolated;
@@ -58,52 +71,56 @@ bool PlateModel::TryRespond(std::span<const Contact> contacts,
   return true;
 }
 
-bool PlateModel::Prepare() {
+void PlateModel::Prepare() {
   known_ = touches_;
-  const auto count = static_cast<Index>(touches_.size());
-  compliance_.resize(count, count);
-  moved_.Clear();
-  for (Index j = 0; j < count; ++j) {
-    const Touch& load = touches_[static_cast<std::size_t>(j)];
-    if (load.moved()) moved_.Add(j);
-    for (Index i = 0; i < count; ++i) {
-      compliance_(i, j) =
-          plate::Deflection(load.disc, touches_[static_cast<std::size_t>(i)].disc.centre);
+  places_.clear();
+  firsts_.assign(1, 0);
+  pressed_.Clear();
+  for (const Touch& touch : touches_) {
+    plate::AppendPlaces(touch.disc, touch.face, false, &places_);
+    const Index first = firsts_.back();
+    firsts_.push_back(static_cast<Index>(places_.size()));
+    if (touch.is_sought()) {
+      pressed_.Add({first, firsts_.back() - first, touch.is_rigid(), !touch.moved()});
     }
   }
-  return moved_.Factorise(compliance_);
+  const Index count = firsts_.back();
+  compliance_.resize(count, count);
+  for (Index j = 0; j < count; ++j) {
+    const plate::PressedPlace& load = places_[static_cast<std::size_t>(j)];
+    for (Index i = 0; i < count; ++i) {
+      compliance_(i, j) = plate::Deflection(load, places_[static_cast<std::size_t>(i)].disc.centre);
+    }
+  }
+  forces_.setZero(count);
+  deflections_.setZero(count);
 }
 
 // Forces of the moved contacts: what their prescribed deflection leaves after the loads' share.
 bool PlateModel::SolveForces() {
-  const auto count = static_cast<Index>(touches_.size());
-  forces_.resize(count);
-  deflections_.resize(count);
-  for (Index i = 0; i < count; ++i) {
-    const Touch& touch = touches_[static_cast<std::size_t>(i)];
-    forces_[i] = touch.moved() ? 0 : touch.value / force_unit_;
+  values_.clear();
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const Touch& touch = touches_[i];
+    const double value = touch.moved() ? touch.value : touch.value / force_unit_;
+    if (touch.is_sought()) values_.push_back(value);
+    if (!touch.is_sought()) forces_[firsts_[i]] = value;
   }
-  const auto& moved = moved_.contacts();
+  deflections_.setZero();
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    if (!touches_[i].is_sought()) {
+      deflections_ += compliance_.col(firsts_[i]) * forces_[firsts_[i]];
+    }
+  }
+  if (!pressed_.Solve(compliance_, deflections_, values_, &forces_)) return false;
   deflections_.noalias() = compliance_ * forces_;
-  solution_.resize(static_cast<Index>(moved.size()));
-  for (std::size_t m = 0; m < moved.size(); ++m) {
-    solution_[static_cast<Index>(m)] =
-        touches_[static_cast<std::size_t>(moved[m])].value - deflections_[moved[m]];
-  }
-  moved_.Solve(solution_);
-  for (std::size_t m = 0; m < moved.size(); ++m) {
-    forces_[moved[m]] = solution_[static_cast<Index>(m)];
-  }
-  deflections_.noalias() = compliance_ * forces_;
-  for (const Index i : moved) deflections_[i] = touches_[static_cast<std::size_t>(i)].value;
-  return forces_.allFinite() && std::isfinite((force_unit_ * forces_).sum()) &&
-         (count == 0 || deflections_.cwiseAbs().maxCoeff() <= kAbsurd);
+  return true;
 }
 
 double PlateModel::DisplacementAt(const Vector2d& x) noexcept {
   double w = 0;
-  for (std::size_t i = 0; i < known_.size(); ++i) {
-    w += forces_[static_cast<Index>(i)] * plate::Deflection(known_[i].disc, x);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const double force = forces_[static_cast<Index>(i)];
+    if (force != 0) w += force * plate::Deflection(places_[i], x);
   }
   return -params_.radius * w;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -13,10 +14,10 @@ namespace palpate {
 // Thin plate, moderate slopes, no stretching: the force is low by 1.8 % at |w| = 0.2 t, 10 %
 // at 0.5 t and 30 % at t, and is marked kExtrapolated beyond 0.5 t.
 //
-// Contacts are points (width 0) or discs of diameter `width` under a uniform load, whose
-// displacement is that of the centre, as input and output; positions in |z| <= t / 2, on the disc.
-// Only z components are allowed: others must be 0. O(S^2), with a new set of displaced positions
-// O(S^3).
+// Contacts are points (width 0), discs of diameter `width` under a uniform load, whose displacement
+// is that of the centre, as input and output, or rigid flat faces (pressed_places.h); positions in
+// |z| <= t / 2, on the disc. Only z components are allowed: others must be 0. O(S^2), with a new
+// set of displaced positions or another part of a face that touches O(S^3); a face counts for 24.
 class PlateModel final : public PlateSurface {
  public:
   struct Params {
@@ -32,16 +33,18 @@ class PlateModel final : public PlateSurface {
 
  private:
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses) override;
-  bool Prepare();
+  void Prepare();
   bool SolveForces();
   [[nodiscard]] double DisplacementAt(const Eigen::Vector2d& x) noexcept override;
 
   Params params_;
-  double force_unit_ = 0;                 // D / a: deflects by about a [N]
-  Eigen::MatrixXd compliance_;            // deflection at a contact, column: by a load of one there
-  Eigen::VectorXd forces_, deflections_;  // nondimensional
-  plate::MovedContacts moved_;
-  Eigen::VectorXd solution_;
+  double force_unit_ = 0;                    // D / a: deflects by about a [N]
+  std::vector<plate::PressedPlace> places_;  // of the contacts, one after another
+  std::vector<Eigen::Index> firsts_;         // the first place of each contact, and the end
+  Eigen::MatrixXd compliance_;            // deflection at a place, column: by a load of one there
+  Eigen::VectorXd forces_, deflections_;  // at the places, nondimensional
+  plate::PressedPlaces pressed_;
+  std::vector<double> values_;  // of the contacts whose forces are sought
 };
 
 }  // namespace palpate

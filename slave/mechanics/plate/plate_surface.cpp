@@ -55,10 +55,8 @@ PlateSurface::PlateSurface(const plate::Geometry& geometry) : geometry_(geometry
 }
 
 bool PlateSurface::IsSameSet() const noexcept {
-  return prepared_ && std::ranges::equal(known_, touches_, [](const auto& a, const auto& b) {
-           return a.kind == b.kind && a.disc.centre == b.disc.centre &&
-                  a.disc.radius == b.disc.radius;
-         });
+  return prepared_ && std::ranges::equal(known_, touches_,
+                                         [](const auto& a, const auto& b) { return a.IsAt(b); });
 }
 
 void PlateSurface::ComputeResponses(std::span<const Contact> contacts,

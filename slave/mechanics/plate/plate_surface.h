@@ -22,11 +22,19 @@ SurfaceMesh MembraneGrid(double radius);
 // indentation.
 class PlateSurface : public DeformationModel {
  public:
-  // One disc of diameter `width` around p_O, moved or loaded by `value` along z [m], [N].
-  static Contact DiscContact(Contact::Kind kind, const Eigen::Vector2d& p_O, double width,
+  // A flat round tool, as both plates know it: rigid, or with an even load.
+  struct Tool {
+    double width = 0;  // diameter [m]; 0: a point
+    bool is_rigid = false;
+  };
+  // A tool around p_O, moved or loaded by `value` along z [m], [N].
+  static Contact ToolContact(Contact::Kind kind, const Eigen::Vector2d& p_O, const Tool& tool,
                              double value) {
-    return {
-        .kind = kind, .p_O = {p_O.x(), p_O.y(), 0}, .width = width, .prescribed_O = {0, 0, value}};
+    return {.kind = kind,
+            .p_O = {p_O.x(), p_O.y(), 0},
+            .width = tool.width,
+            .prescribed_O = {0, 0, value},
+            .is_rigid = tool.is_rigid};
   }
   // Displacement along z [m] in a solution of this plate at (x, y) on it, frame O [m]; zero if it
   // failed or nothing was solved. No allocation.

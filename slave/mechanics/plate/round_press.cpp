@@ -30,8 +30,9 @@ std::vector<double> Ends(double load_radius) {
 }
 
 // Share of the load inside r.
-double Inside(double r, double load_radius) {
-  return r < load_radius ? (r / load_radius) * (r / load_radius) : 1;
+double Inside(double r, double load_radius, Face face) {
+  if (r >= load_radius) return 1;
+  return face == Face::kRigid ? 0 : (r / load_radius) * (r / load_radius);
 }
 
 }  // namespace
@@ -83,15 +84,15 @@ void BandedSymmetric::Solve(Eigen::Ref<Eigen::VectorXd> x) const noexcept {
   }
 }
 
-RoundPress::RoundPress(double nu, double load_radius, double prestress) {
+RoundPress::RoundPress(double nu, double load_radius, double prestress, Face face) {
   Divide(load_radius);
   const auto count = static_cast<int>(radius_.size());
   bending_ = stretching_ = BandedSymmetric(count, kDegree);
   tangent_ = BandedSymmetric(2 * count, 2 * kDegree + 1);
   for (auto* v : {&slope_, &psi_, &load_, &residual_}) v->setZero(count);
-  centre_.setZero(count);
+  depth_.setZero(count);
   for (auto* v : {&step_, &by_load_}) v->setZero(2 * count);
-  AssembleLinear(nu, load_radius, prestress);
+  AssembleLinear(nu, load_radius, prestress, face);
 }
 
 void RoundPress::Divide(double load_radius) {
@@ -111,19 +112,21 @@ void RoundPress::Divide(double load_radius) {
 
 // What does not change: both operators of the slope and of psi, the load, the deflection at the
 // centre. The slope is held at the centre and the rim, psi at the centre: a one on the diagonal.
-void RoundPress::AssembleLinear(double nu, double load_radius, double prestress) {
+void RoundPress::AssembleLinear(double nu, double load_radius, double prestress, Face face) {
   const double D = 1 / (12 * (1 - nu * nu));
   const auto last = static_cast<int>(radius_.size()) - 1;
   for (const Element& element : elements_) {
     const double length = element.outer - element.inner;
+    const bool is_within = face == Face::kRigid && element.inner < load_radius;
     for (int q = 0; q < kPoints; ++q) {
       const double r = element.inner + length * rule_.points[q];
       const double weight = rule_.weights[q] * length;
       for (int i = 0; i < kNodes; ++i) {
         const double Ni = polynomials_.value(q, i);
         const double dNi = polynomials_.slope(q, i) / length;
-        load_[element.first + i] += weight * Inside(r, load_radius) * Ni / (2 * std::numbers::pi);
-        centre_[element.first + i] -= weight * Ni;
+        load_[element.first + i] +=
+            weight * Inside(r, load_radius, face) * Ni / (2 * std::numbers::pi);
+        if (!is_within) depth_[element.first + i] -= weight * Ni;
         for (int j = 0; j <= i; ++j) {
           const double Nj = polynomials_.value(q, j);
           const double laplace =
@@ -171,9 +174,9 @@ bool RoundPress::Newton(const Goal& goal) noexcept {
     odd(by_load_) = -load_;
     tangent_.Solve(step_);
     tangent_.Solve(by_load_);
-    const double compliance = centre_ * odd(by_load_);
+    const double compliance = depth_ * odd(by_load_);
     double more = goal.value - force_;
-    if (!goal.is_force) more = (goal.value - centre_ * (slope_ + odd(step_))) / compliance;
+    if (!goal.is_force) more = (goal.value - depth_ * (slope_ + odd(step_))) / compliance;
     const double before = LargestEntry(slope_);
     const double change = LargestEntry(odd(step_) + more * odd(by_load_));
     if (!std::isfinite(change) || !(compliance > 0)) return false;

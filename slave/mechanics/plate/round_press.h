@@ -7,10 +7,12 @@
 //   D (r b'' + b' - b / r) = (psi + N0 r) b + F f(r) / (2 pi),   b(0) = b(1) = 0
 //   r psi'' + psi' - psi / r = -b^2 / 2,   psi(0) = 0,   psi'(1) = nu psi(1)   (the edge stays)
 //
-// where f is the share of the load inside r. Source: von Karman 1910 in the form of Foeppl and
-// Hencky; Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, art. 96-100.
-// Weak form, polynomials of degree 8 on elements graded to the centre, the load's edge and the rim;
-// psi is eliminated (the energy is then convex in b where the plate is in tension), Newton.
+// where f is the share of the load inside r: an even load, or that of a rigid flat face, which at
+// the centre touches with the whole of its rim and hollows the plate within. Source: von Karman
+// 1910 in the form of Foeppl and Hencky; Timoshenko and Woinowsky-Krieger, Theory of Plates and
+// Shells, art. 96-100. Weak form, polynomials of degree 8 on elements graded to the centre, the
+// load's edge and the rim; psi is eliminated (the energy is then convex in b where the plate is in
+// tension), Newton.
 #pragma once
 
 #include <algorithm>
@@ -20,6 +22,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/plate/lobatto.h"
+#include "slave/mechanics/plate/pressed_places.h"
 
 namespace palpate::plate {
 
@@ -76,17 +79,18 @@ class BandedSymmetric {
 class RoundPress {
  public:
   // -1 < nu <= 0.5; load over a disc of radius 0 (a point) to 1; prestress N0 >= 0.
-  RoundPress(double nu, double load_radius, double prestress = 0);
+  RoundPress(double nu, double load_radius, double prestress = 0, Face face = Face::kEven);
 
   // Newton from the last solution, else in steps from rest. False: no solution to 1e-9; then at
   // rest. No allocation.
-  bool SolveDeflection(double w_centre) noexcept { return Solve({false, w_centre}); }
+  bool SolveDeflection(double w) noexcept { return Solve({false, w}); }
   bool SolveForce(double force) noexcept { return Solve({true, force}); }
   void Reset() noexcept;
 
   [[nodiscard]] double force() const { return force_; }
-  [[nodiscard]] double deflection() const { return centre_ * slope_; }  // at the centre
-  [[nodiscard]] double stiffness() const { return stiffness_; }         // d force / d deflection
+  // At the centre of an even load, of a rigid face.
+  [[nodiscard]] double deflection() const { return depth_ * slope_; }
+  [[nodiscard]] double stiffness() const { return stiffness_; }  // d force / d deflection
 
  private:
   struct Element {
@@ -99,7 +103,7 @@ class RoundPress {
   };
 
   void Divide(double load_radius);
-  void AssembleLinear(double nu, double load_radius, double prestress);
+  void AssembleLinear(double nu, double load_radius, double prestress, Face face);
   bool Solve(const Goal& goal) noexcept;
   bool Newton(const Goal& goal) noexcept;
   bool Tangent() noexcept;
@@ -115,8 +119,8 @@ class RoundPress {
   BandedSymmetric stretching_factor_{0, 0};  // the same, factorised
   BandedSymmetric tangent_{0, 0};            // slope and psi by turns
   Eigen::VectorXd slope_, psi_;              // b, psi at the nodes
-  Eigen::VectorXd load_;       // work of a load of one on a unit slope at each node, by 2 pi
-  Eigen::RowVectorXd centre_;  // w(0) = centre_ * slope_
+  Eigen::VectorXd load_;      // work of a load of one on a unit slope at each node, by 2 pi
+  Eigen::RowVectorXd depth_;  // deflection = depth_ * slope_
   Eigen::VectorXd residual_, step_, by_load_;
   double force_ = 0;
   double stiffness_ = 0;

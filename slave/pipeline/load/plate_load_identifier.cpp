@@ -20,11 +20,9 @@ using Eigen::Vector3d;
 
 // What a plate works out for a tool that it has not met, and its memory for a press beside the
 // centre.
-void WarmUp(PlateSurface& plate, double width) {
-  Contact contact;
-  contact.p_O.x() = plate.radius() / 2;
-  contact.width = width;
-  contact.prescribed_O.z() = -plate.thickness();
+void WarmUp(PlateSurface& plate, const PlateSurface::Tool& tool) {
+  const Contact contact = PlateSurface::ToolContact(
+      Contact::Kind::kDisplacement, {plate.radius() / 2, 0}, tool, -plate.thickness());
   ContactResponse response;
   plate.Respond(std::span(&contact, 1), std::span(&response, 1));
   plate.Reset();
@@ -32,20 +30,21 @@ void WarmUp(PlateSurface& plate, double width) {
 
 }  // namespace
 
-PlateLoadIdentifier::PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate, double width,
+PlateLoadIdentifier::PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate,
+                                         const PlateSurface::Tool& tool,
                                          std::unique_ptr<PlateSurface> finer,
                                          std::unique_ptr<PlateSurface> tighter, double more,
                                          double prestress)
     : plate_(std::move(plate)),
       finer_(std::move(finer)),
       tighter_(std::move(tighter)),
-      width_(width),
-      table_(*plate_, width),
-      fit_(*plate_, width, finer_.get(), {tighter_.get(), more}),
+      tool_(tool),
+      table_(*plate_, tool),
+      fit_(*plate_, tool, finer_.get(), {tighter_.get(), more}),
       surface_(MembraneGrid(plate_->radius())),
       checks_(MakePlateChecks(plate_->radius(), plate_->thickness(), prestress)) {
   for (PlateSurface* warmed : {plate_.get(), finer_.get(), tighter_.get()}) {
-    if (warmed != nullptr) WarmUp(*warmed, width);
+    if (warmed != nullptr) WarmUp(*warmed, tool);
   }
 }
 
@@ -93,7 +92,7 @@ void PlateLoadIdentifier::SetLoad(const FitSample& sample) noexcept {
   if (fit.validity == Validity::kFailed) return;
   load_.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
   load_.force = fit.force;
-  load_.depth = -fit_.answered().Displacement(fit_.solution(), fit.p_O);
+  load_.depth = -fit_.solution().responses().front().displacement_O.z();
   const double scatter = ScatterOf(sample);
   load_.sigma_force =
       std::hypot(scatter * std::sqrt(fit.covariance(2, 2)), LawsShare(load_) * load_.force);
@@ -132,7 +131,7 @@ double PlateLoadIdentifier::ScatterOf(const FitSample& sample) noexcept {
 // Where no load is significant: half of what may hide in the noise, five standard deviations of a
 // load at the centre, from the small-deflection shape's size and the stiffness of first touch.
 double PlateLoadIdentifier::SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept {
-  const plate::Disc disc{{0, 0}, width_ / 2 / plate_->radius()};
+  const plate::Disc disc{{0, 0}, tool_.width / 2 / plate_->radius()};
   const double under_load = plate::Deflection(disc, Vector2d(0, 0));
   double square = 0;
   for (const SurfacePoint& point : points_O) {
@@ -165,7 +164,7 @@ void PlateLoadIdentifier::Displacements(std::vector<Vector3d>* u_O) {
 }
 
 void PlateLoadIdentifier::NodalForces(std::vector<Vector3d>* f_O) {
-  SpreadLoad(surface_, load_.p_O, load_.n_O, width_, load_.force * load_.n_O, f_O);
+  SpreadLoad(surface_, load_.p_O, load_.n_O, tool_.width, load_.force * load_.n_O, f_O);
 }
 
 void PlateLoadIdentifier::Reset() {

@@ -24,11 +24,11 @@ namespace palpate {
 // flagged. The force's sigma carries it: plate::LawsSigma.
 class PlateLoadIdentifier final : public LoadIdentifier {
  public:
-  // `width`: diameter of the load [m], 0: a point. Throws std::invalid_argument,
+  // `tool`: what presses. Throws std::invalid_argument,
   // std::runtime_error: see LoadFitter, PressTable. `finer`: the same plate with more modes for
   // loads that `plate` does not resolve, nullptr: none. `tighter`: the same at `more` tension
   // [N/m], to check the scene's tension at rest; nullptr: no check. `prestress` [N/m]: of `plate`.
-  PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate, double width,
+  PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate, const PlateSurface::Tool& tool,
                       std::unique_ptr<PlateSurface> finer = nullptr,
                       std::unique_ptr<PlateSurface> tighter = nullptr, double more = 0,
                       double prestress = 0);
@@ -52,7 +52,7 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   [[nodiscard]] double SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept;
 
   std::unique_ptr<PlateSurface> plate_, finer_, tighter_;
-  double width_;  // [m]
+  PlateSurface::Tool tool_;
   PressTable table_;
   RobustPlateFit fit_;
   SurfaceMesh surface_;

@@ -28,11 +28,11 @@ bool IsKnown(const LoadFit& load) {
 
 }  // namespace
 
-RobustPlateFit::RobustPlateFit(PlateSurface& plate, double width, PlateSurface* finer,
-                               TighterPlate tighter)
-    : plate_(plate), tighter_(tighter), width_(width), fitter_(plate, width, finer) {
+RobustPlateFit::RobustPlateFit(PlateSurface& plate, const PlateSurface::Tool& tool,
+                               PlateSurface* finer, TighterPlate tighter)
+    : plate_(plate), tighter_(tighter), tool_(tool), fitter_(plate, tool, finer) {
   // Room for the solutions, before the first fit: a fit does not allocate.
-  const Contact none = PlateSurface::DiscContact(Contact::Kind::kForce, {0, 0}, width, 0);
+  const Contact none = PlateSurface::ToolContact(Contact::Kind::kForce, {0, 0}, tool, 0);
   plate.Solve({&none, 1}, &coarse_);
   if (tighter.plate != nullptr) tighter.plate->Solve({&none, 1}, &tight_);
 }
@@ -270,7 +270,7 @@ void RobustPlateFit::EstimateTension(PlateFit* fit) noexcept {
   if (tighter_.plate == nullptr) return;
   const LoadFit& load = fit->load;
   const Contact contact =
-      PlateSurface::DiscContact(Contact::Kind::kForce, load.p_O, width_, load.force);
+      PlateSurface::ToolContact(Contact::Kind::kForce, load.p_O, tool_, load.force);
   const auto solve = [&](PlateSurface& plate, Solution* solution) {
     plate.Solve({&contact, 1}, solution);
     return solution->responses().front().validity != Validity::kFailed;

@@ -28,7 +28,7 @@ class RobustPlateFit {
  public:
   // Keeps references to the plates; see LoadFitter. `tighter`: the result states how much of that
   // tension fits the points.
-  RobustPlateFit(PlateSurface& plate, double width, PlateSurface* finer = nullptr,
+  RobustPlateFit(PlateSurface& plate, const PlateSurface::Tool& tool, PlateSurface* finer = nullptr,
                  TighterPlate tighter = {});
 
   // Points in frame O, of which PlateLimits::kMostPoints are used; invisible points, points off the
@@ -40,7 +40,7 @@ class RobustPlateFit {
     fitter_.Reset();
     rest_frames_ = 0;
   }
-  // The plate of the last result, and its solution.
+  // The plate of the last result, and its solution: of one contact, the load.
   [[nodiscard]] PlateSurface& answered() noexcept { return fitter_.answered(); }
   [[nodiscard]] const Solution& solution() const { return fitter_.solution(); }
 
@@ -69,7 +69,7 @@ class RobustPlateFit {
   };
   PlateSurface& plate_;
   TighterPlate tighter_;
-  double width_;  // [m]
+  PlateSurface::Tool tool_;
   LoadFitter fitter_;
   Solution coarse_, tight_;           // of plate_ and tighter_ under the same load
   std::vector<std::size_t> visible_;  // indices of usable points

@@ -85,10 +85,11 @@ std::vector<Vector3d> PlacesOfDisc(const Vector3d& p, const Vector3d& n, double 
 std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene, Progress* progress) {
   const double width = scene.tool ? scene.tool->width : 0;
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
+    const bool is_rigid = scene.tool && scene.tool->IsRigidFace();
     return std::make_unique<PlateLoadIdentifier>(
-        MakePlate(scene, *membrane, progress), width, MakeFinerPlate(scene, *membrane, progress),
-        MakeTighterPlate(scene, *membrane, progress), OtherTension(scene, *membrane),
-        scene.model.prestress);
+        MakePlate(scene, *membrane, progress), PlateSurface::Tool{width, is_rigid},
+        MakeFinerPlate(scene, *membrane, progress), MakeTighterPlate(scene, *membrane, progress),
+        OtherTension(scene, *membrane), scene.model.prestress);
   }
   if (std::holds_alternative<DomeGeometry>(scene.object.geometry)) return MakeMembraneBody(scene);
   return MakeVolumeLoadIdentifier(scene, width, progress);

@@ -1,11 +1,13 @@
 #include "slave/reference/membrane/pressed_membrane.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include "slave/reference/membrane/neo_hookean_disc.h"
@@ -13,6 +15,7 @@
 namespace palpate::site {
 namespace {
 
+using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -21,6 +24,7 @@ constexpr double kNearlyIncompressible = 0.499;
 constexpr double kDeepest = 0.5;     // of the radius
 constexpr double kResidual = 1e-6;   // of the load
 constexpr double kWorthwhile = 0.3;  // reduction of the residual by one step
+constexpr double kTouching = 1e-9;   // of the depth, of the largest force
 constexpr double kNear = 0.5;        // of the load: a residual with which a factor may be kept
 constexpr int kNewtonSteps = 60, kFactors = 12, kHalvings = 6;
 
@@ -80,21 +84,61 @@ DiscMesh::Size SizeOf(const MembraneResolution& resolution, const NestedCircles&
           resolution.through > 0 ? resolution.through : 1};
 }
 
+// Contact without adhesion: forces f >= 0 with C f >= missing, equal where f > 0. The least of
+// f^T C f / 2 - f^T missing: of the places that miss most one after another is pushed, and let go
+// where that would pull (Lawson and Hanson, Solving Least Squares Problems, ch. 23). False: C is
+// not positive definite.
+bool Push(const MatrixXd& C, const VectorXd& missing, VectorXd* forces) {
+  const double slack = kTouching * missing.cwiseAbs().maxCoeff();
+  std::vector<int> pushed;
+  for (int k = 0; k < forces->size(); ++k) {
+    if ((*forces)[k] > 0) pushed.push_back(k);
+    (*forces)[k] = std::max(0.0, (*forces)[k]);
+  }
+  for (int round = 0; round < 10 * forces->size() + 10; ++round) {
+    while (!pushed.empty()) {
+      const Eigen::LLT<MatrixXd> factor(C(pushed, pushed));
+      if (factor.info() != Eigen::Success) return false;
+      const VectorXd wanted = factor.solve(missing(pushed));
+      const VectorXd present = (*forces)(pushed);
+      double way = 1;
+      for (Eigen::Index i = 0; i < wanted.size(); ++i) {
+        if (wanted[i] <= 0) way = std::min(way, present[i] / (present[i] - wanted[i]));
+      }
+      (*forces)(pushed) = present + way * (wanted - present);
+      if (way == 1) break;
+      std::erase_if(pushed, [&](int k) {
+        const bool let_go = (*forces)[k] <= kTouching * forces->maxCoeff();
+        if (let_go) (*forces)[k] = 0;
+        return let_go;
+      });
+    }
+    Eigen::Index next = 0;
+    if (!((missing - C * *forces).maxCoeff(&next) > slack)) return true;
+    pushed.push_back(static_cast<int>(next));
+  }
+  return false;
+}
+
 }  // namespace
 
 // Nondimensional: lengths by the radius a, stresses by E.
 struct PressedMembrane::Continuation {
   struct State {
-    double depth = 0, force = 0;  // both of the tool, along -z
+    double depth = 0;  // of the tool, along -z
+    VectorXd forces;   // of the tool, along -z, one per column of `loads`
     VectorXd u;
   };
 
   Continuation(const MembraneGeometry& geometry, const Material& material, double width,
-               const Vector2d& p_O, const MembraneResolution& resolution, double prestress);
+               const Vector2d& p_O, const MembraneResolution& resolution, double prestress,
+               ToolFace face);
+  void PlaceLoads(ToolFace face);
   bool Reach(double depth, int halvings);
   std::optional<State> Solve(double depth);
-  bool Linearise(const VectorXd& u, VectorXd* by_load);
+  bool Linearise(const VectorXd& u);
   [[nodiscard]] State Predict(double depth) const;
+  [[nodiscard]] VectorXd DepthsAt(const VectorXd& u) const;
   void Record();
 
   double length, force_unit;
@@ -102,8 +146,12 @@ struct PressedMembrane::Continuation {
   NeoHookeanDisc solid;
   NeoHookeanDisc::Matrix stiffness;
   SparseLdlt<double> factor;
-  VectorXd load;
-  int touched;                // unknown: z of the outer face below the tool's centre
+  // What the tool may push: of an even one its whole face, of a rigid one each node below it.
+  MatrixXd loads;  // a column per load of one, along -z
+  std::vector<int>
+      touched;          // per load: the unknown, along z, that follows the tool while it pushes
+  MatrixXd by_loads;    // stiffness^-1 loads
+  MatrixXd compliance;  // depth at a row's place by the column's load
   std::vector<State> states;  // the last three, the newest at the end
   std::vector<MembraneFace::Source> sources;
   MembranePress press;
@@ -112,7 +160,8 @@ struct PressedMembrane::Continuation {
 PressedMembrane::Continuation::Continuation(const MembraneGeometry& geometry,
                                             const Material& material, double width,
                                             const Vector2d& p_O,
-                                            const MembraneResolution& resolution, double prestress)
+                                            const MembraneResolution& resolution, double prestress,
+                                            ToolFace face)
     : length(geometry.radius),
       force_unit(material.young_modulus * length * length),
       mesh(CirclesOf(length, width, p_O), geometry.thickness / length,
@@ -120,65 +169,90 @@ PressedMembrane::Continuation::Continuation(const MembraneGeometry& geometry,
       solid(mesh, std::min(material.poisson_ratio, kNearlyIncompressible),
             prestress / (material.young_modulus * geometry.thickness)),
       stiffness(solid.EmptyMatrix()),
-      factor(stiffness),
-      load(solid.ToolLoad()),
-      touched(solid.unknown(mesh.column(0, 0), mesh.levels() - 1, 2)) {
+      factor(stiffness) {
   factor.Allocate(stiffness);
-  states.push_back({0, 0, VectorXd::Zero(solid.size())});
-  auto face = std::make_shared<MembraneFace>(mesh, p_O, length);
-  sources = face->Sources();
-  press.nodes_O = face->Nodes();
-  press.triangles = face->Triangles();
-  press.face = std::move(face);
+  PlaceLoads(face);
+  states.push_back({0, VectorXd::Zero(loads.cols()), VectorXd::Zero(solid.size())});
+  auto inner = std::make_shared<MembraneFace>(mesh, p_O, length);
+  sources = inner->Sources();
+  press.nodes_O = inner->Nodes();
+  press.triangles = inner->Triangles();
+  press.face = std::move(inner);
   Record();
+}
+
+// Each load acts on one of two or four equal sectors.
+void PressedMembrane::Continuation::PlaceLoads(ToolFace face) {
+  const int outer = mesh.levels() - 1;
+  touched = {solid.unknown(mesh.column(0, 0), outer, 2)};
+  if (face == ToolFace::kEven) {
+    loads = solid.ToolLoad();
+    return;
+  }
+  for (int circle = 1; circle <= DiscMesh::kAcross * mesh.inner_rings(); ++circle) {
+    for (int ray = 0; ray < mesh.ray_lines(); ++ray) {
+      touched.push_back(solid.unknown(mesh.column(circle, ray), outer, 2));
+    }
+  }
+  loads.setZero(solid.size(), static_cast<Eigen::Index>(touched.size()));
+  for (std::size_t k = 0; k < touched.size(); ++k) {
+    loads(touched[k], static_cast<Eigen::Index>(k)) = mesh.is_quarter() ? -0.25 : -0.5;
+  }
+}
+
+VectorXd PressedMembrane::Continuation::DepthsAt(const VectorXd& u) const {
+  return -u(touched);
 }
 
 // Polynomial through the last states.
 PressedMembrane::Continuation::State PressedMembrane::Continuation::Predict(double depth) const {
-  State guess{depth, 0, VectorXd::Zero(solid.size())};
+  State guess{depth, VectorXd::Zero(loads.cols()), VectorXd::Zero(solid.size())};
   for (const State& state : states) {
     double weight = 1;
     for (const State& other : states) {
       if (&other != &state) weight *= (depth - other.depth) / (state.depth - other.depth);
     }
-    guess.force += weight * state.force;
+    guess.forces += weight * state.forces;
     guess.u += weight * state.u;
   }
   return guess;
 }
 
-// Newton's method for displacements and the force that brings the tool to its depth. Forces cost a
+// Newton's method for displacements and the forces that bring the tool to its depth. Forces cost a
 // fiftieth of a factor, so a factor is kept as long as it brings the balance closer.
 std::optional<PressedMembrane::Continuation::State> PressedMembrane::Continuation::Solve(
     double depth) {
   State state = Predict(depth);
-  VectorXd residual, by_load;
+  VectorXd residual;
   double last = 0;
   int factors = 0;
   for (int step = 0; step < kNewtonSteps; ++step) {
     if (!solid.Forces(state.u, &residual)) return std::nullopt;
-    residual = state.force * load - residual;
-    const double norm = residual.norm() / load.norm(), applied = std::abs(state.force);
-    if (step > 0 && norm <= kResidual * applied) return state;
-    if (factors == 0 || norm > kWorthwhile * last || norm > kNear * applied) {
-      if (++factors > kFactors || !Linearise(state.u, &by_load)) return std::nullopt;
+    const VectorXd applied = loads * state.forces;
+    residual = applied - residual;
+    const double norm = residual.norm(), whole = applied.norm();
+    if (step > 0 && norm <= kResidual * whole) return state;
+    if (factors == 0 || norm > kWorthwhile * last || norm > kNear * whole) {
+      if (++factors > kFactors || !Linearise(state.u)) return std::nullopt;
     }
     last = norm;
     factor.Solve(&residual);
-    const double force = (-depth - state.u[touched] - residual[touched]) / by_load[touched];
-    state.force += force;
-    state.u += residual + force * by_load;
+    state.u += residual - by_loads * state.forces;  // as without the tool
+    const VectorXd missing = depth - DepthsAt(state.u).array();
+    if (!Push(compliance, missing, &state.forces)) return std::nullopt;
+    state.u += by_loads * state.forces;
     if (!state.u.allFinite()) return std::nullopt;
   }
   return std::nullopt;
 }
 
-// Also what a load of one does.
-bool PressedMembrane::Continuation::Linearise(const VectorXd& u, VectorXd* by_load) {
+// Also what loads of one do.
+bool PressedMembrane::Continuation::Linearise(const VectorXd& u) {
   VectorXd forces;
   if (!solid.Linearise(u, &forces, &stiffness) || !factor.Factorize(stiffness, false)) return false;
-  *by_load = load;
-  factor.Solve(by_load);
+  by_loads = loads;
+  factor.Solve(by_loads);
+  compliance = -by_loads(touched, Eigen::all);
   return true;
 }
 
@@ -197,7 +271,7 @@ void PressedMembrane::Continuation::Record() {
   const State& state = states.back();
   auto rung = std::make_shared<MembraneRung>();
   rung->depth = state.depth * length;
-  rung->force = -state.force * force_unit;
+  rung->force = -state.forces.sum() * force_unit;
   rung->displacements_O.reserve(sources.size());
   for (const auto& source : sources) {
     const int column = mesh.column(source.circle, source.ray);
@@ -211,10 +285,11 @@ void PressedMembrane::Continuation::Record() {
 
 PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Material& material,
                                  double width, const Vector2d& p_O,
-                                 const MembraneResolution& resolution, double prestress) {
+                                 const MembraneResolution& resolution, double prestress,
+                                 ToolFace face) {
   CheckParameters(geometry, material, width, p_O, resolution, prestress);
   continuation_ =
-      std::make_unique<Continuation>(geometry, material, width, p_O, resolution, prestress);
+      std::make_unique<Continuation>(geometry, material, width, p_O, resolution, prestress, face);
 }
 
 PressedMembrane::~PressedMembrane() = default;

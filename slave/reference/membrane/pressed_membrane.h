@@ -3,9 +3,10 @@
 //
 // The membrane is a thick plate of neo-Hookean rubber in three dimensions (neo_hookean_disc.h), on
 // cubic hexahedra fitted to the tool (DiscMesh): no hypothesis of a plate, no von Karman, no
-// modes. The tool is that of slave/mechanics/plate: it presses evenly over its round
-// face, along -z whatever the membrane does, and its depth is the way of the membrane's outer face
-// below its centre. So force and depth mean here what they mean to the plates.
+// modes. The tool presses along -z whatever the membrane does. A rigid face does not tilt and is
+// not glued: nodes of the outer face below it are at its depth and pushed, or deeper and free. An
+// even one spreads its force over its face, and its depth is the way of the outer face below its
+// centre. So force and depth mean here what they mean to the plates.
 //
 // As it comes, the mesh is good for 0.1 % of the force and of the depth for the field (0.2 % beyond
 // half the radius, below wide tools, in sheets of a / 20), and a press of 0 to 5 mm on the paper's
@@ -13,6 +14,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -53,6 +55,12 @@ struct MembraneResolution {
   int through = 0;  // layers through the thickness; 0: as above
 };
 
+// How a flat round tool presses: as a rigid body that touches with a part of its face, or evenly.
+enum class ToolFace : std::uint8_t { kEven, kRigid };
+constexpr ToolFace FaceOf(const Tool& tool) {
+  return tool.IsRigidFace() ? ToolFace::kRigid : ToolFace::kEven;
+}
+
 // Solves a contact of a flat round tool of diameter `width` [m] at p_O with increasing depth.
 class PressedMembrane {
  public:
@@ -62,7 +70,7 @@ class PressedMembrane {
   // low by less than 0.2 %.
   PressedMembrane(const MembraneGeometry& geometry, const Material& material, double width,
                   const Eigen::Vector2d& p_O, const MembraneResolution& resolution = {},
-                  double prestress = 0);
+                  double prestress = 0, ToolFace face = ToolFace::kEven);
   ~PressedMembrane();
 
   // Solves the next step at `depth`, deeper than the last one. False: no equilibrium was found, or

@@ -149,13 +149,17 @@ struct Tool {
   // Extent through the thickness of a planar object [m]; infinite: through all of it; nullopt: the
   // scene does not state it.
   std::optional<double> depth{};
-  bool presses_evenly = false;  // a flat one on a membrane: an even pressure, not a rigid face
+  // A flat one on a membrane: an even pressure. Else a rigid face, which is not glued and does not
+  // tilt.
+  bool presses_evenly = false;
   double radius =
       0;  // of the end of a round tool, or of a capsule [m]; its contact grows with depth
   double length = 0;                // of a capsule's straight part [m]
   Eigen::Vector3d axis_O{1, 0, 0};  // unit vector along a capsule
   Eigen::Vector2d direction{
       0, -1};  // unit vector along the tool, in the plane z = 0 of S; zero: found in the image
+
+  [[nodiscard]] bool IsRigidFace() const { return shape == Shape::kFlat && !presses_evenly; }
 };
 // As in tool.shape.
 constexpr std::string_view WordOf(Tool::Shape shape) {

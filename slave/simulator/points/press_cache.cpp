@@ -66,7 +66,8 @@ std::unique_ptr<PressedMembrane> PressCache::Make(double radius) const {
   MembraneResolution resolution = plan_.resolution;
   if (resolution.across == 0 && radius != plan_.home_radius) resolution.across = kElsewhere;
   return std::make_unique<PressedMembrane>(plan_.geometry, plan_.material, plan_.width,
-                                           Eigen::Vector2d(radius, 0), resolution, plan_.prestress);
+                                           Eigen::Vector2d(radius, 0), resolution, plan_.prestress,
+                                           plan_.face);
 }
 
 std::vector<std::shared_ptr<PressCache::Ladder>> PressCache::MakeLadders() const {

@@ -22,7 +22,8 @@ class PressCache {
   struct Plan {
     MembraneGeometry geometry;
     Material material;
-    double width = 0;        // of the tool [m]
+    double width = 0;  // of the tool [m]
+    ToolFace face = ToolFace::kEven;
     double home_radius = 0;  // one of the radii at which contacts are solved [m]
     double press_depth = 0;  // steps are a fifth of it apart, finer at first [m]
     double prestress = 0;    // tension at rest [N/m]

@@ -20,7 +20,8 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 double OnSolidMembrane(const Scene& scene, const PressSpec& question, const Press& press) {
   constexpr int kSteps = 6;
   site::PressedMembrane membrane(std::get<MembraneGeometry>(scene.object.geometry),
-                                 scene.object.material, question.width, press.p_O.head<2>());
+                                 scene.object.material, question.width, press.p_O.head<2>(), {}, 0,
+                                 site::FaceOf(scene.tool.value_or(Tool{})));
   for (int i = 1; i <= kSteps; ++i) {
     if (!membrane.Deepen(question.depth * i / kSteps)) return kUnknown;
   }

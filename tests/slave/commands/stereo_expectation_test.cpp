@@ -89,7 +89,7 @@ TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) 
   }
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
-  LoadFitter fitter(plate, 4e-3);
+  LoadFitter fitter(plate, {4e-3});
   double sum = 0, squares = 0;
   constexpr int kPresses = 1000;
   for (int i = 0; i < kPresses; ++i) {

@@ -53,17 +53,17 @@ Vector2d Inside(const Vector2d& place, double margin) {
 
 }  // namespace
 
-LoadFitter::LoadFitter(PlateSurface& plate, double width, PlateSurface* finer)
+LoadFitter::LoadFitter(PlateSurface& plate, const PlateSurface::Tool& tool, PlateSurface* finer)
     : plate_(plate),
       finer_(finer),
       asked_(&plate),
-      width_(width),
-      margin_(1 - kRim - width / 2 / plate.radius()),
-      search_(width / 2 / plate.radius(), margin_) {
-  if (width >= 0 && width < 1.8 * plate.radius()) return;
+      tool_(tool),
+      margin_(1 - kRim - tool.width / 2 / plate.radius()),
+      search_(tool.width / 2 / plate.radius(), margin_) {
+  if (tool.width >= 0 && tool.width < 1.8 * plate.radius()) return;
   std::ostringstream accepted;
   accepted << "0 <= width < " << 1.8 * plate.radius();
-  RefuseValue("width", width, accepted.str());
+  RefuseValue("width", tool.width, accepted.str());
 }
 
 LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> displacement,
@@ -177,8 +177,8 @@ std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
 
 // The force is what holds the plate there at that deflection.
 bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept {
-  const Contact held = PlateSurface::DiscContact(
-      Contact::Kind::kDisplacement, plate_.radius() * found.place, width_, found.deflection);
+  const Contact held = PlateSurface::ToolContact(
+      Contact::Kind::kDisplacement, plate_.radius() * found.place, tool_, found.deflection);
   plate_.Solve({&held, 1}, &solution_);
   const ContactResponse& response = solution_.responses().front();
   *guess = {found.place, response.force_O.z()};
@@ -190,7 +190,7 @@ bool LoadFitter::Press(const Guess& guess) noexcept {
   pressed_ = Validity::kFailed;
   if (allowed_ < 0) return false;
   const Vector2d p_O = plate_.radius() * guess.place;
-  const Contact load = PlateSurface::DiscContact(Contact::Kind::kForce, p_O, width_, guess.force);
+  const Contact load = PlateSurface::ToolContact(Contact::Kind::kForce, p_O, tool_, guess.force);
   asked_->Solve({&load, 1}, &solution_);
   pressed_ = solution_.responses().front().validity;
   return pressed_ != Validity::kFailed;

@@ -19,7 +19,7 @@
 namespace palpate {
 
 struct LoadFit {
-  Eigen::Vector2d p_O{0, 0};  // centre of the load [m]
+  Eigen::Vector2d p_O{0, 0};  // centre of the tool [m]
   double force = 0;           // along z, of the tool on the plate [N]: negative pushes
   // Covariance of x, y [m] and force [N], from the points' sigmas, linear at the solution.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -46,12 +46,12 @@ enum class Rim : std::uint8_t { kStays, kMayMove };
 // small-deflection shape, so that no local minimum nearby is taken for the solution.
 class LoadFitter {
  public:
-  // Keeps a reference to the plate and uses its Respond. `width`: diameter of the load [m], 0: a
-  // point; < 0.9 of the plate's. `finer`: the same plate with more modes, used if the first does
+  // Keeps a reference to the plate and uses its Respond. `tool`: what presses, of a diameter < 0.9
+  // of the plate's. `finer`: the same plate with more modes, used if the first does
   // not resolve the shape (plate_law.h): up to three steps with its derivatives from the first
   // solution, so at most four solutions of the finer plate; the whole fit if these fail. Throws
   // std::invalid_argument.
-  LoadFitter(PlateSurface& plate, double width, PlateSurface* finer = nullptr);
+  LoadFitter(PlateSurface& plate, const PlateSurface::Tool& tool, PlateSurface* finer = nullptr);
 
   // The load that explains displacements along z [m] with sigmas [m] > 0 at points [m], all frame
   // O; a point with an infinite sigma does not count. Not identified: fewer than four points (seven
@@ -118,9 +118,9 @@ class LoadFitter {
 
   PlateSurface& plate_;
   PlateSurface* finer_;
-  PlateSurface* asked_;                   // one of the two
-  Solution solution_;                     // of asked_
-  double width_;                          // [m]
+  PlateSurface* asked_;  // one of the two
+  Solution solution_;    // of asked_
+  PlateSurface::Tool tool_;
   double margin_;                         // largest distance from the centre [radii]
   std::optional<Guess> last_;             // by plate_
   Validity pressed_ = Validity::kFailed;  // of the last solution

@@ -14,30 +14,34 @@ constexpr double kDeepest = 0.3;          // at the centre [radii]: rotations ar
 constexpr int kBisections = 12;
 constexpr double kFirst = 1e-6;  // of the deepest: taken as the first touch
 
-ContactResponse PressAt(PlateSurface& plate, double x, double width, double depth) {
+ContactResponse PressAt(PlateSurface& plate, double x, const PlateSurface::Tool& tool,
+                        double depth) {
   const Contact press =
-      PlateSurface::DiscContact(Contact::Kind::kDisplacement, {x, 0}, width, -depth);
+      PlateSurface::ToolContact(Contact::Kind::kDisplacement, {x, 0}, tool, -depth);
   ContactResponse response;
   plate.Respond({&press, 1}, {&response, 1});
   return response;
 }
 
-double RimShare(double r) {
-  return (1 - r * r) * (1 - r * r);
-}
-
 }  // namespace
 
-PressTable::PressTable(PlateSurface& plate, double width)
-    : radius_(plate.radius()),
-      largest_radius_(std::max(0.1 * plate.radius(), kOuter * plate.radius() - width / 2)),
+PressTable::PressTable(PlateSurface& plate, const PlateSurface::Tool& tool)
+    : tool_(tool),
+      radius_(plate.radius()),
+      largest_radius_(std::max(0.1 * plate.radius(), kOuter * plate.radius() - tool.width / 2)),
       entries_(kColumns * kRows) {
   for (int column = 0; column < kColumns; ++column) {
-    FillColumn(plate, column, width);
+    FillColumn(plate, column);
     const double r = largest_radius_ / radius_ * column / (kColumns - 1);
-    valid_depths_.push_back(ValidDepth(plate, r, width));
+    valid_depths_.push_back(ValidDepth(plate, r));
   }
   plate.Reset();
+}
+
+double PressTable::RimShare(double r) const noexcept {
+  const double outermost = r + (tool_.is_rigid ? tool_.width / 2 / radius_ : 0);
+  const double inside = 1 - outermost * outermost;
+  return inside * inside;
 }
 
 // Towards the rim the plate gives way less.
@@ -45,14 +49,14 @@ double PressTable::Deepest(double r) const noexcept {
   return kDeepest * radius_ * (1 - r * r);
 }
 
-void PressTable::FillColumn(PlateSurface& plate, int column, double width) {
+void PressTable::FillColumn(PlateSurface& plate, int column) {
   const double r = largest_radius_ / radius_ * column / (kColumns - 1);
   Entry* const first = &entries_[static_cast<std::size_t>(column * kRows)];
   plate.Reset();
   for (int row = 0; row < kRows; ++row) {
     const double share = static_cast<double>(row) / (kRows - 1);
     const double depth = Deepest(r) * (row == 0 ? kFirst : share * share);
-    const ContactResponse response = PressAt(plate, r * radius_, width, depth);
+    const ContactResponse response = PressAt(plate, r * radius_, tool_, depth);
     Entry& entry = first[row];
     if (response.validity == Validity::kFailed) {
       if (row == 0)
@@ -68,11 +72,11 @@ void PressTable::FillColumn(PlateSurface& plate, int column, double width) {
 }
 
 // By bisection.
-double PressTable::ValidDepth(PlateSurface& plate, double r, double width) const {
+double PressTable::ValidDepth(PlateSurface& plate, double r) const {
   double valid = 0, beyond = Deepest(r);
   for (int step = 0; step < kBisections; ++step) {
     const double depth = (valid + beyond) / 2;
-    const auto response = PressAt(plate, r * radius_, width, depth);
+    const auto response = PressAt(plate, r * radius_, tool_, depth);
     const bool inside = response.validity == Validity::kValid;
     (inside ? valid : beyond) = depth;
   }

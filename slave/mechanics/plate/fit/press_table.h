@@ -10,13 +10,14 @@ namespace palpate {
 
 // The secant stiffness S = F / d over radius and depth, both sides of the plate's symmetry used: it
 // depends on the radius alone. Between depths cubic with the model's own tangents, between radii
-// cubic through four neighbours, of S (1 - r^2 / a^2)^2, which changes little. Within 0.5 % of the
+// cubic through four neighbours, of S (1 - r^2 / a^2)^2, which changes little; r: of the tool's
+// centre, under a rigid one of its outermost point. Within 0.5 % of the
 // model up to three quarters of the radius. Const members are thread-safe.
 class PressTable {
  public:
-  // Solves `plate` a few hundred times and leaves it at rest. `width`: diameter of the tool [m].
+  // Solves `plate` a few hundred times and leaves it at rest.
   // Throws std::runtime_error: the model finds no solution even for small depths.
-  PressTable(PlateSurface& plate, double width);
+  PressTable(PlateSurface& plate, const PlateSurface::Tool& tool);
 
   struct Press {
     double force = 0, stiffness = 0;  // size of the force [N], d force / d depth [N/m]
@@ -31,13 +32,16 @@ class PressTable {
 
  private:
   struct Entry {
-    double secant = 0, slope = 0;  // S (1 - r^2)^2 [N/m], its change from row to row
+    double secant = 0, slope = 0;  // S RimShare [N/m], its change from row to row
   };
   [[nodiscard]] double Deepest(double r) const noexcept;
-  void FillColumn(PlateSurface& plate, int column, double width);
-  [[nodiscard]] double ValidDepth(PlateSurface& plate, double r, double width) const;
+  void FillColumn(PlateSurface& plate, int column);
+  [[nodiscard]] double ValidDepth(PlateSurface& plate, double r) const;
   [[nodiscard]] const Entry& EntryAt(int column, int row) const;
 
+  [[nodiscard]] double RimShare(double r) const noexcept;
+
+  PlateSurface::Tool tool_;
   double radius_ = 0, largest_radius_ = 0;  // [m]
   // Row k at the depth (k / (rows - 1))^2 of the deepest: a thin plate stiffens early.
   std::vector<Entry> entries_;        // rows fastest

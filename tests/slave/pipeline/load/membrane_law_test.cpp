@@ -147,7 +147,7 @@ TEST(MembraneLaw, AFewStepsFindWhatTheWholeFitInMoreModesFinds) {
                              .young_modulus = kModulus,
                              .poisson_ratio = kNu,
                              .order = order});
-      fits.push_back(LoadFitter(plate, kToolWidth).Fit(places, displacements, sigmas));
+      fits.push_back(LoadFitter(plate, {kToolWidth}).Fit(places, displacements, sigmas));
     }
     const SurfaceLoad load = BodyOf(thickness)->Fit(points);
     EXPECT_GT(std::abs(fits[0].force / fits[1].force - 1), 0.02);

@@ -26,7 +26,7 @@ inline Scene MembraneScene(const std::string& kind) {
 
 // `plate` under a force [N] of the tool along z at p_O.
 inline Solution Loaded(PlateSurface& plate, const Eigen::Vector2d& p_O, double force) {
-  const Contact load = PlateSurface::DiscContact(Contact::Kind::kForce, p_O, kToolWidth, force);
+  const Contact load = PlateSurface::ToolContact(Contact::Kind::kForce, p_O, {kToolWidth}, force);
   Solution solution;
   plate.Solve({&load, 1}, &solution);
   return solution;

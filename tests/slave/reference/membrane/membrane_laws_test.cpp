@@ -39,7 +39,7 @@ std::vector<Laws> Compare(double thickness, double width, const Vector2d& p_O, d
                          .young_modulus = kYoung,
                          .poisson_ratio = kPoisson,
                          .order = 20});
-  LoadFitter fitter(plate, width);
+  LoadFitter fitter(plate, {width});
   const auto dots = DotPlaces(PointTracking{});
   const std::vector<double> sigma(dots.size(), 50e-6);
   std::vector<double> displacement(dots.size());

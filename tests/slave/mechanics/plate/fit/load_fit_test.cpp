@@ -44,7 +44,7 @@ struct Image {
 // What a load does to the dots, with noise.
 Image MakePicture(PlateSurface& plate, const Vector2d& p, double force, double width, double sigma,
                   std::mt19937* random) {
-  const Contact contact = PlateSurface::DiscContact(Contact::Kind::kForce, p, width, force);
+  const Contact contact = PlateSurface::ToolContact(Contact::Kind::kForce, p, {width}, force);
   Solution solution;
   plate.Solve({&contact, 1}, &solution);
   EXPECT_NE(solution.responses()[0].validity, Validity::kFailed);
@@ -69,7 +69,7 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
   for (PlateSurface* plate :
        {static_cast<PlateSurface*>(&small), static_cast<PlateSurface*>(&large)}) {
     for (const double width : {0.0, 0.004}) {
-      LoadFitter fitter(*plate, width);
+      LoadFitter fitter(*plate, {width});
       for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0123, -0.004), Vector2d(-0.019, 0.008),
                                 Vector2d(0.001, 0.020), Vector2d(0, 1e-5)}) {
         for (const double force : {-1e-2, -0.05, -1.0, 0.3}) {
@@ -91,7 +91,7 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
 // of times.
 TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
-  LoadFitter fitter(plate, 0.004);
+  LoadFitter fitter(plate, {0.004});
   const Image clear = MakePicture(plate, {0.0123, -0.004}, -1, 0.004, 1e-6, nullptr);
   Image mirrored = clear;
   for (std::size_t i = 0; i < clear.points.size(); ++i) {
@@ -118,7 +118,7 @@ TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
   PlateLargeModel large({kRadius, kThickness, kModulus, kNu, 0, 8});
   for (PlateSurface* plate :
        {static_cast<PlateSurface*>(&small), static_cast<PlateSurface*>(&large)}) {
-    LoadFitter fitter(*plate, 0.004);
+    LoadFitter fitter(*plate, {0.004});
     std::mt19937 random(7);
     const Vector2d p(0.011, 0.006);
     const double force = -0.1;
@@ -140,7 +140,7 @@ TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
 // The search does not need the last answer, and the last answer does not mislead it.
 TEST(LoadFit, FollowsALoadThatJumps) {
   PlateModel plate({kRadius, kThickness, kModulus, kNu});
-  LoadFitter fitter(plate, 0);
+  LoadFitter fitter(plate, {0});
   std::mt19937 random(9);
   std::uniform_real_distribution<double> unit(-0.02, 0.02);
   for (int i = 0; i < 100; ++i) {
@@ -153,7 +153,7 @@ TEST(LoadFit, FollowsALoadThatJumps) {
 
 TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
   PlateModel plate({kRadius, kThickness, kModulus, kNu});
-  LoadFitter fitter(plate, 0);
+  LoadFitter fitter(plate, {0});
   std::mt19937 random(11);
   int invented = 0;
   for (int i = 0; i < 100; ++i) {
@@ -196,7 +196,7 @@ TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
 
 TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
-  LoadFitter fitter(plate, 0.004);
+  LoadFitter fitter(plate, {0.004});
   std::mt19937 random(13);
   const Image first = MakePicture(plate, {0.01, 0.003}, -0.5, 0.004, 1e-5, &random);
   const Image second = MakePicture(plate, {-0.012, 0.001}, -0.2, 0.004, 1e-5, &random);
@@ -238,7 +238,7 @@ class UnreliablePlate final : public PlateSurface {
 TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   UnreliablePlate finer;
-  LoadFitter fitter(plate, 0.004, &finer);
+  LoadFitter fitter(plate, {0.004}, &finer);
   std::mt19937 random(17);
   const Image picture = MakePicture(plate, {0.02, 0.003}, -30, 0.004, 2e-5, &random);
   const LoadFit coarse =
@@ -259,9 +259,9 @@ TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
 
 TEST(LoadFit, RefusesAnImpossibleWidth) {
   PlateModel plate({kRadius, kThickness, kModulus, kNu});
-  EXPECT_THROW(LoadFitter(plate, -1), std::invalid_argument);
-  EXPECT_THROW(LoadFitter(plate, 0.078), std::invalid_argument);
-  EXPECT_THROW(LoadFitter(plate, std::nan("")), std::invalid_argument);
+  EXPECT_THROW(LoadFitter(plate, {-1}), std::invalid_argument);
+  EXPECT_THROW(LoadFitter(plate, {0.078}), std::invalid_argument);
+  EXPECT_THROW(LoadFitter(plate, {std::nan("")}), std::invalid_argument);
 }
 
 }  // namespace

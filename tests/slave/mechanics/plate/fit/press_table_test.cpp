@@ -20,7 +20,7 @@ constexpr double kRadius = 0.039, kModulus = 27.2e6, kNu = 0.45, kWidth = 0.004;
 TEST(PressTable, IsTheModelBetweenItsEntries) {
   for (const double thickness : {0.0002, 0.001, 0.0039}) {
     PlateLargeModel plate({kRadius, thickness, kModulus, kNu});
-    const PressTable table(plate, kWidth);
+    const PressTable table(plate, {kWidth});
     for (const double r : {0.0032, 0.0071, 0.0117, 0.0195, 0.0292}) {
       for (const double depth : {1e-5, 1.3e-4, 9e-4, 2.1e-3, 4.9e-3}) {
         const Contact contact{.p_O = {r, 0, 0}, .width = kWidth, .prescribed_O = {0, 0, -depth}};
@@ -41,7 +41,7 @@ TEST(PressTable, IsTheModelBetweenItsEntries) {
 TEST(PressTable, OfTheSmallDeflectionPlateIsPaperCsEquationOne) {
   const double t = 0.001;
   PlateModel plate({kRadius, t, kModulus, kNu});
-  const PressTable table(plate, 0);
+  const PressTable table(plate, {0});
   for (const double p : {0.0, 0.01, 0.0233, 0.03}) {
     const double inside = kRadius * kRadius - p * p;
     const double k = 4 * std::numbers::pi * kModulus * t * t * t * kRadius * kRadius /
@@ -57,7 +57,7 @@ TEST(PressTable, OfTheSmallDeflectionPlateIsPaperCsEquationOne) {
 // Force is the integral of stiffness, so that nobody gains energy by pressing in steps.
 TEST(PressTable, StiffnessIsTheForcesSlope) {
   PlateLargeModel plate({kRadius, 0.001, kModulus, kNu});
-  const PressTable table(plate, kWidth);
+  const PressTable table(plate, {kWidth});
   for (const double r : {0.0, 0.0103, 0.034, 0.0389}) {
     for (double depth = 1e-4; depth < 0.014; depth += 3.7e-4) {
       const double h = 1e-8;
@@ -69,7 +69,7 @@ TEST(PressTable, StiffnessIsTheForcesSlope) {
 
 TEST(PressTable, AnswersNonsenseWithoutForce) {
   PlateLargeModel plate({kRadius, 0.001, kModulus, kNu});
-  const PressTable table(plate, kWidth);
+  const PressTable table(plate, {kWidth});
   const long before = AllocationCount();
   const double inf = std::numeric_limits<double>::infinity();
   for (const double bad : {std::nan(""), inf, -inf}) {
