@@ -103,7 +103,7 @@ sockaddr_storage Loopback(int family) {
 // What came, as the line's thread hands it over.
 class Heard {
  public:
-  DatagramLine::Take take() {
+  DatagramLine::OnMessage take() {
     return [this](std::string_view plain) {
       const std::scoped_lock lock(mutex_);
       texts_.emplace_back(plain);
