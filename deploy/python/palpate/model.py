@@ -251,7 +251,7 @@ def _in_memory(nodes: Any, elements: Any, unit: float | str) -> tuple[dict[str, 
     return {"mesh": "mesh", "unit": unit}, points, corners.astype(np.int64)
 
 
-def _fixed(fixed: Where | None, nodes: Array | None, elements: Any) -> tuple[Any, Any]:
+def _fixed(fixed: Any, nodes: Array | None, elements: Any) -> tuple[Any, Any]:
     """What a scene states, and what needs the nodes of the body: a function, a mask or numbers."""
     if fixed is None:
         return None, None
