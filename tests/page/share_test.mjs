@@ -1,26 +1,39 @@
 // Charts that are zoomed and read, and the shared file: it opens without a network and shows the forces that were received.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { readFileSync, rmSync, statSync } from 'node:fs';
+import { mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, describe, test } from 'node:test';
 
-import { BIN, SCRATCH, Stage, size, until } from './stage.mjs';
+import { imagesOf } from './setup_person.mjs';
+import { BIN, PATIENCE_MS, ROOT, SCRATCH, Stage, serveSetup, size, until } from './stage.mjs';
 
 const PYTHON = path.resolve(BIN, '../python');
+
+// A slave that observes recorded images of presses, which repeat: however busy the machine is, something is pressed.
+async function observedPress() {
+  const file = path.join(ROOT, 'deploy/scenes/silicone-block.yaml'), images = imagesOf(file, path.join(SCRATCH, 'setup-silicone-block')), folder = path.join(SCRATCH, `saved-share-${process.pid}`), rate = 20;
+  const scene = readFileSync(file, 'utf8').replace(/\noperator:[^]*$/, '\nmanipulator: none\n').replace('source: simulated', `file: "${images}"`).replace('rate: 60 Hz', `rate: ${rate} Hz`);
+  mkdirSync(folder, { recursive: true });
+  writeFileSync(path.join(folder, 'scene.yaml'), scene);
+  return serveSetup(folder, images, rate);
+}
 
 describe('a press in charts and in a shared file', () => {
   let stage, shared;
   const recording = path.join(SCRATCH, 'share.mcap'), file = path.join(SCRATCH, 'share.html');
   before(async () => {
     rmSync(recording, { force: true });
-    stage = await Stage.open({ scene: 'silicone-block', args: ['--record', recording], scheme: 'light' });
+    stage = await Stage.open({ scene: 'silicone-block', slave: await observedPress(), device: 'pointer', log: false, args: ['--record', recording], scheme: 'light' });
   });
-  after(() => stage.close());
+  after(async () => {
+    await stage.close();
+    await stage.endSlave();
+  });
 
   test('the charts have units, show the values of one time, and zoom together', async () => {
     const { page } = stage;
-    await stage.when((status) => status.state === 'FOLLOWING' && size(status.chain.sent) > 0.5, 'a press');
+    await stage.when(({ slave_state: state }) => state?.force && size(['x', 'y', 'z'].map((axis) => state.force[axis])) > 0.3, 'a press');
     await until(async () => (await page.locator('#strips .u-over').count()) === 6, 'six strips');
     assert.match(await page.locator('#strips').innerText(), /Force, N[^]*Tip path, mm[^]*Link, ms/);
     await until(async () => /^[\d.]+ g$/.test(await stage.text('grams')), 'grams');
@@ -54,7 +67,7 @@ describe('a press in charts and in a shared file', () => {
 
   test('one button writes one file of at most 8 MB a minute', async () => {
     await until(() => stage.statuses.some(({ slave_state: state }) => state?.local_model?.in_contact) && stage.statuses.length > 150, 'some seconds with a contact');
-    const [download] = await Promise.all([stage.page.waitForEvent('download'), stage.page.click('#share')]);
+    const [download] = await Promise.all([stage.page.waitForEvent('download', { timeout: PATIENCE_MS }), stage.page.click('#share')]);
     await download.saveAs(file);
     assert.equal(download.suggestedFilename(), 'palpate-silicone-block.html');
     shared = JSON.parse(readFileSync(file, 'utf8').match(/<script type="application\/json" id="clip">([^]*?)<\/script>/)[1]);
@@ -67,7 +80,7 @@ describe('a press in charts and in a shared file', () => {
     assert.deepEqual(stage.errors, []);
   });
 
-  test('without a network it shows the forces that palpate.export reads from the recording', async () => {
+  test('without a network it shows the forces that palpate.export finds in the recording', async () => {
     const browser = stage.context.browser(), context = await browser.newContext({ offline: true }), page = await context.newPage(), errors = [], requests = [];
     page.on('pageerror', (error) => errors.push(String(error)));
     page.on('request', (request) => /^(file|data):/.test(request.url()) || requests.push(request.url()));
@@ -96,12 +109,18 @@ describe('a press in charts and in a shared file', () => {
   });
 });
 
-// Force and sigma by sequence, as the exporter of Python reads them from the master's recording.
+// Force and sigma by sequence, as Python reads them from the master's recording (palpate.export reads them so).
+const READ = `import pathlib, sys
+from palpate.export import _columns
+from palpate.recording import messages, parsed
+from palpate.v1 import state_pb2
+for topic, _, data in messages(pathlib.Path(sys.argv[1])):
+    if topic == "/slave/state":
+        row = _columns(parsed(state_pb2.SlaveState, data, sys.argv[1]))
+        print(row["sequence"], *row["force"], row["sigma"])
+`;
 function forcesOf(recording) {
-  const out = path.join(SCRATCH, 'share-exported');
-  rmSync(out, { recursive: true, force: true });
-  execFileSync('/usr/bin/python3', ['-m', 'palpate.export', recording, out], { env: { ...process.env, PYTHONPATH: PYTHON, OMP_NUM_THREADS: '1', PYTHONDONTWRITEBYTECODE: '1' }, stdio: 'ignore' });
-  const [head, ...rows] = readFileSync(path.join(out, 'states.csv'), 'utf8').trim().split('\n').map((line) => line.split(','));
-  const at = Object.fromEntries(head.map((name, i) => [name, i]));
-  return new Map(rows.map((row) => [String(Number(row[at.sequence])), { force: size(['force_x', 'force_y', 'force_z'].map((name) => Number(row[at[name]]))), sigma: Number(row[at.sigma]) }]));
+  const env = { ...process.env, PYTHONPATH: PYTHON, OMP_NUM_THREADS: '1', PYTHONDONTWRITEBYTECODE: '1' };
+  const rows = execFileSync('/usr/bin/python3', ['-c', READ, recording], { env, encoding: 'utf8', maxBuffer: 1e8 }).trim().split('\n').map((line) => line.split(' '));
+  return new Map(rows.map(([sequence, x, y, z, sigma]) => [sequence, { force: size([x, y, z].map(Number)), sigma: Number(sigma) }]));
 }

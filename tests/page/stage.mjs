@@ -13,7 +13,7 @@ const need = createRequire(path.join(SCRATCH, 'package.json'));
 const { chromium } = need('playwright-core');
 export const AXE = readFileSync(need.resolve('axe-core/axe.min.js'), 'utf8');
 const START_MS = 180000;  // a volume on a busy machine takes more than a minute to start
-const PATIENCE_MS = 300000;  // a limit against hanging: a busy machine may take long for a step that takes a second
+export const PATIENCE_MS = 300000;  // a limit against hanging: a busy machine may take long for a step that takes a second
 const SILENT_MS = 60;
 const FLAGS = ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
   '--disable-background-networking', '--disable-component-update', '--disable-sync'];

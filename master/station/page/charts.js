@@ -110,8 +110,8 @@ export class Charts {
       width: Math.max(80, box.clientWidth), height: Math.max(60, box.clientHeight - 24), legend: { show: false },
       cursor: { y: false, points: { size: 6 }, drag: { x: true, y: false, setScale: false }, sync: { key: 'strips', setSeries: false }, bind: { dblclick: () => () => this.zoomTo(null) } }, padding: [6, 6, 0, 0],
       scales: { x: { time: false, range: (_, low, high) => this.zoom || [high - SECONDS, high] }, y: { range: (_, low, high) => this.range(strip, low, high) } },
-      axes: [{ ...axis, size: 32, space: 80, label: 'time, s', labelSize: 14, labelFont: axis.font, values: (u, marks) => marks.map((mark) => figure(mark - this.end)) },
-        { ...axis, space: 40, size: 52, label: strip.unit, labelSize: 14, labelFont: axis.font }],
+      axes: [{ ...axis, size: 16, gap: 2, space: 60, label: 'time, s', labelSize: 13, labelGap: 0, labelFont: axis.font, splits: (u, i, low, high, step) => this.marksFrom(low, high, step), values: (u, marks) => marks.map((mark) => figure(Number((mark - this.end).toFixed(6)))) },
+        { ...axis, space: 36, size: 36, label: strip.unit, labelSize: 13, labelGap: 0, labelFont: axis.font }],
       series: [{}, ...strip.series.map(([label, , tone, dash, width = 1.75]) => ({ label, stroke: colour(tone), width, dash, points: { show: false } }))],
       hooks: { setCursor: [({ cursor, data }) => this.tell(strip, box, cursor.idx, data)], setSelect: [(plot) => this.select(plot)], draw: [(plot) => this.drawEvents(plot)],
         ready: [(plot) => plot.over.addEventListener('click', ({ offsetX }) => !this.hasSelected && this.onTime?.(plot.posToVal(offsetX, 'x')))] },
@@ -125,6 +125,11 @@ export class Charts {
     }
     const values = strip.series.map((_, i) => (at === null || at === undefined ? null : data[i + 1][at]));
     box.querySelectorAll('.key').forEach((key, i) => write(key, strip.series[i][0] + (Number.isFinite(values[i]) ? ` ${figure(values[i])}` : '')));
+  }
+  // Marks of the time axis, whole steps before the newest time.
+  marksFrom(low, high, step) {
+    const first = Math.ceil((low - this.end) / step - 1e-9), count = Math.floor((high - this.end) / step + 1e-9) - first + 1;
+    return Array.from({ length: Math.max(0, count) }, (_, i) => this.end + (first + i) * step);
   }
   // The newest time that is shown: the axis counts from it.
   get end() {
@@ -162,11 +167,14 @@ export class Charts {
     pen.save();
     pen.font = `${10 * ratio}px system-ui, sans-serif`;
     pen.fillStyle = colour('--warn');
+    let free = -Infinity;  // where the next name has room
     for (const { t, name } of this.events) {
       if (t < min || t > max) continue;
       const x = plot.valToPos(t, 'x', true);
       pen.fillRect(x, bbox.top, ratio, bbox.height);
-      pen.fillText(name, Math.min(x + 3 * ratio, bbox.left + bbox.width - 40 * ratio), bbox.top + 10 * ratio);
+      if (x < free || plot !== this.plots[0]) continue;
+      pen.fillText(name, x + 3 * ratio, bbox.top + 10 * ratio);
+      free = x + pen.measureText(name).width + 8 * ratio;
     }
     pen.restore();
   }
