@@ -33,7 +33,7 @@ namespace {
 
 constexpr int kPollMs = 100;  // between looks whether to end [ms]
 
-// A line of the terminal, or what came of it; empty: none within the patience. nullopt: the
+// A line of the terminal, or what came of it; empty: none within the poll time. nullopt: the
 // terminal is gone, and would be found readable for ever.
 std::optional<std::string_view> TypedLine(std::array<char, 256>* buffer) {
   pollfd input{STDIN_FILENO, POLLIN, 0};

@@ -213,7 +213,7 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
   constexpr std::chrono::milliseconds kLook(5);
   constexpr double kTripsToBegin = 3;
   options.datagrams = true;
-  const double patience =
+  const double timeout =
       seconds + kTripsToBegin * static_cast<double>(options.longest_round_trip.count()) / kMilli;
   LatestValue<ReceivedState> states;
   LatestValue<OperatorCommand> commands;
@@ -223,7 +223,7 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
   const Time begin = Clock::now();
   LinkStats stats;
   OperatorCommand disengaged;
-  while (stats.states_by_datagram == 0 && SecondsBetween(begin, Clock::now()) < patience) {
+  while (stats.states_by_datagram == 0 && SecondsBetween(begin, Clock::now()) < timeout) {
     ++disengaged.sequence;
     commands.Put(disengaged);
     std::this_thread::sleep_for(kLook);

@@ -67,12 +67,12 @@ class HapticLoop {
   Eigen::Vector3d Tick(const DeviceReading& reading, Time now) noexcept;
   // The operator's settings. Its guide is unknown unless following.
   [[nodiscard]] const OperatorMotion& motion() const noexcept { return motion_; }
-  // Emergency stops; a request disengages.
+  // Returns the emergency stops; a request disengages.
   [[nodiscard]] StopRequests& stops() noexcept { return stops_; }
   // Sends the command that disengages and leaves the tool in place. Call it after the last tick.
   void Release(Time now) noexcept;
 
-  // Values of the last tick. Thread-safe after Run.
+  // Returns the values of the last tick. Thread-safe after Run.
   [[nodiscard]] const TickRecord& record() const noexcept { return record_; }
   [[nodiscard]] const PassivityControl& passivity() const noexcept { return passivity_; }
   [[nodiscard]] const Stats& stats() const noexcept { return stats_; }
@@ -93,7 +93,7 @@ class HapticLoop {
   // `command`: the part of `reading` that is commanded.
   void RunChain(const DeviceReading& reading, const DeviceReading& command, double now,
                 double dt) noexcept;
-  // A command that leaves the tool at its last commanded position.
+  // Returns a command that leaves the tool at its last commanded position.
   [[nodiscard]] OperatorCommand NextCommand(Time now) noexcept;
   void PutCommand(const DeviceReading& wanted, Time now) noexcept;
 

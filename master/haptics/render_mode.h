@@ -1,4 +1,4 @@
-// How the force between two states is computed.
+// RenderMode selects how the force between two states is computed.
 #pragma once
 
 #include <cstdint>

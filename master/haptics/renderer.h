@@ -87,7 +87,7 @@ class DelayedLinear {
   // The force at `now` [s]; zero before the first sample. Real-time safe.
   [[nodiscard]] Eigen::Vector3d At(double now) const noexcept;
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
-  // Newest sample [N]; zero before the first.
+  // Returns the newest sample [N]; zero before the first.
   [[nodiscard]] const Eigen::Vector3d& newest() const noexcept { return samples_[0].force; }
   void Clear() noexcept { *this = DelayedLinear(); }
 

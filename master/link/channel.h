@@ -48,7 +48,7 @@ class Backoff {
     next_ = std::min(2 * next_, longest_);
     return wait;
   }
-  // An attempt succeeded: start again with `first`.
+  // Records that an attempt succeeded: the next pause is `first` again.
   void Reset() { next_ = first_; }
 
  private:

@@ -43,8 +43,8 @@ RemoteScene ToRemoteScene(const v1::SceneDescription& scene);
 // a limit. `sensor_rate`: [Hz], 0: unknown.
 double MaxAge(double sensor_rate);
 
-// A text if the versions of slave and master are of different releases; empty if they are the same
-// or one is unknown.
+// Returns a text if the versions of slave and master are of different releases; empty if they are
+// the same or one is unknown.
 std::string OtherRelease(const std::string& slave, const std::string& master);
 
 }  // namespace palpate

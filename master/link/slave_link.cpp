@@ -325,9 +325,9 @@ void SlaveLink::Parts::Served() {
 }
 
 bool SlaveLink::Parts::LacksDatagrams() const {
-  const milliseconds patience = std::max<milliseconds>(DatagramLine::kSilence, longest_round_trip);
+  const milliseconds timeout = std::max<milliseconds>(DatagramLine::kSilence, longest_round_trip);
   const bool asked = options.datagrams.value_or(false);  // else there is nothing to report
-  return asked && link_stats.connected && SinceThen(datagram_at) > patience;
+  return asked && link_stats.connected && SinceThen(datagram_at) > timeout;
 }
 
 void SlaveLink::Parts::Refused(const std::string& reason) {
@@ -374,19 +374,19 @@ RemoteScene SlaveLink::Connect() {
   const Time start = Clock::now();
   Backoff backoff(kFirstRetry, kMaxRetry);
   const milliseconds wait(static_cast<std::int64_t>(1000 * parts_->options.wait));
-  milliseconds patience = kMinDeadline;  // a long line needs more than one round trip
+  milliseconds timeout = kMinDeadline;  // a long line needs more than one round trip
   RemoteScene scene;
   grpc::Status status;
   for (int attempts = 1;; ++attempts) {
     const Time asked = Clock::now();
     const milliseconds left = std::max(kMinDeadline, wait - SinceThen(start));
-    status = parts_->RequestScene(&scene, false, std::min(patience, left));
+    status = parts_->RequestScene(&scene, false, std::min(timeout, left));
     if (status.ok()) {
       parts_->Open(std::max(parts_->options.longest_round_trip, kTripsBorne * parts_->answered_in));
       parts_->first = scene;
       return scene;
     }
-    if (SinceThen(asked) >= kNoRefusal) patience = std::min(2 * patience, kMaxDeadline);
+    if (SinceThen(asked) >= kNoRefusal) timeout = std::min(2 * timeout, kMaxDeadline);
     if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
       throw std::runtime_error(
           parts_->target +

@@ -78,7 +78,7 @@ class SlaveLink {
   // s, or longer on a slow link.
   bool EmergencyStop(const std::string& reason);
   void GiveUpStop();  // cancels a running EmergencyStop
-  // Number of the newest emergency stop that the slave reported. Thread-safe.
+  // Returns the number of the newest emergency stop that the slave reported. Thread-safe.
   [[nodiscard]] std::uint64_t known_stops() const;
   // Resets the emergency stop number `stops`: that of `known_stops` when the operator decided, so
   // that no later stop is cleared. Returns the reason if it is not reset, else an empty string.

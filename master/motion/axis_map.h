@@ -26,7 +26,7 @@ class AxisMap {
   // std::invalid_argument.
   static AxisMap Parse(std::string_view text);
 
-  // A reading of the device in M. Real-time safe, like the next ones.
+  // Returns a reading of the device in M. Real-time safe, like the next ones.
   [[nodiscard]] DeviceReading ToMaster(const DeviceReading& reading_D) const noexcept;
   [[nodiscard]] Eigen::Vector3d ToDevice(const Eigen::Vector3d& f_M) const noexcept {
     return P_.transpose() * f_M;

@@ -24,7 +24,7 @@ class ContactSpeed {
   // `speed`: V, of the tool [m/s]; 0: no limit.
   explicit ContactSpeed(double speed) : speed_(speed) {}
 
-  // An engagement begins at `p_M` [m]. Real-time safe, like the next one.
+  // Begins an engagement at `p_M` [m]. Real-time safe, like the next one.
   void Begin(const Eigen::Vector3d& p_M) noexcept { command_ = p_M; }
   // The commanded position for the device at `p_M` after `dt` [s]. A surface that becomes unknown
   // keeps its direction until the command has caught up.

@@ -48,7 +48,7 @@ class FixtureSpring {
  public:
   explicit FixtureSpring(const Fixture& fixture) : fixture_(fixture) {}
 
-  // A new engagement begins at `p_S`. Real-time safe, like the next one.
+  // Begins a new engagement at `p_S`. Real-time safe, like the next one.
   void Begin(const Eigen::Vector3d& p_S) noexcept;
   // (1 - d_0 / d) (c(p_S) - p_S) [m].
   [[nodiscard]] Eigen::Vector3d Pull(const Eigen::Vector3d& p_S) noexcept;

@@ -67,7 +67,7 @@ class OperatorMotion {
   // Position and velocity to command for `reading` [m], [m/s].
   DeviceReading Command(const DeviceReading& reading, const TeleopTransform& transform,
                         const Situation& now) noexcept;
-  // Force at the device for the contact's force `f_M` at the last command [N].
+  // Returns the force at the device for the contact's force `f_M` at the last command [N].
   [[nodiscard]] Eigen::Vector3d ForceAtDevice(const Eigen::Vector3d& f_M) const noexcept;
   // Returns whether the last command or its force differs from the device's.
   [[nodiscard]] bool is_active() const noexcept { return is_active_; }

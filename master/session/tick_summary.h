@@ -24,7 +24,7 @@ class ForceError {
   };
   // Adds one tick: forces in S [N], finite.
   void Add(const Eigen::Vector3d& local, const Eigen::Vector3d& truth) noexcept;
-  // Summary of the ticks in which either force exceeds `threshold` [N].
+  // Returns the summary of the ticks in which either force exceeds `threshold` [N].
   [[nodiscard]] Summary Above(double threshold) const noexcept;
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
 
@@ -88,8 +88,8 @@ class TickSummary {
   [[nodiscard]] double sent_peak() const noexcept { return sent_peak_; }  // M [N]
   // Ends the summary: no tick follows.
   void Close();
-  // Error over the ticks in which either force exceeds 1 % of the peak, without those of a breaking
-  // membrane; empty without a true force.
+  // Returns the error over the ticks in which either force exceeds 1 % of the peak, without those
+  // of a breaking membrane; empty without a true force.
   [[nodiscard]] std::optional<ForceError::Summary> force_error() const noexcept;
   // Number of those ticks in which the operator was disengaged: no force was rendered, although the
   // tool was still in contact.
@@ -113,11 +113,11 @@ class TickSummary {
   [[nodiscard]] std::uint64_t ticks(OperatorState state) const noexcept {
     return state_ticks_[static_cast<std::size_t>(state)];
   }
-  // Fingertips in the scene's order; one: the single tool.
+  // Returns the fingertips in the scene's order; one: the single tool.
   [[nodiscard]] std::span<const FingerSummary> fingers() const noexcept {
     return {fingers_.data(), finger_count_};
   }
-  // Ticks without a fresh state, counted after the first state.
+  // Returns the ticks without a fresh state, counted after the first state.
   [[nodiscard]] std::uint64_t stale_ticks() const noexcept { return stale_ticks_; }
   [[nodiscard]] std::uint32_t epochs() const noexcept { return epochs_; }
 

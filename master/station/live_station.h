@@ -49,7 +49,7 @@ class LiveStation {
   LiveStation(Options options, Controls controls);
   ~LiveStation();
 
-  // Address of the page, see PageServer::address; empty: no page.
+  // Returns the address of the page, see PageServer::address; empty: no page.
   [[nodiscard]] std::string address() const;
   // Called on the session's slow thread.
   void OnTick(const TickRecord& tick);

@@ -32,7 +32,7 @@ struct TickSample {
 class TickDigest {
  public:
   struct Moment {
-    bool any = false;  // there is a tick
+    bool any = false;  // at least one tick was added
     double t = 0;      // of the newest tick, as in the log [s]
     Time begin{};      // when t is 0, master's clock
     TickRecord newest;

@@ -35,7 +35,7 @@ class Fleet {
   static constexpr double kSilentAfter = 1;
   static constexpr std::size_t kMaxSlaves = 1000;  // slaves; others are not kept
 
-  // A message arrived at `now`. Other kinds than `state` and `status` are ignored.
+  // Processes a message that arrived at `now`. Other kinds than `state` and `status` are ignored.
   void Take(std::string_view subject, std::string_view bytes, Time now);
   // Returns the slaves sorted by name. Rates count from the last call.
   std::vector<SlaveLine> Lines(Time now);

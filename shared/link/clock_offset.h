@@ -57,8 +57,8 @@ class ClockOffset {
 
   // Adds a round trip. A negative delta is impossible, so such a sample is ignored.
   void Add(Time t1, Time t2, Time t3, Time t4) noexcept;
-  // Peer's clock minus own clock [s]. Changes freely until the window is full, then at most by
-  // kSlew, unless a clock has moved. 0 before the first sample.
+  // Returns the peer's clock minus own clock [s]. Changes freely until the window is full, then at
+  // most by kSlew, unless a clock has moved. 0 before the first sample.
   [[nodiscard]] double seconds() const noexcept { return offset_; }
   // Largest error of `seconds` at the last sample [s].
   [[nodiscard]] double error() const noexcept { return error_; }

@@ -52,9 +52,10 @@ class PatchContact {
   void set_stiffest(double stiffest) noexcept { stiffest_ = stiffest; }
   [[nodiscard]] const SurfacePatch& patch() const noexcept { return patch_; }
   [[nodiscard]] const PatchLaw& law() const noexcept { return to_.law; }
-  // Predicted displacement of the moving surface at `then`, as known at `now` [m].
+  // Returns the predicted displacement of the moving surface at `then`, as known at `now` [m].
   [[nodiscard]] Eigen::Vector3d ShiftAt(double now, double then) const noexcept;
-  // Result of the last ForceAt for the first tool: depth, and whether it is on the patch.
+  // Returns the result of the last ForceAt for the first tool: depth, and whether it is on the
+  // patch.
   [[nodiscard]] double depth() const noexcept { return depth_; }  // [m]; negative outside
   [[nodiscard]] const Eigen::Vector3d& normal() const noexcept { return touches_[0].place.normal; }
   [[nodiscard]] bool serves() const noexcept { return serves_; }

@@ -45,7 +45,7 @@ class McapReader {
   // Skips chunks that end before `time`, from now on.
   void SkipBefore(std::uint64_t time) { skip_before_ = time; }
 
-  // Channels and schemas read so far. Null: unknown.
+  // Returns the channels and schemas read so far. Null: unknown.
   [[nodiscard]] const McapChannel* channel(std::uint16_t id) const;
   [[nodiscard]] const McapSchema* schema(std::uint16_t id) const;
   [[nodiscard]] const std::vector<McapAttachment>& attachments() const { return attachments_; }
@@ -54,7 +54,7 @@ class McapReader {
 
   // Returns whether the end of the data was reached; false: the file is truncated.
   [[nodiscard]] bool is_whole() const { return is_whole_; }
-  // Unreadable parts so far, as text; empty: none.
+  // Returns the unreadable parts so far, as text; empty: none.
   [[nodiscard]] const std::string& damage() const { return damage_; }
 
  private:
@@ -84,11 +84,11 @@ class McapReader {
   std::uint64_t skip_before_ = 0;
   bool is_over_ = false, is_whole_ = false;
   std::string library_, damage_;
-  std::string record_;     // of the file
-  McapRecord kind_{};      // of it
-  bool is_fresh_ = false;  // it was not taken yet
-  std::string chunk_;      // unpacked
-  std::string_view rest_;  // of it
+  std::string record_;     // newest record of the file
+  McapRecord kind_{};      // kind of record_
+  bool is_fresh_ = false;  // record_ was not taken yet
+  std::string chunk_;      // newest chunk, unpacked
+  std::string_view rest_;  // records of the chunk that are not read yet
   std::map<std::uint16_t, McapSchema> schemas_;
   std::map<std::uint16_t, McapChannel> channels_;
   std::vector<McapAttachment> attachments_;

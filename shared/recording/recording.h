@@ -99,7 +99,7 @@ class Recording {
   void PutStanding(std::uint16_t channel, Time at, const google::protobuf::Message& message);
   // The file that is written, or the common name of its parts.
   [[nodiscard]] const std::filesystem::path& file() const { return options_.file; }
-  // Number of the part of the next message, from 1.
+  // Returns the number of the part of the next message, from 1.
   [[nodiscard]] int part() const;
   // Writes all messages and closes the file.
   void Finish();

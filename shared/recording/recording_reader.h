@@ -30,9 +30,9 @@ class RecordingReader {
 
   // Skips messages before `at`, from now on.
   void SkipBefore(Time at);
-  // Reader of the current part, with its attachments and metadata so far.
+  // Returns the reader of the current part, with its attachments and metadata so far.
   [[nodiscard]] const McapReader& mcap() const { return *reader_; }
-  // Unreadable parts so far, as text; empty: none.
+  // Returns the unreadable parts so far, as text; empty: none.
   [[nodiscard]] const std::string& damage() const;
 
  private:

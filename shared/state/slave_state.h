@@ -28,7 +28,7 @@ struct LocalModel {
   bool in_contact = false;     // for the slave; the master decides by itself
 
   [[nodiscard]] bool known() const { return revision != 0; }
-  // Depth of `p_S` below the plane [m]; negative outside.
+  // Returns the depth of `p_S` below the plane [m]; negative outside.
   [[nodiscard]] double Penetration(const Eigen::Vector3d& p_S) const {
     return normal.dot(reference - p_S);
   }

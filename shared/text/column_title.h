@@ -23,8 +23,8 @@ std::optional<Unit> FindUnit(std::string_view word);
 struct ColumnTitle {
   std::string name;                    // without the unit
   std::optional<double> to_si{};       // factor of the unit it names; nullopt: it names none
-  std::optional<Quantity> quantity{};  // of that unit
-  std::string unknown_unit{};          // what is where a unit is and is not understood
+  std::optional<Quantity> quantity{};  // quantity of the unit
+  std::string unknown_unit{};          // text in place of a unit that is not known
 };
 // `Load (N)`, `Strain (Extension) (%)`.
 ColumnTitle SplitTitle(std::string_view title);

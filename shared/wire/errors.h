@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// A status with the code of `reason`. `message` states what is wrong and what is accepted.
+// Returns a status with the code of `reason`. `message` states what is wrong and what is accepted.
 grpc::Status Error(v1::ErrorReason reason, const std::string& message);
 
 // The reason of `status`. ERROR_REASON_UNSPECIFIED: it has none, or one that is not known here.

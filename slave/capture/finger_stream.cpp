@@ -119,12 +119,12 @@ Clock::duration FingerStream::SilenceAllowed() const noexcept {
   return run_ < kDrivers ? std::min(kSilence, Seconds(kSlowest * period_)) : kSilence;
 }
 
-Clock::duration FingerStream::patience() const noexcept {
+Clock::duration FingerStream::max_silence() const noexcept {
   return Seconds(kMaxPause * std::max(period_, sender_period_));
 }
 
 bool FingerStream::IsSending(Time now) const noexcept {
-  return count_ > 0 && now - Get(count_ - 1).at <= patience();
+  return count_ > 0 && now - Get(count_ - 1).at <= max_silence();
 }
 
 bool FingerStream::KeepsRate() const noexcept {

@@ -49,7 +49,8 @@ class ImageSource {
   // requested. Throws std::runtime_error on an error of the source (unreadable file, camera gone, a
   // pair of two sizes); the message names it.
   virtual std::optional<Image> Next(const std::stop_token& stop) = 0;
-  // Description for people: `files frames/%04d.png (120)`, `files left/*.png (120 pairs)`.
+  // Returns the description for people: `files frames/%04d.png (120)`, `files left/*.png (120
+  // pairs)`.
   [[nodiscard]] virtual std::string description() const = 0;
   // nullopt: not a live source. Thread-safe.
   [[nodiscard]] virtual std::optional<CameraHealth> health() const { return std::nullopt; }

@@ -55,13 +55,13 @@ class GroundTruth {
   // Returns the target of the tool in frame S [m]; nullopt if there is none. The target never
   // changes.
   [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const { return std::nullopt; }
-  // Displacement of the point of the membrane that rests at p_O [m], frame O [m]; zero for other
-  // objects.
+  // Returns the displacement of the point of the membrane that rests at p_O [m], frame O [m]; zero
+  // for other objects.
   [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
     return Eigen::Vector3d::Zero();
   }
-  // Nodes of the object that fingertips touch, frame S [m], with the same triangles at every
-  // sample. Empty for other objects.
+  // Returns the nodes of the object that fingertips touch, frame S [m], with the same triangles at
+  // every sample. Empty for other objects.
   [[nodiscard]] virtual SurfaceMesh TrueSurface() const { return {}; }
 };
 

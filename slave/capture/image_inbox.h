@@ -69,8 +69,8 @@ class ImageInbox {
   [[nodiscard]] Time taken_at() const;
   [[nodiscard]] CameraHealth health() const;
 
-  // A source of the received samples, one at a time; the inbox must outlive it. `filter`: optional
-  // processing of each image.
+  // Returns a source of the received samples, one at a time; the inbox must outlive it. `filter`:
+  // optional processing of each image.
   std::unique_ptr<FrameSource> OpenFrames(ImageFilter filter);
   std::unique_ptr<StereoSource> OpenPairs();
 

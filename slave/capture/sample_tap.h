@@ -16,7 +16,7 @@ namespace palpate {
 class SampleTap {
  public:
   virtual ~SampleTap() = default;
-  // A source begins; earlier samples came from a source that could not be used.
+  // Reports that a source begins; earlier samples came from a source that could not be used.
   virtual void Opened() = 0;
   virtual void OnSample(const Frame& frame) = 0;
   virtual void OnSample(const StereoPair& pair) = 0;

@@ -43,7 +43,7 @@ class TactileSource {
   // The next instant, at the scene's rate; blocks until there is one. nullopt: the source has ended
   // or `stop` was requested. Throws std::runtime_error where a source breaks; the message names it.
   virtual std::optional<TactileFrame> Next(const std::stop_token& stop) = 0;
-  // Description for people.
+  // Returns the description for people.
   [[nodiscard]] virtual std::string description() const = 0;
 };
 

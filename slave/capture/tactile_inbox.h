@@ -61,7 +61,7 @@ class FingerStream {
   [[nodiscard]] std::optional<std::string> RefuseOrder(std::uint64_t sequence,
                                                        Time sensed_at) const;
   [[nodiscard]] Clock::duration SilenceAllowed() const noexcept;
-  [[nodiscard]] Clock::duration patience() const noexcept;
+  [[nodiscard]] Clock::duration max_silence() const noexcept;
   [[nodiscard]] const Sample& Get(std::size_t i) const noexcept {
     return ring_[(first_ + i) % ring_.size()];
   }

@@ -1,4 +1,4 @@
-// How much stiffer a short cylinder is whose ends cannot widen.
+// BondedCylinderFactor computes how much stiffer a short cylinder is if its ends cannot widen.
 #pragma once
 
 namespace palpate::identify {

@@ -1,5 +1,5 @@
-// Whether numbers of a test can be those of a solid. If not, a unit is wrong: that changes them by
-// a factor of 100 or more.
+// RequirePossible checks whether the numbers of a test can be those of a solid. If not, a unit is
+// wrong: it changes them by a factor of 100 or more.
 #pragma once
 
 #include <string>
@@ -29,8 +29,8 @@ inline constexpr double kMinStrain = 0.01, kStiff = 1e9, kYieldStrain = 0.05;
 // Largest stretch without a remark: silicones reach 18 [-].
 inline constexpr double kLongStretch = 12;
 
-// A remark on numbers that are rare, or nothing. Throws InputError naming the value, what is
-// accepted and the options that give units.
+// Returns a remark on numbers that are rare; empty if there is none. Throws InputError naming the
+// value, what is accepted and the options that give units.
 std::string RequirePossible(const MaterialTest& test);
 std::string RequirePossible(const RelaxationTable& table);
 

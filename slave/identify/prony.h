@@ -1,4 +1,4 @@
-// How stress fades at a held strain: a series of exponentials.
+// The Prony series describes how stress relaxes at constant strain: a sum of exponentials.
 //
 //   stress(t) = integral of G(t - s) d strain / ds ds,   G(t) = G_inf + sum of G_i exp(-t / tau_i)
 //

@@ -29,7 +29,7 @@ struct RawTable {
   // The column with this title or name. Throws InputError naming those there are.
   [[nodiscard]] std::size_t Named(const std::string& title) const;
   [[nodiscard]] std::string Titles() const;
-  // A cell that is needed. Throws InputError `file:line: ...`: it is no number.
+  // Returns a required cell. Throws InputError `file:line: ...`: it is no number.
   [[nodiscard]] double At(std::size_t row, std::size_t column) const;
   // Factor to SI of a column that holds `quantity`; `without`: that of a column without a unit.
   // Throws InputError naming the column: a unit of another quantity, or one that is not understood.

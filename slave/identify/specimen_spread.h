@@ -1,4 +1,5 @@
-// How far the moduli of specimens of one material part: another mix, another mould, another day.
+// OtherSpecimenSigma estimates how much the moduli of specimens of one material differ: another
+// mix, another mould, another day.
 #pragma once
 
 #include <vector>

@@ -31,7 +31,7 @@ class Manipulator {
   virtual void Hold() noexcept = 0;
   // Emergency stop: stops, with brakes if there are any, until released. Thread-safe.
   virtual void Stop() noexcept { Hold(); }
-  // Tip position from the encoders, S [m]. Thread-safe.
+  // Returns the tip position from the encoders, S [m]. Thread-safe.
   [[nodiscard]] virtual Eigen::Vector3d Tip() const noexcept = 0;
   // Sets the target of the tool's rotation in S, while it follows a target of the tip. Thread-safe,
   // the latest counts. Without an orientation: ignored.
@@ -41,8 +41,8 @@ class Manipulator {
   [[nodiscard]] virtual std::optional<Eigen::Quaterniond> Rotation() const noexcept {
     return std::nullopt;
   }
-  // Encoder reading at `t`, within about the last half second. An arm without a history returns the
-  // present position.
+  // Returns the encoder reading at `t`, within about the last half second. An arm without a history
+  // returns the present position.
   [[nodiscard]] virtual Eigen::Vector3d TipAt(Time /*t*/) const noexcept { return Tip(); }
   // Increases when earlier positions become invalid, because another driver may use another origin.
   // Thread-safe.
@@ -57,8 +57,8 @@ class Manipulator {
   [[nodiscard]] virtual bool is_faulty() const noexcept { return false; }
   // nullopt: it exists only here.
   [[nodiscard]] virtual std::optional<ArmHealth> health() const { return std::nullopt; }
-  // Force of the object on the tool, measured by a sensor of the manipulator, S [N]. No estimator
-  // reads it. nullopt: no sensor. Thread-safe.
+  // Returns the force of the object on the tool, measured by a sensor of the manipulator, S [N]. No
+  // estimator reads it. nullopt: no sensor. Thread-safe.
   [[nodiscard]] virtual std::optional<Eigen::Vector3d> measured_force() const noexcept {
     return std::nullopt;
   }

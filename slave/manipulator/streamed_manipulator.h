@@ -60,10 +60,10 @@ class StreamedManipulator final : public Manipulator {
   struct Driver {
     DriverId id = 0;  // 0: no driver
     std::string name;
-    std::uint32_t frame = 0;  // drivers so far: each counts from where it likes
+    std::uint32_t frame = 0;  // count of drivers so far; each has its own origin
     SenderClock clock;
-    std::uint64_t sequence = 0;      // of the newest reading, believed or not
-    Time measured_at{}, heard_at{};  // of that one, driver's clock; slave's
+    std::uint64_t sequence = 0;      // of the newest reading, accepted or not
+    Time measured_at{}, heard_at{};  // times of that reading, by the driver's and the slave's clock
     std::uint64_t reports = 0;
   };
   struct Kept {
@@ -75,7 +75,7 @@ class StreamedManipulator final : public Manipulator {
   // Requires mutex_ to be held, as all functions below.
   [[nodiscard]] std::optional<DriverRefusal> Rejects(DriverId driver, const ArmReading& reading,
                                                      Time arrived_at) const;
-  // Fault of a readable reading; empty: none.
+  // Returns the fault of a readable reading; empty: none.
   [[nodiscard]] std::string FindFault(const ArmReading& reading, Time measured_at) const;
   void BeginWith(DriverId driver, const std::string& name);
   void Keep(const ArmReading& reading, Time measured_at) noexcept;

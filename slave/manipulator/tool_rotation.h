@@ -15,7 +15,7 @@ class ToolRotation {
   // `max_speed` > 0 [rad/s].
   explicit ToolRotation(double max_speed) : max_speed_(max_speed) {}
 
-  // A driver begins with this report; nullopt: it measures no rotation.
+  // Begins with the first report of a driver; nullopt if it measures no rotation.
   void Begin(const std::optional<Eigen::Quaterniond>& measured) noexcept {
     rotation_ = measured;
     turns_ = too_slow_ = false;

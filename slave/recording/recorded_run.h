@@ -13,10 +13,10 @@ namespace palpate {
 
 // Differences of recomputed states from recorded ones.
 struct StateDifferences {
-  std::uint64_t states = 0;     // compared
-  std::uint64_t different = 0;  // of them, in any digit
+  std::uint64_t states = 0;     // number of compared states
+  std::uint64_t different = 0;  // number of states that differ in any digit
   std::uint64_t first = 0;      // sample of the first that differs; 0: none does
-  double force = 0;             // the largest of the force's vector [N]
+  double force = 0;             // largest difference of the force vector [N]
   double tip = 0;               // difference of the tip position [m]
   std::uint64_t validity = 0;   // states whose validity, or whether a force is known, differs
 };

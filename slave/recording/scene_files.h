@@ -38,7 +38,7 @@ struct RecordedBeginning {
   SceneFiles files;
   McapMap note;
 
-  // Fields of the note; empty: absent.
+  // Returns the fields of the note; empty: absent.
   [[nodiscard]] std::string Value(const std::string& key) const;
   [[nodiscard]] std::vector<std::string> overrides() const;
 };

@@ -17,8 +17,8 @@ namespace palpate::study {
 std::vector<Eigen::Vector3d> ReachablePlaces(const Scene& scene, double width,
                                              const std::vector<double>& shares);
 
-// A share in each of `count` equal parts, each elsewhere in its part, so that neither a symmetry of
-// the object nor its mesh repeats them.
+// Returns a share in each of `count` equal parts, each elsewhere in its part, so that neither a
+// symmetry of the object nor its mesh repeats them.
 std::vector<double> SpreadShares(int count);
 
 }  // namespace palpate::study

@@ -33,7 +33,7 @@ struct Reference {
 
 struct References {
   std::vector<Reference> presses;  // as in the question
-  std::string remark;              // what they leave out; may be empty
+  std::string remark;              // effects that the references leave out; may be empty
 };
 
 // Small depth: for planar objects and rigid tools on volumes, finite elements graded for the

@@ -41,8 +41,8 @@ const char* ToString(Outcome outcome);
 
 // Properties of a candidate before it runs.
 struct Trait {
-  std::size_t number = 0;   // position among the candidates of its scene, cheapest first
-  std::string family;       // what differs in resolution only: "bem2d constant", "fem tet4 linear"
+  std::size_t number = 0;  // position among the candidates of its scene, cheapest first
+  std::string family;  // models that differ in resolution only: "bem2d constant", "fem tet4 linear"
   std::string resolution;   // for people: "180 elements", "6 x 6 x 6 cells"
   double element_size = 0;  // typical edge [m]; 0: the model has no resolution
   std::size_t dof = 0;
@@ -75,7 +75,7 @@ struct StudyRow : Trait {
   // more, the sampling uncertainty.
   Estimate error, error_small;
   double bound =
-      kUnknown;  // what nine of ten of all places stay within, with 95 %: BeyondBound [-]
+      kUnknown;  // error that nine of ten places do not exceed, with 95 %: BeyondBound [-]
   // The largest bound that the model itself states at full depth, relative [-]; NaN: it states
   // none.
   double stated_error = kUnknown;

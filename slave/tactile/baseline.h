@@ -40,14 +40,15 @@ class Baseline {
   void Take(const FingerReading& reading, double keep = 1) noexcept;
   // Processes a sample while nothing is near enough to touch.
   void Follow(const FingerReading& reading) noexcept;
-  // Counts minus baseline of a sample `ago` samples before the last one. Call when known.
+  // Returns the counts minus baseline of a sample `ago` samples before the last one. Call when
+  // known.
   [[nodiscard]] TactileSignals Change(const FingerReading& reading, double ago = 0) const noexcept;
   // Variance of an electrode's present baseline, beyond that of a fingertip without drift
   // [counts^2].
   [[nodiscard]] double variance() const noexcept;
   // Variance of the pressure's present baseline [counts^2].
   [[nodiscard]] double pressure_variance() const noexcept;
-  // Time since the last sample taken [s].
+  // Returns the time since the last sample taken [s].
   [[nodiscard]] double age() const noexcept { return since_ / rate_; }
   // The largest rms distance of a channel from its line [its unit].
   [[nodiscard]] double spread() const noexcept { return spread_; }

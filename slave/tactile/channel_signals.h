@@ -27,7 +27,7 @@ class ChannelSignals {
 
   // Returns the fault of a channel in the last sample as one clause; empty if there is none.
   [[nodiscard]] std::string_view fault() const noexcept { return fault_; }
-  // A channel is outside its range in the training, on the side of the contacts.
+  // Returns whether a channel is outside its range in the training, on the side of the contacts.
   [[nodiscard]] bool is_beyond() const noexcept { return is_beyond_; }
   // Returns whether a channel has moved to the other side, where contacts hardly move it.
   [[nodiscard]] bool is_opposite() const noexcept { return is_opposite_; }

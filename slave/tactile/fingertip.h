@@ -61,7 +61,7 @@ class Fingertip {
   void Reset() noexcept;
 
   [[nodiscard]] const FingerTouch& touch() const { return touch_; }
-  // Time of the cross-checks of its signals in the last sample [us].
+  // Returns the time of the cross-checks of its signals in the last sample [us].
   [[nodiscard]] double checks_us() const { return checks_us_; }
   // The last sample was missing, or the one before again.
   [[nodiscard]] bool misses() const { return missed_ > 0; }
@@ -108,7 +108,7 @@ class Fingertip {
   Baseline baseline_;
   StuckElectrodes stuck_;
   std::optional<SignalModel> model_;  // for networks that know the pattern of their signals
-  std::optional<ChannelSignals> channel_signals_;  // likewise, without electrodes
+  std::optional<ChannelSignals> channel_signals_;  // for such networks without electrodes
   std::string_view baseline_fault_;
   std::size_t channels_;
   int miss_patience_;                // samples

@@ -23,11 +23,12 @@ class SignalNoise {
 
   // Variance of each signal, at least the usual one [counts^2].
   [[nodiscard]] Signals variances() const noexcept;
-  // Standard deviation of the electrodes, over the usual one [-].
+  // Returns the standard deviation of the electrodes, over the usual one [-].
   [[nodiscard]] double relative() const { return relative_; }
   // Returns the mean noise relative to that of the first samples.
   [[nodiscard]] double since_start() const { return relative_ / first_; }
-  // Uncertainty of the electrodes' gain, which amplifies noise and signals alike: one sigma [-].
+  // Returns the uncertainty of the electrodes' gain, which amplifies noise and signals alike: one
+  // sigma [-].
   [[nodiscard]] double gain_sigma() const noexcept;
 
  private:

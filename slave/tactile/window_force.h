@@ -34,7 +34,7 @@ class WindowForce {
     std::optional<Eigen::Vector3d> force_F;  // of the fingertip on the object [N]; nullopt: unknown
     double sigma = 0;                        // rms that its vector may be off by [N]
   };
-  // Force for a constant change of the channels; nullopt: unknown. Starts a new window.
+  // Returns the force for a constant change of the channels; nullopt: unknown. Starts a new window.
   [[nodiscard]] std::optional<Eigen::Vector3d> ForceOf(const TactileSignals& change) noexcept;
   // Once per sample, after Push, which returned `is_full`. `before_F`: force of the last sample;
   // `signals`: model of the same samples, null: unknown.
@@ -43,7 +43,7 @@ class WindowForce {
                               const SignalModel* signals) noexcept;
   // The network's, frame F [m]; nullopt: it gives none, or the window is not full.
   [[nodiscard]] const std::optional<Eigen::Vector3d>& contact_point() const { return contact_F_; }
-  // Change of the force per sample, at present [N].
+  // Returns the change of the force per sample, at present [N].
   [[nodiscard]] double pace() const noexcept { return std::max(pace_F_.norm(), step_); }
   [[nodiscard]] bool has_network() const { return estimate_ != nullptr; }
   [[nodiscard]] const NetworkInfo& network() const { return network_; }

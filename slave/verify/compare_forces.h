@@ -39,7 +39,7 @@ struct ForceSource {
   enum class Kind : std::uint8_t { kAny, kCamera, kFingertips } kind = Kind::kAny;
   double young_modulus = 0;     // that the forces follow from [Pa]; 0: none
   double pixel = 0;             // of the one camera [m]; 0: none
-  std::string position_source;  // what scales positions
+  std::string position_source;  // quantity that scales positions
   double object_size = 0;       // diagonal of its box [m]; 0: unknown
 };
 
@@ -52,12 +52,12 @@ struct Line {
   Finding finding = Finding::kUntested;
   std::optional<Interval> interval{};  // of 95 %
   std::string value{};                 // with its interval
-  std::string remark{};                // what was expected, or what is missing
+  std::string remark{};                // expected value, or missing data
 };
 
 struct ForceComparison {
   std::vector<Line> lines;
-  std::vector<std::string> causes;  // what is likely wrong, one sentence each
+  std::vector<std::string> causes;  // likely causes, one sentence each
   VectorMap map;                    // from measured to estimated forces that are divided by `unit`
   double unit = 1;                  // factor of a mistaken unit
   std::optional<VectorMap> position;

@@ -28,10 +28,10 @@ class EdgeProfile {
   [[nodiscard]] double Level(int k) const noexcept;
   // The change from three samples behind `k` to three ahead, `first` the nearest on either side.
   [[nodiscard]] double StepAt(int k, int first = 1) const noexcept;
-  // Place along the normal [px] of the edge near the sample `at`: the centroid of the slopes of one
-  // sign within `half_window` [px], which is moved until it is centred on the edge. Unbiased for
-  // every symmetric blur (E. P. Lyvers et al., Subpixel measurements using a moment-based edge
-  // operator, PAMI 11, 1989, has the same in two dimensions).
+  // Returns the place along the normal [px] of the edge near the sample `at`: the centroid of the
+  // slopes of one sign within `half_window` [px], which is moved until it is centred on the edge.
+  // Unbiased for every symmetric blur (E. P. Lyvers et al., Subpixel measurements using a
+  // moment-based edge operator, PAMI 11, 1989, has the same in two dimensions).
   [[nodiscard]] double Centroid(double sign, int at, double half_window) const noexcept;
   // Samples beyond the edge that Centroid and StepAt need.
   static constexpr int kMargin = 5;

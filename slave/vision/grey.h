@@ -53,7 +53,7 @@ class GreyFormat {
     out.Resize(window.width, window.height);
     Read(image, window, out.levels.data());
   }
-  // Grey levels per 1/255 of full scale.
+  // Returns the grey levels per 1/255 of full scale.
   [[nodiscard]] double levels_per_255() const { return full_scale_ / 255.0; }
   [[nodiscard]] cv::Size size() const { return size_; }
 

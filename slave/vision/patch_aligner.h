@@ -45,12 +45,12 @@ class PatchAligner {
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   };
 
-  // A square window of texture, `edge` odd, 5 to 255 [px]; throws std::invalid_argument. Its
+  // Makes a square window of texture, `edge` odd, 5 to 255 [px]; throws std::invalid_argument. Its
   // weights are a Gaussian about the centre, whose position is estimated: where the surface bends,
   // what lies further out pulls the solution away. Patches with too little structure for a unique
   // position are rejected.
   explicit PatchAligner(int edge);
-  // A patch with weights 0 or 1, row by row. It needs only some structure in every direction.
+  // Makes a patch with weights 0 or 1, row by row. It needs only some structure in every direction.
   PatchAligner(const cv::Size& size, const std::vector<float>& weights);
 
   // Stores the patch under `warp`. False, and no patch, if it (with a pixel around it, for the
@@ -69,8 +69,8 @@ class PatchAligner {
 
   [[nodiscard]] int edge() const { return size_.width; }
   [[nodiscard]] bool textured() const { return textured_; }
-  // Hessian of the shift without gain and offset, per squared grey level [1/px^2]: white noise of
-  // sigma levels in the image moves p by sigma sqrt(H^-1).
+  // Returns the Hessian of the shift without gain and offset, per squared grey level [1/px^2]:
+  // white noise of sigma levels in the image moves p by sigma sqrt(H^-1).
   [[nodiscard]] const Eigen::Matrix2d& information() const { return information_; }
 
  private:

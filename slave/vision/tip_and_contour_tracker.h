@@ -27,14 +27,14 @@ class TipAndContourTracker {
   // an observation with nothing found; never throws. Call from one thread.
   const TipObservation& Process(const cv::Mat& image) noexcept;
 
-  // Outline of the object at rest in the first image, counter-clockwise in S. Empty if the scene
-  // tracks no contour.
+  // Returns the outline of the object at rest in the first image, counter-clockwise in S. Empty if
+  // the scene tracks no contour.
   [[nodiscard]] const RestContour& rest_contour() const;
-  // Direction of the tool in the image, unit length; zero: unknown.
+  // Returns the direction of the tool in the image, unit length; zero: unknown.
   [[nodiscard]] Eigen::Vector2d tool_direction_I() const;
-  // Noise of the first image, one standard deviation [1/255 of full scale].
+  // Returns the noise of the first image, one standard deviation [1/255 of full scale].
   [[nodiscard]] double noise() const;
-  // Search window of the tip [px], for overlays.
+  // Returns the search window of the tip [px], for overlays.
   [[nodiscard]] cv::Rect search_window() const;
   // Searches the whole next image.
   void Reset() noexcept;

@@ -124,7 +124,7 @@ class TipTracker {
   // position; then the whole image is searched. May throw where memory is out.
   TipObservation Track(const cv::Mat& image);
 
-  // First search position in the next image [px].
+  // Returns the first search position in the next image [px].
   [[nodiscard]] cv::Rect search_window() const;
   // Searches the whole next image.
   void Forget() noexcept { last_.reset(); }
@@ -173,7 +173,7 @@ class TipTracker {
   Eigen::Vector2d step_{0, 0};           // from the last but one to the last [px]
   // A tool in a hand tilts: its image is turned back about the last tip before it is searched.
   double turn_ = 0;          // as TipObservation::turn, of the image that is straightened [rad]
-  bool has_turned_ = false;  // ever
+  bool has_turned_ = false;  // the tool has turned at least once
   int lost_ = 0;             // images since the tip was found
   cv::Mat straight_;
   GreyPatch near_;    // around the tip that was found

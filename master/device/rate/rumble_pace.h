@@ -1,4 +1,4 @@
-// When to send a rumble command to a game controller.
+// RumblePace decides when a rumble command is sent to a game controller.
 #pragma once
 
 #include <cstdint>

@@ -43,7 +43,7 @@ class PageServer {
   ~PageServer();
 
   [[nodiscard]] Endpoint endpoint() const;  // with the actual port
-  // Address to open: `http://HOST:PORT/`, or `https://HOST:PORT/#TOKEN`.
+  // Returns the address to open: `http://HOST:PORT/`, or `https://HOST:PORT/#TOKEN`.
   [[nodiscard]] std::string address() const;
   [[nodiscard]] std::size_t pages() const;  // number of open pages; thread-safe
   // Announces a new message on the board. Thread-safe; returns at once.

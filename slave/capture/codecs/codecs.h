@@ -72,9 +72,9 @@ class VideoBackend {
   // nullptr: no such camera, or no permission.
   [[nodiscard]] virtual std::unique_ptr<VideoStream> OpenDevice(int device, const cv::Size& size,
                                                                 double rate) const = 0;
-  // A stream's address (rtsp://, http://, udp://), or a GStreamer pipeline that ends in an appsink.
-  // nullptr: no answer within `timeout`, which applies to each image as well. A pipeline's own
-  // elements define its timeouts.
+  // Opens a stream's address (rtsp://, http://, udp://), or a GStreamer pipeline that ends in an
+  // appsink. nullptr: no answer within `timeout`, which applies to each image as well. A pipeline's
+  // own elements define its timeouts.
   [[nodiscard]] virtual std::unique_ptr<VideoStream> OpenUrl(
       const std::string& address, std::chrono::milliseconds timeout) const = 0;
   // Reads an image unchanged, including alpha. Empty: not an image, damaged, or larger than

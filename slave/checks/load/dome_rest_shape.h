@@ -32,8 +32,8 @@ class DomeRestShapeCheck final : public Check<FitSample> {
   static constexpr double kMaxOfRim = 0.9;
 
   [[nodiscard]] double Height() const noexcept { return rest_.centre.z() + rest_.semi_axes(2, 2); }
-  // Distance of the points at rest from the scene's shape [m]; points farther than its height are
-  // another object's.
+  // Returns the distance of the points at rest from the scene's shape [m]; points farther than its
+  // height are another object's.
   [[nodiscard]] double RmsOffset(const FitSample& sample) const noexcept {
     double square = 0;
     int count = 0;

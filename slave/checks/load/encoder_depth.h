@@ -14,7 +14,8 @@ class EncoderDepthCheck final : public Check<LoadSample> {
   // surface_doubts_test, a indentation that is not under the tip]
   static constexpr double kNear = 0.1;
 
-  // A load elsewhere than under the tip is another's, but where the tip presses there must be one.
+  // Ignores a load elsewhere than under the tip, because another body causes it. A pressing tip
+  // must have a load.
   void Examine(const LoadSample& sample, Findings* findings) noexcept override;
   void Reset() noexcept override { distrust_ = 0; }
 

@@ -25,7 +25,7 @@ struct NuisanceParameter {
 struct PlateFit {
   LoadFit load;
   int points = 0;    // points on the plate, visible and selected
-  int left_out = 0;  // of them: outliers
+  int left_out = 0;  // points left out as outliers
   // The rim or the cameras have moved since rest. The load does not include it: a motion of the
   // cameras within limits is compensated.
   bool moved = false, compensated = false;

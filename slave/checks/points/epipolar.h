@@ -78,7 +78,7 @@ class EpipolarCheck final : public Check<PointsSample> {
   StereoRig rig_;
   int rest_images_;
   double sigma_px_, most_at_rest_;
-  int taken_ = 0;   // of them
+  int taken_ = 0;   // images of rest_images_ that were used
   int newest_ = 0;  // index in the ring buffers
   std::vector<Row> rows_;
   std::array<Evidence, kLags + 1> evidence_{};

@@ -32,7 +32,7 @@ class SourcePlace {
 
 // `text` in quotes, shortened, with question marks for what cannot be printed.
 std::string Quoted(std::string_view text);
-// A number in few words.
+// Returns a number in few digits.
 std::string Brief(double value);
 // Text as a number in the C locale, all of it; these throw through `place`.
 std::int64_t ParseWhole(const SourcePlace& place, std::string_view text, const char* what,

@@ -29,7 +29,7 @@ class MembraneFace {
     double x = 1, y = 1;
   };
   [[nodiscard]] std::vector<Source> Sources() const;
-  // Vector in frame O, from its components in the mesh's frame.
+  // Returns the vector in frame O, from its components in the mesh's frame.
   [[nodiscard]] Eigen::Vector3d Turned(const Eigen::Vector3d& v) const;
 
   // Shape functions that are not zero at a point [m], their sum 1. False: outside the rim.

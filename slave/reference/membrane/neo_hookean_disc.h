@@ -72,7 +72,7 @@ class DiscMesh {
   }
   // Columns of the element at (ring, ray): circle by circle outward, on each along the angle.
   [[nodiscard]] std::array<int, kElementColumns> element(int ring, int ray) const;
-  // Components of a column's displacement that the mirror planes fix.
+  // Returns the components of a column's displacement that the mirror planes fix.
   [[nodiscard]] std::array<bool, 3> Held(int circle, int ray) const;
 
  private:
@@ -107,7 +107,7 @@ class NeoHookeanDisc {
   bool Forces(const Eigen::VectorXd& u, Eigen::VectorXd* forces) const;
   bool Linearise(const Eigen::VectorXd& u, Eigen::VectorXd* forces, Matrix* stiffness) const;
   [[nodiscard]] Matrix EmptyMatrix() const { return body_.EmptyMatrix(); }
-  // Load of one along -z, spread evenly over the outer face below the tool.
+  // Returns the load of one along -z, spread evenly over the outer face below the tool.
   [[nodiscard]] Eigen::VectorXd ToolLoad() const;
 
  private:

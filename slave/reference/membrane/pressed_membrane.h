@@ -37,7 +37,7 @@ struct MembranePress {
   std::vector<Eigen::Vector2d> nodes_O;       // of the inner face (towards -z), at rest [m]
   std::vector<std::array<int, 3>> triangles;  // of the inner face
   std::vector<std::shared_ptr<const MembraneRung>> rungs;  // depths rising, from zero
-  std::shared_ptr<const MembraneFace> face;                // what lies between the nodes
+  std::shared_ptr<const MembraneFace> face;                // interpolates between the nodes
 };
 
 // Force along z [N] at `depth` by monotone cubics between steps; beyond the last one extrapolated

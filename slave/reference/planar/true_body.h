@@ -56,8 +56,9 @@ class TrueBody {
   [[nodiscard]] BoundaryPlace Nearest(const Eigen::Vector2d& p) const noexcept;
   // The point at `s` along `loop`; s is taken modulo the loop's length.
   [[nodiscard]] BoundaryPlace PlaceAt(int loop, double s) const noexcept;
-  // Contact of a rigid tool of `width` [m] centred at `place`, from and to along the loop. It
-  // follows gentle bends and ends at corners sharper than 30 degrees, where a real tool overhangs.
+  // Returns the contact of a rigid tool of `width` [m] centred at `place`, from and to along the
+  // loop. It follows gentle bends and ends at corners sharper than 30 degrees, where a real tool
+  // overhangs.
   [[nodiscard]] std::pair<double, double> Patch(const BoundaryPlace& place, double width) const;
 
  private:

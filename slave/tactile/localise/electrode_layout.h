@@ -17,7 +17,7 @@ struct FingerSurface {
   // The point of the surface outward of `c_F`: from the origin where c_x >= 0, from the axis at c_x
   // behind it. nullopt: `c_F` is the origin, or on the axis, or not finite.
   [[nodiscard]] std::optional<Eigen::Vector3d> Project(const Eigen::Vector3d& c_F) const noexcept;
-  // Outward unit normal at a point of the surface.
+  // Returns the outward unit normal at a point of the surface.
   [[nodiscard]] Eigen::Vector3d Normal(const Eigen::Vector3d& p_F) const noexcept;
 };
 

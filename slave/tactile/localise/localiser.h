@@ -46,7 +46,7 @@ class Localiser {
   // Allocation-free.
   [[nodiscard]] virtual TouchPlace Locate(const TactileSignals& change,
                                           const FingerReading& raw) const noexcept = 0;
-  // Name, for example `pressure-weighted`.
+  // Returns the name, for example `pressure-weighted`.
   [[nodiscard]] virtual std::string_view name() const = 0;
 };
 

@@ -21,7 +21,7 @@ struct ForceErrorLaw {
   double relative = 0;  // [-]
 
   [[nodiscard]] bool known() const noexcept { return growing > 0 || relative > 0; }
-  // Standard deviation of a force of this size, one sigma [N].
+  // Returns the standard deviation of a force of this size, one sigma [N].
   [[nodiscard]] double At(double size) const noexcept {
     return std::sqrt(growing * size + relative * relative * size * size);
   }

@@ -44,9 +44,9 @@ CameraRegistration RegisterPair(const StereoRig& rig, const std::vector<TipPlace
 // `reasons`. Camera frame z forward, x right, y down. Residual: that of the image point, at the
 // distance of the tip.
 CameraRegistration RegisterLens(const Lens& lens, const std::vector<TipPlace>& places);
-// A camera that looks straight down on the plane z = 0 of S: pixel size, rotation about z and
-// shift. Camera frame as in CameraView: origin at the image centre, x right, y up. `size` of the
-// image [px]. Residual: distance in the plane.
+// Registers a camera that looks straight down on the plane z = 0 of S: pixel size, rotation about z
+// and shift. Camera frame as in CameraView: origin at the image centre, x right, y up. `size` of
+// the image [px]. Residual: distance in the plane.
 CameraRegistration RegisterPlane(const std::array<int, 2>& size,
                                  const std::vector<TipPlace>& places);
 

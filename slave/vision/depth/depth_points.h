@@ -123,8 +123,8 @@ class DepthPoints {
   // Measures the rest shape again from the next images, of any size.
   void Reset() noexcept;
 
-  // Place of point `i` of the observation: the middle of its cell [px], and the unit normal of the
-  // surface at rest there, towards the camera, frame S.
+  // Returns the place of point `i` of the observation: the middle of its cell [px], and the unit
+  // normal of the surface at rest there, towards the camera, frame S.
   [[nodiscard]] const Eigen::Vector2d& place(std::size_t i) const { return cells_[i].middle; }
   [[nodiscard]] const Eigen::Vector3d& normal_S(std::size_t i) const { return cells_[i].n_S; }
 

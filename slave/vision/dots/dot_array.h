@@ -26,12 +26,12 @@ class DotArray {
   // each dot of the array the index in `dots`, or kNobody. Returns the number of assigned dots.
   int Identify(std::span<const Dot> dots, std::span<const Eigen::Vector2d> places,
                std::span<const double> areas, std::vector<int>* picks) const;
-  // Expected position of dot `k`, from the motion of its visible neighbours (an affine map of up to
-  // eight of them) since `before`. NaN without a visible neighbour.
+  // Returns the expected position of dot `k`, from the motion of its visible neighbours (an affine
+  // map of up to eight of them) since `before`. NaN without a visible neighbour.
   [[nodiscard]] Eigen::Vector2d Expect(std::size_t k, std::span<const Eigen::Vector2d> before,
                                        std::span<const Eigen::Vector2d> now,
                                        std::span<const char> seen) const;
-  // Distance to the nearest neighbour of the array at `places` [px].
+  // Returns the distance to the nearest neighbour of the array at `places` [px].
   [[nodiscard]] double Spacing(std::size_t k, std::span<const Eigen::Vector2d> places) const;
 
   [[nodiscard]] std::size_t size() const { return layout_.size(); }
@@ -41,7 +41,7 @@ class DotArray {
  private:
   using Places = std::vector<Eigen::Vector2d>;
 
-  struct Image;  // what is known of one image
+  struct Image;  // data of one image
   int Grow(const Image& image, std::size_t anchor, const Eigen::Vector2d& shift,
            std::vector<int>* picks) const;
   int Assign(const Image& image, const Places& expected, std::vector<int>* picks) const;

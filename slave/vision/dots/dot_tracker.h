@@ -58,8 +58,8 @@ class DotTracker {
   std::vector<SightedDot> dots_;
   int seen_ = 0;
   bool found_ = false;
-  std::vector<Dot> all_;    // of the present image
-  std::vector<int> picks_;  // of them, per dot of the array
+  std::vector<Dot> all_;    // dots of the present image
+  std::vector<int> picks_;  // index in all_ per dot of the array
 };
 
 }  // namespace palpate

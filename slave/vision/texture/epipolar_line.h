@@ -25,11 +25,11 @@ class EpipolarLine {
   // the line.
   bool Next(double step) noexcept;
   [[nodiscard]] double q() const { return q_; }
-  // Projection of the ray at this q [px]; nullopt: outside the lens's range. It may be outside the
-  // image.
+  // Returns the projection of the ray at this q [px]; nullopt: outside the lens's range. It may be
+  // outside the image.
   [[nodiscard]] const std::optional<Eigen::Vector2d>& place() const { return place_; }
   [[nodiscard]] bool in_image() const { return place_ && IsInside(*place_); }
-  // Place of the ray through a neighbour of the pixel, as far away [px].
+  // Returns the place of the ray through a neighbour of the pixel, as far away [px].
   [[nodiscard]] std::optional<Eigen::Vector2d> Neighbour(const Eigen::Vector2d& p_F) const noexcept;
 
  private:

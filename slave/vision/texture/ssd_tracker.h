@@ -61,7 +61,7 @@ class SsdTracker {
   // Overrides the result: window `i` was not found. Real-time safe.
   void Lose(std::size_t i) noexcept;
 
-  // Window `i` in the first image on a level, 0 <= level < image().levels().
+  // Returns the window `i` in the first image on a level, 0 <= level < image().levels().
   [[nodiscard]] PatchAligner& Template(std::size_t i, int level) noexcept {
     return memories_[i].first[static_cast<std::size_t>(level)];
   }
