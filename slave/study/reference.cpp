@@ -72,12 +72,6 @@ bool IsLinearAnswer(const StudyRow& row) {
   return row.outcome == Outcome::kAnswered && row.linear;
 }
 
-// What approximates another model is measured, and measures none.
-bool IsMeasured(const StudyRow& row) {
-  const ModelKind* kind = FindModelKind(row.kind);
-  return kind != nullptr && kind->estimates_error;
-}
-
 // What two opinions have to differ in to be two: the same elements under another law are not.
 std::string FormulationOf(const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
@@ -89,7 +83,7 @@ std::string FormulationOf(const StudyRow& row) {
 std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<StudyRow>& rows) {
   std::map<std::string, std::vector<const StudyRow*>> families;
   for (const StudyRow& row : rows) {
-    if (row.outcome != Outcome::kAnswered || IsMeasured(row)) continue;
+    if (row.outcome != Outcome::kAnswered) continue;
     families[row.family].push_back(&row);
   }
   for (auto& [name, members] : families) {
@@ -153,8 +147,10 @@ const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) 
 std::optional<double> Graded(const Scene& scene, const Press& press, const PressSpec& question,
                              bool many, bool check) {
   const double width = question.width;
-  const bool is_capsule = scene.tool && scene.tool->shape == Tool::Shape::kCapsule;
-  if (press.loaded || is_capsule) return std::nullopt;
+  const bool is_usual = !scene.tool || scene.tool->shape == Tool::Shape::kFlat ||
+                        scene.tool->shape == Tool::Shape::kRound;
+  if (press.loaded || !is_usual || scene.model.contact == ContactLaw::kFriction)
+    return std::nullopt;
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
     if (IsTouchedRound(scene)) {

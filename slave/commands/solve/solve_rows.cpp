@@ -99,8 +99,8 @@ void ReadTool(const CsvTable& table, const RowRules& rules, double largest, Solv
   if (row->tool.shape == Tool::Shape::kFlat) row->tool.width = width;
   if (!is_flat && has_width && width > 0) {
     table.Refuse("width",
-                 "none under a round tool or a capsule, whose contact grows with the "
-                 "depth; radius 0 is a flat contact");
+                 "none under a round tool, a capsule or a rectangle, whose contact is "
+                 "the tool's; radius 0 is a flat contact");
   }
 }
 
@@ -120,7 +120,7 @@ void WriteVector(std::ofstream* stream, const Eigen::Vector3d& v, bool known) {
 
 RowRules RulesOf(const Scene& scene) {
   return {.tool = scene.tool.value_or(Tool{}),
-          .shaped = KindOf(scene).shapes_tools,
+          .shaped = ShapesTool(scene),
           .dynamic = MovesInTime(scene)};
 }
 

@@ -1,17 +1,12 @@
-// An elastic half-space under square cells of uniform load, and what a rigid sphere does to it.
-//
-// Compliances: K. L. Johnson, Contact Mechanics, 1985, eqs. 3.75 to 3.77 (a point force), over a
-// square: his section 3.6. The sphere: his sections 4.2 (Hertz) and 7.2 (Cattaneo and Mindlin;
-// Mindlin and Deresiewicz for a tangential force that turns back).
+// What a rigid sphere does to an elastic half-space: K. L. Johnson, Contact Mechanics, 1985,
+// sections 4.2 (Hertz) and 7.2 (Cattaneo and Mindlin; Mindlin and Deresiewicz for a tangential
+// force that turns back).
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
-#include <Eigen/Core>
-
-namespace palpate::zone_tests {
+namespace palpate::solids {
 
 // A rigid sphere on a half-space of moduli E = 1 and `nu`, with friction `mu`. Any unit of length.
 struct SphereOnHalfSpace {
@@ -41,51 +36,4 @@ struct SphereOnHalfSpace {
   }
 };
 
-// Centres of the square cells of `side` whose distance from the origin is at most `reach`.
-inline std::vector<Eigen::Vector3d> CellsWithin(double reach, double side) {
-  const int most = static_cast<int>(reach / side);
-  std::vector<Eigen::Vector3d> cells;
-  for (int i = -most; i <= most; ++i) {
-    for (int j = -most; j <= most; ++j) {
-      const Eigen::Vector3d at(i * side, j * side, 0);
-      if (at.norm() <= reach) cells.push_back(at);
-    }
-  }
-  return cells;
-}
-
-// Displacement at `x`, `y`, `z` outward, by unit forces spread over a square cell around the
-// origin, for nu = 0.5: what presses does not move a point sideways, nor the reverse.
-inline Eigen::Matrix3d IncompressibleCell(double x, double y, double side) {
-  constexpr double kG = 1.0 / 3, kNu = 0.5;
-  double xx = 0, yy = 0, xy = 0;  // integrals of x^2 / r^3, y^2 / r^3, x y / r^3
-  for (const double sx : {-0.5, 0.5}) {
-    for (const double sy : {-0.5, 0.5}) {
-      const double u = x + sx * side, v = y + sy * side, sign = sx * sy > 0 ? 1 : -1;
-      xx += sign * v * std::asinh(u / std::abs(v));
-      yy += sign * u * std::asinh(v / std::abs(u));
-      xy -= sign * std::hypot(u, v);
-    }
-  }
-  Eigen::Matrix3d W = Eigen::Matrix3d::Zero();
-  W(0, 0) = (1 - kNu) * (xx + yy) + kNu * xx;
-  W(1, 1) = (1 - kNu) * (xx + yy) + kNu * yy;
-  W(0, 1) = W(1, 0) = kNu * xy;
-  W(2, 2) = (1 - kNu) * (xx + yy);
-  return W / (2 * M_PI * kG * side * side);
-}
-
-inline Eigen::MatrixXd ComplianceOf(const std::vector<Eigen::Vector3d>& cells, double side) {
-  const auto count = static_cast<int>(cells.size());
-  Eigen::MatrixXd W(3 * count, 3 * count);
-  for (int i = 0; i < count; ++i) {
-    for (int j = 0; j < count; ++j) {
-      const Eigen::Vector3d from =
-          cells[static_cast<std::size_t>(i)] - cells[static_cast<std::size_t>(j)];
-      W.block<3, 3>(3 * i, 3 * j) = IncompressibleCell(from.x(), from.y(), side);
-    }
-  }
-  return W;
-}
-
-}  // namespace palpate::zone_tests
+}  // namespace palpate::solids
