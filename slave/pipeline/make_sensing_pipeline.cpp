@@ -142,9 +142,8 @@ void SetKind(const std::string& kind, ObjectClass object, ModelOptions* model) {
 
 // Only some models have friction.
 void RequireFriction(const ModelOptions& model) {
-  const ModelKind* kind = FindModelKind(model.kind);
-  if (model.contact != ContactLaw::kFriction || (kind != nullptr && kind->shapes_tools)) return;
-  Refuse("kind = " + model.kind, "fem-zone while contact = friction");
+  if (model.contact != ContactLaw::kFriction || FollowsTools(model)) return;
+  Refuse("kind = " + model.kind, "fem while contact = friction");
 }
 
 // What is known of a sense before its first picture.

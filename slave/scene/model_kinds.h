@@ -25,14 +25,12 @@ struct ModelKind {
   std::string_view name;  // as in model.kind
   ObjectClass object = ObjectClass::kVolume;
   Linearity linearity = Linearity::kAlways;
-  bool has_tets = false;         // accepts element
-  bool iterates = false;         // accepts law, residual, gravity, time
-  bool takes_friction = false;   // contact: bonded or frictionless; otherwise bonded alone
-  bool shapes_tools = false;     // computes contacts of the tool's shape itself: capsules, friction
-  bool estimates_error = false;  // estimates each answer's error: accepts deadline; no reference
-  bool has_cache = false;        // stores its Green's functions in a folder
-  bool takes_tension = false;    // of a membrane at rest; a flat one also modes
-  bool takes_regions = false;    // parts of the object with moduli of their own
+  bool has_tets = false;          // accepts element
+  bool iterates = false;          // accepts law, residual, gravity, time
+  bool takes_friction = false;    // contact: bonded or frictionless; otherwise bonded alone
+  bool has_cache = false;         // stores its Green's functions in a folder
+  bool takes_tension = false;     // of a membrane at rest; a flat one also modes
+  bool takes_regions = false;     // parts of the object with moduli of their own
   bool takes_relaxation = false;  // moduli that fade in time; accepts step
 };
 
@@ -49,6 +47,7 @@ inline constexpr std::array kModelKinds{
               .linearity = Linearity::kByLaw,
               .has_tets = true,
               .iterates = true,
+              .takes_friction = true,
               .takes_regions = true},
     ModelKind{.name = "fem-green",
               .has_tets = true,
@@ -56,14 +55,6 @@ inline constexpr std::array kModelKinds{
               .has_cache = true,
               .takes_regions = true,
               .takes_relaxation = true},
-    ModelKind{.name = "fem-zone",
-              .linearity = Linearity::kNever,
-              .has_tets = true,
-              .takes_friction = true,
-              .shapes_tools = true,
-              .estimates_error = true,
-              .has_cache = true,
-              .takes_regions = true},
 };
 
 // nullptr: `auto`, or no kind at all.
@@ -79,8 +70,20 @@ inline ObjectClass ClassOf(const Geometry& geometry) {
 // Whether large deflections or strains are part of the model's own formulation.
 inline bool IsLargeDeformation(const ModelOptions& model) {
   const ModelKind* kind = FindModelKind(model.kind);
-  if (kind == nullptr || kind->estimates_error) return false;
+  if (kind == nullptr) return false;
   return kind->linearity == Linearity::kNever || (kind->iterates && IsHyperelastic(model.fem.law));
+}
+// Whether the model finds which places rigid tools of every shape touch, and Coulomb's friction
+// there: `fem` of four-node tetrahedra at rest under any law but those of Ogden.
+inline bool FollowsTools(const ModelOptions& model) {
+  const ModelKind* kind = FindModelKind(model.kind);
+  return kind != nullptr && kind->iterates && model.fem.element == FemOptions::Element::kTet4 &&
+         model.fem.law != FemOptions::Law::kOgden && model.fem.time == FemOptions::Time::kStatic;
+}
+// Whether it does so of this tool: the others are bonded, flat ones held at their nodes.
+inline bool ShapesTool(const ModelOptions& model, const Tool& tool) {
+  const bool is_usual = tool.shape == Tool::Shape::kFlat || tool.shape == Tool::Shape::kRound;
+  return FollowsTools(model) && (model.contact != ContactLaw::kBonded || !is_usual);
 }
 // Whether model.kind may be `kind` for such an object: one of its kinds, or `auto`.
 inline bool IsKindFor(ObjectClass object, std::string_view kind) {
@@ -99,7 +102,7 @@ inline std::string KindsFor(ObjectClass object) {
   return words.append(" or ").append(last);
 }
 
-// The kinds with an ability as text: "fem, fem-green or fem-zone".
+// The kinds with an ability as text: "fem or fem-green".
 inline std::string KindsWith(bool ModelKind::*ability) {
   std::string words;
   std::string_view last;

@@ -95,11 +95,8 @@ void ReadFem(Section& model, Fem* fem) {
   fem->threads = model.Integer("threads");
 }
 
-// The options of `fem-zone`: one element and one law.
-void ReadZone(Section& model, Fem* fem) {
-  const std::string_view note = " with this kind";
-  fem->element = model.OneOf<Fem::Element>("element", {{"tet4", Fem::Element::kTet4}}, note);
-  fem->law = model.OneOf<Fem::Law>("law", {{"neo-hookean", Fem::Law::kNeoHookean}}, note);
+bool IsFem(const ModelKind& kind) {
+  return kind.name == "fem";
 }
 
 void ReadContact(Section& model, const ModelKind& kind, ModelOptions* options) {
@@ -107,14 +104,17 @@ void ReadContact(Section& model, const ModelKind& kind, ModelOptions* options) {
   constexpr std::array kLaws{Law{"bonded", ContactLaw::kBonded},
                              Law{"frictionless", ContactLaw::kFrictionless},
                              Law{"friction", ContactLaw::kFriction}};
-  const std::size_t count = kind.shapes_tools ? 3 : kind.takes_friction ? 2 : 1;
-  const char* note = kind.shapes_tools || kind.name == "auto" ? "" : " with this kind";
+  const bool follows = FollowsTools(*options);
+  const std::size_t count = follows ? 3 : kind.takes_friction && !IsFem(kind) ? 2 : 1;
+  const char* note = follows || kind.name == "auto" ? ""
+                     : IsFem(kind)                  ? ": `fem` needs tet4, statics and another law"
+                                                    : " with this kind";
   options->contact = model.OneOfTable<ContactLaw>("contact", std::span(kLaws).first(count), note);
   if (options->contact == ContactLaw::kFriction) {
     options->friction = model.Number("friction");
   } else if (model.Has("friction")) {
-    model.Refuse("friction", kind.shapes_tools ? "nothing without `contact: friction`"
-                                               : "nothing with this kind: use fem-zone");
+    model.Refuse("friction", follows ? "nothing without `contact: friction`"
+                                     : "nothing here: use fem with element: tet4, time: static");
   }
 }
 
@@ -156,8 +156,6 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   if (is_auto || kind.object == ObjectClass::kOutline) ReadPlanar(model, &options);
   if (kind.iterates) {
     ReadFem(model, &options.fem);
-  } else if (kind.estimates_error) {
-    ReadZone(model, &options.fem);
   } else if (kind.has_tets) {
     ReadElement(model, &options.fem);
   }
@@ -169,7 +167,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     model.Refuse("prestress", "nothing with this kind: use plate-large for tension at rest");
   }
   if (!is_membrane) ReadContact(model, kind, &options);
-  if (kind.estimates_error || (kind.iterates && TakesSteps(options.fem))) {
+  if (kind.iterates && TakesSteps(options.fem)) {
     options.deadline = model.Number("deadline");
   } else if (model.Has("deadline")) {
     model.Refuse("deadline",

@@ -163,17 +163,18 @@ std::optional<double> ReadExtent(Section& section) {
 
 // Tools other than flat ones have a width, a radius or both. One follows from the other.
 void ReadEnd(Section& section, const Rule& width, Tool* tool) {
-  if (tool->shape == Tool::Shape::kCapsule) {
+  const bool is_rectangle = tool->shape == Tool::Shape::kRectangle;
+  if (tool->shape == Tool::Shape::kCapsule || is_rectangle) {
     tool->length = section.Number("length");
     tool->axis_O = section.Vector3("axis");
     if (!(tool->axis_O.norm() > kSmallest)) section.Refuse("axis", "a vector other than [0, 0, 0]");
     tool->axis_O.stableNormalize();
   } else {
     for (const char* key : {"length", "axis"}) {
-      if (section.Has(key)) section.Refuse(key, "nothing without `shape: capsule`");
+      if (section.Has(key)) section.Refuse(key, "nothing without `shape: capsule` or `rectangle`");
     }
   }
-  if (tool->shape == Tool::Shape::kFlat) {
+  if (tool->shape == Tool::Shape::kFlat || is_rectangle) {
     if (section.Has("radius")) section.Refuse("radius", "nothing with a flat tool");
     tool->width = section.NumberWithin("width", width);
     return;
@@ -197,7 +198,8 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
   Tool tool;
   tool.shape = section.OneOf<Tool::Shape>("shape", {{"flat", Tool::Shape::kFlat},
                                                     {"round", Tool::Shape::kRound},
-                                                    {"capsule", Tool::Shape::kCapsule}});
+                                                    {"capsule", Tool::Shape::kCapsule},
+                                                    {"rectangle", Tool::Shape::kRectangle}});
   ReadEnd(section, width, &tool);
   tool.depth = ReadExtent(section);
   tool.presses_evenly = section.OneOf<bool>("load", {{"rigid", false}, {"even", true}});

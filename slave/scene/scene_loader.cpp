@@ -124,11 +124,12 @@ class CrossCheck {
                                        scene_.tool->shape == Tool::Shape::kFlat)) {
       Refuse("tool.load", "nothing here: only a flat tool on a flat membrane has a load");
     }
-    if (!scene_.tool || scene_.tool->shape != Tool::Shape::kCapsule) return;
-    const ModelKind* kind = FindModelKind(scene_.model.kind);
-    if (kind == nullptr || !kind->shapes_tools) {
-      Refuse("tool.shape", "flat or round with this kind of model: capsule needs fem-zone");
+    if (!scene_.tool || scene_.tool->shape == Tool::Shape::kFlat ||
+        scene_.tool->shape == Tool::Shape::kRound || FollowsTools(scene_.model)) {
+      return;
     }
+    Refuse("tool.shape",
+           "flat or round with this model: others need fem with element: tet4, time: static");
   }
 
   void CheckRegions() {

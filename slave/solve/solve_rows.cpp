@@ -100,7 +100,8 @@ void SetTool(const RowValues& values, const RowRules& rules, double largest,
   if (row->tool.shape == Tool::Shape::kFlat) row->tool.width = width;
   if (!is_flat && values.width && width > 0) {
     refuse("width",
-           "none under a round tool or a capsule, whose contact grows with the depth; radius 0 is "
+           "none under a round tool, a capsule or a rectangle, whose contact is the tool's; radius "
+           "0 is "
            "a flat contact");
   }
 }
@@ -121,7 +122,7 @@ void WriteVector(std::ofstream* stream, const Eigen::Vector3d& v, bool known) {
 
 RowRules RulesOf(const Scene& scene) {
   return {.tool = scene.tool.value_or(Tool{}),
-          .shaped = KindOf(scene).shapes_tools,
+          .shaped = ShapesTool(scene),
           .dynamic = MovesInTime(scene)};
 }
 

@@ -24,7 +24,8 @@ std::string Unfit(const Scene& scene, const StudyRow& row) {
     return "the numbers of the fixed nodes change";
   if (!kind->iterates && fem.time == FemOptions::Time::kDynamic) return "is not dynamic";
   if (!kind->iterates && !fem.gravity_O.isZero(0)) return "has no gravity";
-  if (!kind->takes_friction && scene.model.contact == ContactLaw::kFrictionless) {
+  if (scene.model.contact == ContactLaw::kFrictionless &&
+      !(kind->iterates ? FollowsTools(row.model) : kind->takes_friction)) {
     return "its contacts are bonded";
   }
   return {};

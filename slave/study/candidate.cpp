@@ -195,20 +195,6 @@ void AddGreen(const Division& d, FemOptions::Element element, const CandidateLim
   if (c.dof <= limits.dof) candidates->push_back(std::move(c));
 }
 
-// All presses of a study are those of a tool that sticks or slides.
-void AddZone(const Division& d, const CandidateLimits& limits, std::vector<Candidate>* candidates) {
-  Candidate c = Start(d, "fem-zone", "fem-zone");
-  ModelOptions& model = c.scene.model;
-  model.fem.element = FemOptions::Element::kTet4;
-  model.fem.law = FemOptions::Law::kNeoHookean;
-  model.fem.time = FemOptions::Time::kStatic;
-  if (model.contact == ContactLaw::kFriction) model.contact = ContactLaw::kBonded;
-  c.dof = 3 * d.nodes;
-  c.linear = false;
-  c.expected_s = SparseSeconds(c.dof, 40 + 8 * d.presses);
-  if (c.dof <= limits.dof || IsOwn(d.scene, c)) candidates->push_back(std::move(c));
-}
-
 // Adds the model that the scene names if no row above has it, such as corotational ten-node
 // tetrahedra.
 void AddOwn(const Division& d, std::vector<Candidate>* candidates) {
@@ -244,7 +230,6 @@ void AddVolume(const Division& d, const CandidateLimits& limits,
   if (!d.between) {
     AddFem(d, Element::kTet4, Law::kLinear, own, limits, candidates);
     AddFem(d, Element::kTet10, large, own, limits, candidates);
-    AddZone(d, limits, candidates);
     for (const double residual : residuals) {
       AddFem(d, Element::kTet4, Law::kCorotational, residual, limits, candidates);
       AddFem(d, Element::kTet4, large, residual, limits, candidates);
@@ -274,11 +259,11 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
       AddVolume(d, limits, &candidates);
     }
   }
-  if (scene.tool && scene.tool->shape == Tool::Shape::kCapsule) {
-    std::erase_if(candidates, [](const Candidate& c) {
-      const ModelKind* kind = FindModelKind(c.scene.model.kind);
-      return kind == nullptr || !kind->shapes_tools;
-    });
+  // What another model cannot press is not compared with it.
+  const bool is_usual = !scene.tool || scene.tool->shape == Tool::Shape::kFlat ||
+                        scene.tool->shape == Tool::Shape::kRound;
+  if (!is_usual || scene.model.contact == ContactLaw::kFriction) {
+    std::erase_if(candidates, [](const Candidate& c) { return !FollowsTools(c.scene.model); });
   }
   if (!limits.families.empty()) {
     std::erase_if(candidates, [&](const Candidate& c) {

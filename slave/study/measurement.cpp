@@ -92,8 +92,8 @@ class Trial {
         tool_(candidate.scene, ToolOf(candidate.scene, question), mesh),
         grows_(IsTouchedRound(candidate.scene)),
         options_(candidate.scene.model),
-        kind_(FindModelKind(options_.kind)),
-        steps_(candidate.linear || FollowsTools() ? 1 : kSteps),
+        // A model that finds where a tool touches moves it in increments of its own.
+        steps_(candidate.linear || ShapesTool(candidate.scene) ? 1 : kSteps),
         mesh_(mesh),
         finder_(mesh),
         question_(question),
@@ -204,35 +204,21 @@ class Trial {
     const ContactResponse response = Respond(Moved(press, press.p_O, width, depth));
     if (!IsForceKnown(response.validity)) return {};
     return {press.inward_O.dot(response.force_O), response.validity, response.doubt,
-            response.takes_width, BoundOf(response.force_error, response.force_O.norm())};
+            response.takes_width};
   }
-
-  // The bound of a model that bounds its error, by the size of what it bounds.
-  [[nodiscard]] double BoundOf(double bound, double size) const {
-    return kind_ != nullptr && kind_->estimates_error ? bound / size : kUnknown;
-  }
-
-  // The load as contacts: where the model makes a region of its own around every contact, it
-  // spreads the load itself.
-  [[nodiscard]] std::vector<LoadPoint> LoadPoints(const Press& press, double width) const {
-    if (SpreadsLoads()) return {{press.p_O, finder_.ElementAt(press.p_O), 1}};
-    return RoundLoad(finder_.skin(), press.p_O, press.inward_O, width, HasMidnodes(options_));
-  }
-  [[nodiscard]] bool SpreadsLoads() const { return kind_ != nullptr && kind_->shapes_tools; }
-  // The model moves a round tool in increments of its own, from rest to the depth.
-  [[nodiscard]] bool FollowsTools() const { return SpreadsLoads() && grows_; }
 
   study::Answer Push(const Press& press, double depth, double width) {
     const double force = question_.load * depth / question_.depth;
-    const auto points = LoadPoints(press, width);
+    const auto points =
+        RoundLoad(finder_.skin(), press.p_O, press.inward_O, width, HasMidnodes(options_));
     std::vector<Contact> contacts;
     for (const LoadPoint& point : points) {
-      contacts.push_back({Contact::Kind::kForce, point.p_O, point.triangle,
-                          SpreadsLoads() ? width : 0, point.share * force * press.inward_O});
+      contacts.push_back({Contact::Kind::kForce, point.p_O, point.triangle, 0,
+                          point.share * force * press.inward_O});
     }
     std::vector<ContactResponse> responses(contacts.size());
     model_.Respond(contacts, responses);
-    double displacement = 0, bound = 0;
+    double displacement = 0;
     Validity validity = points.empty() ? Validity::kFailed : Validity::kValid;
     std::string_view doubt;
     if (IsCoarseUnder(press, width)) {
@@ -242,12 +228,10 @@ class Trial {
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!IsForceKnown(responses[i].validity)) return {};
       displacement += points[i].share * press.inward_O.dot(responses[i].displacement_O);
-      bound += std::abs(points[i].share) * responses[i].displacement_error;
       validity = Worse(validity, responses[i].validity);
       if (doubt.empty()) doubt = responses[i].doubt;
     }
-    return {force * depth / displacement, validity, doubt, false,
-            BoundOf(bound, std::abs(displacement))};
+    return {force * depth / displacement, validity, doubt, false};
   }
 
   // The load's area is the tool's own on every mesh; its rim is as blurred as the mesh is coarse.
@@ -282,7 +266,6 @@ class Trial {
   const bool grows_;  // the contact of the tool, with its depth
   Solution pressed_;
   const ModelOptions& options_;
-  const ModelKind* kind_;
   const int steps_;
   std::optional<double> slope_;  // of many presses that at the first, which no error hangs on
   const ObjectMesh& mesh_;
@@ -334,7 +317,6 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
     row->validity = Worse(row->validity, full.validity);
     row->beyond += full.validity == Validity::kValid ? 0 : 1;
     if (!full.doubt.empty()) row->reason = full.doubt;
-    if (!(row->stated_error >= full.bound)) row->stated_error = full.bound;
     if (IsAnswer(row->answers.back().small)) continue;
     row->outcome = Outcome::kFailed;
     const std::string_view why = trial.model().failure();

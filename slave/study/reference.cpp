@@ -72,12 +72,6 @@ bool IsLinearAnswer(const StudyRow& row) {
   return row.outcome == Outcome::kAnswered && row.linear;
 }
 
-// A model that approximates another one is measured, and is no reference.
-bool IsMeasured(const StudyRow& row) {
-  const ModelKind* kind = FindModelKind(row.kind);
-  return kind != nullptr && kind->estimates_error;
-}
-
 // Two references are independent if their formulations differ. The same elements with another law
 // are not independent.
 std::string FormulationOf(const StudyRow& row) {
@@ -90,7 +84,7 @@ std::string FormulationOf(const StudyRow& row) {
 std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<StudyRow>& rows) {
   std::map<std::string, std::vector<const StudyRow*>> families;
   for (const StudyRow& row : rows) {
-    if (row.outcome != Outcome::kAnswered || IsMeasured(row)) continue;
+    if (row.outcome != Outcome::kAnswered) continue;
     families[row.family].push_back(&row);
   }
   for (auto& [name, members] : families) {
@@ -154,8 +148,10 @@ const Limit* SecondOpinion(const std::vector<Limit>& limits, const Limit& best) 
 std::optional<double> Graded(const Scene& scene, const Press& press, const PressSpec& question,
                              bool many, bool check) {
   const double width = question.width;
-  const bool is_capsule = scene.tool && scene.tool->shape == Tool::Shape::kCapsule;
-  if (press.loaded || is_capsule) return std::nullopt;
+  const bool is_usual = !scene.tool || scene.tool->shape == Tool::Shape::kFlat ||
+                        scene.tool->shape == Tool::Shape::kRound;
+  if (press.loaded || !is_usual || scene.model.contact == ContactLaw::kFriction)
+    return std::nullopt;
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
     if (IsTouchedRound(scene)) {

@@ -25,9 +25,7 @@ Json ToJson(const Estimate& e) {
 }
 
 Json ToJson(const Answer& answer) {
-  return {{"value", answer.value},
-          {"validity", ToString(answer.validity)},
-          {"stated_error", answer.bound}};
+  return {{"value", answer.value}, {"validity", ToString(answer.validity)}};
 }
 
 Json ToJson(const PressSpec& question) {
@@ -69,7 +67,6 @@ Json ToJson(const StudyRow& row) {
             {"error_small", ToJson(row.error_small)},
             {"deviation", row.deviation},
             {"width_error", row.width_error},
-            {"stated_error", row.stated_error},
             {"validity", ToString(row.validity)},
             {"update_s", {{"median", row.update_median_s}, {"p99", row.update_p99_s}}},
             {"precompute_s", row.precompute_s},
@@ -113,18 +110,6 @@ std::string Seconds(double s) {
 std::string Percent(const Estimate& error) {
   if (!std::isfinite(error.value)) return "";
   return Formatted("%.2g +- %.1g %%", 100 * error.value, 100 * error.bar);
-}
-
-// Lists the models that state a bound.
-std::string BoundsInWords(const std::vector<StudyRow>& rows) {
-  std::string lines;
-  for (const StudyRow& row : rows) {
-    if (row.outcome != Outcome::kAnswered || !std::isfinite(row.stated_error)) continue;
-    lines += "bound: " + row.name() +
-             Formatted(": it states an error of at most %.2g %% against its own mesh\n",
-                       100 * row.stated_error);
-  }
-  return lines;
 }
 
 std::string Marks(const StudyRow& row) {
@@ -173,7 +158,7 @@ std::string ToCsv(const StudyResult& study) {
       "family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,"
       "deviation,width_error,validity,update_median_s,update_p99_s,precompute_s,memory_bytes,"
       "expected_s,on_front,"
-      "meets_tolerance,meets_rate,recommended,reason,stated_error\n";
+      "meets_tolerance,meets_rate,recommended,reason\n";
   for (const StudyRow& row : study.rows) {
     const auto number = [&](double value) {
       AppendNumber(&csv, value, kDigits);
@@ -194,9 +179,7 @@ std::string ToCsv(const StudyResult& study) {
     csv += std::to_string(row.memory_bytes) + ",";
     number(row.expected_s);
     flag(row.on_front), flag(row.meets_tolerance), flag(row.meets_rate), flag(row.recommended);
-    csv += Cell(row.reason) + ",";
-    AppendNumber(&csv, row.stated_error, kDigits);
-    csv += "\n";
+    csv += Cell(row.reason) + "\n";
   }
   return csv;
 }
@@ -221,7 +204,7 @@ std::string ToTable(const StudyResult& study) {
              (row.residual > 0 ? ", residual " + ResidualOf(row) : "") + " (expected " +
              Seconds(row.expected_s) + "): " + row.reason + "\n";
   }
-  table += "\n" + BoundsInWords(study.rows);
+  table += "\n";
   std::map<std::string, int> sources;
   for (const Reference& reference : study.references.presses) ++sources[reference.source];
   for (const auto& [source, places] : sources) {

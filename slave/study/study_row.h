@@ -27,7 +27,6 @@ struct Answer {
   Validity validity = Validity::kFailed;
   std::string_view doubt;    // why it is extrapolated; may be empty
   bool takes_width = false;  // see ContactResponse
-  double bound = kUnknown;   // of the error of `value` by the model itself, relative [-]
 };
 
 struct PressAnswers {
@@ -76,9 +75,6 @@ struct StudyRow : Trait {
   Estimate error, error_small;
   double bound =
       kUnknown;  // error that nine of ten places do not exceed, with 95 %: BeyondBound [-]
-  // The largest bound that the model itself states at full depth, relative [-]; NaN: it states
-  // none.
-  double stated_error = kUnknown;
   double deviation = kUnknown;            // the first of the three alone, at full depth [-]
   double width_error = kUnknown;          // the last of the three alone [-]
   Validity validity = Validity::kFailed;  // at full depth, the worst over the contacts

@@ -5,13 +5,12 @@
 // `Slide/tetrahedra/contacts`: update of one sample over the bodies of organ_bodies.h [ms], its
 // force against the converged one of the same mesh [%], the share `within2` estimates of that and
 // the median `ratio` of estimate and error, `failed` ones, Newton's `steps` and their
-// `iterations`, longest `first` touch [ms], start [s], memory [MB]. `Zone`: the same of `fem-zone`.
-// `Before`: the same of the general model at its residual of 1e-2, on the first body. All in one
-// run, since machines are loaded.
+// `iterations`, longest `first` touch [ms], start [s], memory [MB]. `Rub`: the same with friction,
+// of tools that slip. `Before`: the same of the general model at its residual of 1e-2, on the first
+// body. All in one run, since machines are loaded.
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <type_traits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -21,7 +20,6 @@
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
-#include "slave/mechanics/fem/zone/fem_zone_model.h"
 #include "slave/mesh/index.h"
 #include "tests/bench/organ_bodies.h"
 #include "tests/bench/timing.h"
@@ -46,8 +44,12 @@ FemOptions OptionsOf(double residual) {
   return options;
 }
 
-FemModel::Params ParamsOf(double nu, double residual) {
-  return {{.young_modulus = kModulus, .poisson_ratio = nu}, OptionsOf(residual)};
+// `friction`: Coulomb's coefficient of tools that slip; 0: bonded.
+FemModel::Params ParamsOf(double nu, double residual, double friction) {
+  return {.material = {.young_modulus = kModulus, .poisson_ratio = nu},
+          .options = OptionsOf(residual),
+          .contact = friction > 0 ? ContactLaw::kFriction : ContactLaw::kBonded,
+          .friction = friction};
 }
 
 std::vector<Contact> ContactsAt(const std::vector<organs::Place>& places, int sample) {
@@ -99,50 +101,36 @@ struct Tally {
   }
 };
 
-template <typename Model>
-std::unique_ptr<DeformationModel> Make(const organs::Body& body, double nu) {
-  if constexpr (std::is_same_v<Model, FemModel>) {
-    return std::make_unique<FemModel>(body.mesh, body.held, ParamsOf(nu, kResidual));
-  } else {
-    return std::make_unique<FemZoneModel>(body.mesh, body.held, kModulus, nu,
-                                          FemZoneModel::Options{});
-  }
-}
-
-template <typename Model>
-void SlideOn(int number, int tets, int count, double nu, Tally* tally) {
+void SlideOn(int number, int tets, int count, double nu, double friction, Tally* tally) {
   const organs::Body body = organs::MakeBody(number, tets);
   const auto places = organs::PlacesOn(body, count);
   double begin = CpuSeconds();
-  const auto model = Make<Model>(body, nu);
+  FemModel model(body.mesh, body.held, ParamsOf(nu, kResidual, friction));
   tally->start = std::max(tally->start, CpuSeconds() - begin);
-  FemModel converged(body.mesh, body.held, ParamsOf(nu, 1e-7));
+  FemModel converged(body.mesh, body.held, ParamsOf(nu, 1e-7, friction));
   std::vector<ContactResponse> answers(places.size()), expected(places.size());
   for (int sample = 1; sample <= kSamples; ++sample) {
     const auto contacts = ContactsAt(places, sample);
     begin = CpuSeconds();
-    model->Respond(contacts, answers);
+    model.Respond(contacts, answers);
     tally->updates.push_back(1e3 * (CpuSeconds() - begin));
     if (sample == 1) tally->first = std::max(tally->first, tally->updates.back());
-    if (const auto* fem = dynamic_cast<const FemModel*>(model.get())) {
-      tally->steps += fem->newton_steps();
-      tally->iterations += fem->iterations();
-    }
+    tally->steps += model.newton_steps();
+    tally->iterations += model.iterations();
     converged.Respond(contacts, expected);
     for (std::size_t k = 0; k < places.size(); ++k) tally->Compare(answers[k], expected[k]);
   }
-  tally->memory = std::max(tally->memory, 1e-6 * static_cast<double>(model->info().memory_bytes));
+  tally->memory = std::max(tally->memory, 1e-6 * static_cast<double>(model.info().memory_bytes));
 }
 
 // All bodies, one Poisson's ratio each.
-template <typename Model>
-void Slide(benchmark::State& state) {
+void Slide(benchmark::State& state, double friction) {
   const int tets = static_cast<int>(state.range(0)), count = static_cast<int>(state.range(1));
   for (auto _ : state) {
     Tally tally;
     constexpr double kRatios[] = {0.3, 0.45, 0.48};
     for (int body = 0; body < organs::kBodies; ++body) {
-      SlideOn<Model>(body, tets, count, kRatios[body % 3], &tally);
+      SlideOn(body, tets, count, kRatios[body % 3], friction, &tally);
     }
     tally.Show(state);
     state.SetIterationTime(1e-3 * Quantile(tally.updates, 0.5));
@@ -207,13 +195,13 @@ BENCHMARK(Before)
     ->UseManualTime()
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(Slide<FemZoneModel>)
-    ->Name("Zone")
+BENCHMARK_CAPTURE(Slide, Rub, 0.3)
+    ->Name("Rub")
     ->ArgsProduct({{20'000}, {1, 2, 4, 8}})
     ->UseManualTime()
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(Slide<FemModel>)
+BENCHMARK_CAPTURE(Slide, Slide, 0.0)
     ->Name("Slide")
     ->ArgsProduct({{20'000, 70'000, 100'000}, {1, 2, 4, 8}})
     ->UseManualTime()

@@ -152,7 +152,7 @@ class Offline(FolderTest):
     def test_every_shipped_scene_passes_check(self):
         for scene in sorted((ROOT / "deploy/scenes").glob("*.yaml")):
             if scene.stem == "liver-press":
-                continue  # test_zone makes it a mesh
+                continue  # test_liver makes it a mesh
             done = run(SLAVE, "check", scene)
             self.assertEqual(done.returncode, 0, f"{scene.name}: {done.stderr}")
             self.assertNotIn("UNGUARDED", done.stdout, scene.name)

@@ -52,26 +52,24 @@ class Precompute(FolderTest):
 
     # Reference: the cache of one run, byte by byte.
     def test_four_shards_of_which_one_is_killed_and_repeated_are_the_cache_of_one_run(self):
-        for kind in ("fem-green", "fem-zone"):
-            with self.subTest(kind=kind):
-                self.scene.write_text(box(kind, (12, 12, 12)))
-                whole, shards = self.out / kind / "whole", self.out / kind / "shards"
-                computed, groups = self.compute(whole)
-                self.assertEqual(computed, groups)
-                self.kill(shards, "2/4")
-                kept = len(list(shards.rglob("*.col")))
-                parts = [self.compute(shards, f"{index}/4") for index in (1, 2, 3, 4)]
-                self.assertEqual(sum(part for _, part in parts), groups)
-                self.assertEqual([part - done for done, part in parts], [0, kept, 0, 0])
-                self.assertEqual(self.contents(shards), self.contents(whole))
-                self.assertEqual(self.compute(shards, "3/7")[0], 0, "any other division finds them")
+        self.scene.write_text(box("fem-green", (12, 12, 12)))
+        whole, shards = self.out / "whole", self.out / "shards"
+        computed, groups = self.compute(whole)
+        self.assertEqual(computed, groups)
+        self.kill(shards, "2/4")
+        kept = len(list(shards.rglob("*.col")))
+        parts = [self.compute(shards, f"{index}/4") for index in (1, 2, 3, 4)]
+        self.assertEqual(sum(part for _, part in parts), groups)
+        self.assertEqual([part - done for done, part in parts], [0, kept, 0, 0])
+        self.assertEqual(self.contents(shards), self.contents(whole))
+        self.assertEqual(self.compute(shards, "3/7")[0], 0, "any other division finds them")
 
     # A group that the slave reads is computed again if it is damaged; one that is whole is not touched.
     def test_serve_reads_the_cache(self):
         self.scene = CUBE
         cache = self.out / "cache"
-        zone = ("--override", f"model={{kind: fem-zone, cache: {cache}}}")
-        done = run(SLAVE, "precompute", CUBE, *zone, env=ENVIRONMENT)
+        green = ("--override", f"model={{kind: fem-green, cache: {cache}}}")
+        done = run(SLAVE, "precompute", CUBE, *green, env=ENVIRONMENT)
         self.assertEqual(done.returncode, 0, done.stderr)
         files = sorted(cache.rglob("*.col"))
         whole = self.contents(cache)
@@ -79,7 +77,7 @@ class Precompute(FolderTest):
         data[100] ^= 1
         files[3].write_bytes(data)
         times = {file: file.stat().st_mtime_ns for file in files}
-        with Slave(CUBE, *zone):
+        with Slave(CUBE, *green):
             pass
         # The local model of the fingertips adds groups of its own.
         served = self.contents(cache)
@@ -95,7 +93,7 @@ class Precompute(FolderTest):
         self.scene.write_text(box("fem-green", (3, 3, 3)))
         cache = self.out / "cache"
         self.refuse(2, "nowhere.yaml", SLAVE, "precompute", self.out / "nowhere.yaml")
-        self.refuse(2, "model.kind = fem: expected fem-green or fem-zone",
+        self.refuse(2, "model.kind = fem: expected fem-green",
                     SLAVE, "precompute", self.scene, "--override", "model.kind=fem")
         self.refuse(2, "model.cache: expected a folder", SLAVE, "precompute", self.scene)
         for wrong in ("0/8", "9/8", "1", "a/b"):
@@ -104,8 +102,7 @@ class Precompute(FolderTest):
                     *self.command(cache, "--override", "object.fixed={plane: {axis: z, at: 0 mm}, components: z}"))
         self.assertFalse(cache.exists())
         cache.write_text("no folder")
-        for kind in ("fem-green", "fem-zone"):
-            self.refuse(1, "cannot write to the cache", *self.command(cache, "--override", f"model.kind={kind}"))
+        self.refuse(1, "cannot write to the cache", *self.command(cache))
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ class Answer:
                   NaN: no solution.
     displacement  displacement of the contact, (n, 3) [m], as it was given; under `loads`: the mean over the contact.
     error         estimated error of the force [N], of a load's displacement [m], (n,). NaN: the model does not estimate
-                  it; `kind="fem-zone"` does. It contains no error of young_modulus.
+                  it; `kind="fem"` with the law neo-hookean does. It contains no error of young_modulus.
     validity      "valid", "extrapolated" (a number outside the range in which the model is known to be right) or "failed"
     why           why an answer is not valid, (n,); empty for valid ones
     """
@@ -70,8 +70,8 @@ class Model:
                    a function that gets the nodes (n, 3) [m] and returns a mask (n,): lambda p: p[:, 2] < 1e-3;
                    a list of dicts. A membrane is fixed at its rim.
     kind           "auto": by the body, "bem2d" of an outline, "plate" or "plate-large" of a membrane, "fem" of a volume.
-                   "fem-green": small strains, microseconds. "fem-zone": large strains under the tool, with an estimate of
-                   the error. deploy/scenes/README.md describes all kinds.
+                   "fem-green": small strains, microseconds. "fem" with the law neo-hookean: large strains, with an estimate
+                   of the error. deploy/scenes/README.md describes all kinds.
     thickness      of a plane body [m]
     unit           length of one unit of the mesh: "mm", or a number [m]. Contacts and answers are in metres.
     resolution     edge of the tetrahedra that fill a surface [m]; a quarter of the tool's width or less. None: the program's choice

@@ -3,7 +3,7 @@ import { saveImage } from './save.js';
 import { minutes, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
-const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-green', 'fem-zone'];
+const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-green'];
 
 // Whether a key belongs to the focused field. A slider uses no letters.
 const isOfField = ({ target, key }) => /^(INPUT|SELECT)$/.test(target.tagName) && (target.type !== 'range' || /^(Arrow|Page|Home|End)/.test(key));

@@ -87,12 +87,6 @@ Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progr
       PrintLine("contact",
                 "extrapolated: " + (row.reason.empty() ? std::string(kBeyondRange) : row.reason));
     }
-    if (std::isfinite(row.stated_error)) {
-      PrintLine("error", fmt::format("the error of this force is estimated at {:.2g} %, {:.3g} N, "
-                                     "against the nonlinear model of the same mesh",
-                                     100 * row.stated_error,
-                                     row.stated_error * row.answers.front().full.value));
-    }
     PrintVerdicts(scene, row, question.plane_error);
   } catch (const std::invalid_argument& reason) {
     PrintLine("contact", std::string("not computed: ") + reason.what());

@@ -40,7 +40,7 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
   Solution solution;
   model->Reset();
   model->Prefetch(contacts);
-  const bool round = std::ranges::any_of(rows, IsPressedRound) && !KindOf(scene).shapes_tools;
+  const bool round = std::ranges::any_of(rows, IsPressedRound) && !ShapesTool(scene);
   if (round && rows.size() > 1) {
     throw std::invalid_argument("a round tool together with other rows: expected one row");
   }

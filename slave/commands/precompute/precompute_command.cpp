@@ -1,7 +1,6 @@
 #include "slave/commands/precompute/precompute_command.h"
 
 #include <cstdio>
-#include <optional>
 #include <stdexcept>
 #include <variant>
 
@@ -9,7 +8,6 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/fem/green/green_columns.h"
-#include "slave/mechanics/fem/zone/fem_zone_model.h"
 #include "slave/scene/scene_loader.h"
 
 namespace palpate {
@@ -28,18 +26,11 @@ CacheShare ParseShare(const std::string& text) {
 
 CacheFilling Fill(const Scene& scene, const SolidMesh& mesh, const CacheShare& share,
                   Progress* progress) {
-  const Material& material = scene.object.material;
-  if (scene.model.kind == "fem-green") {
-    ReportProgress(progress, "assembling stiffness", 0);
-    return FillColumnCache(AssembleAtRest(mesh, HeldTetNodes(scene, mesh), material.poisson_ratio,
-                                          scene.model.fem.element),
-                           scene.model.cache, share, progress);
-  }
-  const std::optional<double> width = ContactWidth(scene);
-  if (!width) {
-    throw std::invalid_argument("no width of a contact: expected tool.width, or fingertips");
-  }
-  return MakeZoneModel(scene, mesh, progress)->FillCache(*width, share, progress);
+  ReportProgress(progress, "assembling stiffness", 0);
+  return FillColumnCache(
+      AssembleAtRest(mesh, HeldTetNodes(scene, mesh), scene.object.material.poisson_ratio,
+                     scene.model.fem.element),
+      scene.model.cache, share, progress);
 }
 
 }  // namespace
@@ -48,8 +39,8 @@ int RunPrecompute(const PrecomputeOptions& options, const std::stop_token& stop)
   const CacheShare share = ParseShare(options.shard);
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
   const ModelOptions& model = scene.model;
-  if (model.kind != "fem-green" && model.kind != "fem-zone") {
-    throw std::invalid_argument("model.kind = " + model.kind + ": expected fem-green or fem-zone");
+  if (model.kind != "fem-green") {
+    throw std::invalid_argument("model.kind = " + model.kind + ": expected fem-green");
   }
   if (model.cache.empty()) throw std::invalid_argument("model.cache: expected a folder");
   const ObjectMesh object = MeshObject(scene, std::nullopt);

@@ -1,5 +1,5 @@
 // `palpate-slave precompute`: fills the cache of Green's functions (`model.cache`) of `fem-green`
-// and `fem-zone`, whole or in shards.
+// whole or in shards.
 #pragma once
 
 #include <filesystem>
@@ -17,7 +17,7 @@ struct PrecomputeOptions {
 
 // Groups that the cache has are not computed again, damaged ones are. Several processes may fill
 // one folder. Returns 0. Throws SceneError; std::invalid_argument: another kind of model, no cache,
-// no width of a contact (fem-zone), a body that is not held; std::runtime_error: the cache cannot
+// a body that is not held; std::runtime_error: the cache cannot
 // be written; Interrupted.
 int RunPrecompute(const PrecomputeOptions& options, const std::stop_token& stop);
 

@@ -12,7 +12,6 @@
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
-#include "slave/mechanics/fem/zone/fem_zone_model.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "slave/mechanics/relaxation/relaxing_model.h"
@@ -73,7 +72,15 @@ std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& m
   if (!NeedsGeneralModel(options)) {
     const double range = options.law == FemOptions::Law::kLinear ? scene.model.range : 0;
     return std::make_unique<FemModel>(
-        mesh, held, FemModel::Params{material, options, range, scene.model.deadline}, progress);
+        mesh, held,
+        FemModel::Params{.material = material,
+                         .options = options,
+                         .range = range,
+                         .deadline = scene.model.deadline,
+                         .contact = scene.model.contact,
+                         .friction = scene.model.friction,
+                         .tool = ShapesTool(scene) ? *scene.tool : Tool{}},
+        progress);
   }
   const SolidModel::Params params{.options = options,
                                   .young_modulus = material.young_modulus,
@@ -99,37 +106,7 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
                                          scene.model.fem.step);
 }
 
-// With a folder for it, everything that contacts of the scene's width need is computed beforehand.
-std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMesh& mesh,
-                                              Progress* progress) {
-  const ModelOptions& model = scene.model;
-  auto zone = MakeZoneModel(scene, mesh, progress);
-  const std::optional<double> width = ContactWidth(scene);
-  if (!model.cache.empty() && width) zone->PrefetchSurface(*width, progress);
-  return zone;
-}
-
 }  // namespace
-
-std::optional<double> ContactWidth(const Scene& scene) {
-  if (scene.tool) return scene.tool->width;
-  const auto* tactile = scene.sense.Find<Tactile>();
-  return tactile != nullptr ? std::optional(tactile->patch) : std::nullopt;
-}
-
-std::unique_ptr<FemZoneModel> MakeZoneModel(const Scene& scene, const SolidMesh& mesh,
-                                            Progress* progress) {
-  const ModelOptions& model = scene.model;
-  const FemZoneModel::Options options{.tolerance = model.tolerance,
-                                      .contact = model.contact,
-                                      .friction = model.friction,
-                                      .tool = scene.tool.value_or(Tool{}),
-                                      .deadline = model.deadline,
-                                      .cache = model.cache};
-  const Material& material = scene.object.material;
-  return std::make_unique<FemZoneModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
-                                        material.poisson_ratio, options, progress);
-}
 
 ModelChoice ChooseModel(const Scene& scene) {
   const std::string& decided = scene.model.decision.reason;
@@ -149,6 +126,13 @@ ModelChoice ChooseModel(const Scene& scene) {
   }
   return {"bem2d",
           "planar outline: two-dimensional boundary elements; no study of this scene exists yet"};
+}
+
+bool ShapesTool(const Scene& scene) {
+  if (!scene.tool) return false;
+  ModelOptions model = scene.model;
+  model.kind = ChooseModel(scene).kind;
+  return ShapesTool(model, *scene.tool);
 }
 
 const ModelKind& KindOf(const Scene& scene) {
@@ -209,7 +193,6 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
     if (kind.object == ObjectClass::kMembrane) return MakePlateModel(scene, *disc, progress);
   } else if (kind.object == ObjectClass::kVolume) {
     const auto& solid = std::get<SolidMesh>(mesh);
-    if (kind.shapes_tools) return MakeFemZone(scene, solid, progress);
     return kind.iterates ? MakeFem(scene, solid, progress) : MakeFemGreen(scene, solid, progress);
   }
   throw std::invalid_argument("model.kind = " + std::string(kind.name) +

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "slave/mechanics/deformation_model.h"
@@ -14,7 +13,6 @@
 namespace palpate {
 
 class Bem2dModel;
-class FemZoneModel;
 class PlateSurface;
 
 struct ModelChoice {
@@ -26,6 +24,8 @@ struct ModelChoice {
 ModelChoice ChooseModel(const Scene& scene);
 // That kind. Throws std::invalid_argument: no kind of model.
 const ModelKind& KindOf(const Scene& scene);
+// Whether that model finds itself where the scene's tool touches, see ShapesTool (model_kinds.h).
+bool ShapesTool(const Scene& scene);
 // Whether a Respond of the scene's model is a step of time.
 bool MovesInTime(const Scene& scene);
 bool IsLinear(const Scene& scene);
@@ -39,13 +39,7 @@ std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMe
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
                                              Progress* progress = nullptr);
 
-// fem-zone without its Green's functions.
-std::unique_ptr<FemZoneModel> MakeZoneModel(const Scene& scene, const SolidMesh& mesh,
-                                            Progress* progress);
-// The width of the tool or of fingertips [m]; nullopt: unknown.
-std::optional<double> ContactWidth(const Scene& scene);
-
-// What fem-green and fem-zone hold of a scene: also nodes that belong to no tetrahedron, which have
+// What the models of volumes hold of a scene: also nodes that belong to no tetrahedron, which have
 // no stiffness of their own.
 HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh);
 

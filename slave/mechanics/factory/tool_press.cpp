@@ -33,11 +33,10 @@ bool IsTouchedRound(const Scene& scene) {
 ToolPress::ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh)
     : domain_(scene, tool, mesh), is_rigid_face_(tool.IsRigidFace()) {
   const ModelKind& kind = KindOf(scene);
-  if (tool.shape != Tool::Shape::kRound || kind.shapes_tools) return;
+  if (tool.shape != Tool::Shape::kRound || ShapesTool(scene)) return;
   if (MovesInTime(scene)) {
     throw std::invalid_argument(
-        "tool.shape = round: expected flat with a model that moves in time: only fem-zone follows "
-        "a round tool");
+        "tool.shape = round: expected flat with a model that moves in time");
   }
   if (std::holds_alternative<MembraneDisc>(mesh)) {
     const auto& disc = std::get<MembraneDisc>(mesh);

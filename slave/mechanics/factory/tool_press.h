@@ -4,7 +4,7 @@
 //   flat     a contact of the tool's width, on plates a rigid face or an even load
 //   round    bem2d, fem, fem-green: a contact that grows with the depth (RoundIndenter)
 //            plate, plate-large: a point, see kPointOnPlate
-//   fem-zone computes the contact of its scene's tool itself
+//   fem computes other shapes, and tools that slip, itself (tool_contact.h)
 #pragma once
 
 #include <optional>
@@ -32,7 +32,7 @@ inline constexpr std::string_view kPointOnPlate =
 
 class ToolPress {
  public:
-  // The scene's model presses `tool`, which is flat or round; with fem-zone it must be the scene's.
+  // The scene's model presses `tool`, which is flat or round, or the scene's where ShapesTool.
   // Throws std::invalid_argument: see RoundIndenter; a round tool with a model in time.
   ToolPress(const Scene& scene, const Tool& tool, const ObjectMesh& mesh);
 

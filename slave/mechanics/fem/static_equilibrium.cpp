@@ -26,7 +26,10 @@ constexpr double kIndependent = 1e-2;
 constexpr double kMostAhead = 3;  // of a former motion, in the one that is predicted [-]
 constexpr double kSufficient = 1e-4;
 // Where a factor makes digits cheap, the residual is driven this far below what is asked for.
-constexpr double kAimDirect = 1e-4, kAimIterative = 0.3;
+constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
+// Growth of the residual by what tools touch after a step from which on that is most of it: the
+// next step needs no tangent of its own.
+constexpr double kByContact = 2;
 constexpr double kRounding = 4e-16;  // of the diagonal's forces
 constexpr double kStalled = 0.5;
 
@@ -65,7 +68,8 @@ StaticEquilibrium::StaticEquilibrium(FemBody& body, const Params& params)
 }
 
 double StaticEquilibrium::AimOf() const {
-  return (solver_.direct() ? kAimDirect : kAimIterative) * params_.residual;
+  if (solver_.direct()) return kAimDirect * params_.residual;
+  return (tools_ != nullptr ? kAimTouching : kAimIterative) * params_.residual;
 }
 
 double StaticEquilibrium::GapSlack() const {
@@ -99,17 +103,21 @@ bool StaticEquilibrium::Increment(const NodeVector& f_ext, const Constraints& co
   if (!is_current_) Update(With::kForces);
   tools.Load(f_base_, &f_ext_);
   FreeResidual(constraints);
-  tools.Judge(u_, reaction_, AimOf());
+  tools.Judge(u_, reaction_, AimOf(), false);
   solver_.HoldOthers();
   holds_others_ = true;
   Predict(constraints);
+  tools.Judge(u_, reaction_, AimOf(), false);
+  tools.Load(f_base_, &f_ext_);
   const bool found = Iterate(constraints, 1);
-  tools_ = nullptr;
+  tangent_serves_ = false;
   if (found) {
     last_f_ = f_ext;
     LearnMotion(constraints);
+    tools_ = nullptr;
     return true;
   }
+  tools_ = nullptr;
   Retreat(last_u_);
   motion_count_ = 0;
   return false;
@@ -168,6 +176,9 @@ bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
 void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
   constraints.Lift(u_, 1, lift_);
+  for (int k = 0; tools_ != nullptr && k < tools_->size(); ++k) {
+    tools_->at(k).Carry(tools_->Way(k), &lift_);
+  }
   bool predicted = false;
   const bool renews = std::exchange(holds_others_, false);
   for (int i = 0; renews && i < motion_count_; ++i) FindHeld(constraints, &motions_[Index(i)]);
@@ -196,8 +207,11 @@ void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
   is_current_ = false;
 }
 
-void StaticEquilibrium::FindHeld(const Constraints& constraints, Motion* motion) noexcept {
+void StaticEquilibrium::FindHeld(const Constraints& constraints, Motion* motion) const noexcept {
   constraints.HeldPart(motion->body, motion->contacts);
+  if (tools_ != nullptr) {
+    tools_->Carry(std::span(motion->ways).first(Index(motion->way_count)), &motion->contacts);
+  }
   motion->square = Dot(motion->contacts, motion->contacts);
 }
 
@@ -207,6 +221,11 @@ void StaticEquilibrium::LearnMotion(const Constraints& constraints) noexcept {
   Motion& motion = motions_[0];
   motion.body = u_;
   Add(-1, last_u_, motion.body);
+  motion.way_count = 0;
+  for (int k = 0; tools_ != nullptr && k < std::min(tools_->size(), static_cast<int>(kMostWays));
+       ++k) {
+    motion.ways[Index(motion.way_count++)] = tools_->Way(k);
+  }
   FindHeld(constraints, &motion);
   motion_count_ = std::min(motion_count_ + 1, kMotions);
 }
@@ -238,7 +257,7 @@ void StaticEquilibrium::Update(With with) noexcept {
 }
 
 void StaticEquilibrium::PrepareTangent() noexcept {
-  if (has_tangent_) return;
+  if (has_tangent_ || std::exchange(tangent_serves_, false)) return;
   if (hyperelastic_) {
     Update(With::kTangent);
   } else {
@@ -279,7 +298,7 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
   if (part < 1) Scale(part, lift_);
   double size = FreeResidual(constraints), previous = size;
   if (!lifted) released_ = std::max(released_, kInner * size);
-  const double aim = solver_.direct() ? kAimDirect : kAimIterative;
+  const double aim = AimOf() / params_.residual;
   const int most = hyperelastic_ ? kMostHyperelasticSteps : kMostSteps;
   for (int step = 0; step < most && std::isfinite(size); ++step) {
     const double asked = params_.residual * std::max(reference_, released_);
@@ -298,9 +317,13 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
     const double enough = std::max(floor, hyperelastic_ ? kLinearShare * aim * asked : 0);
     if (!Advance(constraints, lifted, enough)) return size <= asked && !lifted;
     progress_.LimitTo(kForSteps * params_.deadline);
+    lifted = false;
     size = FreeResidual(constraints);
-    lifted = tools_ != nullptr && Touch(constraints);
-    if (tools_ != nullptr) size = FreeResidual(constraints);
+    if (tools_ == nullptr) continue;
+    const double left = size;
+    lifted = Touch(constraints);
+    size = FreeResidual(constraints);
+    tangent_serves_ = size > kByContact * left;
   }
   return false;
 }
@@ -308,7 +331,7 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
 // What a step leads to at the tools: which nodes touch now, and their friction. True: the tools
 // move nodes on.
 bool StaticEquilibrium::Touch(const Constraints& constraints) noexcept {
-  if (tools_->Judge(u_, reaction_, AimOf())) solver_.HoldOthers();
+  if (tools_->Judge(u_, reaction_, AimOf(), true)) solver_.HoldOthers();
   tools_->Load(f_base_, &f_ext_);
   return constraints.Lift(u_, 1, lift_) > GapSlack();
 }
@@ -323,10 +346,11 @@ bool StaticEquilibrium::FindDirection(const Constraints& constraints, bool lifte
     Add(-1, x_, trial_);
   }
   SetZero(x_);
-  const double aim = solver_.direct() ? kAimDirect : kAimIterative;
-  const double inner = params_.linear ? 0.5 * aim * params_.residual : kInner;
+  const double inner = params_.linear ? 0.5 * AimOf() : kInner;
   const double target = std::max(inner * Norm(trial_), enough);
+  if (tools_ != nullptr) tools_->AddStiffness(1, &tangent_);
   const SolveOutcome outcome = solver_.Solve(tangent_, constraints, trial_, x_, target);
+  if (tools_ != nullptr) tools_->AddStiffness(-1, &tangent_);
   iterations_ += outcome.iterations;
   return !outcome.indefinite;
 }

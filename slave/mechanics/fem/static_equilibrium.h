@@ -68,7 +68,8 @@ class StaticEquilibrium {
   }
 
  private:
-  static constexpr int kMotions = 3;  // a contact moves along three axes
+  static constexpr int kMotions = 3;            // a contact moves along three axes
+  static constexpr std::size_t kMostWays = 64;  // of tools, in a motion
 
   bool SolveInParts(const NodeVector& f_ext, const Constraints& constraints) noexcept;
   bool Iterate(const Constraints& constraints, double part) noexcept;
@@ -93,16 +94,19 @@ class StaticEquilibrium {
   SearchProgress progress_;
   BlockMatrix tangent_;
   LinearSolver solver_;
-  bool is_current_ = false;   // forces and energy are those of u_
-  bool has_tangent_ = false;  // and so is the tangent
+  bool is_current_ = false;      // forces and energy are those of u_
+  bool has_tangent_ = false;     // and so is the tangent
+  bool tangent_serves_ = false;  // for one more step although it is not
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
   // What a query moved: all nodes, and what contacts held of that.
   struct Motion {
     NodeVector body, contacts;
+    std::array<Eigen::Vector3d, kMostWays> ways;  // of tools
+    int way_count = 0;
     double square = 0;            // of `contacts`, before what newer ones share was removed
     bool is_independent = false;  // of newer ones
   };
-  static void FindHeld(const Constraints& constraints, Motion* motion) noexcept;
+  void FindHeld(const Constraints& constraints, Motion* motion) const noexcept;
   std::array<Motion, kMotions> motions_;  // of the last queries, newest first
   int motion_count_ = 0;
   bool holds_others_ = false;      // than when the motions were learnt

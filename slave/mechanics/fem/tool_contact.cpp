@@ -12,10 +12,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRim = 1e-9;     // of a flat tool's extent
-constexpr double kMargin = 2;     // of nodes that are looked at, from the tool [edges]
-constexpr int kMostChanges = 25;  // of an increment, then nodes stay as they are
-constexpr int kDamped = 10;       // judgements after which friction changes by half
+constexpr double kRim = 1e-9;       // of a flat tool's extent
+constexpr double kMargin = 2;       // of nodes that are looked at, from the tool [edges]
+constexpr double kMostTurning = 3;  // stiffness of turning friction, of a node's own
+constexpr int kMostChanges = 25;    // of an increment, then nodes stay as they are
+// Judgements after which friction changes by half and does not turn between steps: slower, and it
+// settles where nodes stick and slip in turn.
+constexpr int kDamped = 10;
 constexpr double kLeastSlack = 1e-9;
 
 Vector3d AtNode(const NodeVector& of, int node) {
@@ -139,7 +142,8 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
   double pressed = point->at->stiffness * std::max(gap, 0.0);
   Vector3d force = Vector3d::Zero();
   if (point->state != State::kApart) {
-    force = AtNode(reaction, node) + point->friction;
+    force = AtNode(reaction, node) + point->friction -
+            point->turning * point->aside.dot(moved - point->judged) * point->aside;
     pressed = n.dot(force);
     if (pressed < -force_slack) return is_first_ ? point->state : State::kApart;
     pressed = std::max(pressed, 0.0);
@@ -154,12 +158,19 @@ ToolContact::State ToolContact::Next(const NodeVector& u, const NodeVector& reac
       friction_ > 0 && size <= most + (point->state == State::kSticks ? force_slack : 0);
   if (sticks || (is_first_ && point->state == State::kSticks)) {
     point->friction.setZero();
+    point->turning = 0;
     return State::kSticks;
   }
   const bool was_apart = point->state == State::kApart;
   const Vector3d next =
       was_apart || !(size > 0) ? Vector3d(Vector3d::Zero()) : Vector3d(most / size * across);
   point->friction = judged_ > kDamped ? Vector3d(0.5 * (point->friction + next)) : next;
+  point->judged = moved;
+  // The friction turns with the sliding: d t = -mu lambda_n / |slid| times what goes aside.
+  point->aside = n.cross(across).stableNormalized();
+  const double stiffest = kMostTurning * point->at->stiffness;
+  point->turning = most < stiffest * slid.norm() ? most / slid.norm() : stiffest;
+  if (!(next.squaredNorm() > 0) || judged_ > kDamped) point->turning = 0;
   return State::kSlips;
 }
 
@@ -170,9 +181,10 @@ void ToolContact::Claim(int me, std::vector<int>* owner) const noexcept {
   }
 }
 
-bool ToolContact::Judge(const NodeVector& u, const NodeVector& reaction, double slack, int me,
-                        std::vector<int>* owner) noexcept {
+bool ToolContact::Judge(const NodeVector& u, const NodeVector& reaction, double slack, bool steps,
+                        int me, std::vector<int>* owner) noexcept {
   slack = std::max(slack, kLeastSlack);
+  is_first_ = !steps;
   double largest = 0;
   for (Point& point : points_) {
     FindGap(u, &point);
@@ -196,12 +208,11 @@ bool ToolContact::Judge(const NodeVector& u, const NodeVector& reaction, double 
     } else if (point.state != State::kApart || inside) {
       if (settles()) next = Next(u, reaction, slack * largest, &point);
     }
-    if (next == State::kApart) point.friction.setZero();
+    if (next == State::kApart) point.friction.setZero(), point.turning = 0;
     changes = changes || next != point.state;
     point.state = next;
     if (owned == me || owned == kNoTool) owned = next == State::kApart ? kNoTool : me;
   }
-  is_first_ = false;
   if (changes) ++changed_;
   return changes;
 }
@@ -215,6 +226,22 @@ void ToolContact::AddTouched(std::vector<TouchedNode>* touched) const noexcept {
       target += Across(point.normal, displacement_ + point.anchor);
     }
     touched->push_back({point.at->node, sticks, point.normal, target});
+  }
+}
+
+void ToolContact::Carry(const Vector3d& way, NodeVector* moved) const noexcept {
+  for (const Point& point : points_) {
+    if (point.state == State::kApart) continue;
+    Eigen::Map<Vector3d>(At(*moved, point.at->node).v) = way;
+  }
+}
+
+void ToolContact::AddStiffness(double times, BlockMatrix* tangent) const noexcept {
+  for (const Point& point : points_) {
+    if (point.turning == 0) continue;
+    const int row = point.at->node;
+    Eigen::Map<Eigen::Matrix3d>(tangent->block(tangent->pattern().diagonal[Index(row)])) +=
+        times * point.turning * point.aside * point.aside.transpose();
   }
 }
 

@@ -62,12 +62,17 @@ class ToolContact {
   // What the nodes do next, where they have moved by `u` and bear `reaction` beside the tool's own
   // friction. `slack`: of forces by the largest, of gaps by the depth [-]. `me`: this tool's
   // number. True: some node changed.
-  bool Judge(const NodeVector& u, const NodeVector& reaction, double slack, int me,
+  bool Judge(const NodeVector& u, const NodeVector& reaction, double slack, bool steps, int me,
              std::vector<int>* owner) noexcept;
   // The forces that nodes have at the end of an increment, which is accepted.
   void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
 
   void AddTouched(std::vector<TouchedNode>* touched) const noexcept;
+  // Of the increment, and `way` as what its nodes that touch move, whether they stick or slip.
+  [[nodiscard]] Eigen::Vector3d way() const { return displacement_ - accepted_displacement_; }
+  void Carry(const Eigen::Vector3d& way, NodeVector* moved) const noexcept;
+  // Adds `times` what turning friction is to the tangent.
+  void AddStiffness(double times, BlockMatrix* tangent) const noexcept;
   // Friction on nodes that slip: f_ext = base + friction on all nodes within reach.
   void Load(const NodeVector& base, NodeVector* f_ext) const noexcept;
 
@@ -100,7 +105,10 @@ class ToolContact {
     double least = 0;                 // displacement along the normal at which it touches
     bool reached = false;             // the tool is above it
     State state = State::kApart;
-    Eigen::Vector3d friction{0, 0, 0};  // of one that slips
+    Eigen::Vector3d friction{0, 0, 0};  // of one that slips, where it had moved by `judged`
+    Eigen::Vector3d judged{0, 0, 0};
+    Eigen::Vector3d aside{0, 0, 0};  // unit, across friction and normal
+    double turning = 0;              // stiffness along `aside`, since friction turns with sliding
   };
 
   void FindGap(const NodeVector& u, Point* point) const noexcept;
@@ -120,7 +128,7 @@ class ToolContact {
   double edge_;
   Eigen::Vector3d accepted_displacement_{0, 0, 0}, displacement_{0, 0, 0};
   std::vector<Point> accepted_, points_;  // in the surface's order
-  bool is_first_ = true;                  // of an increment's judgements
+  bool is_first_ = true;                  // no step was made in this increment
   int judged_ = 0, changed_ = 0;          // in this increment; with changes
   Eigen::Vector3d force_{0, 0, 0}, moment_{0, 0, 0};
   int touching_ = 0;

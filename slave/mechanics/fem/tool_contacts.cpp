@@ -98,17 +98,28 @@ double ToolContacts::depth() const noexcept {
   return depth;
 }
 
-bool ToolContacts::Judge(const NodeVector& u, const NodeVector& reaction, double slack) noexcept {
+bool ToolContacts::Judge(const NodeVector& u, const NodeVector& reaction, double slack,
+                         bool steps) noexcept {
   for (const TouchedNode& at : touched_) owner_[Index(at.node)] = ToolContact::kNoTool;
   for (int k = 0; k < size(); ++k) tools_[Index(k)].Claim(k, &owner_);
   bool changes = false;
   touched_.clear();
   for (int k = 0; k < size(); ++k) {
-    changes = tools_[Index(k)].Judge(u, reaction, slack, k, &owner_) || changes;
+    changes = tools_[Index(k)].Judge(u, reaction, slack, steps, k, &owner_) || changes;
     tools_[Index(k)].AddTouched(&touched_);
   }
   constraints_.HoldTouched(touched_);
   return changes;
+}
+
+void ToolContacts::Carry(std::span<const Vector3d> ways, NodeVector* moved) const noexcept {
+  for (std::size_t k = 0; k < std::min(ways.size(), tools_.size()); ++k) {
+    tools_[k].Carry(ways[k], moved);
+  }
+}
+
+void ToolContacts::AddStiffness(double times, BlockMatrix* tangent) const noexcept {
+  for (const ToolContact& tool : tools_) tool.AddStiffness(times, tangent);
 }
 
 void ToolContacts::Load(const NodeVector& base, NodeVector* f_ext) const noexcept {

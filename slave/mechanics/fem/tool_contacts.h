@@ -39,8 +39,13 @@ class ToolContacts {
     tools_[static_cast<std::size_t>(tool)].Begin(displacement, u);
   }
   [[nodiscard]] double depth() const noexcept;  // the largest, of the increment [units]
-  // Holds the nodes as they touch now. True: others than before.
-  bool Judge(const NodeVector& u, const NodeVector& reaction, double slack) noexcept;
+  // Holds the nodes as they touch now. True: others than before. See ToolContact::Judge.
+  bool Judge(const NodeVector& u, const NodeVector& reaction, double slack, bool steps) noexcept;
+  // Replaces the motion of nodes that touch by the increment's way of their tool, or by `ways` of
+  // another one.
+  [[nodiscard]] Eigen::Vector3d Way(int tool) const { return at(tool).way(); }
+  void Carry(std::span<const Eigen::Vector3d> ways, NodeVector* moved) const noexcept;
+  void AddStiffness(double times, BlockMatrix* tangent) const noexcept;
   void Load(const NodeVector& base, NodeVector* f_ext) const noexcept;
   void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
 

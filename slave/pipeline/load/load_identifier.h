@@ -46,8 +46,8 @@ class LoadIdentifier : public PreparedModel {
   virtual void TakeOver(LoadIdentifier* /*before*/) {}
 };
 
-// plate and plate-large for flat membranes, membrane for domed ones; fem,
-// fem-green, fem-zone for volumes. Throws std::invalid_argument naming the key; Interrupted,
+// plate and plate-large for flat membranes, membrane for domed ones; fem and
+// fem-green for volumes. Throws std::invalid_argument naming the key; Interrupted,
 // if `progress` requests a stop.
 std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene,
                                                    Progress* progress = nullptr);
@@ -59,7 +59,7 @@ std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene,
 void SpreadLoad(const SurfaceMesh& surface, const Eigen::Vector3d& p_O, const Eigen::Vector3d& n_O,
                 double width, const Eigen::Vector3d& force_O, std::vector<Eigen::Vector3d>* f_O);
 
-// Volumes in front of cameras: `fem`, `fem-green`, `fem-zone`. One
+// Volumes in front of cameras: `fem`, `fem-green`. One
 // load along the surface normal, by least squares in all three components of all visible points.
 // Its position is searched over all nodes of the surface, then within the triangles there, where
 // three nodal forces of one sign, a linear problem, form one load between the nodes. The search

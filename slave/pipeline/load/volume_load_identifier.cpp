@@ -29,19 +29,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// The search asks for loads at every point at rest: of a model that makes a region of its own
-// around each contact, the small strains of its mesh answer as well. nullptr: the model itself
-// does.
-std::unique_ptr<DeformationModel> MakeModelAtRest(const Scene& scene, const ObjectMesh& mesh,
-                                                  Progress* progress) {
-  if (!KindOf(scene).shapes_tools) return nullptr;
-  Scene green = scene;
-  green.model = {};
-  green.model.kind = "fem-green";
-  green.model.range = 1;
-  return MakeModel(green, mesh, progress);
-}
-
 // Why the load is unknown, by the tenths of the points in view that are solved.
 constexpr std::array<std::string_view, 10> kComputing{
     "the model of the points in view is being computed, 0 %",
@@ -61,14 +48,12 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
                        SurfaceMesh surface, Progress* progress)
       : surface_(std::move(surface)),
         model_(MakeModel(scene, mesh, progress_.Listen(progress))),
-        at_rest_(MakeModelAtRest(scene, mesh, progress_.Listen(progress))),
         contact_(surface_),
         stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
         young_modulus_(scene.object.material.young_modulus),
         larger_side_(LargerSide(surface_.nodes)),
         width_(std::max(width, VolumeLimits::kLeastWidth * larger_side_)),
         linear_(IsLinear(scene)),
-        most_bound_(KindOf(scene).estimates_error ? scene.model.tolerance : 0),
         search_(surface_, VolumeLimits::kLinearLoad * young_modulus_ * larger_side_ * larger_side_,
                 width_) {
     progress_.Finish();
@@ -102,13 +87,11 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   SurfaceMesh surface_;
   PrecomputeProgress progress_{true};
   std::unique_ptr<DeformationModel> model_;
-  std::unique_ptr<DeformationModel> at_rest_;  // null: `model_` answers the search as well
   SurfaceContact contact_;
   ContactStiffness stiffness_;
   double young_modulus_;        // [Pa]
   double larger_side_, width_;  // [m]
   bool linear_;
-  double most_bound_;  // of a model that bounds its error, of that bound, relative [-]; 0: others
   TriangleSearch search_;
   Solution solution_;
   std::vector<Vector3d> field_;  // of the nodes [m]
@@ -132,7 +115,7 @@ SurfaceLoad VolumeLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O)
 
 SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points_O) {
   SurfaceLoad load;
-  search_.Read(at_rest_ ? *at_rest_ : *model_, contact_, points_O);
+  search_.Read(*model_, contact_, points_O);
   unsolved_ = false;
   converged_ = true;
   if (const double done = search_.done(); done < 1) {
@@ -213,8 +196,6 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
   const double range = model_->info().range;
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     sample.beyond_range = "the deflection is beyond the model's range";
-  } else if (most_bound_ > 0 && bound_ > most_bound_) {
-    sample.beyond_range = "the model's estimate of its own error exceeds the tolerance";
   } else if (!doubt_.empty() && doubt_ != kCoarsePatch) {  // which few of the points are on
     sample.beyond_range = doubt_;
   } else if (unsolved_) {
@@ -271,8 +252,7 @@ void VolumeLoadIdentifier::TakeOver(LoadIdentifier* before) {
       other->surface_.triangles != surface_.triangles) {
     return;
   }
-  search_.TakeOver(&other->search_, other->young_modulus_ / young_modulus_,
-                   at_rest_ ? *at_rest_ : *model_, contact_);
+  search_.TakeOver(&other->search_, other->young_modulus_ / young_modulus_, *model_, contact_);
 }
 
 bool VolumeLoadIdentifier::Respond(const SurfaceLoad& load) noexcept {

@@ -142,7 +142,7 @@ struct Tool {
   enum class Shape : std::uint8_t {
     kFlat,
     kRound,
-    kCapsule,   // this and the next one: of models that shape tools, see ModelKind
+    kCapsule,   // this and the next one: see FollowsTools (model_kinds.h)
     kRectangle  // flat, `length` along `axis_O` and `width` across it
   } shape = Shape::kFlat;
   double width = 0;  // width; of a flat tool the contact width [m], > 0
@@ -154,8 +154,8 @@ struct Tool {
   bool presses_evenly = false;
   double radius =
       0;  // of the end of a round tool, or of a capsule [m]; its contact grows with depth
-  double length = 0;                // of a capsule's straight part [m]
-  Eigen::Vector3d axis_O{1, 0, 0};  // unit vector along a capsule
+  double length = 0;                // of a capsule's straight part, or of a rectangle [m]
+  Eigen::Vector3d axis_O{1, 0, 0};  // unit vector along it
   Eigen::Vector2d direction{
       0, -1};  // unit vector along the tool, in the plane z = 0 of S; zero: found in the image
 
@@ -163,7 +163,10 @@ struct Tool {
 };
 // As in tool.shape.
 constexpr std::string_view WordOf(Tool::Shape shape) {
-  return shape == Tool::Shape::kFlat ? "flat" : shape == Tool::Shape::kRound ? "round" : "capsule";
+  return shape == Tool::Shape::kFlat      ? "flat"
+         : shape == Tool::Shape::kRound   ? "round"
+         : shape == Tool::Shape::kCapsule ? "capsule"
+                                          : "rectangle";
 }
 
 }  // namespace palpate

@@ -16,7 +16,6 @@
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
-#include "slave/mechanics/fem/zone/fem_zone_model.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "tests/slave/mechanics/bodies.h"
@@ -45,8 +44,7 @@ struct Kind {
   const Presses* presses;
   bool is_linear;
   // Relative difference of answers that should be equal: rounding where a factor answers, the
-  // residual of 1e-10 times the condition of these bodies (up to 1e3) where iterations do, and
-  // 1e-4 where a fixed point stops at that change (fem-zone).
+  // residual of 1e-10 times the condition of these bodies (up to 1e3) where iterations do.
   double tolerance;
   // A body of this size [m] and Young's modulus [Pa].
   std::function<Model(double size, double modulus)> make;
@@ -116,14 +114,6 @@ Kind Green(const char* name, FemOptions::Element element, double nu = 0.3,
           }};
 }
 
-Kind Zone() {
-  return {"fem-zone", &kOnCube, false, 1e-4, [](double size, double modulus) -> Model {
-            const Cube cube = MakeCube(size);
-            return std::make_unique<FemZoneModel>(cube.mesh, cube.held, modulus, 0.3,
-                                                  FemZoneModel::Options{});
-          }};
-}
-
 Kind Plate() {
   return {
       "plate", &kOnDisc, true, 1e-9, [](double size, double modulus) -> Model {
@@ -153,7 +143,6 @@ std::vector<Kind> Kinds() {
       Green("fem-green-tet4", FemOptions::Element::kTet4),
       Green("fem-green-tet10", FemOptions::Element::kTet10),
       Green("fem-green-tet10-mixed", FemOptions::Element::kTet10, 0.499),
-      Zone(),
       Plate(),
       PlateLarge(),
   };

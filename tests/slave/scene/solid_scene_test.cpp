@@ -79,18 +79,17 @@ TEST(SolidSceneTest, ANamedMaterialGivesWhatItsRowStates) {
 TEST(SolidSceneTest, FrictionDeadlineAndOtherElementsAreRefusedWhereTheyMeanNothing) {
   for (const auto& [model, mistake] :
        {std::pair{"{kind: fem-green, contact: friction}", "expected bonded or frictionless"},
-        std::pair{"{kind: fem, contact: friction}", "expected bonded with this kind"},
+        std::pair{"{kind: fem, element: tet10, contact: friction}", "needs tet4, statics"},
+        std::pair{"{kind: fem, time: dynamic, contact: frictionless}", "needs tet4, statics"},
+        std::pair{"{kind: fem, law: mooney-rivlin, contact: friction}", "needs tet4, statics"},
         std::pair{"{kind: auto, contact: friction}", "expected bonded or frictionless"},
-        std::pair{"{kind: fem-green, friction: 0.5}", "nothing with this kind: use fem-zone"},
+        std::pair{"{kind: fem-green, friction: 0.5}", "nothing here: use fem with"},
         std::pair{"{kind: fem, time: dynamic, deadline: 5 ms}", "nothing here: use fem with"},
         std::pair{"{kind: fem-green, deadline: 5 ms}", "nothing here: use fem with"},
-        std::pair{"{kind: fem-zone, friction: 0.5}", "nothing without `contact: friction`"},
-        std::pair{"{kind: fem-zone, contact: friction}", "model.friction"},
-        std::pair{"{kind: fem-zone, contact: friction, friction: -1}", "> 0"},
-        std::pair{"{kind: fem-zone, deadline: 0 us}", "> 0"},
-        std::pair{"{kind: fem-zone, element: tet10}", "expected tet4 with this kind"},
-        std::pair{"{kind: fem-zone, law: ogden}", "expected neo-hookean with this kind"},
-        std::pair{"{kind: fem-zone, gravity: [0, 0, -9.81]}", "gravity"}}) {
+        std::pair{"{kind: fem, friction: 0.5}", "nothing without `contact: friction`"},
+        std::pair{"{kind: fem, contact: friction}", "model.friction"},
+        std::pair{"{kind: fem, contact: friction, friction: -1}", "> 0"},
+        std::pair{"{kind: fem, deadline: 0 us}", "> 0"}}) {
     const std::string text = MistakesOf(SolidScene(kBox, kBottom, model));
     EXPECT_THAT(text, HasSubstr(mistake)) << model;
     EXPECT_THAT(text, HasSubstr("scene.yaml:6: ")) << model;
@@ -101,10 +100,9 @@ std::string CapsuleScene(const std::string& kind, const std::string& tool) {
   return SolidScene(kBox, kBottom, "{kind: " + kind + "}") + "tool: " + tool + "\n";
 }
 
-TEST(SolidSceneTest, OnlyFemZoneTakesACapsule) {
+TEST(SolidSceneTest, OnlyFemTakesACapsuleOrARectangle) {
   const Tool tool =
-      *Load(CapsuleScene("fem-zone",
-                         "{shape: capsule, radius: 4 mm, length: 12 mm, axis: [0, 2, 0]}"))
+      *Load(CapsuleScene("fem", "{shape: capsule, radius: 4 mm, length: 12 mm, axis: [0, 2, 0]}"))
            .tool;
   EXPECT_EQ(tool.shape, Tool::Shape::kCapsule);
   EXPECT_EQ(tool.radius, 0.004);
@@ -112,18 +110,26 @@ TEST(SolidSceneTest, OnlyFemZoneTakesACapsule) {
   EXPECT_EQ(tool.length, 0.012);
   EXPECT_TRUE(tool.axis_O.isApprox(Eigen::Vector3d::UnitY()));
   constexpr const char* kCapsule = "{shape: capsule, radius: 4 mm, length: 12 mm}";
-  for (const char* kind : {"fem", "fem-green", "auto"}) {
-    EXPECT_THAT(MistakesOf(CapsuleScene(kind, kCapsule)), HasSubstr("capsule needs fem-zone"))
+  for (const char* kind : {"fem, element: tet10", "fem-green", "auto"}) {
+    EXPECT_THAT(MistakesOf(CapsuleScene(kind, kCapsule)), HasSubstr("others need fem with"))
         << kind;
   }
+  const Tool plate =
+      *Load(CapsuleScene("fem", "{shape: rectangle, width: 4 mm, length: 12 mm}")).tool;
+  EXPECT_EQ(plate.shape, Tool::Shape::kRectangle);
+  EXPECT_EQ(plate.width, 0.004);
+  EXPECT_EQ(plate.length, 0.012);
   for (const auto& [shape, mistake] :
        {std::pair{"{shape: capsule, radius: 4 mm}", "tool.length"},
         std::pair{"{shape: capsule, length: 4 mm}", "tool.width"},
         std::pair{"{shape: capsule, radius: 4 mm, length: 0 mm}", "> 0"},
         std::pair{"{shape: capsule, radius: 4 mm, length: 1 mm, axis: [0, 0, 0]}", "tool.axis"},
         std::pair{"{shape: round, radius: 4 mm, length: 12 mm}", "without `shape: capsule`"},
+        std::pair{"{shape: rectangle, width: 4 mm}", "tool.length"},
+        std::pair{"{shape: rectangle, width: 4 mm, length: 4 mm, radius: 4 mm}",
+                  "nothing with a flat"},
         std::pair{"{shape: flat, width: 4 mm, axis: [0, 0, 1]}", "without `shape: capsule`"}}) {
-    EXPECT_THAT(MistakesOf(CapsuleScene("fem-zone", shape)), HasSubstr(mistake)) << shape;
+    EXPECT_THAT(MistakesOf(CapsuleScene("fem", shape)), HasSubstr(mistake)) << shape;
   }
 }
 
@@ -183,7 +189,7 @@ const Refusal kRefusals[] = {
     {"NoSuchMesh", "{mesh: absent.node}", kBottom, "{kind: fem}",
      "mesh = absent.node: expected a file that can be read"},
     {"PlateOfABox", kBox, kBottom, "{kind: plate}",
-     "model.kind = plate: expected auto, fem, fem-green or fem-zone"},
+     "model.kind = plate: expected auto, fem or fem-green"},
     {"MembraneHeldElsewhere", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "{nodes: [1]}",
      "{kind: plate}", "expected {side: rim}"},
     {"SideOfABox", kBox, "{side: bottom}", "{kind: fem}",
@@ -195,8 +201,8 @@ const Refusal kRefusals[] = {
      "a share (0 to 1)"},
     {"DampingInWords", kBox, kBottom, "{kind: fem, damping: much}",
      "model.damping = much: expected none or {mass: 1.0 /s, stiffness: 0.01 s}"},
-    {"FrictionlessFem", kBox, kBottom, "{kind: fem, contact: frictionless}",
-     "model.contact = frictionless: expected bonded with this kind"},
+    {"FrictionlessTet10", kBox, kBottom, "{kind: fem, element: tet10, contact: frictionless}",
+     "model.contact = frictionless: expected bonded: `fem` needs tet4"},
     {"HalfClampedMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}",
      "{side: rim, components: z}", "{kind: plate}", "components = z: expected nothing here"},
 };

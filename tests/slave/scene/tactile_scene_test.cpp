@@ -110,7 +110,7 @@ TEST_F(TactileSceneTest, AMeshIsMeasuredByItsNodes) {
 }
 
 TEST_F(TactileSceneTest, FingertipsTouchVolumesAndNothingElse) {
-  for (const char* kind : {"auto", "fem", "fem-green", "fem-zone"}) {
+  for (const char* kind : {"auto", "fem", "fem-green"}) {
     EXPECT_NO_THROW(Load(Tactile8("source: simulated"), {std::string("model.kind=") + kind}))
         << kind;
   }

@@ -46,8 +46,7 @@ const std::vector<Family>& Volumes() {
       {"fem neo-hookean", "fem", [](ModelOptions* m) { m->fem.law = Fem::Law::kNeoHookean; }, 1e-5},
       {"fem-green", "fem-green", {}, 1e-5},
       {"fem-green tet10", "fem-green",
-       [](ModelOptions* m) { m->fem.element = Fem::Element::kTet10; }, 1e-5},
-      {"fem-zone", "fem-zone", {}, 1e-5}};
+       [](ModelOptions* m) { m->fem.element = Fem::Element::kTet10; }, 1e-5}};
   return families;
 }
 

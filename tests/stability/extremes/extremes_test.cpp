@@ -145,9 +145,7 @@ TEST(Extremes, SimultaneousContacts) {
       const ObjectMesh mesh = MeshObject(scene, std::nullopt);
       const auto places = SpreadNodes(std::get<SolidMesh>(mesh), static_cast<std::size_t>(count));
       const double force = 1e-6 * stretch.E * stretch.length * stretch.length;
-      // The steps of fem-zone end where they still change a force by 5e-4, there and back.
-      const double bound = f.kind == "fem-zone" ? 1e-3 : 1e-4;
-      CheckBody(f, "contacts", Text(count), scene, mesh, bound,
+      CheckBody(f, "contacts", Text(count), scene, mesh, 1e-4,
                 [&](DeformationModel& model, Validity* worst) {
                   return ThereAndBack(model, RandomLoads(places, force), worst);
                 });

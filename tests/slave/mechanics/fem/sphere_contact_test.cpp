@@ -6,13 +6,13 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/fem/fem_model.h"
-#include "tests/slave/mechanics/zone/graded_slab.h"
-#include "tests/slave/mechanics/zone/half_space.h"
+#include "tests/slave/mechanics/fem/graded_slab.h"
+#include "tests/slave/mechanics/fem/half_space.h"
 
 namespace palpate {
 namespace {
 
-using namespace zone_tests;  // NOLINT(google-build-using-namespace): its helpers are for here
+using namespace solids;  // NOLINT(google-build-using-namespace): its helpers are for here
 using Eigen::Vector3d;
 
 Vector3d ForceAt(FemModel* model, Contact* contact, const Vector3d& displacement) {

@@ -95,40 +95,6 @@ SurfaceLoad Fitted(LoadIdentifier& identifier, const std::vector<SurfacePoint>& 
   return load;
 }
 
-// Reference: the load itself on the full nonlinear body of the same mesh, pressed so deep that
-// small strains are off by percents. The full model's sigma is the scatter of the points alone; the
-// bound of the zone's error comes on top.
-TEST(VolumeLoadIdentifier, AZonesForceIsThatOfTheFullModelAndItsBoundEntersSigma) {
-  PressedCube truth(CubeScene(kNeoHookean, 6));
-  std::mt19937 random(3);
-  const Vector3d p(0.02, 0.02, kSide), force(0, 0, -0.2);
-  const auto points = truth.Press(p, force, &random);
-  Scene scene = CubeScene("fem-zone", 6);
-  const SurfaceLoad small = Fitted(*MakeLoadIdentifier(CubeScene("fem-green", 6)), points);
-  const SurfaceLoad load = Fitted(*MakeLoadIdentifier(scene), points);
-  ASSERT_TRUE(IsForceKnown(load.validity)) << load.reason;
-  EXPECT_GT(std::abs(small.force / force.z() - 1), 0.02);
-  EXPECT_LT(std::abs(load.force - force.z()), 2 * load.sigma_force);
-
-  const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
-  const Contact contact{.kind = Contact::Kind::kForce,
-                        .p_O = load.p_O,
-                        .width = kWidth,
-                        .prescribed_O = load.force * load.n_O};
-  ContactResponse response;
-  model->Respond({&contact, 1}, {&response, 1});
-  const double bound =
-      std::abs(load.force) * response.displacement_error / response.displacement_O.norm();
-  const SurfaceLoad full = Fitted(*MakeLoadIdentifier(CubeScene(kNeoHookean, 6)), points);
-  EXPECT_NEAR((load.p_O - full.p_O).norm(), 0, 2e-4);
-  EXPECT_GT(bound, 0.5 * full.sigma_force) << "it counts";
-  EXPECT_NEAR(load.sigma_force, std::hypot(full.sigma_force, bound), 0.1 * bound);
-
-  scene.model.tolerance = 1e-4;
-  const SurfaceLoad flagged = Fitted(*MakeLoadIdentifier(scene), points);
-  EXPECT_EQ(flagged.validity, Validity::kExtrapolated) << "the bound exceeds the tolerance";
-}
-
 // Reference: the load itself through the estimator's own co-rotational model, pressed 4 mm deep;
 // small strain alone is off by several percent. Noise of 20 um is what remains.
 TEST(VolumeLoadIdentifier, RefinesTheLoadWhereTheModelIsNotLinear) {

@@ -2,7 +2,7 @@
 
 The layer's compliance by wavenumber is exact (a 4 x 4 system of first order through the thickness).
 The sphere is pressed in four increments and then dragged; pressure and shear on a periodic grid of
-32 mm are found by accelerated projected gradients. Prints what gel_test.cpp compares with:
+32 mm are found by accelerated projected gradients. Prints what sphere_contact_test.cpp compares with:
 
     python3 layer_contact.py RADIUS DEPTH NU FRICTION NODES [DRAG...]       (SI units)
     python3 layer_contact.py 0.05 0.2266e-3 0.49 0.5 144 3.5e-4 4e-4 4.5e-4

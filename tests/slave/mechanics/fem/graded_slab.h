@@ -14,7 +14,7 @@
 #include "slave/mesh/index.h"
 #include "tests/support/fixed_nodes.h"
 
-namespace palpate::zone_tests {
+namespace palpate::solids {
 
 // From zero: `fine` in steps of about `side`, then steps that grow by `growth`, up to `end`.
 inline std::vector<double> GradedSteps(double fine, double side, double growth, double end) {
@@ -126,4 +126,4 @@ inline SolidMesh GradedSlab(double core, int cells, double extent) {
   return mesh;
 }
 
-}  // namespace palpate::zone_tests
+}  // namespace palpate::solids

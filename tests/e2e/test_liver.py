@@ -1,4 +1,4 @@
-"""A soft organ under two fingertips: the scene liver-press on a coarse mesh through check, solve, study and serve."""
+"""A soft organ under two fingertips: the scene liver-press on a coarse mesh through check, solve, process and serve."""
 import collections
 import csv
 import importlib.util
@@ -134,7 +134,7 @@ class Programs(unittest.TestCase):
         assert done.returncode == 0, done.stderr
         cls.scene = (SCENE, "--override", f"object.geometry.mesh={mesh}")
         # Its simulator solves the press ahead while the other tests run.
-        cls.slave = Slave(*cls.scene, "--override", f"model.cache={cls.out / 'cache'}", "--override", "model.deadline=2ms")
+        cls.slave = Slave(*cls.scene)
         cls.starting = threading.Thread(target=cls.slave.__enter__)
         cls.starting.start()
 
@@ -143,50 +143,36 @@ class Programs(unittest.TestCase):
         cls.starting.join()
         cls.slave.__exit__()
 
-    def test_check_states_the_error_of_the_press(self):
+    def test_check_computes_the_press(self):
         done = run(SLAVE, "check", *self.scene, timeout=LONG)
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("fem-zone", done.stdout)
-        self.assertRegex(done.stdout, r"\n  error +the error of this force is estimated at [\d.]+ %")
+        self.assertIn("neo-hookean", done.stdout)
         self.assertNotIn("UNGUARDED", done.stdout)
 
-    # Reference: fem with the law neo-hookean on the same mesh, through the same command.
-    def test_solve_gives_the_full_models_force_within_the_bound(self):
+    # Reference: the same mesh solved to six digits. One step per sample is within a percent of it, and so is what the
+    # scene's own friction leaves of it where that holds the fingertip.
+    def test_solve_gives_the_converged_force(self):
         contacts = self.out / "contacts.csv"
         contacts.write_text("case,x,y,z,dx,dy,dz\n"
                             "1,-0.02813100548,0.01802632260,0.06357817462,0,0.001,-0.004\n"
                             "2,-0.02813100548,0.01802632260,0.06357817462,0,0,-0.003\n"
                             "2,-0.02813100548,-0.02127748995,0.06357817462,0,0,-0.004\n")
         answers = {}
-        for kind in ("fem-zone", "fem"):
-            out = self.out / f"{kind}.csv"
-            done = run(SLAVE, "solve", *self.scene, "--override", f"model.kind={kind}", "--override", "model.law=neo-hookean", "--contacts", contacts, "--out", out,
-                       timeout=LONG)
+        for name, model in (("scene", ()), ("converged", ("model.residual=1e-6",)),
+                            ("rough", ("model.contact=friction", "model.friction=50"))):
+            out = self.out / f"{name}.csv"
+            overrides = [word for override in model for word in ("--override", override)]
+            done = run(SLAVE, "solve", *self.scene, *overrides, "--contacts", contacts, "--out", out, timeout=LONG)
             self.assertEqual(done.returncode, 0, done.stderr)
             with open(out, newline="") as rows:
-                answers[kind] = list(csv.DictReader(rows))
-        for zone, full in zip(answers["fem-zone"], answers["fem"], strict=True):
-            force = [float(full[key]) for key in ("fx", "fy", "fz")]
-            error = math.dist(force, [float(zone[key]) for key in ("fx", "fy", "fz")])
-            self.assertLess(error, 0.03 * math.hypot(*force))
-            self.assertLessEqual(error, float(zone["error"]))
+                answers[name] = [[float(row[key]) for key in ("fx", "fy", "fz")] for row in csv.DictReader(rows)]
+        for name, most in (("scene", 0.01), ("rough", 0.02)):
+            for found, force in zip(answers[name], answers["converged"], strict=True):
+                self.assertLess(math.dist(force, found), most * math.hypot(*force), name)
 
+    # Reference: the load whose shape the images show.
     @deep
-    def test_study_measures_it_among_the_others(self):
-        out = self.out / "study"
-        done = run(SLAVE, "study", *self.scene, "--out", out, "--budget", "20", timeout=LONG)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        with open(out / "study.csv", newline="") as table:
-            rows = {row["family"]: row for row in csv.DictReader(table) if row["resolution"] == "2100 tets"}
-        zone, full = rows["fem-zone"], rows["fem tet4 neo-hookean"]
-        self.assertEqual((zone["outcome"], full["outcome"]), ("answered", "answered"), zone["reason"])
-        self.assertEqual(full["stated_error"], "")
-        # Both have the same mesh: their errors against the reference differ by at most the bound.
-        self.assertLess(abs(float(zone["deviation"]) - float(full["deviation"])), 1.5 * float(zone["stated_error"]))
-
-    # Reference: the load of the full model whose shape the images show, and the full model behind the same images.
-    @deep
-    def test_depth_images_give_the_full_models_force(self):
+    def test_depth_images_give_the_force(self):
         nodes, elements = load_script().body(2000)
         nodes = [tuple(1e-3 * x for x in p) for p in nodes]
         place = "-0.02813100548,0.01802632260,0.06357817462"
@@ -207,20 +193,15 @@ class Programs(unittest.TestCase):
         text = SCENE.read_text()
         scene = folder / "scene.yaml"
         scene.write_text(text[:text.index("sense:")] + f"sense: {{camera: {camera.KEYS}, points: {{track: surface}}}}\n"
-                         "model: {kind: fem-zone, rate: 30 Hz}\n")
-        last = {}
-        for kind in ("fem-zone", "fem"):
-            done = run(SLAVE, "process", scene, *self.scene[1:], "--override", f"model.kind={kind}", "--override", "model.law=neo-hookean", "--out", folder / kind,
-                       timeout=LONG)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            with open(folder / kind / "states.csv", newline="") as states:
-                last[kind] = list(csv.DictReader(states))[-1]
-        force = {kind: math.hypot(*(float(row[key]) for key in ("fx", "fy", "fz"))) for kind, row in last.items()}
-        sigma = {kind: float(row["sigma"]) for kind, row in last.items()}
+                         "model: {kind: fem, law: neo-hookean, rate: 30 Hz}\n")
+        done = run(SLAVE, "process", scene, *self.scene[1:], "--out", folder / "run", timeout=LONG)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(folder / "run/states.csv", newline="") as states:
+            last = list(csv.DictReader(states))[-1]
+        force, sigma = math.hypot(*(float(last[key]) for key in ("fx", "fy", "fz"))), float(last["sigma"])
         print(f"depth images: {force} N, sigma {sigma} N, of {forces[-1]} N")
-        self.assertEqual(last["fem-zone"]["validity"], "valid")
-        self.assertLess(abs(force["fem-zone"] - forces[-1]), 3 * sigma["fem-zone"])
-        self.assertLess(abs(force["fem-zone"] / force["fem"] - 1), 0.03)
+        self.assertEqual(last["validity"], "valid")
+        self.assertLess(abs(force - forces[-1]), 3 * sigma)
 
     # Reference: the simulator's own neo-Hookean body. The force at the same commanded position counts, so that a machine
     # that does other things too, whose sensing stalls, is not blamed. This mesh does not resolve the fingertip: 5 to 6 %
