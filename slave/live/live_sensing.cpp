@@ -106,21 +106,30 @@ void LiveSensing::SetWatched(bool is_watched) {
 }
 
 bool LiveSensing::Step(const std::stop_token& stop) {
+  if (!Acquire(stop)) return false;
+  Estimate();
+  return true;
+}
+
+bool LiveSensing::Acquire(const std::stop_token& stop) {
   if (!parts_.sense.Acquire(stop)) return false;
-  const Time sensed_at = parts_.sense.sensed_at();
-  DrivenClock::Reach(sensed_at);
-  SampleTrace trace{.acquired_at = Clock::now()};
+  DrivenClock::Reach(parts_.sense.sensed_at());
+  trace_ = {.acquired_at = Clock::now()};
   if (parts_.settings.sensing_info().is_awaited) {
     parts_.settings.ReadInfo();
     BeginRegistration();
   }
-  const TipReading encoders = ReadEncoders(sensed_at);
+  return true;
+}
+
+void LiveSensing::Estimate() {
+  const TipReading encoders = ReadEncoders(parts_.sense.sensed_at());
   if (reset_wanted_.exchange(false)) {
     const std::lock_guard lock(parts_.mutex);
     parts_.sense.Reset();
   }
   parts_.sense.Process();
-  trace.processed_at = Clock::now();
+  trace_.processed_at = Clock::now();
   const std::lock_guard lock(parts_.mutex);
   const ContactEstimate estimate = parts_.sense.Estimate(encoders);
   const bool senses_tip = parts_.settings.sensing_info().tip_resolution > 0;
@@ -134,10 +143,9 @@ bool LiveSensing::Step(const std::stop_token& stop) {
   local_.Put(estimate.local_model, p_S_sensed_, p_S_encoders_);
   has_estimate_ = true;
   // Where looking is a part of the estimate, that one knows when it was done.
-  trace.processed_at = std::max(trace.processed_at, estimate.processed_at);
-  parts_.newest.Put(estimate, trace);
+  trace_.processed_at = std::max(trace_.processed_at, estimate.processed_at);
+  parts_.newest.Put(estimate, trace_);
   ReportDepth(estimate);
-  return true;
 }
 
 void LiveSensing::ReportExtrapolation() {

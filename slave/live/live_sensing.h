@@ -50,6 +50,9 @@ class LiveSensing {
   // sample's time now. False: the source has ended, there is no sample on a driven clock, or
   // `stop`. Throws std::runtime_error: the source breaks.
   bool Step(const std::stop_token& stop);
+  // The two halves of a step.
+  bool Acquire(const std::stop_token& stop);
+  void Estimate();
   // Starts a thread that steps, sample by sample.
   void Start();
   // Ends the thread.
@@ -91,6 +94,7 @@ class LiveSensing {
   std::set<std::string_view> reported_doubts_;  // already reported; each raises one alarm, once
   PlannedDepth planned_depth_;
   std::atomic<bool> reset_wanted_{false};
+  SampleTrace trace_;  // of the acquired sample
   // The last measured tip and the encoder reading at that time, S [m]; under the sensing's mutex.
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   bool has_estimate_ = false;                      // guarded by the mutex of the pipeline

@@ -14,10 +14,10 @@
 namespace palpate {
 namespace {
 
-// Whether the samples show the tool that the manipulator carries: recorded ones do not.
+// Whether the samples show the tool that the manipulator carries: recorded ones show that of then.
 bool ShowsTool(SensingPipeline& sense, const Manipulator& manipulator) {
   const bool is_observed = sense.health().has_value() || sense.inbox() != nullptr;
-  return is_observed && manipulator.carries_tool();
+  return manipulator.carries_tool() && (is_observed || manipulator.comes_with_samples());
 }
 
 // A pipeline that computes no force misses none.
@@ -53,9 +53,15 @@ LiveSlave::~LiveSlave() {
 }
 
 bool LiveSlave::Step(const std::stop_token& stop) {
-  if (!sensing_.Step(stop)) return false;
-  Watch();
+  if (!Acquire(stop)) return false;
+  Estimate();
   return true;
+}
+
+ContactEstimate LiveSlave::Estimate() {
+  sensing_.Estimate();
+  Watch();
+  return newest_.Get();
 }
 
 bool LiveSlave::Command(const OperatorCommand& command) noexcept {

@@ -22,6 +22,7 @@
 #include "slave/live/stop_control.h"
 #include "slave/live/stop_record.h"
 #include "slave/manipulator/manipulator.h"
+#include "slave/manipulator/played_manipulator.h"
 #include "slave/pipeline/base/sense_recorder.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 
@@ -44,6 +45,9 @@ class LiveSlave final : public Slave {
   // For a driven clock: the next sample and what follows from it for observers and the operator.
   // False: there is none. Throws std::runtime_error: the source breaks.
   bool Step(const std::stop_token& stop);
+  // The two halves of a step: between them the driver plays what the manipulator read.
+  bool Acquire(const std::stop_token& stop) { return sensing_.Acquire(stop); }
+  ContactEstimate Estimate();
   // For a driven clock: watches the operator, as the slave's own thread does every 2 ms.
   void Watch() { watchdog_.Look(); }
   // For the thread that steps: what reports of a run read beside the published estimates.
@@ -133,6 +137,10 @@ std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene,
                                          SenseRecorder* recorder = nullptr,
                                          const FrameOpener& open = {},
                                          Progress* progress = nullptr);
+// The slave of samples that `player`, which outlives it, plays on a driven clock, with the
+// manipulator's readings at them.
+std::unique_ptr<LiveSlave> MakePlayedSlave(const Scene& scene, SamplePlayer& player,
+                                           std::unique_ptr<PlayedManipulator> manipulator);
 // The slave of a set-up, which only shows images. `camera`: what `open` opens.
 std::unique_ptr<LiveSlave> MakePreviewSlave(const Camera& camera, const FrameOpener& open);
 

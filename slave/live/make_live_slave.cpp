@@ -32,6 +32,12 @@ std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene, const std::filesystem::pat
   return slave;
 }
 
+std::unique_ptr<LiveSlave> MakePlayedSlave(const Scene& scene, SamplePlayer& player,
+                                           std::unique_ptr<PlayedManipulator> manipulator) {
+  auto sense = MakeSensingPipeline(scene, {.player = &player});
+  return std::make_unique<LiveSlave>(scene, std::move(manipulator), std::move(sense));
+}
+
 std::unique_ptr<LiveSlave> MakePreviewSlave(const Camera& camera, const FrameOpener& open) {
   Scene scene;
   scene.sense.Set(CameraOptions{.camera = camera});

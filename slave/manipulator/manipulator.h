@@ -51,6 +51,8 @@ class Manipulator {
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
   // Returns whether it moves a tool that images may show.
   [[nodiscard]] virtual bool carries_tool() const noexcept = 0;
+  // Whether its readings were taken with the samples, which may be recorded ones.
+  [[nodiscard]] virtual bool comes_with_samples() const noexcept { return false; }
 
   // The manipulator does not move the tool, or its position is unknown. It holds until a new
   // engagement. Thread-safe.

@@ -12,7 +12,9 @@
 
 #include "shared/program/program.h"
 #include "shared/recording/recording_reader.h"
+#include "shared/state/driven_clock.h"
 #include "shared/text/text.h"
+#include "slave/live/live_slave.h"
 #include "slave/live/operator_port.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
@@ -61,8 +63,9 @@ class Again {
         steps_(file),
         out_(out),
         scene_(SceneOf(beginning_, out / "scene")),
-        sense_(MakeSensingPipeline(scene_, {.player = &samples_})),
-        offline_report_(sense_->OpenOfflineReport(nullptr)),
+        slave_(MakeSlave()),
+        sense_(slave_->sense()),
+        offline_report_(sense_.OpenOfflineReport(nullptr)),
         states_(out, false) {}
 
   RecordedRun Run(const std::stop_token& stop, const std::function<void(std::uint64_t)>& progress) {
@@ -86,10 +89,15 @@ class Again {
   }
 
  private:
+  std::unique_ptr<LiveSlave> MakeSlave() {
+    auto manipulator = std::make_unique<PlayedManipulator>(scene_.manipulator.home);
+    manipulator_ = manipulator.get();
+    return MakePlayedSlave(scene_, samples_, std::move(manipulator));
+  }
   // False: the sample that belongs to it is not there, the recording being cut.
   bool Do(const v1::SenseStep& step) {
-    if (step.has_acquired()) return is_acquired_ = sense_->Acquire({});
-    if (step.has_reset() && is_acquired_) sense_->Reset();
+    if (step.has_acquired()) return is_acquired_ = slave_->Acquire({});
+    if (step.has_reset() && is_acquired_) sense_.Reset();
     if (step.has_estimate()) Estimate(step.estimate());
     if (has_estimate_) DoBetween(step);
     return true;
@@ -101,17 +109,17 @@ class Again {
       case v1::SenseStep::kSettings:
         return Adopt(step.settings());
       case v1::SenseStep::kPlaneAt:
-        sense_->LocalModelAt(RecordedPosition(step.plane_at()));
+        sense_.LocalModelAt(RecordedPosition(step.plane_at()));
         return;
       case v1::SenseStep::kPatchAt:
-        sense_->MakePatch(RecordedPosition(step.patch_at()), patch_.get());
+        sense_.MakePatch(RecordedPosition(step.patch_at()), patch_.get());
         return;
       case v1::SenseStep::kLaw: {
         PatchLaw law;
-        return sense_->LearnLaw(&law);
+        return sense_.LearnLaw(&law);
       }
       case v1::SenseStep::kShape:
-        sense_->Shape(step.shape());
+        sense_.Shape(step.shape());
         return;
       default:
         return;
@@ -122,10 +130,10 @@ class Again {
     if (!std::exchange(is_acquired_, false)) {
       throw InputError("a recorded estimate without its sample");
     }
-    TipReading encoders{RecordedPosition(recorded.p_s_arm()), std::nullopt};
-    if (recorded.has_arm_frame()) encoders.frame = recorded.arm_frame();
-    sense_->Process();
-    const ContactEstimate& estimate = sense_->Estimate(encoders);
+    std::optional<std::uint32_t> frame;
+    if (recorded.has_arm_frame()) frame = recorded.arm_frame();
+    manipulator_->Play(RecordedPosition(recorded.p_s_arm()), frame);
+    const ContactEstimate estimate = slave_->Estimate();
     v1::SenseStep::Estimate now;
     ToProto(estimate, &now);
     Compare(now, recorded, &run_.differences);
@@ -136,14 +144,14 @@ class Again {
   void Adopt(const v1::SenseStep::Settings& settings) {
     Scene changed = scene_;
     if (settings.kind() != scene_.model.kind) {
-      changed.model = Changed(changed.model, {settings.kind()}, sense_->info().object);
+      changed.model = Changed(changed.model, {settings.kind()}, sense_.info().object);
     }
     if (!settings.decided().empty() && !ApplyDecided(settings.decided(), &changed)) {
       throw InputError("a recorded decision: expected a kind of model for this object");
     }
     CheckRanges({.young_modulus = settings.young_modulus()});
     changed.object.material.young_modulus = settings.young_modulus();
-    sense_->Adopt(sense_->Prepare(changed, nullptr), changed);
+    sense_.Adopt(sense_.Prepare(changed, nullptr), changed);
     scene_ = changed;
   }
 
@@ -162,12 +170,15 @@ class Again {
     WriteWholeFile(out_ / "summary.json", json.dump(2) + "\n");
   }
 
+  const DrivenClock clock_;
   const RecordedBeginning beginning_;
   RecordedSamples samples_;
   RecordingReader steps_;
   const std::filesystem::path out_;
   Scene scene_;
-  std::unique_ptr<SensingPipeline> sense_;
+  PlayedManipulator* manipulator_ = nullptr;  // of the slave
+  std::unique_ptr<LiveSlave> slave_;
+  SensingPipeline& sense_;
   std::unique_ptr<OfflineReport> offline_report_;
   StatesFile states_;
   std::unique_ptr<SurfacePatch> patch_ = std::make_unique<SurfacePatch>();

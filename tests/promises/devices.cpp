@@ -131,6 +131,7 @@ void Devices::Begin(const Disturbance& event) {
     }
     if (answer != *event.reset) throw std::runtime_error("the reset is " + answer + ": " + why);
   }
+  command_.p_M = event.command_m.value_or(command_.p_M);
   if (event.stop && *event.stop) slave_.EmergencyStop("by the table");
   if (event.stop && !*event.stop) slave_.Reset(slave_.Status().stops);
   if (!event.operates) return;
@@ -232,11 +233,19 @@ void Devices::Alter(v1::Image* message, int side, const v1::SimulatedTruth& trut
   image.copyTo(shown);
 }
 
-void Devices::Alter(v1::TactileSample* sample) {
+void Devices::Alter(v1::TactileSample* sample, const v1::SimulatedTruth& truth) {
   const v1::TactileSample read = *sample;
   bool is_stuck = false;
   for (const Disturbance& event : events_) {
     is_stuck = is_stuck || event.stuck.value_or(false);
+    if (event.poses.value_or(false)) {
+      const Eigen::Isometry3d& X_SF = scene_.sense.Find<Tactile>()->fingers.front().X_SF;
+      const Eigen::Vector3d moved = VectorOf(truth.p_s_tip()) - scene_.manipulator.home;
+      const Eigen::Quaterniond R_SF(X_SF.linear());
+      ToProto(Eigen::Vector3d(X_SF.translation() + moved), sample->mutable_p_s_finger());
+      sample->clear_orientation();
+      for (const double q : {R_SF.w(), R_SF.x(), R_SF.y(), R_SF.z()}) sample->add_orientation(q);
+    }
     for (int i = 0; i < sample->electrodes_size(); ++i) {
       if (event.channel && *event.channel != i) continue;
       float& e = sample->mutable_electrodes()->at(i);
@@ -274,7 +283,7 @@ Seen Devices::Send(v1::SimulatedSample sample) {
     Alter(images->mutable_image(), 0, sample.truth());
     if (images->has_right()) Alter(images->mutable_right(), 1, sample.truth());
   } else {
-    Alter(sample.mutable_fingertips(0));
+    Alter(sample.mutable_fingertips(0), sample.truth());
   }
   if (is_frozen) {
     const v1::SimulatedSample& last = before_.back();
@@ -298,6 +307,7 @@ Seen Devices::Send(v1::SimulatedSample sample) {
   slave_.Step({});
   static_cast<void>(slave_.Patch());
   Seen seen{.t = t, .state = slave_.Compose(Clock::now()), .truth = sample.truth()};
+  seen.events = slave_.TakeEvents();
   seen.alarms = slave_.Status().alarms;
   return seen;
 }

@@ -25,6 +25,7 @@ const Samples& SamplesOf(const Scene& scene);
 struct Seen {
   double t = 0;  // of the sample [s]
   SlaveState state;
+  Events events;  // since the sample before
   v1::SimulatedTruth truth;
   std::vector<std::string> alarms;
 };
@@ -40,7 +41,7 @@ class Devices {
 
  private:
   void Alter(v1::Image* image, int side, const v1::SimulatedTruth& truth);
-  void Alter(v1::TactileSample* sample);
+  void Alter(v1::TactileSample* sample, const v1::SimulatedTruth& truth);
   void Await(const v1::SimulatedSample& sample, double t);
   void Operate();
 

@@ -1,7 +1,11 @@
 // Runs the table of promises: each row on the slave of `serve`, on the clock of its devices.
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <functional>
+#include <map>
+#include <regex>
+#include <set>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -12,6 +16,12 @@
 #include "tests/support/paths.h"
 
 namespace palpate::promises {
+
+// Names a row that fails.
+static void PrintTo(const Row& row, std::ostream* out) {
+  *out << row.page.string() << ": " << row.promise;
+}
+
 namespace {
 
 std::string CheckOf(const SlaveState& state) {
@@ -31,6 +41,20 @@ std::string NameOf(Phase phase) {
   }
 }
 
+const std::map<std::string, Event> kEvents{{"contact", Event::kContact},
+                                           {"release", Event::kRelease},
+                                           {"puncture", Event::kPuncture},
+                                           {"tracking_lost", Event::kTrackingLost},
+                                           {"tracking_regained", Event::kTrackingRegained},
+                                           {"limit", Event::kLimit},
+                                           {"hold", Event::kHold},
+                                           {"estop", Event::kEstop},
+                                           {"command_refused", Event::kCommandRefused}};
+
+Eigen::Vector3d VectorOf(const v1::Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
 // The line of a page with the sentence; 0: none.
 int LineOf(const std::filesystem::path& page, const std::string& sentence) {
   std::ifstream stream(SourcePath("/" + page.string()));
@@ -40,6 +64,11 @@ int LineOf(const std::filesystem::path& page, const std::string& sentence) {
   }
   return 0;
 }
+
+// Beyond both a valid force is silently wrong, as in the robustness campaign.
+constexpr double kSilentShare = 0.05;  // of the largest true force
+constexpr double kSilentSigmas = 3;
+constexpr double kContactShare = 0.01;  // of the largest true force
 
 class PromiseTest : public testing::TestWithParam<Row> {
  protected:
@@ -94,6 +123,12 @@ class PromiseTest : public testing::TestWithParam<Row> {
       is_shared("phase", *expected.phase, [](const SlaveState& s) { return NameOf(s.phase); });
     }
     for (const Seen* one : within) CompareOne(expected, *one);
+    if (expected.error_by_sigma) CompareSigma(*expected.error_by_sigma, within);
+    if (expected.event) {
+      const Event event = kEvents.at(*expected.event);
+      EXPECT_TRUE(std::ranges::any_of(within, [&](const Seen* s) { return s->events.Has(event); }))
+          << "no event " << *expected.event;
+    }
     const std::vector<std::string>& alarms = within.back()->alarms;
     if (expected.alarms)
       EXPECT_EQ(!alarms.empty(), *expected.alarms) << (alarms.empty() ? "" : alarms[0]);
@@ -106,19 +141,60 @@ class PromiseTest : public testing::TestWithParam<Row> {
 
   void CompareOne(const Expectation& expected, const Seen& seen) const {
     const SlaveState& state = seen.state;
-    const auto vector = [](const v1::Vec3& v) { return Eigen::Vector3d(v.x(), v.y(), v.z()); };
     if (expected.never) EXPECT_NE(CheckOf(state), *expected.never) << seen.t << " s";
     if (expected.force_error && state.validity == Validity::kValid && state.force) {
-      EXPECT_LE((*state.force - vector(seen.truth.force())).norm(), *expected.force_error * peak_)
-          << seen.t << " s";
+      EXPECT_LE(ErrorOf(seen), *expected.force_error * peak_) << seen.t << " s";
     }
     if (expected.tip_error_m && state.validity != Validity::kTrackingLost) {
-      EXPECT_LE((state.p_S_tip - vector(seen.truth.p_s_tip())).norm(), *expected.tip_error_m)
+      EXPECT_LE((state.p_S_tip - VectorOf(seen.truth.p_s_tip())).norm(), *expected.tip_error_m)
           << seen.t << " s";
     }
     if (expected.sigma && IsForceKnown(state)) {
       EXPECT_GE(state.sigma, (*expected.sigma)[0]) << seen.t << " s";
       EXPECT_LE(state.sigma, (*expected.sigma)[1]) << seen.t << " s";
+    }
+  }
+
+  void CompareSigma(const std::array<double, 2>& range,
+                    const std::vector<const Seen*>& within) const {
+    double squares = 0;
+    int count = 0;
+    for (const Seen* one : within) {
+      const SlaveState& state = one->state;
+      const bool touches = VectorOf(one->truth.force()).norm() > kContactShare * peak_;
+      if (!touches || state.validity != Validity::kValid) continue;
+      squares += std::pow(ErrorOf(*one) / state.sigma, 2);
+      ++count;
+    }
+    ASSERT_GT(count, 0);
+    EXPECT_GE(std::sqrt(squares / count), range[0]);
+    EXPECT_LE(std::sqrt(squares / count), range[1]);
+  }
+
+  [[nodiscard]] static double ErrorOf(const Seen& seen) {
+    return (*seen.state.force - VectorOf(seen.truth.force())).norm();
+  }
+
+  // What pages promise of every state, whatever happens.
+  void CompareAlways(const Row& row) const {
+    Time last{};
+    for (const Seen& seen : seen_) {
+      SCOPED_TRACE(testing::Message() << "at " << seen.t << " s");
+      const SlaveState& state = seen.state;
+      const bool is_valid = state.validity == Validity::kValid;
+      const bool is_lost =
+          state.validity == Validity::kTrackingLost || state.validity == Validity::kFailed;
+      if (is_lost) EXPECT_FALSE(state.force.has_value());
+      if (state.validity == Validity::kExtrapolated) EXPECT_NE(state.check, FailedCheck::kNone);
+      EXPECT_GE(state.sensed_at, last);
+      last = state.sensed_at;
+      if (!is_valid || !state.force) continue;
+      EXPECT_TRUE(state.check == FailedCheck::kNone || state.check == FailedCheck::kArmFault)
+          << CheckOf(state);
+      EXPECT_TRUE(state.sigma >= 0 && std::isfinite(state.sigma)) << state.sigma;
+      if (!row.is_blind) {
+        EXPECT_LE(ErrorOf(seen), std::max(kSilentShare * peak_, kSilentSigmas * state.sigma));
+      }
     }
   }
 
@@ -131,10 +207,61 @@ TEST_P(PromiseTest, IsKept) {
   const int line = LineOf(row.page, row.promise);
   ASSERT_GT(line, 0) << row.page << " does not promise: " << row.promise;
   ASSERT_NO_THROW(Run(row));
+  CompareAlways(row);
   for (const Expectation& expected : row.expected) {
     SCOPED_TRACE(testing::Message() << row.page.string() << ':' << line << ": " << row.promise
                                     << "; from " << expected.from << " s");
     Compare(expected);
+  }
+}
+
+std::string PipelineOf(const std::filesystem::path& file) {
+  const Scene scene = LoadScene(SourcePath("/" + file.string()), {});
+  if (scene.sense.Find<Tactile>() != nullptr) return "fingertips";
+  return HasStereoOrDepth(scene.sense) ? "points" : "camera";
+}
+
+// Codes of CHECKS, each with its pipelines.
+std::multimap<std::string, std::string> StatedChecks() {
+  std::ifstream page(SourcePath("/slave/CHECKS.md"));
+  const std::regex row(R"(\| \d+ \| `(\w+)` \|[^|]*\| ([a-z, ]+) \|.*)");
+  const std::regex word(R"([a-z]+)");
+  std::multimap<std::string, std::string> checks;
+  for (std::string line; std::getline(page, line);) {
+    std::smatch found;
+    if (!std::regex_match(line, found, row)) continue;
+    const std::string pipelines = found[2];
+    for (std::sregex_iterator it(pipelines.begin(), pipelines.end(), word), end; it != end; ++it) {
+      checks.emplace(found[1], it->str());
+    }
+  }
+  return checks;
+}
+
+// A row must flag each check in each of its pipelines, and a row must not.
+TEST(PromiseTableTest, HasEachCheckTwice) {
+  std::map<std::filesystem::path, std::string> pipelines;
+  std::set<std::pair<std::string, std::string>> flagged, kept;  // code, pipeline
+  std::set<std::string> undisturbed;                            // pipelines
+  for (const Row& row : ReadRows(SourcePath("/tests/promises/promises.yaml"))) {
+    if (!pipelines.contains(row.scene)) pipelines[row.scene] = PipelineOf(row.scene);
+    const std::string& pipeline = pipelines[row.scene];
+    for (const Expectation& expected : row.expected) {
+      if (expected.check == "none" && expected.share == 1 && row.events.empty()) {
+        undisturbed.insert(pipeline);
+      }
+      for (const std::string& by : {pipeline, std::string("manipulator")}) {
+        if (expected.check) flagged.emplace(*expected.check, by);
+        if (expected.never) kept.emplace(*expected.never, by);
+      }
+    }
+  }
+  const auto stated = StatedChecks();
+  ASSERT_GT(stated.size(), 25U);
+  for (const auto& check : stated) {
+    EXPECT_TRUE(flagged.contains(check)) << check.first << ", " << check.second << ": not flagged";
+    EXPECT_TRUE(kept.contains(check) || undisturbed.contains(check.second))
+        << check.first << ", " << check.second << ": always flagged?";
   }
 }
 

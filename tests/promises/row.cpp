@@ -83,10 +83,12 @@ Disturbance ReadEvent(const YAML::Node& node, const std::string& where) {
   keys.Read("add", &event.add);
   keys.Read("stuck", &event.stuck);
   keys.Read("absent", &event.absent);
+  keys.Read("poses", &event.poses);
   keys.Read("encoders_m", &event.encoders_m);
   keys.Read("driver", &event.driver);
   keys.Read("reset", &event.reset);
   keys.Read("operates", &event.operates);
+  keys.Read("command_m", &event.command_m);
   keys.Read("stop", &event.stop);
   keys.Finish();
   return event;
@@ -105,6 +107,8 @@ Expectation ReadExpectation(const YAML::Node& node, const std::string& where) {
   keys.Read("force_error", &expected.force_error);
   keys.Read("tip_error_m", &expected.tip_error_m);
   keys.Read("sigma", &expected.sigma);
+  keys.Read("error_by_sigma", &expected.error_by_sigma);
+  keys.Read("event", &expected.event);
   keys.Read("phase", &expected.phase);
   keys.Read("alarm", &expected.alarm);
   keys.Read("alarms", &expected.alarms);
@@ -123,6 +127,7 @@ Row ReadRow(const YAML::Node& node) {
   keys.Read("scene", &scene);
   keys.Read("site", &row.site);
   keys.Read("stated", &row.stated);
+  keys.Read("blind", &row.is_blind);
   keys.Read("events", &events);
   keys.Read("expected", &expected);
   keys.Finish();

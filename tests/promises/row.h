@@ -30,6 +30,7 @@ struct Disturbance {
   std::optional<int> channel;         // which; all without one
   std::optional<double> value, add;   // it reads this; this more than it does
   std::optional<bool> stuck, absent;  // it stays where it was; no sample of the fingertip comes
+  std::optional<bool> poses;          // samples carry the true pose, as of a tracked hand
   // Manipulator.
   std::optional<Eigen::Vector3d> encoders_m;  // more than the true tip, S
   std::optional<bool> driver;                 // reports come
@@ -37,7 +38,8 @@ struct Disturbance {
   std::optional<std::string> reset;
   // engage in a new epoch, follow, clutch, silence, blind (no newer state), leave
   std::optional<std::string> operates;
-  std::optional<bool> stop;  // emergency stop; false: its reset
+  std::optional<Eigen::Vector3d> command_m;  // the device's position from now on, M
+  std::optional<bool> stop;                  // emergency stop; false: its reset
 };
 
 // What the states must be whose samples lie within [from, to], times as above. What is absent is
@@ -51,9 +53,12 @@ struct Expectation {
   std::optional<double> force_error;           // largest of a valid force, parts of the true peak
   std::optional<double> tip_error_m;           // largest of the tip
   std::optional<std::array<double, 2>> sigma;  // range of all known ones [N]
-  std::optional<std::string> phase;            // of `share` of the states
-  std::optional<std::string> alarm;            // part of an alarm at the last state
-  std::optional<bool> alarms;                  // whether there is an alarm at the last state
+  // Range of the rms of error by sigma, of valid forces in contact [-].
+  std::optional<std::array<double, 2>> error_by_sigma;
+  std::optional<std::string> event;  // of one state at least
+  std::optional<std::string> phase;  // of `share` of the states
+  std::optional<std::string> alarm;  // part of an alarm at the last state
+  std::optional<bool> alarms;        // whether there is an alarm at the last state
 };
 
 struct Row {
@@ -63,6 +68,7 @@ struct Row {
   std::filesystem::path scene;
   std::vector<std::string> site;    // overrides of the scene, for its devices and the slave
   std::vector<std::string> stated;  // overrides for the slave alone
+  bool is_blind = false;            // CHECKS names the error as one that nothing detects
   std::vector<Disturbance> events;  // by rising times
   std::vector<Expectation> expected;
 };

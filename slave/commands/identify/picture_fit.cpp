@@ -16,7 +16,7 @@
 
 #include "shared/state/driven_clock.h"
 #include "shared/text/csv.h"
-#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/live/live_slave.h"
 
 namespace palpate {
 namespace {
@@ -73,11 +73,10 @@ double CommonShare(const std::vector<Pair>& pairs) {
 std::vector<Pair> EstimateAll(const Scene& scene, const Forces& forces,
                               const std::stop_token& stop) {
   const DrivenClock clock;
-  const auto sense = MakeSensingPipeline(scene);
+  const auto slave = MakeLiveSlave(scene);
   std::vector<Pair> pairs;
-  while (sense->Acquire(stop)) {
-    sense->Process();
-    const ContactEstimate& estimate = sense->Estimate({scene.manipulator.home, std::nullopt});
+  while (slave->Acquire(stop)) {
+    const ContactEstimate estimate = slave->Estimate();
     const auto known = forces.find(estimate.sample);
     if (known == forces.end() || !estimate.force || estimate.validity != Validity::kValid) continue;
     pairs.push_back({estimate.force->norm(), estimate.sigma, known->second});

@@ -15,7 +15,7 @@ namespace palpate {
 // samples with a valid estimate, repeated with s times the modulus until s is 1. For a domed
 // membrane the tension is proportional to the modulus, which keeps the shape of the deflection.
 // Throws InputError `file:line: ...`; std::invalid_argument: the scene has no recording; what
-// MakeSensingPipeline throws; std::runtime_error: fewer than three valid contacts, all of one
+// MakeLiveSlave throws; std::runtime_error: fewer than three valid contacts, all of one
 // force, or no modulus found. If stopped, returns the result so far.
 PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
                        const std::stop_token& stop);

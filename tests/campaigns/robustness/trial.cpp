@@ -11,7 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "slave/pipeline/base/sensing_pipeline.h"
+#include "shared/state/driven_clock.h"
+#include "slave/live/live_slave.h"
 #include "slave/pipeline/offline/offline_report.h"
 
 namespace palpate::robustness {
@@ -164,15 +165,18 @@ class Tally {
 void Replay(Stage& stage, const Alteration& alteration, const Taker& take) {
   Scene stated = stage.scene();
   if (alteration.tell) alteration.tell(stated);
+  const DrivenClock clock;
   AlteredSamples samples(stage, alteration);
-  const std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(stated, {.player = &samples});
-  const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(nullptr);
+  auto manipulator = std::make_unique<PlayedManipulator>(stated.manipulator.home);
+  PlayedManipulator& encoders = *manipulator;
+  const auto slave = MakePlayedSlave(stated, samples, std::move(manipulator));
+  const auto offline_report = slave->sense().OpenOfflineReport(nullptr);
   std::optional<std::uint32_t> frame;  // of the encoders; nullopt: there are none
   if (stated.manipulator.source != ManipulatorOptions::Source::kNone) frame = 0;
-  while (sense->Acquire({})) {
+  while (slave->Acquire({})) {
     const Truth truth = samples.truth();
-    sense->Process();
-    sense->Estimate({truth.p_S_tip, frame});
+    encoders.Play(truth.p_S_tip, frame);
+    slave->Estimate();
     const std::vector<StateRow> rows = offline_report->Add({}, nullptr);
     if (samples.index() < stage.script().way) continue;
     for (std::size_t i = 0; i < rows.size(); ++i) {
