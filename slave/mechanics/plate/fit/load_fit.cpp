@@ -38,6 +38,8 @@ constexpr double kFineConverged = 0.05;  // step by its standard deviation
 constexpr double kAsWell = 1.1;          // squared misfit by that before
 constexpr double kOwnShape = 1e-6;       // share of a change's squares that no load makes
 constexpr double kRim = 1e-3;            // nearer than that a load is at the rim [radii]
+// The same of a rigid face: its force rises without limit there, and its domain ends before.
+constexpr double kRigidRim = 0.05;
 
 // A residual below one says that the sigmas are too large by so much, if enough points say it.
 double SigmaScale(double residual, int freedom) {
@@ -58,7 +60,7 @@ LoadFitter::LoadFitter(PlateSurface& plate, const PlateSurface::Tool& tool, Plat
       finer_(finer),
       asked_(&plate),
       tool_(tool),
-      margin_(1 - kRim - tool.width / 2 / plate.radius()),
+      margin_(1 - (tool.is_rigid ? kRigidRim : kRim) - tool.width / 2 / plate.radius()),
       search_(tool.width / 2 / plate.radius(), margin_) {
   if (tool.width >= 0 && tool.width < 1.8 * plate.radius()) return;
   std::ostringstream accepted;
