@@ -1,35 +1,22 @@
 // Charts that are zoomed and read, and the shared file: it opens without a network and shows the forces that were received.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { readFileSync, rmSync, statSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, describe, test } from 'node:test';
 
-import { imagesOf } from './setup_person.mjs';
-import { BIN, PATIENCE_MS, ROOT, SCRATCH, Stage, serveSetup, size, until } from './stage.mjs';
+import { BIN, PATIENCE_MS, SCRATCH, Stage, size, until } from './stage.mjs';
 
 const PYTHON = path.resolve(BIN, '../python');
-
-// A slave that observes recorded images of presses, which repeat: however busy the machine is, something is pressed.
-async function observedPress() {
-  const file = path.join(ROOT, 'deploy/scenes/silicone-block.yaml'), images = imagesOf(file, path.join(SCRATCH, 'setup-silicone-block')), folder = path.join(SCRATCH, `saved-share-${process.pid}`), rate = 20;
-  const scene = readFileSync(file, 'utf8').replace(/\noperator:[^]*$/, '\nmanipulator: none\n').replace('source: simulated', `file: "${images}"`).replace('rate: 60 Hz', `rate: ${rate} Hz`);
-  mkdirSync(folder, { recursive: true });
-  writeFileSync(path.join(folder, 'scene.yaml'), scene);
-  return serveSetup(folder, images, rate);
-}
 
 describe('a press in charts and in a shared file', () => {
   let stage, shared;
   const recording = path.join(SCRATCH, 'share.mcap'), file = path.join(SCRATCH, 'share.html');
   before(async () => {
     rmSync(recording, { force: true });
-    stage = await Stage.open({ scene: 'silicone-block', slave: await observedPress(), device: 'pointer', log: false, args: ['--record', recording], scheme: 'light' });
+    stage = await Stage.open({ scene: 'silicone-block', args: ['--record', recording], scheme: 'light' });
   });
-  after(async () => {
-    await stage.close();
-    await stage.endSlave();
-  });
+  after(() => stage.close());
 
   test('the charts have units, show the values of one time, and zoom together', async () => {
     const { page } = stage;
