@@ -54,6 +54,14 @@ def footer_of(text):
     return text[min(text.find(word) for word in ("Example:", "Examples:", "Exit codes:", "\0") if word in text + "\0"):].rstrip("\0").strip()
 
 
+def notes_of(text):
+    """The paragraphs behind the options, without examples and exit codes."""
+    paragraphs = text.strip().split("\n\n")
+    tables = [i for i, one in enumerate(paragraphs) if re.match("(Positionals|Options|Subcommands):", one.strip())]
+    behind = paragraphs[max(tables, default=-1) + 1:]
+    return "\n\n".join(one for one in behind if not re.match("(Examples?|Exit codes):", one.strip())).strip()
+
+
 def manual(program, version, helps):
     top = helps[None]
     lines = [f'.TH {program.upper()} 1 "" "Palpate {version}" "Palpate"\n',
@@ -64,8 +72,8 @@ def manual(program, version, helps):
             positional = " ".join(given.name.strip("`") for given in help.options if not given.name.startswith("`-"))
             lines.append(f".SS {program} {command} {roff(positional)}\n{roff(help.description)}.\n")
             lines += [option(given) for given in help.options if "--help" not in given.name and "--version" not in given.name]
-            if help.notes:
-                lines.append(".PP\n" + example(help.notes))
+            if notes := notes_of(references.help_of(program, command)):
+                lines.append(".PP\n" + example(notes))
     footer = footer_of(references.help_of(program))
     examples, _, codes = footer.partition("Exit codes:")
     lines.append(".SH EXAMPLES\n" + example(re.sub(r"^Examples:\n", "", examples).rstrip()))

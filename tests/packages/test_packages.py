@@ -147,6 +147,10 @@ class Packages(unittest.TestCase):
 
     def python(self, debian):
         self.install(debian, "old", "python3-palpate")
+        # The README's lines need no slave.
+        lines = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.S)[0]
+        self.assertRegex(debian.must("python3", "-c", lines), r"\] valid\n$")
+        debian.must("python3", "-m", "palpate.verify", "--help")
         with debian.serving("palpate-slave", "serve", "/usr/share/palpate/scenes/silicone-block.yaml", "--listen", "127.0.0.1:0") as address:
             debian.must("python3", "-c", f"import palpate\nwith palpate.connect('{address}') as slave:\n"
                         "    print(next(iter(slave.states(seconds=10))).message.sequence)")

@@ -87,7 +87,7 @@ class Model:
         geometry, nodes, elements = _geometry(mesh, thickness, unit)
         if resolution is not None:
             geometry["resolution"] = resolution
-        held, by_node = _fixed(fixed, nodes, elements)
+        held, by_node = _fixed(fixed, elements)
         scene: dict[str, Any] = {
             "name": "python",
             "object": {"geometry": geometry, "material": {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}},
@@ -251,7 +251,7 @@ def _in_memory(nodes: Any, elements: Any, unit: float | str) -> tuple[dict[str, 
     return {"mesh": "mesh", "unit": unit}, points, corners.astype(np.int64)
 
 
-def _fixed(fixed: Where | None, nodes: Array | None, elements: Any) -> tuple[Any, Any]:
+def _fixed(fixed: Any, elements: Any) -> tuple[Any, Any]:
     """What a scene states, and what needs the nodes of the body: a function, a mask or numbers."""
     if fixed is None:
         return None, None

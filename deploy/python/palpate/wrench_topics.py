@@ -8,6 +8,7 @@ import pathlib
 import sqlite3
 import struct
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +67,7 @@ def read_topics(file: str | os.PathLike[str]) -> dict[str, Forces]:
     return {topic: _forces(topic, of_topic) for topic, of_topic in sorted(rows.items())}
 
 
-def join(measured: Forces, estimated: Forces) -> dict[str, NDArray[np.float64]]:
+def join(measured: Forces, estimated: Forces) -> dict[str, NDArray[Any]]:
     """Both forces at the times of the estimate: measured, estimated, t [s], sigma, valid, as `palpate.verify_forces` takes them.
 
     The measured force is linear between two of its messages. An estimate without a measured force around it, within five of
