@@ -7,6 +7,7 @@
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -15,7 +16,7 @@
 
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
-#include "slave/commands/identify/identify_report.h"
+#include "slave/identify/identify_report.h"
 #include "slave/commands/solve/solve.h"
 #include "slave/live/offline_run.h"
 #include "slave/scene/scene_loader.h"
@@ -36,14 +37,14 @@ class IdentifyCommand : public testing::Test {
     WriteWholeFile(folder_ / name, text);
     return folder_ / name;
   }
-  json Run(IdentifyOptions options) {
-    options.out = folder_ / "out";
+  json Run(IdentifyRequest request) {
+    const IdentifyOptions options{std::move(request), folder_ / "out"};
     EXPECT_EQ(RunIdentify(options, {}), 0);
     std::ifstream stream(options.out / "report.json");
     return json::parse(stream);
   }
-  std::string Refusal(IdentifyOptions options) {
-    options.out = folder_ / "refused";
+  std::string Refusal(IdentifyRequest request) {
+    const IdentifyOptions options{std::move(request), folder_ / "refused"};
     try {
       RunIdentify(options, {});
     } catch (const std::exception& e) {
@@ -195,14 +196,14 @@ TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
              tension = data / "foam_curves/foam_leap/UT.csv",
              adhesive = data / "viscoelastic_adhesive/shear_relaxation_1.csv";
   const auto as = [&](const std::string& kind, const path& file) {
-    return IdentifyOptions{.data = {kind + "=" + file.string()}};
+    return IdentifyRequest{.data = {kind + "=" + file.string()}};
   };
   const auto sized = [&](const path& file, const char* diameter, const char* height) {
-    IdentifyOptions options = as("compression", file);
+    IdentifyRequest options = as("compression", file);
     options.diameter = diameter, options.height = height;
     return options;
   };
-  const auto with = [](IdentifyOptions options, const char* unit) {
+  const auto with = [](IdentifyRequest options, const char* unit) {
     options.stress_unit = unit;
     return options;
   };
@@ -219,10 +220,10 @@ TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
   const auto silicones = [&](const char* name, const char* from, const char* to) {
     return headed(name, silicone, from, to);
   };
-  IdentifyOptions against_scene = with(as("uniaxial", rubber), "kPa");
+  IdentifyRequest against_scene = with(as("uniaxial", rubber), "kPa");
   against_scene.scene = SourcePath("/deploy/scenes/foam-cube.yaml");
   against_scene.overrides = {"object.material.young_modulus=1.2 MPa"};
-  const std::vector<IdentifyOptions> wrong{
+  const std::vector<IdentifyRequest> wrong{
       sized(silicone, "50", "30"),
       sized(silicone, "50", "30mm"),
       sized(silicone, "50mm", "30"),
@@ -246,7 +247,7 @@ TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
       as("compression", headed("foam.csv", foam, "P_MPa", "P_Pa")),
       as("tension", headed("GPa.csv", tension, "P_MPa", "P_GPa")),
       as("tension", Write("lambda.csv", Altered(tension, "", "", 0, 100)))};
-  for (const IdentifyOptions& options : wrong) {
+  for (const IdentifyRequest& options : wrong) {
     const std::string refusal = Refusal(options);
     EXPECT_TRUE(refusal.find("Check the units") != std::string::npos ||
                 refusal.find("stretch =") != std::string::npos ||
@@ -261,12 +262,12 @@ TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
 TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForPublishedData) {
   const path data = SourcePath("/../shared/data");
   if (!std::filesystem::exists(data)) GTEST_SKIP() << data << " is absent";
-  const auto expect = [&](const IdentifyOptions& options) {
+  const auto expect = [&](const IdentifyRequest& options) {
     EXPECT_NO_THROW(SceneOf(folder_, SceneLinesOf(Run(options)))) << options.data.front();
   };
   for (const auto& entry : std::filesystem::directory_iterator(data / "silicone_compression")) {
     if (!entry.path().filename().string().ends_with("_A1.csv")) continue;
-    IdentifyOptions options{.data = {"compression=" + entry.path().string()}};
+    IdentifyRequest options{.data = {"compression=" + entry.path().string()}};
     options.diameter = "50mm", options.height = "30mm", options.ends = "bonded";
     expect(options);
   }
@@ -275,7 +276,7 @@ TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForPublishedData) {
                     adhesive = (data / "viscoelastic_adhesive/").string();
   for (const std::string material : {"Treloar_1944", "Kawabata_1981", "Meunier_2008"}) {
     const std::string folder = curves + material;
-    IdentifyOptions options{.data = {"uniaxial=" + folder + "/UT.csv",
+    IdentifyRequest options{.data = {"uniaxial=" + folder + "/UT.csv",
                                      "equibiaxial=" + folder + "/ET.csv",
                                      "planar=" + folder + "/PS.csv"}};
     options.stress_unit = "MPa";
@@ -283,7 +284,7 @@ TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForPublishedData) {
     options.data = {folder + "/UT.csv"};  // by its tensors
     expect(options);
   }
-  IdentifyOptions gel{.data = {"biaxial=" + curves + "Katashima_2012/BT.csv"}};
+  IdentifyRequest gel{.data = {"biaxial=" + curves + "Katashima_2012/BT.csv"}};
   gel.stress_unit = "kPa";
   expect(gel);
   for (const char* kind : {"tension=UT", "compression=UC", "shear=SS"}) {
@@ -464,7 +465,7 @@ TEST_F(IdentifyCommand, PicturesAndAKnownForceTellTheModulus) {
         Formatted("%.0f,%.6f,%.6f,0\n", states.Number(column("sequence"), 1e9),
                   states.Number(column("true_fx"), 1e9), states.Number(column("true_fy"), 1e9));
   }
-  IdentifyOptions options;
+  IdentifyRequest options;
   options.data = {"pictures=" + Write("forces.csv", forces).string()};
   options.scene = block;
   options.overrides = {"sense.camera={file: '" + (out / "frames/%06d.png").string() +
@@ -478,7 +479,7 @@ TEST_F(IdentifyCommand, PicturesAndAKnownForceTellTheModulus) {
 
 TEST_F(IdentifyCommand, SaysWhatForcesOfPicturesMustBe) {
   const auto refusal = [&](const std::string& text, bool recorded = true) {
-    IdentifyOptions options;
+    IdentifyRequest options;
     options.data = {"pictures=" + Write("forces.csv", text).string()};
     options.scene = SourcePath("/deploy/scenes/silicone-block.yaml");
     const std::string picture = Write("1.png", "not looked at").string();

@@ -48,7 +48,7 @@ double ModalForce(const PlateModes& modes, const Vector2d& place, double R, doub
   const ModalPlate::Press press{.disc = {place, R}};
   plate.Place(std::span(&press, 1), symmetry);
   EXPECT_TRUE(plate.Solve(std::span(&w, 1)));
-  return plate.forces()[0];
+  return plate.AnswerOf(0).force;
 }
 
 // Reference: round_press.h, which knows no modes. Without an edge of the load inside the plate the

@@ -52,7 +52,7 @@ class SlidPlateTest : public testing::Test {
 
   PlateLargeModel truth_{{kRadius, kThickness, kModulus, kNu}};
   PlateLargeModel plate_{{kRadius, kThickness, kModulus, kNu}};
-  RobustPlateFit fit_{plate_, kToolWidth};
+  RobustPlateFit fit_{plate_, {kToolWidth}};
   std::mt19937 random_{5};
 };
 
