@@ -12,12 +12,12 @@
 #include "slave/capture/tactile_recording.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/scene_remarks.h"
-#include "slave/solve/solve_rows.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/scene/scene_loader.h"
+#include "slave/solve/solve_rows.h"
 #include "slave/study/shape/score_text.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 

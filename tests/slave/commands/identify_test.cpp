@@ -16,8 +16,8 @@
 
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
-#include "slave/identify/identify_report.h"
 #include "slave/commands/solve/solve.h"
+#include "slave/identify/identify_report.h"
 #include "slave/live/offline_run.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
