@@ -94,7 +94,8 @@ void SetTool(const RowValues& values, const RowRules& rules, double largest,
     refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
   }
   row->contact.width = is_flat ? width : rules.tool.width;
-  row->contact.is_rigid = moved && row->tool.IsRigidFace();
+  const bool has_tool = rules.tool.shape != Tool::Shape::kFlat || rules.tool.width > 0;
+  row->contact.is_rigid = moved && has_tool && row->tool.IsRigidFace();
   if (values.depth) row->tool.depth = *values.depth;
   if (row->tool.depth && !(*row->tool.depth > 0)) refuse("depth", "a length > 0");
   if (row->tool.shape == Tool::Shape::kFlat) row->tool.width = width;

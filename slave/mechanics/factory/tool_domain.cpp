@@ -70,7 +70,7 @@ double PlaneError(const Scene& scene, const Tool& tool, const ObjectMesh& mesh) 
 
 double RigidFaceError(const PlatePress& press) noexcept {
   const double a = press.radius, r = press.tool_radius / a, depth = std::abs(press.depth);
-  const double narrow = 1 + press.thickness / (2 * press.tool_radius);
+  const double narrow = 1 + 0.9 * press.thickness / press.tool_radius;
   const double outermost = std::min(press.place / a + r, 1.0);
   const double law = narrow * plate::ExcessAtDepth({.place = outermost,
                                                     .deflection = press.bends_only ? 0 : depth / a,
@@ -107,7 +107,11 @@ void ToolDomain::Judge(const Contact& contact, ContactResponse* response) const 
     press.tool_radius = contact.width / 2;
     press.place = contact.p_O.head<2>().norm();
     press.depth = contact.prescribed_O.z();
-    if (RigidFaceError(press) > tolerance_) doubt = kRigidOnPlate;
+    if (!contact.is_rigid) {
+      doubt = kNoToolOnPlate;
+    } else if (RigidFaceError(press) > tolerance_) {
+      doubt = kRigidOnPlate;
+    }
   }
   if (doubt.empty()) return;
   response->validity = Validity::kExtrapolated;

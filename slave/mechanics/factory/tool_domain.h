@@ -18,7 +18,7 @@
 // Plates. Under a rigid flat tool of radius r at p on a plate of radius a and thickness t, w deep,
 // neo-Hookean sheets have less force than the plate models by at most
 //
-//   (7.2 (t/a)^2 / (1 - q^2)^2 + (1.95 + 90 t/a) (w/a)^2 / (1 - q^2)^(3/4)) (1 + t / (2 r))
+//   (7.2 (t/a)^2 / (1 - q^2)^2 + (1.95 + 90 t/a) (w/a)^2 / (1 - q^2)^(3/4)) (1 + 0.9 t / r)
 //
 // with q a = p + r, of the tool's outermost point (plate_law.h has this under an even load, at its
 // centre): for t of a / 80 to a / 40, r of 0.02 to 0.3 a, w up to 4 t and q up to 0.85
@@ -43,6 +43,8 @@ inline constexpr std::string_view kExtentTooSmall =
 inline constexpr std::string_view kNeitherThinNorThick =
     "the object is too thick for plane stress or too thin for plane strain: model.tolerance is "
     "below the error";
+inline constexpr std::string_view kNoToolOnPlate =
+    "the scene has no tool: the disc of this width presses evenly; set tool and tool.load";
 inline constexpr std::string_view kRigidOnPlate =
     "under a rigid flat tool here the plate's error is beyond model.tolerance";
 

@@ -71,8 +71,10 @@ Vector3d ToolPress::NormalAt(const Contact& contact) const noexcept {
 
 ContactResponse ToolPress::Press(const Contact& contact, DeformationModel* model,
                                  Solution* solution) noexcept {
-  ContactResponse response = Answer(contact, model, solution);
-  domain_.Judge(contact, &response);
+  Contact touch = contact;
+  touch.is_rigid = is_rigid_face_;
+  ContactResponse response = Answer(touch, model, solution);
+  domain_.Judge(touch, &response);
   return response;
 }
 
@@ -84,7 +86,6 @@ ContactResponse ToolPress::Answer(const Contact& contact, DeformationModel* mode
     return indenter_->Press({contact.p_O, n, contact.prescribed_O}, model, solution);
   }
   Contact touch = contact;
-  touch.is_rigid = is_rigid_face_;
   if (plate_) touch.width = 0;
   model->Solve({&touch, 1}, solution);
   ContactResponse response = solution->responses().front();

@@ -77,7 +77,9 @@ TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) 
 
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
   auto& plate = dynamic_cast<PlateSurface&>(*model);
-  const Contact press{Contact::Kind::kDisplacement, {0, 0, 0}, -1, 4e-3, {0, 0, -0.3e-3}};
+  const PlateSurface::Tool tool{4e-3, scene.tool->IsRigidFace()};
+  const Contact press =
+      PlateSurface::ToolContact(Contact::Kind::kDisplacement, {0, 0}, tool, -0.3e-3);
   Solution solution;
   plate.Solve({&press, 1}, &solution);
   EXPECT_NEAR(expected.force, -solution.responses()[0].force_O.z(), 1e-3 * expected.force);
@@ -89,7 +91,7 @@ TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) 
   }
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
-  LoadFitter fitter(plate, {4e-3});
+  LoadFitter fitter(plate, tool);
   double sum = 0, squares = 0;
   constexpr int kPresses = 1000;
   for (int i = 0; i < kPresses; ++i) {

@@ -140,7 +140,9 @@ TEST(ToolDomain, ARigidFaceOnAPlateIsValidWhereItsErrorIsAccepted) {
     const Tool tool{.width = width, .presses_evenly = even};
     ContactResponse response = Valid();
     ToolDomain(scene, tool, MembraneDisc{0.04, 1e-3})
-        .Judge({.p_O = {x, 0, 0}, .width = width, .prescribed_O = {0, 0, -depth}}, &response);
+        .Judge(
+            {.p_O = {x, 0, 0}, .width = width, .prescribed_O = {0, 0, -depth}, .is_rigid = !even},
+            &response);
     return response.validity == Validity::kValid;
   };
   EXPECT_TRUE(is_valid("plate-large", 0.004, 0.02, 2e-3, false));
