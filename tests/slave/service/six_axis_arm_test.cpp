@@ -279,25 +279,35 @@ TEST_F(SixAxisArmTest, TheToolFollowsTheDevicesRotationWithinTheArmsResolution) 
     return Quaterniond(R_SM * (R_M * R_M_begin.conjugate()).toRotationMatrix() * R_SM.transpose() *
                        from.toRotationMatrix());
   };
+  std::uint32_t epoch = 1;
+  Quaterniond from = R_S0_;
   for (const double angle : {0.3, 1.4, 2.9, -2.8}) {  // past half a turn, the other way round
     const Quaterniond R_M = AngleAxisd(angle, Vector3d(2, 1, -1).normalized()) * R_M0_;
-    hand.Hold(1, {0, 0, 0}, R_M);
-    const Quaterniond goal = wanted(R_S0_, R_M, R_M0_);
-    EXPECT_TRUE(Eventually([&] { return arm.rotation().angularDistance(goal) < kWithin; }))
-        << angle << ": " << arm.rotation().angularDistance(goal) << " rad off";
+    hand.Hold(epoch, {0, 0, 0}, R_M);
+    EXPECT_TRUE(Eventually([&] {
+      if (hand.state().phase() ==
+          v1::PHASE_HOLD) {  // a busy machine: engaged again, as by a person
+        hand.Hold(++epoch, {0, 0, 0}, R_M0_);
+        if (!hand.Reaches(v1::PHASE_FOLLOWING, epoch)) return false;
+        from = arm.rotation();
+        hand.Hold(epoch, {0, 0, 0}, R_M);
+      }
+      return arm.rotation().angularDistance(wanted(from, R_M, R_M0_)) < kWithin;
+    })) << angle
+        << ": " << arm.rotation().angularDistance(wanted(from, R_M, R_M0_)) << " rad off";
   }
   // The clutch is open: the hand turns back, the arm stays; engaged again it goes on from there.
   const Quaterniond held = arm.rotation();
   hand.Hold(0, {0.01, 0, 0}, R_M0_);
-  ASSERT_TRUE(hand.Reaches(v1::PHASE_CLUTCHED, 1));
-  hand.Hold(2, {0.01, 0, 0}, R_M0_);
-  ASSERT_TRUE(hand.Reaches(v1::PHASE_FOLLOWING, 2));
-  ASSERT_TRUE(Eventually([&, from = hand.state().command_sequence()] {
-    return hand.state().command_sequence() > from + 30;
+  ASSERT_TRUE(hand.Reaches(v1::PHASE_CLUTCHED, epoch));
+  hand.Hold(++epoch, {0.01, 0, 0}, R_M0_);
+  ASSERT_TRUE(hand.Reaches(v1::PHASE_FOLLOWING, epoch));
+  ASSERT_TRUE(Eventually([&, before = hand.state().command_sequence()] {
+    return hand.state().command_sequence() > before + 30;
   }));
   EXPECT_LT(arm.rotation().angularDistance(held), kWithin) << "clutching turned the tool";
   const Quaterniond R_M = AngleAxisd(0.5, Vector3d::UnitX()) * R_M0_;
-  hand.Hold(2, {0.01, 0, 0}, R_M);
+  hand.Hold(epoch, {0.01, 0, 0}, R_M);
   const Quaterniond goal = wanted(held, R_M, R_M0_);
   EXPECT_TRUE(Eventually([&] { return arm.rotation().angularDistance(goal) < 2 * kWithin; }));
   EXPECT_LT(arm.fastest(), kMaxAngularSpeed * (1 + 1e-3));
