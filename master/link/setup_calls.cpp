@@ -44,10 +44,20 @@ std::string ReasonName(const grpc::Status& status) {
   return v1::ErrorReason_Name(reason).substr(kPrefix.size());
 }
 
-// The codes of a connection that failed; others are empty.
+// The codes of a connection that failed or was rejected, which carry no reason; others are empty.
 std::string_view CodeName(grpc::StatusCode code) {
-  if (code == grpc::StatusCode::DEADLINE_EXCEEDED) return "DEADLINE_EXCEEDED";
-  return code == grpc::StatusCode::UNAVAILABLE ? "UNAVAILABLE" : "";
+  switch (code) {
+    case grpc::StatusCode::DEADLINE_EXCEEDED:
+      return "DEADLINE_EXCEEDED";
+    case grpc::StatusCode::UNAVAILABLE:
+      return "UNAVAILABLE";
+    case grpc::StatusCode::PERMISSION_DENIED:
+      return "PERMISSION_DENIED";
+    case grpc::StatusCode::UNAUTHENTICATED:
+      return "UNAUTHENTICATED";
+    default:
+      return "";
+  }
 }
 
 std::string ErrorJson(std::string_view why, std::string_view reason, std::string_view code) {

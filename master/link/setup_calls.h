@@ -16,7 +16,8 @@ class SetupCalls {
   struct Answer {
     int status = 200;  // of HTTP: 200, 400 (request), 403, 409 (not now) or 502 (no answer)
     // The reply; or {"error": text, "reason": name of an ErrorReason without its prefix, "code":
-    // DEADLINE_EXCEEDED or UNAVAILABLE}, of which the last two may be absent.
+    // DEADLINE_EXCEEDED, UNAVAILABLE, PERMISSION_DENIED or UNAUTHENTICATED}, of which the last two
+    // may be absent.
     std::string json;
   };
 

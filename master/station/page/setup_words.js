@@ -14,9 +14,11 @@ export const CHECK_HELP = {
 const AGAIN = 'Your answers are kept: try again.';
 const BUSY = `The slave is busy and has not answered in time. ${AGAIN}`;
 // Calls that were rejected, by ErrorReason (proto/palpate/v1/errors.proto), or by the code of the connection.
+const NO_ADMIN = 'This station may not set up the slave: start palpate-master with --setup-tls and the certificate of an admin.';
+const NO_CERTIFICATE = "The station's certificate has expired: it needs a new one.";
 const REASONS = {
-  ROLE_NOT_ALLOWED: 'This station may not set up the slave: start palpate-master with --setup-tls and the certificate of an admin.',
-  CERTIFICATE_INVALID: "The station's certificate has expired: it needs a new one.",
+  ROLE_NOT_ALLOWED: NO_ADMIN, PERMISSION_DENIED: NO_ADMIN,
+  CERTIFICATE_INVALID: NO_CERTIFICATE, UNAUTHENTICATED: NO_CERTIFICATE,
   LEASE_HELD: 'Somebody operates the slave. Wait until they have disengaged, then try again.',
   NEW_SCENE: `The slave starts again with a new scene. ${AGAIN}`,
   CHANGE_UNDER_WAY: `The slave still works on another request. ${AGAIN}`,
