@@ -1,0 +1,420 @@
+#!/usr/bin/env python3
+"""Random presses of boxes, sheets, blocks and sheets with holes: the forces of `solve` and `check` against finite elements that share
+nothing with the product.
+
+usage: presses.py [--count N] [--seed N] [--only KIND] [--bin FOLDER]   (60 presses; FOLDER build/release/bin)
+
+A volume is pressed by a flat disc or a round end, a sheet by a flat or round tool through all of its thickness, a block by a flat
+tool through a part of it. The truth is linear: quadratic tetrahedra and triangles for flat tools, bricks with mean dilatation and an
+active set for round ones, all graded towards the tool. Prints a line for each press. Exit code 1: more than one valid force is off
+by more than 1.5 times the tolerance of its scene, or one by more than 15 %. Needs NumPy, SciPy and Gmsh.
+"""
+import argparse
+import csv
+import math
+import pathlib
+import random
+import re
+import subprocess
+import sys
+import tempfile
+
+import gmsh
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import cg, splu
+
+TOLERANCE = 0.05  # of the scenes
+FACTOR, LARGEST = 1.5, 0.15  # times the tolerance; error of a valid force
+
+
+def elasticity(nu, dimension, plane=None):
+    """Matrix for E = 1; strains xx, yy, (zz,) xy, (xz, yz) with engineering shears."""
+    if plane == "stress":
+        return np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) / (1 - nu * nu)
+    lam, mu = nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)
+    n = 3 if dimension == 2 else 6
+    D = np.zeros((n, n))
+    D[:dimension, :dimension] = lam
+    D[range(dimension), range(dimension)] += 2 * mu
+    D[range(dimension, n), range(dimension, n)] = mu
+    return D
+
+
+def simplex_matrix(X, conn, D):
+    """Stiffness of quadratic triangles or tetrahedra with straight sides, nodes in Gmsh's order."""
+    d = X.shape[1]
+    edges = [(0, 1), (1, 2), (2, 0)] if d == 2 else [(0, 1), (1, 2), (2, 0), (0, 3), (2, 3), (1, 3)]
+    if d == 2:
+        points, weights = [(2 / 3, 1 / 6, 1 / 6), (1 / 6, 2 / 3, 1 / 6), (1 / 6, 1 / 6, 2 / 3)], [1 / 3] * 3
+    else:
+        a, b = 0.5854101966249685, 0.1381966011250105
+        points, weights = [tuple(a if i == j else b for j in range(4)) for i in range(4)], [0.25] * 4
+    corners = X[conn[:, :d + 1]]
+    T = np.concatenate([np.ones((len(conn), d + 1, 1)), corners], 2)
+    inverse = np.linalg.inv(T)  # rows 1..d: gradients of the barycentric coordinates
+    grad = inverse[:, 1:, :].transpose(0, 2, 1)
+    volume = np.abs(np.linalg.det(T)) / math.factorial(d)
+    n = conn.shape[1]
+    K = np.zeros((len(conn), d * n, d * n))
+    shears = [(0, 1)] if d == 2 else [(0, 1), (0, 2), (1, 2)]
+    for L, weight in zip(points, weights):
+        G = np.concatenate([grad * (4 * np.array(L) - 1)[None, :, None],
+                            np.stack([4 * (L[i] * grad[:, j] + L[j] * grad[:, i]) for i, j in edges], 1)], 1)
+        B = np.zeros((len(conn), len(D), d * n))
+        for k in range(d):
+            B[:, k, k::d] = G[:, :, k]
+        for r, (i, j) in enumerate(shears):
+            B[:, d + r, i::d] = G[:, :, j]
+            B[:, d + r, j::d] = G[:, :, i]
+        K += (weight * volume)[:, None, None] * (B.transpose(0, 2, 1) @ (D @ B))
+    return assemble(K, conn, d, len(X))
+
+
+def assemble(K, conn, d, nodes):
+    dof = (conn[:, :, None] * d + np.arange(d)).reshape(len(conn), -1)
+    m = dof.shape[1]
+    return sp.csr_matrix((K.ravel(), (np.repeat(dof, m, 1).ravel(), np.tile(dof, (1, m)).ravel())), shape=(d * nodes,) * 2)
+
+
+def solve(A, u, fixed):
+    free = ~fixed
+    rhs, inner = -(A[free][:, fixed] @ u[fixed]), A[free][:, free]
+    if inner.shape[0] < 30000:
+        u[free] = splu(inner.tocsc()).solve(rhs)
+    else:
+        u[free], code = cg(inner, rhs, x0=u[free], M=sp.diags(1 / inner.diagonal()), tol=1e-6, maxiter=20000)
+        assert code == 0
+    return u
+
+
+def meshed(build, dimension, size):
+    """Nodes and quadratic elements of what `build` makes; `size(x, y, z)`: length of the elements."""
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.add("m")
+    build(gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    for name in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
+        gmsh.option.setNumber("Mesh." + name, 0)
+    gmsh.model.mesh.setSizeCallback(lambda dim, tag, x, y, z: size(x, y, z))
+    gmsh.model.mesh.generate(dimension)
+    gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
+    gmsh.model.mesh.setOrder(2)
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    X = coordinates.reshape(-1, 3)
+    _, _, nodes = gmsh.model.mesh.getElements(dimension)
+    gmsh.finalize()
+    number = np.zeros(int(max(tags)) + 1, int)
+    number[tags.astype(int)] = np.arange(len(tags))
+    conn = number[nodes[0].astype(int)].reshape(-1, 6 if dimension == 2 else 10)
+    used, flat = np.unique(conn, return_inverse=True)
+    return X[used][:, :dimension], flat.reshape(conn.shape)
+
+
+def pressed(A, X, bottom, tool, axis, bonded, clamp_all=True):
+    """Force by a unit displacement of the nodes `tool` along -`axis`."""
+    d = X.shape[1]
+    u, fixed = np.zeros(A.shape[0]), np.zeros(A.shape[0], bool)
+    for k in range(d):
+        fixed[d * bottom + k] = True
+        if bonded or k == axis:
+            fixed[d * tool + k] = True
+    u[d * tool + axis] = -1
+    u = solve(A, u, fixed)
+    return -(A @ u)[d * tool + axis].sum()
+
+
+def volume_flat(size, place, width, nu, bonded):
+    """Stiffness of a box [x, y, z] by E under a flat disc at `place` on its top."""
+    a, fine = width / 2, width / 14
+    def build(occ):
+        box, disc = occ.addBox(0, 0, 0, *size), occ.addDisk(place[0], place[1], size[2], a, a)
+        occ.fragment([(3, box)], [(2, disc)])
+    def h(x, y, z):
+        r = math.hypot(x - place[0], y - place[1])
+        return min(max(fine, fine + 0.35 * math.hypot(max(r - a, 0) if r > a else 0.5 * (a - r), size[2] - z)), min(size) / 4)
+    X, conn = meshed(build, 3, h)
+    A = simplex_matrix(X, conn, elasticity(nu, 3))
+    bottom = np.where(X[:, 2] < 1e-9)[0]
+    tool = np.where((X[:, 2] > size[2] - 1e-9) & (np.hypot(X[:, 0] - place[0], X[:, 1] - place[1]) < a * (1 + 1e-6)))[0]
+    return pressed(A, X, bottom, tool, 2, bonded)
+
+
+def graded(low, high, centre, fine, spread):
+    """Points of [low, high]: `fine` within `spread` of the centre, growing away from it."""
+    def away(span):
+        points, h, x = [], fine, 0.0
+        while x + h < span - 0.5 * h:
+            x += h
+            points.append(x)
+            if x > spread:
+                h *= 1.3
+        return np.array(points + [span])
+    left = centre - away(centre - low)[::-1] if centre > low else np.array([])
+    right = centre + away(high - centre) if high > centre else np.array([])
+    return np.concatenate([left, [centre], right])
+
+
+def bricks(xs, ys, zs, nu):
+    """Nodes and stiffness of trilinear bricks with mean dilatation, E = 1."""
+    nx, ny, nz = len(xs), len(ys), len(zs)
+    idx = np.arange(nx * ny * nz).reshape(nx, ny, nz)
+    X = np.stack(np.meshgrid(xs, ys, zs, indexing="ij"), -1).reshape(-1, 3)
+    conn = np.stack([idx[a:nx - 1 + a, b:ny - 1 + b, c:nz - 1 + c].ravel() for a in (0, 1) for b in (0, 1) for c in (0, 1)], 1)
+    s = np.array([[a, b, c] for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)], float)
+    size, D = X[conn[:, 7]] - X[conn[:, 0]], elasticity(nu, 3)
+    grads = []
+    for p in s / math.sqrt(3):
+        N = np.stack([0.125 * s[:, k] * np.prod([1 + s[:, o] * p[o] for o in range(3) if o != k], axis=0) for k in range(3)], 1)
+        grads.append(N[None] * (2 / size)[:, None, :])
+    mean, K = sum(grads) / 8, np.zeros((len(conn), 24, 24))
+    for G in grads:
+        B = np.zeros((len(conn), 6, 24))
+        for k in range(3):
+            B[:, k, k::3] = G[:, :, k]
+        for r, (i, j) in enumerate([(0, 1), (0, 2), (1, 2)]):
+            B[:, 3 + r, i::3] = G[:, :, j]
+            B[:, 3 + r, j::3] = G[:, :, i]
+        for k in range(3):
+            B[:, :3, k::3] += ((mean - G)[:, :, k] / 3)[:, None, :]
+        K += (B.transpose(0, 2, 1) @ (D @ B)) * (size.prod(1) / 8)[:, None, None]
+    return X, assemble(K, conn, 3, len(X))
+
+
+def volume_round(size, place, radius, depth, nu, bonded):
+    """Force by E of a box under a round end at `place` [x, middle of y], by half a box and an active set."""
+    contact = math.sqrt(radius * depth)
+    fine = contact / 7
+    xs, ys = graded(0, size[0], place[0], fine, 1.3 * contact), graded(size[1] / 2, size[1], size[1] / 2, fine, 1.3 * contact)
+    zs = size[2] - graded(0, size[2], 0, fine, contact)[::-1]
+    X, A = bricks(xs, ys, zs, nu)
+    bottom = np.where(X[:, 2] < 1e-9)[0]
+    near = np.where((X[:, 2] > size[2] - 1e-9) & (np.hypot(X[:, 0] - place[0], X[:, 1] - place[1]) < 2.2 * contact))[0]
+    r = np.hypot(X[near, 0] - place[0], X[near, 1] - place[1])
+    wanted = -(depth - (radius - np.sqrt(np.maximum(radius ** 2 - r ** 2, 0))))  # of a node in contact
+    active, u = r < 0.75 * contact, np.zeros(A.shape[0])
+    for _ in range(25):
+        fixed = np.zeros(A.shape[0], bool)
+        fixed[3 * np.where(X[:, 1] < size[1] / 2 + 1e-9)[0] + 1] = True
+        for k in range(3):
+            fixed[3 * bottom + k] = True
+        held = near[active]
+        fixed[3 * held + 2] = True
+        if bonded:
+            fixed[3 * held] = fixed[3 * held + 1] = True
+            u[3 * held] = u[3 * held + 1] = 0
+        u[3 * held + 2] = wanted[active]
+        u = solve(A, u, fixed)
+        force = -(A @ u)[3 * near + 2]
+        new = np.where(active, force > 0, u[3 * near + 2] > wanted)
+        if (new == active).all():
+            break
+        active = new
+    return 2 * force[active].sum()
+
+
+def sheet_flat(width, height, thickness, place, tool, nu, plane, holes):
+    """Stiffness by E of a sheet under a flat tool on its top, glued."""
+    half, fine = tool / 2, tool / 24
+    def build(occ):
+        p = [occ.addPoint(x, y, 0) for x, y in ((0, 0), (width, 0), (width, height), (place + half, height), (place - half, height), (0, height))]
+        lines = [occ.addLine(p[i], p[(i + 1) % 6]) for i in range(6)]
+        surface = (2, occ.addPlaneSurface([occ.addCurveLoop(lines)]))
+        if holes:
+            occ.cut([surface], [(2, occ.addDisk(x, y, 0, r, r)) for x, y, r in holes])
+    def h(x, y, z):
+        away = min(math.hypot(x - place - half, y - height), math.hypot(x - place + half, y - height))
+        rings = [abs(math.hypot(x - a, y - b) - r) / 2 + r / 8 for a, b, r in holes]
+        return min([fine / 4 + 0.2 * away, min(width, height) / 12, *rings])
+    X, conn = meshed(build, 2, h)
+    A = simplex_matrix(X, conn, elasticity(nu, 2, plane) )
+    bottom = np.where(X[:, 1] < 1e-9)[0]
+    tool_nodes = np.where((X[:, 1] > height - 1e-9) & (np.abs(X[:, 0] - place) < half * (1 + 1e-6)))[0]
+    return thickness * pressed(A, X, bottom, tool_nodes, 1, True)
+
+
+def block_flat(width, height, thickness, place, tool, extent, nu):
+    """Stiffness by E of a block under a flat tool that reaches `extent` through the middle of its thickness, glued; half of it."""
+    fine = min(tool, extent) / 6
+    def two(low, high, a, b, h):
+        left, right = graded(low, (a + b) / 2, a, h, 0), graded((a + b) / 2, high, b, h, 0)
+        return np.unique(np.round(np.concatenate([left, right]), 12))
+    xs, ys = two(0, width, place - tool / 2, place + tool / 2, fine), height - graded(0, height, 0, fine, 0)[::-1]
+    zs = graded(0, thickness / 2, extent / 2, min(fine, thickness / 8), 0)
+    X, A = bricks(xs, ys, zs, nu)
+    e = 1e-9
+    u, fixed = np.zeros(A.shape[0]), np.zeros(A.shape[0], bool)
+    fixed[3 * np.where(X[:, 2] < e)[0] + 2] = True
+    bottom = np.where(X[:, 1] < e)[0]
+    held = np.where((X[:, 1] > height - e) & (np.abs(X[:, 0] - place) < tool / 2 + e) & (X[:, 2] < extent / 2 + e))[0]
+    for k in range(3):
+        fixed[3 * bottom + k] = fixed[3 * held + k] = True
+    u[3 * held + 1] = -1
+    u = solve(A, u, fixed)
+    return -2 * (A @ u)[3 * held + 1].sum()
+
+
+class Press:
+    """One drawn press: the text of its scene, the row of contacts, and how to compute its truth."""
+
+    def __init__(self, kind, scene, row, truth, words, elements):
+        self.kind, self.scene, self.row, self.truth, self.words, self.elements = kind, scene, row, truth, words, elements
+
+
+def millimetres(*values):
+    return ", ".join(f"{1e3 * value:.6g} mm" for value in values)
+
+
+def draw_volume(rng):
+    size = [round(rng.uniform(40, 80)) / 1e3, round(rng.uniform(40, 80)) / 1e3, round(rng.uniform(20, 50)) / 1e3]
+    nu, E = rng.choice([0.3, 0.4, 0.45, 0.49]), 20e3
+    is_round, bonded = rng.random() < 0.5, rng.random() < 0.5
+    model = rng.choice(["fem-green", "fem-green", "fem", "fem"])
+    if model == "fem":
+        bonded = True
+    element = rng.choice(["tet4", "tet10"])
+    place = [size[0] * rng.choice([0.5, 0.5, 0.35]), size[1] / 2]
+    lateral = min(size) / 8
+    depth = rng.uniform(0.01, 0.03) * size[2]
+    if is_round:
+        radius = round(1e4 * rng.uniform(0.15, 0.45) * min(size)) / 1e4
+        under, tool = 2 * math.sqrt(radius * depth), f"{{shape: round, width: {millimetres(2 * radius)}}}"
+        truth = lambda: E * volume_round(size, place, radius, depth, nu, bonded)  # noqa: E731
+    else:
+        under = rng.uniform(0.15, 0.4) * min(size)
+        tool = f"{{shape: flat, width: {1e3 * under:.6g} mm}}"
+        truth = lambda: E * depth * volume_flat(size, place, under, nu, bonded)  # noqa: E731
+    elements = rng.choice([1, 2, 3, 4, 5])
+    cells = [max(3, min(14 if element == "tet10" else 22, round(side * elements / under))) for side in size]
+    law = "law: corotational, " if model == "fem" and rng.random() < 0.5 else ""
+    contact = "bonded" if bonded else "frictionless"
+    scene = f"""name: volume
+object:
+  geometry: {{box: {{size: [{millimetres(*size)}], cells: {cells}}}}}
+  material: {{young_modulus: {E:g} Pa, poisson_ratio: {nu}}}
+  fixed: {{plane: {{axis: z, at: 0 mm}}}}
+tool: {tool}
+operator: {{press: {{depth: {1e3 * depth:.6g} mm}}}}
+model: {{kind: {model}, element: {element}, {law}contact: {contact}, tolerance: {TOLERANCE}}}
+"""
+    words = f"{model} {element} {contact} {'round' if is_round else 'flat'} nu {nu} cells {cells} under {under * cells[0] / size[0]:.1f}"
+    return Press("volume", scene, ([*place, size[2]], [0, 0, -depth]), truth, words, under * cells[0] / size[0])
+
+
+def draw_sheet(rng, holes=False):
+    width, height = rng.uniform(40, 100) / 1e3, rng.uniform(30, 80) / 1e3
+    nu, E, plane = rng.choice([0.3, 0.45, 0.49]), 100e3, "stress"
+    tool = rng.uniform(0.08, 0.2) * width
+    thickness = 0.02 * min(width, height)
+    place = width * rng.uniform(0.3, 0.7)
+    under = rng.choice([1, 2, 3, 4, 6])
+    perimeter = 2 * (width + height)
+    circles = []
+    for _ in range(rng.choice([1, 2]) if holes else 0):
+        r = rng.uniform(0.06, 0.14) * min(width, height)
+        at = (rng.uniform(2 * r, width - 2 * r), rng.uniform(0.35 * height, height - 1.8 * r))
+        if all(math.hypot(at[0] - x, at[1] - y) > 1.4 * (r + q) for x, y, q in circles):
+            circles.append((*at, r))
+            perimeter += 2 * math.pi * r
+    elements = max(24, round(perimeter * under / tool))
+    depth = 0.02 * height
+    rings = [[(x + r * math.cos(2 * math.pi * i / 48), y + r * math.sin(2 * math.pi * i / 48)) for i in range(48)] for x, y, r in circles]
+    text = ", ".join("[" + ", ".join(f"[{1e3 * x:.5g} mm, {1e3 * y:.5g} mm]" for x, y in ring) + "]" for ring in rings)
+    corners = ((0, 0), (width, 0), (width, height), (0, height))
+    points = ", ".join(f"[{millimetres(*p)}]" for p in corners)
+    shape = f"polygon: {{points: [{points}], holes: [{text}], thickness: {1e3 * thickness:.5g} mm}}" if circles else \
+        f"rectangle: {{width: {millimetres(width)}, height: {millimetres(height)}, thickness: {millimetres(thickness)}}}"
+    fixed = "{plane: {axis: y, at: 0 mm}}" if circles else "{side: bottom}"
+    order = rng.choice(["constant", "constant", "quadratic"])
+    if order == "quadratic":
+        elements = max(16, elements // 2)
+    scene = f"""name: sheet
+object:
+  geometry: {{{shape}}}
+  material: {{young_modulus: {E:g} Pa, poisson_ratio: {nu}}}
+  fixed: {fixed}
+tool: {{shape: flat, width: {millimetres(tool)}, depth: whole}}
+operator: {{press: {{depth: {1e3 * depth:.6g} mm}}}}
+model: {{kind: bem2d, plane: {plane}, order: {order}, elements: {elements}, tolerance: {TOLERANCE}}}
+"""
+    truth = lambda: E * depth * sheet_flat(width, height, thickness, place, tool, nu, plane, circles)  # noqa: E731
+    words = f"bem2d {order} {len(circles)} holes nu {nu} elements {elements} under {elements * tool / perimeter:.1f}"
+    return Press("holes" if holes else "sheet", scene, ([place, height], [0, -depth]), truth, words, elements * tool / perimeter)
+
+
+def draw_block(rng):
+    width, height = rng.uniform(40, 100) / 1e3, rng.uniform(30, 80) / 1e3
+    thickness = width * rng.choice([0.05, 0.1, 0.3, 0.6, 1.0])
+    nu, E, plane = rng.choice([0.3, 0.45, 0.49]), 50e3, rng.choice(["stress", "strain"])
+    tool = rng.uniform(0.08, 0.2) * width
+    extent = thickness * rng.choice([1.0, 1.0, 0.75, 0.5, 0.1])
+    depth, place = 0.02 * height, width / 2
+    elements = round(2 * (width + height) / tool * 6)
+    scene = f"""name: block
+object:
+  geometry: {{rectangle: {{width: {millimetres(width)}, height: {millimetres(height)}, thickness: {millimetres(thickness)}}}}}
+  material: {{young_modulus: {E:g} Pa, poisson_ratio: {nu}}}
+  fixed: {{side: bottom}}
+tool: {{shape: flat, width: {millimetres(tool)}, depth: {millimetres(extent)}}}
+operator: {{press: {{depth: {1e3 * depth:.6g} mm}}}}
+model: {{kind: bem2d, plane: {plane}, elements: {elements}, tolerance: {TOLERANCE}}}
+"""
+    truth = lambda: E * depth * block_flat(width, height, thickness, place, tool, extent, nu)  # noqa: E731
+    words = f"bem2d {plane} nu {nu} T/W {thickness / width:.2f} b/T {extent / thickness:.2f}"
+    return Press("block", scene, ([place, height], [0, -depth]), truth, words, 6)
+
+
+def answer(programs, folder, press):
+    """Force and validity of `solve`, and the force and error that `check` states."""
+    scene, contacts, answers = folder / "scene.yaml", folder / "contacts.csv", folder / "answers.csv"
+    scene.write_text(press.scene)
+    place, moved = press.row
+    axes = "xyz"[:len(place)]
+    contacts.write_text(",".join(["case", *axes, *("d" + a for a in axes)]) + "\n" + ",".join(["a", *(f"{v:.12g}" for v in (*place, *moved))]) + "\n")
+    run = subprocess.run([programs / "palpate-slave", "solve", scene, "--contacts", contacts, "--out", answers], capture_output=True, text=True)
+    if run.returncode != 0:
+        return None, "refused: " + run.stderr.strip().splitlines()[-1], None
+    with open(answers) as file:
+        row = next(csv.DictReader(file))
+    force = math.sqrt(sum(float(row["f" + a] or "nan") ** 2 for a in axes))
+    return force, row["validity"], row.get("error")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", choices=("volume", "sheet", "holes", "block"))
+    parser.add_argument("--bin", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[3] / "build/release/bin")
+    options = parser.parse_args()
+    draws = [("volume", draw_volume), ("sheet", draw_sheet), ("volume", draw_volume), ("holes", lambda rng: draw_sheet(rng, True)), ("block", draw_block)]
+    valid = beyond = far = fine = fine_valid = 0
+    with tempfile.TemporaryDirectory() as scratch:
+        for number in range(options.count):
+            name, draw = draws[number % len(draws)]
+            if options.only and name != options.only:
+                continue
+            press = draw(random.Random(1000 * options.seed + number))
+            force, validity, _ = answer(options.bin, pathlib.Path(scratch), press)
+            if force is None:
+                print(f"{number} {press.kind} {press.words}: {validity}", flush=True)
+                continue
+            truth = press.truth()
+            error = force / truth - 1
+            is_valid = validity == "valid"
+            valid += is_valid
+            beyond += is_valid and abs(error) > FACTOR * TOLERANCE
+            far += is_valid and abs(error) > LARGEST
+            if press.elements >= 4 and press.kind != "block":
+                fine += 1
+                fine_valid += is_valid
+            mark = "  <--" if is_valid and abs(error) > FACTOR * TOLERANCE else ""
+            print(f"{number} {press.kind} {press.words}: {force:.4g} N, truth {truth:.4g} N, {100 * error:+.1f} %, {validity}{mark}", flush=True)
+    print(f"{valid} valid; {beyond} beyond {FACTOR} times the tolerance, {far} beyond {100 * LARGEST:g} %; "
+          f"with 4 or more elements under the tool {fine_valid} of {fine} valid")
+    return 1 if beyond > 1 or far else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
