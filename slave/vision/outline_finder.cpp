@@ -113,13 +113,6 @@ Curve WithCorners(const Curve& edge, std::vector<Side> sides) {
 }  // namespace
 
 FoundOutline FindOutlineNear(const cv::Mat& image, CurveView near) {
-  constexpr int kMinEdge = 32, kMaxRatio = 10;  // [px]; a thinner image vanishes when it is reduced
-  const auto [low, high] = std::minmax(image.rows, image.cols);
-  if (low < kMinEdge || high > kMaxRatio * low) {
-    throw std::invalid_argument(
-        "image = " + std::to_string(image.cols) + " x " + std::to_string(image.rows) +
-        " pixels: expected 32 x 32 or more, and no side ten times as long as the other");
-  }
   if (!near.empty() && near.size() < 3) {
     throw std::invalid_argument("near = " + std::to_string(near.size()) +
                                 " points: expected three or more, or none");

@@ -25,6 +25,8 @@ constexpr int kSettleRounds = 60;
 constexpr std::array kFoundBlurs = {1.5};
 constexpr std::array kGivenBlurs = {4.0, 2.0, 1.0};
 constexpr int kMinImage = 16;  // edge [px]
+// Edge by the other: the search reduces the longer one to 160 px, which leaves 16 of the shorter.
+constexpr int kMaxRatio = 10;
 // At start, the snake against the shape it started from.
 constexpr double kMinClosed = 0.7;      // of an edge around a start that a person gave
 constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
@@ -48,10 +50,12 @@ cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
 // around it.
 std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& first,
                                const GreyFormat& format, double tool_width, bool clockwise_I) {
-  if (std::min(first.cols, first.rows) < kMinImage) {
+  const auto [shorter, longer] = std::minmax(first.cols, first.rows);
+  if (shorter < kMinImage || longer > kMaxRatio * shorter) {
     throw std::runtime_error("no contour found: the image is " + std::to_string(first.cols) +
                              " x " + std::to_string(first.rows) + " px: expected edges of " +
-                             std::to_string(kMinImage) + " px or more");
+                             std::to_string(kMinImage) + " px or more, none longer than " +
+                             std::to_string(kMaxRatio) + " times the other");
   }
   const bool given = !options.start.empty();
   Curve start = given ? options.start : FindObject(AsGrey8(first, format), tool_width);

@@ -50,7 +50,7 @@ test('contact, release, flags and stops are events; a flag that flutters is one'
   assert.deepEqual(share.events.map(({ name }) => name), ['contact', 'stale', 'stop', 'release']);
 });
 
-test('without states there is no file, and a jump of a replay begins anew', async () => {
+test('without states there is no file, and a jump of a replay empties it', async () => {
   const share = new Share();
   assert.equal(await share.file(null, 'x'), null);
   share.takeStatus(state(50, { run: 1 }));

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Random presses of boxes, sheets, blocks and sheets with holes: the forces of `solve` and `check` against finite elements that share
+"""Random presses of boxes, sheets, blocks and sheets with holes: the forces of `solve` against finite elements that share
 nothing with the product.
 
 usage: presses.py [--count N] [--seed N] [--only KIND] [--bin FOLDER]   (60 presses; FOLDER build/release/bin)
@@ -14,7 +14,6 @@ import csv
 import math
 import pathlib
 import random
-import re
 import subprocess
 import sys
 import tempfile
@@ -112,7 +111,7 @@ def meshed(build, dimension, size):
     return X[used][:, :dimension], flat.reshape(conn.shape)
 
 
-def pressed(A, X, bottom, tool, axis, bonded, clamp_all=True):
+def pressed(A, X, bottom, tool, axis, bonded):
     """Force by a unit displacement of the nodes `tool` along -`axis`."""
     d = X.shape[1]
     u, fixed = np.zeros(A.shape[0]), np.zeros(A.shape[0], bool)
@@ -228,7 +227,7 @@ def sheet_flat(width, height, thickness, place, tool, nu, plane, holes):
         rings = [abs(math.hypot(x - a, y - b) - r) / 2 + r / 8 for a, b, r in holes]
         return min([fine / 4 + 0.2 * away, min(width, height) / 12, *rings])
     X, conn = meshed(build, 2, h)
-    A = simplex_matrix(X, conn, elasticity(nu, 2, plane) )
+    A = simplex_matrix(X, conn, elasticity(nu, 2, plane))
     bottom = np.where(X[:, 1] < 1e-9)[0]
     tool_nodes = np.where((X[:, 1] > height - 1e-9) & (np.abs(X[:, 0] - place) < half * (1 + 1e-6)))[0]
     return thickness * pressed(A, X, bottom, tool_nodes, 1, True)
@@ -275,7 +274,6 @@ def draw_volume(rng):
         bonded = True
     element = rng.choice(["tet4", "tet10"])
     place = [size[0] * rng.choice([0.5, 0.5, 0.35]), size[1] / 2]
-    lateral = min(size) / 8
     depth = rng.uniform(0.01, 0.03) * size[2]
     if is_round:
         radius = round(1e4 * rng.uniform(0.15, 0.45) * min(size)) / 1e4
@@ -366,7 +364,7 @@ model: {{kind: bem2d, plane: {plane}, elements: {elements}, tolerance: {TOLERANC
 
 
 def answer(programs, folder, press):
-    """Force and validity of `solve`, and the force and error that `check` states."""
+    """Force [N] and validity of `solve`; the force is None where it refuses."""
     scene, contacts, answers = folder / "scene.yaml", folder / "contacts.csv", folder / "answers.csv"
     scene.write_text(press.scene)
     place, moved = press.row
@@ -374,11 +372,11 @@ def answer(programs, folder, press):
     contacts.write_text(",".join(["case", *axes, *("d" + a for a in axes)]) + "\n" + ",".join(["a", *(f"{v:.12g}" for v in (*place, *moved))]) + "\n")
     run = subprocess.run([programs / "palpate-slave", "solve", scene, "--contacts", contacts, "--out", answers], capture_output=True, text=True)
     if run.returncode != 0:
-        return None, "refused: " + run.stderr.strip().splitlines()[-1], None
+        return None, "refused: " + run.stderr.strip().splitlines()[-1]
     with open(answers) as file:
         row = next(csv.DictReader(file))
     force = math.sqrt(sum(float(row["f" + a] or "nan") ** 2 for a in axes))
-    return force, row["validity"], row.get("error")
+    return force, row["validity"]
 
 
 def main():
@@ -396,7 +394,7 @@ def main():
             if options.only and name != options.only:
                 continue
             press = draw(random.Random(1000 * options.seed + number))
-            force, validity, _ = answer(options.bin, pathlib.Path(scratch), press)
+            force, validity = answer(options.bin, pathlib.Path(scratch), press)
             if force is None:
                 print(f"{number} {press.kind} {press.words}: {validity}", flush=True)
                 continue

@@ -256,7 +256,7 @@ TEST(SeveralTools, EachSlidesByItsOwnFriction) {
   EXPECT_LT((after - alone[0]).norm(), 0.01 * alone[0].norm());
 }
 
-// What cannot be answered is said, and what is far from an answer is flagged.
+// An update without an answer fails, and one that is far from it is flagged.
 TEST(ToolRefusals, SayWhatIsExpected) {
   using testing::HasSubstr;
   const Slab slab(4);
