@@ -144,6 +144,8 @@ struct SlaveLink::Parts {
   void Follow(const SlaveState& state);
   // Reads the number of the newest emergency stop. False: the slave does not answer.
   bool ReadStops();
+  // The number in the answer to an own stop. It may arrive after that of a later stop.
+  void LearnStop(std::uint64_t stops);
   grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
   // There is no stream, or no more, for the reason that `status` tells; returns it.
   grpc::Status Failed(const grpc::Status& status);
@@ -241,6 +243,12 @@ bool SlaveLink::Parts::ReadStops() {
   if (!stub->GetStatus(&context, {}, &status).ok()) return false;
   known_stops = status.stops();
   return true;
+}
+
+void SlaveLink::Parts::LearnStop(std::uint64_t stops) {
+  std::uint64_t known = known_stops;
+  while (known < stops && !known_stops.compare_exchange_weak(known, stops)) {
+  }
 }
 
 void SlaveLink::Parts::Follow(const SlaveState& state) {
@@ -345,7 +353,8 @@ void SlaveLink::Parts::Observe(const std::stop_token& stop) {
   const auto stream = stub->WatchState(&context, request);
   v1::SlaveState state;
   while (!stop.stop_requested() && stream->Read(&state)) {
-    if (std::ranges::count(state.events(), static_cast<int>(v1::EVENT_ESTOP)) > 0) ReadStops();
+    if (std::ranges::count(state.events(), static_cast<int>(v1::EVENT_ESTOP)) > 0) stop_came = true;
+    if (stop_came && ReadStops()) stop_came = false;
     if (state.settings_revision() != read_revision) break;
   }
   context.TryCancel();
@@ -474,7 +483,7 @@ bool SlaveLink::EmergencyStop(const std::string& reason) {
   };
   tell(&context);
   const bool acted = parts_->stub->Stop(&context, request, &reply).ok();
-  if (acted) parts_->known_stops = reply.stops();
+  if (acted) parts_->LearnStop(reply.stops());
   tell(nullptr);
   return acted;
 }

@@ -93,9 +93,9 @@ class Slave:
         if self.simulates:
             try:
                 self.simulator = Simulator(self.command, self.address, *self.simulator_options)
-            except BaseException:
+            except BaseException as error:
                 self.process.kill()
-                raise
+                raise AssertionError(f"{error}; slave: {self.process.communicate()[1]}") from error
         return self
 
     def stop(self, with_signal=signal.SIGTERM):

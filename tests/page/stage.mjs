@@ -27,8 +27,11 @@ export async function until(condition, what, patience = PATIENCE_MS) {
     if (value) return value;
     await pause(20);
   }
-  throw new Error(`never came: ${what}`);
+  throw new Error(`never came: ${what}${what && programs.map(stateOf).join('')}`);
 }
+// The last lines of a program, and its exit code where it has ended by itself.
+const programs = [];
+const stateOf = ({ spawnargs, exitCode, output }) => `\n${path.basename(spawnargs[0])} ${spawnargs[1]}, exit code ${exitCode}: ${output.slice(-400)}`;
 // What `condition` tells within two seconds; else null: for what a busy machine may undo, and a person would do again.
 export const soon = (condition) => until(condition, '', 2000).catch(() => null);
 
@@ -36,6 +39,7 @@ export const soon = (condition) => until(condition, '', 2000).catch(() => null);
 async function start(program, args, pattern) {
   const child = spawn(program, args, { stdio: ['ignore', 'pipe', 'pipe'] });
   child.output = '';
+  programs.push(child);
   for (const stream of [child.stdout, child.stderr]) stream.on('data', (text) => (child.output += text));
   child.ended = once(child, 'exit');
   const match = await until(() => child.output.match(pattern) || (child.exitCode !== null && ['', null]), `${program}: ${pattern}`, START_MS);
@@ -49,6 +53,7 @@ async function end(child, signal) {
   child.kill('SIGCONT');
   child.kill(signal);
   await child.ended;
+  programs.splice(programs.indexOf(child), 1);
 }
 
 // The folder of a new certificate of `role`, of one authority for all.

@@ -146,6 +146,17 @@ std::string Missing(const v1::Status& status, std::uint64_t frames, bool has_for
   return "";
 }
 
+// The same from the slave's answer. A slave that is kept from answering by other work is waited
+// for.
+std::string Missing(const Slave& slave, std::uint64_t frames, bool has_force) {
+  try {
+    return Missing(slave.Status(), frames, has_force);
+  } catch (const Error& error) {
+    if (error.code() != grpc::DEADLINE_EXCEEDED) throw;
+    return "it does not answer";
+  }
+}
+
 // Returns when nothing is missing, or at `end`. A wait for more than kPatience is reported once.
 void AwaitEstimates(const Slave& slave, std::uint64_t frames, bool has_force,
                     const std::stop_token& end) {
@@ -153,7 +164,7 @@ void AwaitEstimates(const Slave& slave, std::uint64_t frames, bool has_force,
   const Time begin = Clock::now();
   bool is_reported = false;
   while (!end.stop_requested()) {
-    const std::string missing = Missing(slave.Status(), frames, has_force);
+    const std::string missing = Missing(slave, frames, has_force);
     if (missing.empty()) return;
     if (SecondsBetween(begin, Clock::now()) > kPatience && !std::exchange(is_reported, true)) {
       spdlog::warn("waiting for the slave: {}", missing);

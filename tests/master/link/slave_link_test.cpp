@@ -226,6 +226,8 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
     while (lets && !context->IsCancelled()) {
       Fill(state.sequence() + 1, &state);
       alter_(&state);
+      state.clear_events();
+      if (has_stopped.exchange(false)) state.add_events(v1::EVENT_ESTOP);
       stream->Write(state);
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
@@ -253,11 +255,24 @@ class ScriptedPeer final : public v1::Teleoperation::Service {
     for (const double q : {1, 0, 0, 0}) mapping->add_orientation(q);
     return grpc::Status::OK;
   }
-  grpc::Status GetStatus(grpc::ServerContext*, const v1::GetStatusRequest*, v1::Status*) override {
+  grpc::Status GetStatus(grpc::ServerContext*, const v1::GetStatusRequest*,
+                         v1::Status* status) override {
+    status->set_stops(stops);
+    return grpc::Status::OK;
+  }
+  // Answered after another client has stopped and the master has read the number of that stop.
+  grpc::Status Stop(grpc::ServerContext*, const v1::StopRequest*, v1::Status* status) override {
+    status->set_stops(++stops);
+    ++stops;
+    has_stopped = true;
+    while (delays_answer()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return grpc::Status::OK;
   }
 
   std::string address;
+  std::atomic<std::uint64_t> stops{7};
+  std::atomic<bool> has_stopped{false};  // to be reported by a state
+  std::function<bool()> delays_answer = [] { return false; };
   std::atomic<bool> lets{true}, has_arm{true}, ends{false};
   std::atomic<std::uint32_t> revision{0};
   std::atomic<int> opened{0}, watched{0};  // streams of Operate, and states of WatchState
@@ -410,6 +425,22 @@ TEST_F(SlaveLinkTest, AResetClearsNoStopThatTheOperatorDidNotKnow) {
   ASSERT_TRUE(loop_.Until([&] { return link.known_stops() == slave_.Status().stops; }));
   EXPECT_EQ(link.Reset(link.known_stops()), "");
   EXPECT_NE(slave_.Status().phase, Phase::kEstop);
+}
+
+// Two stops: the answer to the first arrives when the number of the second is known already. The
+// operator's reset is for the second.
+TEST_F(SlaveLinkTest, TheAnswerToAnEarlierStopIsNotTakenForTheNewestStop) {
+  ScriptedPeer slave([](v1::SlaveState*) {});
+  StartedLink link(To(slave.address), loop_);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().connected && link.known_stops() == 7; }));
+  slave.delays_answer = [&] { return link.known_stops() != 9; };
+  std::atomic<bool> is_answered{false};
+  const std::jthread stops([&] {
+    EXPECT_TRUE(link.EmergencyStop("by the operator"));
+    is_answered = true;
+  });
+  ASSERT_TRUE(loop_.Until([&] { return is_answered.load(); }));
+  EXPECT_EQ(link.known_stops(), 9U);
 }
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedReportedAndNeverHandedOn) {
