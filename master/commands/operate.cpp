@@ -21,9 +21,9 @@
 #include "master/link/setup_calls.h"
 #include "master/session/session.h"
 #include "master/station/live_station.h"
-#include "master/station/task_queue.h"
 #include "master/view/console.h"
 #include "shared/link/loopback.h"
+#include "shared/link/task_queue.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "shared/tls/credentials.h"
@@ -67,6 +67,7 @@ class Keys {
 };
 
 constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the last command to leave
+constexpr std::size_t kMaxResets = 4;                       // that wait for the slave
 constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
 // Gives up at a signal.
@@ -264,7 +265,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   if (recorder) recorder->AddTickObserver(&options.on_tick);
   // A reset may take seconds on a slow line, while this thread must go on reading the ticks.
   LatestValue<std::string> reset_answer;
-  TaskQueue calls;
+  TaskQueue calls(kMaxResets);
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
       [&] { return g_stop.load() || line->link.denied(); },

@@ -13,7 +13,7 @@
 #include "master/station/server/page_command.h"
 #include "master/station/server/page_files.h"
 #include "master/station/server/page_server.h"
-#include "master/station/task_queue.h"
+#include "shared/link/task_queue.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -25,6 +25,7 @@ constexpr std::chrono::seconds kLookAway(2);  // time without a page before stre
 constexpr ObservedViews kPageViews{.image_rate = 15, .mesh_rate = 15, .traction = true};
 constexpr double kFrozen = 1;         // an older image is frozen [s]
 constexpr double kFrozenPeriods = 3;  // the same in sensor periods, for slow sensors [-]
+constexpr std::size_t kMaxTasks = 4;  // requests of the page that wait for the slave
 constexpr double kTraceShown = 1;     // of a tick a while ago [s]
 
 // Streams of the slave while a page is open, and what was shown of them last.
@@ -128,10 +129,10 @@ struct LiveStation::Parts {
   bool is_waiting = false;  // what waits now
   Display display{&board};
 
-  TaskQueue tasks;
+  TaskQueue tasks{kMaxTasks};
   std::unique_ptr<PageServer> server;
-  TaskQueue setup_calls;  // answers through the server
-  std::jthread editor;    // last: it uses all of the above
+  TaskQueue setup_calls{kMaxTasks};  // answers through the server
+  std::jthread editor;               // last: it uses all of the above
 };
 
 void LiveStation::Parts::Run(const std::stop_token& stop) {

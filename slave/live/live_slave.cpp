@@ -149,8 +149,8 @@ void LiveSlave::ReinitializeTracking() {
   sensing_.RequestReset();
 }
 
-void LiveSlave::EmergencyStop(const std::string& reason) {
-  const std::string trouble = stop_control_.Stop(reason);
+void LiveSlave::RecordStop(const std::string& reason) {
+  const std::string trouble = stop_control_.Record(reason);
   if (!trouble.empty()) newest_.RaiseAlarm("stop record", trouble);
 }
 

@@ -72,7 +72,8 @@ class LiveSlave final : public Slave {
   }
   void Reset(std::uint64_t stops) override;
   void ReinitializeTracking() override;
-  void EmergencyStop(const std::string& reason) override;
+  void StopTool() noexcept override { port_.EmergencyStop(); }
+  void RecordStop(const std::string& reason) override;
   // From now on an emergency stop is saved in `folder`, and a saved one is active. Throws
   // std::runtime_error: the folder is not writable.
   void KeepStopIn(const std::filesystem::path& folder);

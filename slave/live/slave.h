@@ -109,7 +109,14 @@ class Slave {
   virtual void Reset(std::uint64_t stops) = 0;
   // With the next sample, tip, template and baseline are measured again. A stop stays.
   virtual void ReinitializeTracking() = 0;
-  virtual void EmergencyStop(const std::string& reason) = 0;
+  // Stops the tool at once, without waiting.
+  virtual void StopTool() noexcept = 0;
+  // Records why the tool was stopped. It may wait for the disk. No effect after a reset.
+  virtual void RecordStop(const std::string& reason) = 0;
+  void EmergencyStop(const std::string& reason) {
+    StopTool();
+    RecordStop(reason);
+  }
 
   // --- bulk data, computed only on request.
   [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;

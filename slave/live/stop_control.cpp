@@ -7,8 +7,7 @@
 
 namespace palpate {
 
-std::string StopControl::Stop(const std::string& reason) {
-  port_.EmergencyStop();  // at once: the record may wait for the disk
+std::string StopControl::Record(const std::string& reason) {
   const std::scoped_lock lock(mutex_);
   const bool was_reset = port_.view().phase != Phase::kEstop;
   if (was_reset || record_.is_active()) return {};

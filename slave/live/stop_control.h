@@ -17,9 +17,9 @@ class StopControl {
   // Both must outlive this object.
   StopControl(OperatorPort& port, StopRecord& record) : port_(port), record_(record) {}
 
-  // Stops the tool at once and records `reason`, unless a stop is active. Returns empty, or why the
-  // record is not saved yet.
-  std::string Stop(const std::string& reason);
+  // Records why the tool was stopped, unless the stop is recorded or was reset. Returns empty, or
+  // why the record is not saved yet. It may wait for the disk.
+  std::string Record(const std::string& reason);
   // Removes the record of the emergency stop number `stops` and releases the tool. Throws
   // std::logic_error: another stop is the newest one; std::filesystem::filesystem_error: the record
   // cannot be removed. The stop and its record remain.

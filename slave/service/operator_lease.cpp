@@ -52,15 +52,9 @@ void OperatorLease::RequireManipulator() const {
 }
 
 bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
-  std::unique_lock lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   if (ticket != holder_.ticket) return true;
-  if (message.stop()) {
-    const std::string reason = "by the operator, " + DescribeHolder();
-    lock.unlock();  // the record of a stop may wait for the disk
-    slave_.EmergencyStop(reason);
-    lock.lock();
-    if (ticket != holder_.ticket) return true;
-  }
+  if (message.stop()) StopTool();
   if (holder_.name.empty()) holder_.name = Presentable(message.operator_name(), kLongestName);
   std::string reason;
   const auto command = FromProto(message, &reason);
@@ -76,6 +70,16 @@ bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
     ReportRoundTrip(*command);
   }
   return true;
+}
+
+// Every command of a stop stops; what waits to be recorded is recorded once.
+void OperatorLease::StopTool() {
+  slave_.StopTool();
+  if (will_record_stop_.exchange(true)) return;
+  run_apart_([this, reason = "by the operator, " + DescribeHolder()] {
+    will_record_stop_ = false;
+    slave_.RecordStop(reason);
+  });
 }
 
 void OperatorLease::ReportRoundTrip(const OperatorCommand& command) {

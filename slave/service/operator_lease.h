@@ -39,10 +39,16 @@ class OperatorLease {
   // round-trip time of `peer` [s].
   using OnRoundTrip = std::function<void(const std::string& peer, double seconds)>;
 
+  // Runs a task that may wait for the disk. Called with the lease's mutex held.
+  using RunApart = std::function<void(std::function<void()> task)>;
+
   // `slave` outlives the lease.
-  explicit OperatorLease(Slave& slave, Clock::duration silence = kSilence,
-                         OnRoundTrip on_round_trip = {})
-      : slave_(slave), silence_(silence), on_round_trip_(std::move(on_round_trip)) {}
+  OperatorLease(Slave& slave, Clock::duration silence, RunApart run_apart,
+                OnRoundTrip on_round_trip)
+      : slave_(slave),
+        silence_(silence),
+        run_apart_(std::move(run_apart)),
+        on_round_trip_(std::move(on_round_trip)) {}
 
   // Begins operating for `peer`, or says why not. `name`: from the certificate, or in plain text
   // from the metadata of the call; nullopt: not known yet. Throws RejectedCall: there is no
@@ -94,13 +100,16 @@ class OperatorLease {
   [[nodiscard]] std::string DescribeHolder() const;
   [[nodiscard]] std::string NameOfHolder() const { return holder_.known_as.value_or(holder_.name); }
   void ReportRoundTrip(const OperatorCommand& command);
+  void StopTool();
 
   Slave& slave_;
   const Clock::duration silence_;
+  const RunApart run_apart_;
   const OnRoundTrip on_round_trip_;
   mutable PriorityInheritanceMutex
       mutex_;  // guards everything below and the order of calls to slave_, emergency stops excepted
   Holder holder_;
+  std::atomic<bool> will_record_stop_ = false;  // a task that records a stop waits
   std::atomic<bool> is_closed_ = false;
   Ticket last_ticket_ = 0;
   std::uint64_t malformed_ = 0;

@@ -66,15 +66,17 @@ grpc::Status TeleoperationService::SetParameters(grpc::ServerContext* context,
   });
 }
 
-grpc::ServerUnaryReactor* TeleoperationService::AnswerOperator(grpc::CallbackServerContext* context,
-                                                               const std::function<void()>& act,
-                                                               v1::Status* reply) {
-  const bool is_admin = IdentityOf(*context->auth_context()).role == "admin";
-  return Answer(context, [&] {
-    if (!is_admin) lease_.RefuseOthers(context->peer());
-    act();
-    FillStatus(reply);
+grpc::ServerUnaryReactor* TeleoperationService::AnswerApart(grpc::CallbackServerContext* context,
+                                                            std::function<void()> work) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  disk_calls_.Submit([reactor, work = std::move(work)](const std::stop_token& /*stop*/) {
+    reactor->Finish(Guarded(work));
   });
+  return reactor;
+}
+
+void TeleoperationService::RequireOperator(const grpc::CallbackServerContext& context) const {
+  if (IdentityOf(*context.auth_context()).role != "admin") lease_.RefuseOthers(context.peer());
 }
 
 grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContext* context,
@@ -82,22 +84,24 @@ grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContex
                                                       v1::Status* reply) {
   // Whoever has no certificate has no role either, and may all that any role may.
   const bool is_operator = IdentityOf(*context->auth_context()).role == "operator";
-  return AnswerOperator(
-      context,
-      [this, is_operator, request, peer = context->peer()] {
-        if (is_operator && slave_.Status().phase == Phase::kEstop) {
-          lease_.RequireHeldBy(peer, "an emergency stop can be cleared");
-        }
-        slave_.Reset(request->stops());
-      },
-      reply);
+  return AnswerApart(context, [this, is_operator, context, request, reply] {
+    RequireOperator(*context);
+    if (is_operator && slave_.Status().phase == Phase::kEstop) {
+      lease_.RequireHeldBy(context->peer(), "an emergency stop can be cleared");
+    }
+    slave_.Reset(request->stops());
+    FillStatus(reply);
+  });
 }
 
 grpc::ServerUnaryReactor* TeleoperationService::ReinitializeTracking(
     grpc::CallbackServerContext* context, const v1::ReinitializeTrackingRequest* /*request*/,
     v1::Status* reply) {
-  return AnswerOperator(
-      context, [this] { slave_.ReinitializeTracking(); }, reply);
+  return Answer(context, [&] {
+    RequireOperator(*context);
+    slave_.ReinitializeTracking();
+    FillStatus(reply);
+  });
 }
 
 grpc::ServerUnaryReactor* TeleoperationService::EvictOperator(
@@ -112,8 +116,9 @@ grpc::ServerUnaryReactor* TeleoperationService::EvictOperator(
 grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext* context,
                                                      const v1::StopRequest* request,
                                                      v1::Status* reply) {
-  return Answer(context, [&] {
-    slave_.EmergencyStop(Presentable(request->reason(), kLongestReason));
+  slave_.StopTool();
+  return AnswerApart(context, [this, request, reply] {
+    slave_.RecordStop(Presentable(request->reason(), kLongestReason));
     FillStatus(reply);
   });
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -12,6 +13,7 @@
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
+#include "shared/link/task_queue.h"
 #include "slave/live/slave.h"
 #include "slave/service/bulk_pace.h"
 #include "slave/service/change_under_way.h"
@@ -24,7 +26,8 @@
 
 namespace palpate {
 
-// Calls that never wait run on gRPC's own threads, which cannot be used up: above all Stop.
+// Calls that never wait run on gRPC's own threads, which cannot be used up: above all Stop, whose
+// record is written by another thread. On a machine of two cores there are two of these threads.
 // Operate, FeedTactile and DriveTool are reactors (see EndingStream). A change of the model may
 // take long, a watcher mostly waits, and images are decoded: these are blocking handlers in a
 // limited pool.
@@ -109,9 +112,11 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   // Runs `work` as a change of settings, if the slave has a set-up and nobody operates.
   grpc::Status SetUp(grpc::ServerContext* context,
                      const std::function<void(SceneSetup&, Progress*)>& work);
-  // Serves only the holder of the lease, or an admin.
-  grpc::ServerUnaryReactor* AnswerOperator(grpc::CallbackServerContext* context,
-                                           const std::function<void()>& act, v1::Status* reply);
+  // Answers when `work` has run after the others that may wait for the disk.
+  grpc::ServerUnaryReactor* AnswerApart(grpc::CallbackServerContext* context,
+                                        std::function<void()> work);
+  // Throws RejectedCall: neither the holder of the lease nor an admin calls.
+  void RequireOperator(const grpc::CallbackServerContext& context) const;
   // Runs a watcher's stream: takes a seat, subscribes, streams and leaves. `prepare()` checks the
   // request and returns the time between messages. `compose(state, &message)` builds the message of
   // a new state; false: nothing is sent. `pace`: limits images and meshes; null: unlimited.
@@ -124,9 +129,12 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   const OperateStream::OnStream on_stream_;
   BulkPace bulk_pace_;
   RefusedStreams refused_;
-  OperatorLease lease_{slave_, OperatorLease::kSilence, [this](const auto& peer, double seconds) {
-                         bulk_pace_.Hear(peer, seconds);
-                       }};
+  OperatorLease lease_{
+      slave_, OperatorLease::kSilence,
+      [this](std::function<void()> task) {
+        disk_calls_.Submit([task = std::move(task)](const std::stop_token& /*stop*/) { task(); });
+      },
+      [this](const auto& peer, double seconds) { bulk_pace_.Hear(peer, seconds); }};
   ChangeUnderWay change_;
   Seats seats_{kSeats, kOperatorSeats}, picture_feeds_{4};  // one picture feed is used
   FeedStreams feeds_;
@@ -139,6 +147,9 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   };
   std::deque<EncodedPicture> encoded_;         // of the newest sample, the newest first
   std::atomic<std::uint64_t> states_sent_{0};  // to all readers together
+  // Records of stops and their resets, each limited by its call or by the lease. Last: its thread
+  // uses all of the above.
+  TaskQueue disk_calls_{std::numeric_limits<std::size_t>::max()};
 };
 
 }  // namespace palpate

@@ -1,12 +1,17 @@
-// Preloaded into a program: its disk takes 0.1 s to write or to remove a file for good.
+// Preloaded into a program: its disk takes 0.1 s to write or to remove a file for good, or
+// SLOW_DISK_MS [ms].
 #include <cstdio>
+#include <cstdlib>
 
 #include <dlfcn.h>
 #include <unistd.h>
 
 namespace {
 
-constexpr useconds_t kDelay = 100'000;  // [us]
+void Wait() {
+  const char* const delay_ms = std::getenv("SLOW_DISK_MS");
+  usleep(1000 * (delay_ms != nullptr ? static_cast<useconds_t>(std::atoi(delay_ms)) : 100));
+}
 
 template <class Call>
 Call Next(const char* name) {
@@ -16,11 +21,11 @@ Call Next(const char* name) {
 }  // namespace
 
 extern "C" int fsync(int file) {
-  usleep(kDelay);
+  Wait();
   return Next<int (*)(int)>("fsync")(file);
 }
 
 extern "C" int remove(const char* path) {
-  usleep(kDelay);
+  Wait();
   return Next<int (*)(const char*)>("remove")(path);
 }

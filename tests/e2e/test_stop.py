@@ -108,6 +108,17 @@ class Stops(FolderTest):
     def test_raw_calls_while_the_disk_is_slow(self):
         self.run_trials("slow disk", self.serve("/usr/bin/env", f"LD_PRELOAD={BIN / 'slow_disk.so'}"))
 
+    def test_the_slave_answers_while_the_disk_takes_the_record_of_a_stop(self):
+        self.serve("/usr/bin/env", f"LD_PRELOAD={BIN / 'slow_disk.so'}", "SLOW_DISK_MS=1000")
+        stops = [self.direct.Stop.future(self.messages.StopRequest(reason="a test"), timeout=ANSWER) for _ in range(4)]
+        answers = []
+        while not any(stop.done() for stop in stops):
+            answers.append(self.is_stopped())
+        for stop in stops:
+            stop.result()
+        self.assertGreater(len(answers), 5, "each took as long as the disk")
+        self.assertTrue(all(answers[1:]), "the tool stops at once")
+
     def test_keys_of_a_master_on_a_terminal(self):
         dice = random.Random(8)
         slave = self.serve()

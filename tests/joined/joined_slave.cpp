@@ -158,12 +158,12 @@ void JoinedSlave::Reset(std::uint64_t stops) {
   ended_stops_ = std::max(ended_stops_, before);
 }
 
-void JoinedSlave::EmergencyStop(const std::string& reason) {
+void JoinedSlave::StopTool() noexcept {
   {
     const std::scoped_lock lock(mutex_);
     ++stops_;
   }
-  stop_control_.Stop(reason);
+  port_.EmergencyStop();
 }
 
 }  // namespace palpate

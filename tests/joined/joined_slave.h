@@ -83,7 +83,8 @@ class JoinedSlave final : public FakeSlave {
   [[nodiscard]] SlaveStatus Status() const override;
   void SetParameters(const ParameterChange& change, Progress* progress) override;
   void Reset(std::uint64_t stops) override;
-  void EmergencyStop(const std::string& reason) override;
+  void StopTool() noexcept override;
+  void RecordStop(const std::string& reason) override { stop_control_.Record(reason); }
 
  private:
   [[nodiscard]] ContactState ContactNow() const;

@@ -109,7 +109,8 @@ class Schedule {
   // The slave's side.
   JoinedSlave slave_{[this] { return SlaveNow(); }};
   Publisher publisher_{slave_};
-  OperatorLease lease_{slave_};
+  OperatorLease lease_{
+      slave_, OperatorLease::kSilence, [](const std::function<void()>& task) { task(); }, {}};
   OperatorLease::Ticket ticket_ = 0;
   class Reader;
   std::shared_ptr<Reader> reader_;

@@ -185,12 +185,16 @@ void FakeSlave::Reset(std::uint64_t stops) {
   state_.phase = Phase::kReady;
 }
 
-void FakeSlave::EmergencyStop(const std::string& reason) {
+void FakeSlave::StopTool() noexcept {
   const std::scoped_lock lock(mutex_);
   state_.phase = Phase::kEstop;
-  stop_reason_ = reason;
   ++stops_;
   estimate_.Add(Event::kEstop);
+}
+
+void FakeSlave::RecordStop(const std::string& reason) {
+  const std::scoped_lock lock(mutex_);
+  stop_reason_ = reason;
 }
 
 BoundaryShape FakeSlave::Shape(bool nodal_forces) {

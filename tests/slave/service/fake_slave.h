@@ -73,7 +73,8 @@ class FakeSlave : public Slave {
   void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
   void Reset(std::uint64_t stops) override;
   void ReinitializeTracking() override { ++reinitialized_; }
-  void EmergencyStop(const std::string& reason) override;
+  void StopTool() noexcept override;
+  void RecordStop(const std::string& reason) override;
   std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
     return estimate_.TracesSince(sensed_at);
   }

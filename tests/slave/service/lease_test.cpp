@@ -1,18 +1,23 @@
 // The lease by itself, without a network.
-#include <atomic>
+#include <functional>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "slave/service/operator_lease.h"
 #include "tests/slave/service/service_fixture.h"
-#include "tests/support/eventually.h"
 
 namespace palpate {
 namespace {
 
 // Long against what a busy machine takes from one line to the next.
 constexpr std::chrono::milliseconds kSilence(1000);
+
+void RunAtOnce(const std::function<void()>& task) {
+  task();
+}
 
 class LeaseTest : public testing::Test {
  protected:
@@ -29,7 +34,7 @@ class LeaseTest : public testing::Test {
   }
 
   FakeSlave slave_;
-  OperatorLease lease_{slave_, kSilence};
+  OperatorLease lease_{slave_, kSilence, RunAtOnce, {}};
 };
 
 TEST_F(LeaseTest, CommandsOfAnOldTicketReachNobody) {
@@ -47,57 +52,23 @@ TEST_F(LeaseTest, CommandsOfAnOldTicketReachNobody) {
   EXPECT_EQ(slave_.commands().size(), 1U);
 }
 
-// A slave whose record of a stop waits for the disk, until another client has asked for the holder.
-class SlowlyStoppingSlave final : public FakeSlave {
- public:
-  void EmergencyStop(const std::string& /*reason*/) override {
-    asking_ = std::jthread([this] {
-      holder_ = lease->holder_name();
-      has_answer_ = true;
-    });
-    answered_meanwhile = Eventually([this] { return has_answer_.load(); });
-  }
-  OperatorLease* lease = nullptr;
-  bool answered_meanwhile = false;
-
- private:
-  std::atomic<bool> has_answer_{false};
-  std::string holder_;
-  std::jthread asking_;
-};
-
-TEST(SlowStopTest, NobodyWaitsForTheDiskWhileAStopIsRecorded) {
-  SlowlyStoppingSlave slave;
-  OperatorLease lease(slave, kSilence);
-  slave.lease = &lease;
+TEST_F(LeaseTest, CommandsGoOnWhileTheDiskTakesTheRecordOfAStop) {
+  std::vector<std::function<void()>> waiting;
+  OperatorLease lease(slave_, kSilence,
+                      [&](std::function<void()> task) { waiting.push_back(std::move(task)); }, {});
   const auto answer = lease.RequestTicket("a", "Ada", [](const std::string&) {});
   v1::OperatorCommand command;
-  command.set_sequence(1);
   command.set_stop(true);
-  lease.Command(std::get<OperatorLease::Ticket>(answer), command);
-  EXPECT_TRUE(slave.answered_meanwhile);
-}
-
-// A slave whose operator is evicted while it records a stop.
-class EvictingSlave final : public FakeSlave {
- public:
-  void EmergencyStop(const std::string& reason) override {
-    FakeSlave::EmergencyStop(reason);
-    lease->Evict("the lease changes meanwhile");
+  for (int sequence = 1; sequence <= 3; ++sequence) {
+    command.set_sequence(static_cast<std::uint64_t>(sequence));
+    EXPECT_TRUE(lease.Command(std::get<OperatorLease::Ticket>(answer), command));
+    EXPECT_EQ(slave_.Status().phase, Phase::kEstop);
   }
-  OperatorLease* lease = nullptr;
-};
-
-TEST(SlowStopTest, ACommandWhoseStopOutlastsItsLeaseDoesNothingElse) {
-  EvictingSlave slave;
-  OperatorLease lease(slave, kSilence);
-  slave.lease = &lease;
-  const auto answer = lease.RequestTicket("a", "Ada", [](const std::string&) {});
-  v1::OperatorCommand command;
-  command.set_sequence(1);
-  command.set_stop(true);
-  EXPECT_TRUE(lease.Command(std::get<OperatorLease::Ticket>(answer), command));
-  EXPECT_TRUE(slave.commands().empty());
+  EXPECT_EQ(slave_.commands().size(), 3U);
+  EXPECT_EQ(slave_.stop_reason(), "");
+  ASSERT_EQ(waiting.size(), 1U) << "a stop is recorded once";
+  waiting[0]();
+  EXPECT_EQ(slave_.stop_reason(), "by the operator, Ada (a)");
 }
 
 TEST_F(LeaseTest, ASilentHolderGivesWayToTheNextWhoAsks) {
