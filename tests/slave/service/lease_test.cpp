@@ -56,7 +56,7 @@ TEST_F(LeaseTest, CommandsGoOnWhileTheDiskTakesTheRecordOfAStop) {
   std::vector<std::function<void()>> waiting;
   OperatorLease lease(slave_, kSilence,
                       [&](std::function<void()> task) { waiting.push_back(std::move(task)); }, {});
-  const auto answer = lease.RequestTicket("a", "Ada", [](const std::string&) {});
+  const auto answer = lease.RequestTicket("a", std::nullopt, [](const std::string&) {});
   v1::OperatorCommand command;
   command.set_stop(true);
   for (int sequence = 1; sequence <= 3; ++sequence) {
@@ -68,7 +68,7 @@ TEST_F(LeaseTest, CommandsGoOnWhileTheDiskTakesTheRecordOfAStop) {
   EXPECT_EQ(slave_.stop_reason(), "");
   ASSERT_EQ(waiting.size(), 1U) << "a stop is recorded once";
   waiting[0]();
-  EXPECT_EQ(slave_.stop_reason(), "by the operator, Ada (a)");
+  EXPECT_EQ(slave_.stop_reason(), "by the operator, an unnamed operator (a)");
 }
 
 TEST_F(LeaseTest, ASilentHolderGivesWayToTheNextWhoAsks) {
@@ -101,7 +101,7 @@ TEST_F(LeaseTest, OnlyValidNewerCommandsKeepTheLease) {
 }
 
 TEST_F(LeaseTest, OnlyAnEngagedHolderMayBeSilentForLong) {
-  OperatorLease lease(slave_, kLiveness);
+  OperatorLease lease(slave_, kLiveness, RunAtOnce, {});
   const auto take = [&] { return lease.RequestTicket("other", {}, [](const auto&) {}).index(); };
   const auto ticket = std::get<OperatorLease::Ticket>(lease.RequestTicket("a", {}, {}));
   v1::OperatorCommand command;
