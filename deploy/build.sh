@@ -17,6 +17,13 @@ targets=()
 [ $# -gt 0 ] && targets=(--target "$@")
 
 log=build/$preset.log
+for made in . build "build/$preset" "$log"; do
+  [ ! -e "$made" ] || [ -w "$made" ] || {
+    made=$(realpath "$made")
+    echo "build.sh: $made belongs to $(stat -c %U "$made"): $(id -un) may not write there. Run: sudo chown -R $(id -un) '$made'" >&2
+    exit 1
+  }
+done
 mkdir -p build
 progress "build $preset: configuring"
 cmake --preset "$preset" "${options[@]}" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
