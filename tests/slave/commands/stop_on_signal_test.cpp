@@ -55,10 +55,11 @@ TEST(StopOnSignalTest, ARecordingIsWrittenToItsEnd) {
 }
 
 // A command ends as soon as it is done, also when its waiting thread sleeps already. Reference: a
-// thread that waits for its stop token alone.
+// thread that waits for its stop token alone. The shortest of 21 ends counts: other programs make
+// some of them longer, a thread that polls makes all of them longer.
 TEST(StopOnSignalTest, ItsEndWaitsForNothing) {
   using std::chrono::steady_clock;
-  const auto median_end = [](const auto& begin) {
+  const auto shortest_end = [](const auto& begin) {
     std::vector<steady_clock::duration> times;
     for (int i = 0; i < 21; ++i) {
       auto waiting = begin();
@@ -67,10 +68,9 @@ TEST(StopOnSignalTest, ItsEndWaitsForNothing) {
       waiting.reset();
       times.push_back(steady_clock::now() - end);
     }
-    std::ranges::nth_element(times, times.begin() + 10);
-    return times[10];
+    return std::ranges::min(times);
   };
-  const auto reference = median_end([] {
+  const auto reference = shortest_end([] {
     return std::make_unique<std::jthread>([](const std::stop_token& end) {
       std::mutex mutex;
       std::unique_lock lock(mutex);
@@ -78,7 +78,7 @@ TEST(StopOnSignalTest, ItsEndWaitsForNothing) {
       never.wait(lock, end, [] { return false; });
     });
   });
-  EXPECT_LT(median_end([] { return std::make_unique<StopOnSignal>(); }), 20 * reference);
+  EXPECT_LT(shortest_end([] { return std::make_unique<StopOnSignal>(); }), 20 * reference);
 }
 
 // As it is the master's, somebody may well send it here.
