@@ -23,35 +23,36 @@
 namespace palpate::study {
 namespace {
 
-constexpr site::Fineness kRough{
+constexpr simulation::Fineness kRough{
     .largest = 0.25, .growth = 0.6, .at_patch_end = 2e-3, .at_support_end = 2e-3};
-constexpr site::Fineness kMedium{};
-constexpr site::Fineness kFine{
+constexpr simulation::Fineness kMedium{};
+constexpr simulation::Fineness kFine{
     .largest = 0.1, .growth = 0.25, .at_patch_end = 2e-5, .at_support_end = 1e-4};
 
 double Stiffness(const Scene& scene, const Press& press, double width,
-                 const site::Fineness& fineness) {
-  const site::TrueBody body(scene);
+                 const simulation::Fineness& fineness) {
+  const simulation::TrueBody body(scene);
   const double nu = scene.object.material.poisson_ratio;
   const double unit = scene.object.material.young_modulus * ThicknessOf(scene.object.geometry);
-  const site::BoundaryPlace place = body.Nearest(press.p_O.head<2>());
+  const simulation::BoundaryPlace place = body.Nearest(press.p_O.head<2>());
   const Eigen::Vector2d way = press.inward_O.head<2>();
   if (scene.model.contact == ContactLaw::kFrictionless) {
-    return unit * site::SlidingStiffness(body, nu, scene.model.plane, place, width, way, fineness);
+    return unit *
+           simulation::SlidingStiffness(body, nu, scene.model.plane, place, width, way, fineness);
   }
-  const auto bonded = site::SolvePatch(body, nu, scene.model.plane, place, width, fineness);
+  const auto bonded = simulation::SolvePatch(body, nu, scene.model.plane, place, width, fineness);
   return unit * way.dot(bonded.stiffness * way);
 }
 
 // Under a round tool: at this displacement, since its contact grows with it.
 double RoundForce(const Scene& scene, const Press& press, double depth) {
-  const site::TrueBody body(scene);
+  const simulation::TrueBody body(scene);
   const auto solution =
-      site::SolveUnderRound(body, scene.object.material.poisson_ratio, scene.model.plane,
-                            body.Nearest(press.p_O.head<2>()), *scene.tool);
+      simulation::SolveUnderRound(body, scene.object.material.poisson_ratio, scene.model.plane,
+                                  body.Nearest(press.p_O.head<2>()), *scene.tool);
   const Eigen::Vector2d way = press.inward_O.head<2>();
   return scene.object.material.young_modulus * ThicknessOf(scene.object.geometry) *
-         way.dot(site::Touched(*solution.round, depth * way, 0).total());
+         way.dot(simulation::Touched(*solution.round, depth * way, 0).total());
 }
 
 constexpr double kGood = 0.05;    // an independent answer's own bar, relative

@@ -6,7 +6,7 @@
 
 #include "slave/reference/membrane/pressed_membrane.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
@@ -156,4 +156,4 @@ Vector3d DisplacementOf(const Indentation& indentation, const Vector2d& p_O) noe
   return u_O;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

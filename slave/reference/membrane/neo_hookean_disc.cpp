@@ -9,7 +9,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::MatrixXd;
@@ -226,4 +226,4 @@ bool NeoHookeanDisc::Linearise(const VectorXd& u, VectorXd* forces, Matrix* stif
   return true;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

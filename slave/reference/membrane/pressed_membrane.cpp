@@ -12,7 +12,7 @@
 
 #include "slave/reference/membrane/neo_hookean_disc.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::MatrixXd;
@@ -312,4 +312,4 @@ const MembranePress& PressedMembrane::press() const {
   return continuation_->press;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

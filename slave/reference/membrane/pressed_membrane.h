@@ -23,7 +23,7 @@
 #include "slave/reference/membrane/membrane_face.h"
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // The membrane under the tool at one depth. Frame O; immutable once made.
 struct MembraneRung {
@@ -109,4 +109,4 @@ double ForceOf(const Indentation& indentation) noexcept;
 // Displacement of the inner face's point that rests at p_O [m].
 Eigen::Vector3d DisplacementOf(const Indentation& indentation, const Eigen::Vector2d& p_O) noexcept;
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -13,7 +13,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -251,4 +251,4 @@ double Area(const TriangleMesh& mesh) {
   return twice / 2;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

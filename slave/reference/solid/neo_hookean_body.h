@@ -11,7 +11,7 @@
 #include "slave/mechanics/linear/sparse_ldlt.h"
 #include "slave/reference/solid/element_shape.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Nearly incompressible rubber, stretched at rest or not:
 //
@@ -78,4 +78,4 @@ class NeoHookeanBody {
   std::vector<std::vector<int>> positions_;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

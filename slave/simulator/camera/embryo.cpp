@@ -4,7 +4,7 @@
 
 #include "slave/reference/planar/true_body.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 constexpr std::uint32_t kTargetDraw = 0x7461;  // apart from what else the seed draws
@@ -47,4 +47,4 @@ Eigen::Vector3d TargetOf(const Scene& scene) {
   return {p_S.x(), p_S.y(), 0};
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -15,7 +15,7 @@
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/observation.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -313,4 +313,4 @@ void Microscope::Show(cv::Mat* seen) {
   if (sigma > kLeastDefocus) cv::GaussianBlur(*seen, *seen, {}, sigma);
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

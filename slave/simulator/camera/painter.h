@@ -22,7 +22,7 @@
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/stereo/lens_warp.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Further contents of a microscope image: the glass capillary that holds the embryo, debris that
 // drifts in the liquid, and a varying focus.
@@ -117,4 +117,4 @@ class Painter {
   std::optional<LensWarp> lens_;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -24,7 +24,7 @@
 namespace palpate {
 namespace {
 
-using site::BoundaryPlace;
+using simulation::BoundaryPlace;
 
 constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts of the larger side
 constexpr double kGoesAhead = 0.7;  // cosine to where it points
@@ -45,7 +45,7 @@ cv::Mat Shifted(const cv::Mat& picture, const Eigen::Vector2d& shift) {
 }
 
 // Force of the tool on the body, parts of E t [m].
-Eigen::Vector2d ForceOf(const site::Pose& pose) {
+Eigen::Vector2d ForceOf(const simulation::Pose& pose) {
   if (pose.contact->round) {
     return Touched(*pose.contact->round, pose.displacement_O, pose.tilt).total();
   }
@@ -103,25 +103,25 @@ struct SimulatedSite::State {
     return ahead_of_tool ? *ahead_of_tool : body.Nearest(p_O);
   }
   void Move(const Eigen::Vector3d& p_S);
-  void Begin(const Eigen::Vector2d& from, site::Pose* next);
-  [[nodiscard]] bool IsInside(const site::Pose& next) const;
+  void Begin(const Eigen::Vector2d& from, simulation::Pose* next);
+  [[nodiscard]] bool IsInside(const simulation::Pose& next) const;
   [[nodiscard]] bool Breaks(double next_depth) const;
   // The picture is taken: what to paint.
-  site::Pose Expose();
+  simulation::Pose Expose();
   // By how much all of it is elsewhere [px].
   Eigen::Vector2d ShiftInPicture();
 
-  const site::TrueBody body;
+  const simulation::TrueBody body;
   const Eigen::Vector2d direction_O;  // along which the tool points
   const double force_scale;           // E t [N/m]
   const Tool tool;
-  site::SolutionsAhead ahead;
-  site::Painter painter;  // TakePicture's thread only
+  simulation::SolutionsAhead ahead;
+  simulation::Painter painter;  // TakePicture's thread only
   const CameraView view;
   const ImageFilter straightening;  // as every source does it; empty: no lens
 
-  std::optional<site::Embryo> embryo;
-  std::optional<site::Hand> hand;
+  std::optional<simulation::Embryo> embryo;
+  std::optional<simulation::Hand> hand;
   const double picture_rate;  // [Hz]
   const SiteOptions::Motion motion;
   const Time begin = Clock::now();
@@ -133,7 +133,7 @@ struct SimulatedSite::State {
 
   std::mutex mutex;  // guards what others read
   Eigen::Vector3d p_S_tip;
-  site::Pose pose;
+  simulation::Pose pose;
   double depth = 0;
   bool punctured = false;
   Eigen::Vector3d p_S_moved{0, 0, 0};  // of the body, with this pose
@@ -146,7 +146,7 @@ bool SimulatedSite::State::Breaks(double next_depth) const {
 }
 
 // Whether some of the tool's end is where the body rests.
-bool SimulatedSite::State::IsInside(const site::Pose& next) const {
+bool SimulatedSite::State::IsInside(const simulation::Pose& next) const {
   if (next.tilt == 0) return body.Contains(next.p_O_tip);
   const Eigen::Rotation2Dd turn(next.tilt);
   const Eigen::Vector2d d = turn * direction_O, across(-d.y(), d.x());
@@ -161,7 +161,7 @@ bool SimulatedSite::State::IsInside(const site::Pose& next) const {
 }
 
 // Out of contact so far, on the way from `from`.
-void SimulatedSite::State::Begin(const Eigen::Vector2d& from, site::Pose* next) {
+void SimulatedSite::State::Begin(const Eigen::Vector2d& from, simulation::Pose* next) {
   const Eigen::Vector2d& to = next->p_O_tip;
   next->contact = nullptr;
   const auto entry = hand && IsInside(*next) ? body.Nearest(to) : body.Entry(from, to);
@@ -181,7 +181,7 @@ void SimulatedSite::State::Begin(const Eigen::Vector2d& from, site::Pose* next) 
 void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   const Eigen::Vector3d moved = Moved();
   const Eigen::Vector2d to = ToBody(p_S - moved), from = pose.p_O_tip;
-  site::Pose next{to, pose.contact, {0, 0}};
+  simulation::Pose next{to, pose.contact, {0, 0}};
   next.t = Now();
   if (hand) next.tilt = hand->Tilt(next.t);
   bool through = punctured;
@@ -208,8 +208,8 @@ void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   punctured = through;
 }
 
-site::Pose SimulatedSite::State::Expose() {
-  site::Pose seen;
+simulation::Pose SimulatedSite::State::Expose() {
+  simulation::Pose seen;
   {
     const std::lock_guard lock(mutex);
     velocity_S = picture_rate * (p_S_tip - p_S_pictured).head<2>();
@@ -220,7 +220,7 @@ site::Pose SimulatedSite::State::Expose() {
   if (seen.displacement_O.isZero(0)) {
     seen.contact = nullptr;
   } else {
-    seen.contact = std::make_shared<site::PatchSolution>(
+    seen.contact = std::make_shared<simulation::PatchSolution>(
         SecantAt(*seen.contact, seen.displacement_O, seen.tilt));
   }
   return seen;
@@ -244,7 +244,7 @@ void SimulatedSite::MoveTool(const Eigen::Vector3d& p_S_tip, Patience /*patience
 
 Truth SimulatedSite::truth() const {
   Truth truth;
-  site::Pose pose;
+  simulation::Pose pose;
   const auto& embryo = state_->embryo;
   {
     const std::lock_guard lock(state_->mutex);

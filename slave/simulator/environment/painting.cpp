@@ -11,7 +11,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 constexpr double kOne = 65536;  // 16.16 fixed point
@@ -286,4 +286,4 @@ cv::Mat Exposure::Expose(const cv::Mat& seen) {
   return picture;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

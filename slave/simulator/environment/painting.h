@@ -14,7 +14,7 @@
 
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Speckle that repeats without a seam, and triangles filled with it: what makes a painted body move
 // visibly with its material.
@@ -78,4 +78,4 @@ class Exposure {
   std::uint64_t instants_ = 0;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

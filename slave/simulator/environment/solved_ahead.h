@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // What a contact has in common with others. Guarded by the lock of SolvedAhead.
 struct ContactAhead {
@@ -103,4 +103,4 @@ class SolvedAhead {
   std::jthread thread_;  // last: it uses everything above
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -6,7 +6,7 @@
 #include <exception>
 #include <limits>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector3d;
@@ -292,4 +292,4 @@ void LoadPathCache::Ladder::Add(const Step& step) {
   if (complete) body.reset();
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -15,7 +15,7 @@
 #include "slave/simulator/fingertips/pressed_body.h"
 #include "slave/simulator/fingertips/true_object.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // One step of a ladder. Immutable once made.
 struct LoadStep {
@@ -119,4 +119,4 @@ class LoadPathCache {
   SolvedAhead<Ladder> ladders_;              // last: its thread uses everything above
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

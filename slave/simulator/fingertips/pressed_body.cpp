@@ -11,7 +11,7 @@
 #include "slave/reference/solid/neo_hookean_body.h"
 #include "slave/simulator/fingertips/finger_hand.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Isometry3d;
@@ -332,4 +332,4 @@ std::vector<Vector3d> PressedBody::Displacements() const {
   return displacements;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

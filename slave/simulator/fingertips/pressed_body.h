@@ -15,7 +15,7 @@
 
 #include "slave/simulator/fingertips/site_mesh.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Pose of a finger and its direction of motion.
 struct FingerPlacement {
@@ -56,4 +56,4 @@ class PressedBody {
   std::unique_ptr<Solver> solver_;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -17,7 +17,7 @@
 #include "slave/mechanics/object_mesh.h"
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Isometry3d;
@@ -262,4 +262,4 @@ std::shared_ptr<const RestBody> TrueObject::Finish(SiteMesh mesh) const {
   return body;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -14,7 +14,7 @@
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/stereo/rig.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // The inner face of a membrane before one camera.
 struct MembraneView {
@@ -86,4 +86,4 @@ class TexturedMembrane {
   cv::Mat ground_, seen_;  // CV_32F
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -8,7 +8,7 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 constexpr std::array kFirstRungs{0.05, 0.1};  // in press depths, beside every fifth
@@ -195,4 +195,4 @@ void PressCache::Ladder::Add(Press deeper) {
   if (complete) membrane.reset();
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -15,7 +15,7 @@
 #include "slave/scene/scene.h"
 #include "slave/simulator/environment/solved_ahead.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 class PressCache {
  public:
@@ -97,4 +97,4 @@ class PressCache {
   SolvedAhead<Ladder> solved_;  // last: its thread uses everything above
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -36,7 +36,7 @@ class StereoSite final : public SimulatedEnvironment {
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
   // pair (SimulatedRig), no points or no tool, an object that cannot carry the
   // points, dots beyond the rim.
-  explicit StereoSite(const Scene& scene, const site::MembraneResolution& resolution = {});
+  explicit StereoSite(const Scene& scene, const simulation::MembraneResolution& resolution = {});
   ~StereoSite() override;
 
   // Patience::kWaits: short, unless the contact is deeper than what is solved so far. A target is

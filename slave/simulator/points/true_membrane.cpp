@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <variant>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
@@ -85,4 +85,4 @@ TrueMembrane::Now TrueMembrane::now() const {
   return now_;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -63,8 +63,9 @@ TEST(RigidTool, ThirtyPressesAreWithinFivePerCentOfASolidOrFlagged) {
     const Drawn drawn = Draw(index);
     const Scene scene = SceneOf(drawn, "plate-large");
     const auto& sheet = std::get<MembraneGeometry>(scene.object.geometry);
-    site::PressedMembrane truth(sheet, scene.object.material, scene.tool->width,
-                                {0.04 * drawn.place, 0}, {7, 1}, 0, site::ToolFace::kRigid);
+    simulation::PressedMembrane truth(sheet, scene.object.material, scene.tool->width,
+                                      {0.04 * drawn.place, 0}, {7, 1}, 0,
+                                      simulation::ToolFace::kRigid);
     const double small = 0.3 * sheet.thickness, depth = drawn.depth * sheet.thickness;
     const auto compare = [&](const Scene& pressed, double at, int* count) {
       const auto response = Answer(pressed, drawn, at);

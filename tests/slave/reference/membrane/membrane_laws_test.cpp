@@ -14,7 +14,7 @@
 #include "tests/slave/mechanics/contacts.h"
 #include "tests/slave/mechanics/plate/presses.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
@@ -155,4 +155,4 @@ TEST(MembraneLaws, OtherThicknessesStayWithinFivePerCent) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

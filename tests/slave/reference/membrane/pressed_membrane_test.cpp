@@ -11,7 +11,7 @@
 #include "tests/slave/mechanics/contacts.h"
 #include "tests/slave/mechanics/plate/presses.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
@@ -205,4 +205,4 @@ TEST(PressedMembrane, SolvesTheExtremes) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -8,7 +8,7 @@
 #include "tests/slave/reference/planar/planar_scenes.h"
 #include "tests/support/references.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 // Stiffness of the tool against a unit press along the inward normal, and along the tangent for the
@@ -131,4 +131,4 @@ TEST(TrueBody, APatchEndsAtASharpCornerAndGoesRoundAGentleOne) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

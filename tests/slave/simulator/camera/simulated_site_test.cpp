@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-using site::BlockScene;
+using simulation::BlockScene;
 
 constexpr double kTop = 0.088;  // the block's surface [m]
 constexpr double kMiddle = 0.044;

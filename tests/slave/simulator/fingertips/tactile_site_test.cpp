@@ -8,8 +8,8 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using site::CubeScene;
-using site::PinchScene;
+using simulation::CubeScene;
+using simulation::PinchScene;
 
 // Forces on it are 10 to 30 % off, ladders are solved in a tenth of the time.
 constexpr SiteResolution kCoarse{.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8};

@@ -21,7 +21,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // What these tests claim holds on any mesh.
-constexpr site::MembraneResolution kCoarse{4, 1};
+constexpr simulation::MembraneResolution kCoarse{4, 1};
 
 // Paper C's membrane before its pair.
 Scene MembraneScene() {
@@ -56,7 +56,7 @@ struct SeenDot {
 
 SeenDot DotNear(const cv::Mat& picture, const Vector2d& at) {
   const int x0 = static_cast<int>(std::lround(at.x())), y0 = static_cast<int>(std::lround(at.y()));
-  const double ground = site::MembraneView::kRubber;
+  const double ground = simulation::MembraneView::kRubber;
   double sum = 0;
   Vector2d moment(0, 0);
   for (int y = y0 - 10; y <= y0 + 10; ++y) {
@@ -67,7 +67,7 @@ SeenDot DotNear(const cv::Mat& picture, const Vector2d& at) {
       moment += share * Vector2d(x, y);
     }
   }
-  return {moment / sum, sum / (ground - site::DottedMembrane::kDot)};
+  return {moment / sum, sum / (ground - simulation::DottedMembrane::kDot)};
 }
 
 // Mean picture place of the disc at centre_O, by area in the picture: rings cut into cells. It lies
@@ -151,19 +151,20 @@ INSTANTIATE_TEST_SUITE_P(Presses, MembranePictureTest,
 TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
   const double radius = 0.018;  // six rasters: nothing is blended
   const Scene scene = MembraneScene();
-  site::PressedMembrane fine(std::get<MembraneGeometry>(scene.object.geometry),
-                             scene.object.material, scene.tool->width, {radius, 0});
+  simulation::PressedMembrane fine(std::get<MembraneGeometry>(scene.object.geometry),
+                                   scene.object.material, scene.tool->width, {radius, 0});
   std::vector<double> rungs{0.1e-3, 0.25e-3};
   for (int k = 1; k <= 12; ++k) rungs.push_back(0.5e-3 * k);
   for (const double depth : rungs) ASSERT_TRUE(fine.Deepen(depth));
   StereoSite site(scene);
   for (const double depth : {0.15e-3, 0.4e-3, 0.8e-3, 1.55e-3, 2.4e-3, 3.3e-3, 4.6e-3}) {
     site.MoveTool(Tip(scene, {radius, 0}, depth));
-    EXPECT_NEAR(site.truth().force.norm() / -site::ForceAt(fine.press(), depth), 1, 0.002) << depth;
+    EXPECT_NEAR(site.truth().force.norm() / -simulation::ForceAt(fine.press(), depth), 1, 0.002)
+        << depth;
     double worst = 0;
     for (int k = -38; k <= 38; ++k) {
       const Vector2d p_O(1e-3 * k, 1e-3);
-      const Vector3d u = site::DisplacementAt(fine.press(), p_O, depth);
+      const Vector3d u = simulation::DisplacementAt(fine.press(), p_O, depth);
       worst = std::max(worst, (site.TrueDisplacement(p_O) - u).norm());
     }
     EXPECT_LT(worst, 10e-6) << depth;
