@@ -31,7 +31,7 @@ class LatestEstimate {
   // Logs it as well. Of each `kind`, which is a literal, the newest text and the count are kept.
   void RaiseAlarm(std::string_view kind, const std::string& text);
   // From now on samples are delayed intentionally by this time [s].
-  void SetNap(double nap) { nap_ = nap; }
+  void SetIdleWait(double idle_wait) { idle_wait_ = idle_wait; }
   // Wakes waiting threads.
   void Wake() { changed_.notify_all(); }
 
@@ -58,8 +58,8 @@ class LatestEstimate {
     std::string newest;
     int count = 0;
   };
-  const double stale_after_;    // [s]
-  std::atomic<double> nap_{0};  // [s]
+  const double stale_after_;          // [s]
+  std::atomic<double> idle_wait_{0};  // [s]
   // With priority inheritance: whoever requests the status is less urgent than the sensing.
   mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;

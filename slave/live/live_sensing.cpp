@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, or none will soon
+constexpr std::chrono::milliseconds kFirstSampleWait(50);  // after a client began to watch
 
 }  // namespace
 
@@ -71,17 +71,17 @@ void LiveSensing::Start() {
 
 void LiveSensing::RequestReset() {
   reset_wanted_ = true;
-  rest_.Rouse();
+  throttle_.Wake();
 }
 
 void LiveSensing::Run(const std::stop_token& stop) {
   MakeThreadRealtime(kSensingPriority);
   try {
-    const auto tell = [this](double nap) { parts_.newest.SetNap(nap); };
+    const auto report = [this](double wait) { parts_.newest.SetIdleWait(wait); };
     bool is_new = parts_.settings.sensing_info().is_awaited;
     while (Step(stop)) {
       if (std::exchange(is_new, false)) ReportIntroduction();
-      rest_.Wait(stop, tell);
+      throttle_.Wait(stop, report);
     }
     if (!stop.stop_requested()) {
       parts_.newest.RaiseAlarm("source",
@@ -99,10 +99,10 @@ void LiveSensing::ReportIntroduction() const {
 
 void LiveSensing::SetWatched(bool is_watched) {
   const Time now = Clock::now();
-  rest_.SetWatched(is_watched);
-  if (!is_watched || !rest_.is_allowed()) return;
-  parts_.newest.WaitForNewer(now, kRoused);
-  parts_.newest.SetNap(0);  // also where the sensor died meanwhile and nobody comes back to say so
+  throttle_.SetWatched(is_watched);
+  if (!is_watched || !throttle_.is_allowed()) return;
+  parts_.newest.WaitForNewer(now, kFirstSampleWait);
+  parts_.newest.SetIdleWait(0);  // The thread does not do it if the sensor has failed.
 }
 
 bool LiveSensing::Step(const std::stop_token& stop) {

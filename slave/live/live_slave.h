@@ -85,7 +85,7 @@ class LiveSlave final : public Slave {
   void ReportRecorder(const SenseRecorder* recorder) { recorder_ = recorder; }
   // From now on only one sample per half second is processed while no client watches. For sensing
   // that recovers its state in one sample.
-  void AllowRest() { sensing_.AllowRest(); }
+  void AllowIdle() { sensing_.AllowIdle(); }
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
     return newest_.TracesSince(sensed_at);
   }
