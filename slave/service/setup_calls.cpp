@@ -88,7 +88,7 @@ auto AsRequest(const Work& work) {
 
 grpc::Status TeleoperationService::SetUp(grpc::ServerContext* context,
                                          const std::function<void(SceneSetup&, Progress*)>& work) {
-  return change_.Make(*context, [&](Progress* progress) {
+  return change_.Run(*context, [&](Progress* progress) {
     SceneSetup& setup = RequireSetup(slave_);
     lease_.RequireFree();
     work(setup, progress);

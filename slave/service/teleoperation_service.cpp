@@ -49,7 +49,7 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
 grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,
                                             const v1::SetModelRequest* request,
                                             v1::SettingsReply* reply) {
-  return change_.Make(*context, [&](Progress* progress) {
+  return change_.Run(*context, [&](Progress* progress) {
     lease_.RefuseOthers(context->peer());
     slave_.SetModel(ToChange(*request), progress);
     ToProto(slave_.Describe(), reply->mutable_scene());
@@ -59,7 +59,7 @@ grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,
 grpc::Status TeleoperationService::SetParameters(grpc::ServerContext* context,
                                                  const v1::SetParametersRequest* request,
                                                  v1::SettingsReply* reply) {
-  return change_.Make(*context, [&](Progress* progress) {
+  return change_.Run(*context, [&](Progress* progress) {
     lease_.RefuseOthers(context->peer());
     slave_.SetParameters(ToChange(*request), progress);
     ToProto(slave_.Describe(), reply->mutable_scene());

@@ -16,8 +16,8 @@
 #include "shared/link/task_queue.h"
 #include "slave/live/slave.h"
 #include "slave/service/bulk_pace.h"
-#include "slave/service/change_under_way.h"
 #include "slave/service/drive_stream.h"
+#include "slave/service/exclusive_change.h"
 #include "slave/service/feed_stream.h"
 #include "slave/service/operate_stream.h"
 #include "slave/service/operator_lease.h"
@@ -135,7 +135,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
         disk_calls_.Submit([task = std::move(task)](const std::stop_token& /*stop*/) { task(); });
       },
       [this](const auto& peer, double seconds) { bulk_pace_.Hear(peer, seconds); }};
-  ChangeUnderWay change_;
+  ExclusiveChange change_;
   Seats seats_{kSeats, kOperatorSeats}, picture_feeds_{4};  // one picture feed is used
   FeedStreams feeds_;
   DriveStreams drives_;
