@@ -175,7 +175,7 @@ std::string ToWords(const PressFit& fit, const char* cases, const char* quantity
       "object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}}}\n",
       fit.presses, cases, fit.kind, fit.young_modulus, kWide * fit.sigma_modulus, fit.poisson_ratio,
       100 * fit.rms, quantity, fit.young_modulus, fit.poisson_ratio);
-  words += "  " + InPlainWords(fit.young_modulus) + "\n";
+  words += "  " + ModulusText(fit.young_modulus) + "\n";
   for (const auto& [name, modulus] : fit.alone) {
     words += fmt::format("  {} alone: E {:.5g} Pa\n", name, modulus);
   }
@@ -189,7 +189,7 @@ std::string ToWords(const PictureFit& fit) {
       "{:.6g} Pa\n",
       fit.samples, fit.pressed, fit.young_modulus, kWide * fit.sigma_modulus, fit.offset,
       kWide * fit.sigma_offset, 100 * fit.rms, fit.young_modulus);
-  words += "  " + InPlainWords(fit.young_modulus) + "\n";
+  words += "  " + ModulusText(fit.young_modulus) + "\n";
   if (fit.prestress > 0) words += fmt::format("  model.prestress: {:.4g} N/m\n", fit.prestress);
   return words;
 }
@@ -273,7 +273,7 @@ void AddLaws(const IdentifyReport& report, std::string* words) {
                         100 * kPoorFit, 100 * best.rms)
           : "best",
       best.law.name, E, HalfWidth(E, best.young_sigma, report.specimen_sigma));
-  *words += "  " + InPlainWords(E) + "\n";
+  *words += "  " + ModulusText(E) + "\n";
   AddScene(report, words);
 }
 
@@ -348,7 +348,7 @@ std::string ReadingOf(const identify::MaterialTest& test) {
       "{}: read as a {} of up to {:.3g} %, where {} bears {}. If that is not so, a unit or a size "
       "is wrong",
       test.name, kind, 100 * strain, test.area > 0 ? "the specimen" : "a square of 10 mm",
-      ForceInPlainWords(std::abs(row->measured.front()) * (test.area > 0 ? test.area : kSquare)));
+      ForceText(std::abs(row->measured.front()) * (test.area > 0 ? test.area : kSquare)));
 }
 
 std::string ToWords(const IdentifyReport& report) {
