@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/pipeline/base/overlay_words.h"
+#include "slave/pipeline/base/overlay_text.h"
 
 namespace palpate {
 namespace {
@@ -24,7 +24,7 @@ cv::Point Round(const Eigen::Vector2d& p) {
   return {static_cast<int>(std::lround(near.x())), static_cast<int>(std::lround(near.y()))};
 }
 
-std::string ForceInWords(const PointsOverlay& overlay) {
+std::string ForceText(const PointsOverlay& overlay) {
   if (!overlay.force) return "force unknown";
   return fmt::format("{:.3g} N +- {:.2g}  {}", *overlay.force, overlay.sigma, overlay.validity);
 }
@@ -108,7 +108,7 @@ cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double fu
                       cv::LINE_AA, 0, 0.2);
     }
   }
-  DrawWords(ForceInWords(overlay), kLoadColour, &picture);
+  DrawText(ForceText(overlay), kLoadColour, &picture);
   return picture;
 }
 
