@@ -57,7 +57,7 @@ void LiveSensing::Stop() {
 
 void LiveSensing::Begin() {
   // Streams begin when somebody feeds them.
-  const bool is_fed = parts_.sense.inbox() != nullptr || parts_.sense.pictures() != nullptr;
+  const bool is_fed = parts_.sense.inbox() != nullptr || parts_.sense.image_inbox() != nullptr;
   if (!is_fed && !Step({})) {
     const SenseInfo& info = parts_.settings.sensing_info();
     throw std::runtime_error(fmt::format("{}: no {} received", info.source, info.samples));

@@ -165,7 +165,7 @@ BoundaryShape LiveSlave::Shape(bool nodal_forces) {
 
 std::optional<JpegPicture> LiveSlave::Image(bool overlays, int quality) {
   const double full_scale = settings_.FullScale();
-  std::optional<SeenPicture> seen;
+  std::optional<OverlaidImage> seen;
   {
     const std::lock_guard lock(sense_mutex_);
     seen = sense_->Image(full_scale);

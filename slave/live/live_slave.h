@@ -91,7 +91,7 @@ class LiveSlave final : public Slave {
   }
   PatchSnapshot Patch() override { return sensing_.Patch(); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
-  [[nodiscard]] ImageInbox* picture_inbox() override { return sense_->pictures(); }
+  [[nodiscard]] ImageInbox* image_inbox() override { return sense_->image_inbox(); }
   [[nodiscard]] StreamedManipulator* driven_arm() override { return manipulator_->driven(); }
   [[nodiscard]] SceneSetup* setup() override { return setup_; }
   // From now on a client may set up another scene by `setup`, which outlives the slave. `camera`:

@@ -133,7 +133,7 @@ class Slave {
   // Receiver of streamed tactile samples; null: none.
   [[nodiscard]] virtual TactileInbox* tactile_inbox() = 0;
   // Receiver of streamed images; null: none.
-  [[nodiscard]] virtual ImageInbox* picture_inbox() = 0;
+  [[nodiscard]] virtual ImageInbox* image_inbox() = 0;
   // The manipulator that a client drives; null: none.
   [[nodiscard]] virtual StreamedManipulator* driven_arm() = 0;
   // The set-up of another scene; null: none.

@@ -21,7 +21,7 @@ grpc::Status TeleoperationService::FeedImages(grpc::ServerContext* context,
                                               grpc::ServerReader<v1::ImageSample>* reader,
                                               v1::FeedImagesReply* reply) {
   const OrdinaryPriority ordinary;
-  ImageInbox* const inbox = slave_.picture_inbox();
+  ImageInbox* const inbox = slave_.image_inbox();
   if (inbox == nullptr) {
     return Error(v1::ERROR_REASON_NOT_STREAMED,
                  "the scene accepts no images: the source of its sense.camera is not stream");

@@ -75,7 +75,7 @@ double BurstOf(Slave& slave) {
 
 // Whether requests contain images.
 bool TakesImages(Slave& slave) {
-  return slave.picture_inbox() != nullptr || slave.setup() != nullptr;
+  return slave.image_inbox() != nullptr || slave.setup() != nullptr;
 }
 
 void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {

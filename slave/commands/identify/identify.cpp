@@ -4,7 +4,7 @@
 #include <string>
 
 #include "shared/text/text.h"
-#include "slave/commands/identify/picture_fit.h"
+#include "slave/commands/identify/image_fit.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/scene_remarks.h"
 

@@ -79,37 +79,37 @@ cv::Mat AsPicture(const cv::Mat& image) {
 }
 
 cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale) {
-  cv::Mat picture;
-  cv::cvtColor(AsPicture(image), picture, cv::COLOR_GRAY2BGR);
+  cv::Mat drawn;
+  cv::cvtColor(AsPicture(image), drawn, cv::COLOR_GRAY2BGR);
   const int radius = std::max(2, static_cast<int>(std::lround(overlay.radius_px)));
   for (const Eigen::Vector2d& p : overlay.seen_I) {
     const cv::Point centre = Round(p);
     if (overlay.windows) {
-      cv::rectangle(picture, centre - cv::Point(radius, radius), centre + cv::Point(radius, radius),
+      cv::rectangle(drawn, centre - cv::Point(radius, radius), centre + cv::Point(radius, radius),
                     kSeenColour, 1);
     } else {
-      cv::circle(picture, centre, radius + 2, kSeenColour, 1, cv::LINE_AA);
+      cv::circle(drawn, centre, radius + 2, kSeenColour, 1, cv::LINE_AA);
     }
-    cv::drawMarker(picture, centre, kSeenColour, cv::MARKER_CROSS, 5, 1);
+    cv::drawMarker(drawn, centre, kSeenColour, cv::MARKER_CROSS, 5, 1);
   }
   for (const Eigen::Vector2d& p : overlay.lost_I) {
-    cv::drawMarker(picture, Round(p), kLostColour, cv::MARKER_TILTED_CROSS, 2 * radius, 1,
+    cv::drawMarker(drawn, Round(p), kLostColour, cv::MARKER_TILTED_CROSS, 2 * radius, 1,
                    cv::LINE_AA);
   }
   if (overlay.place_I) {
     const double share = ShareOf(overlay, full_scale);
     const Eigen::Vector2d force_I = 0.2 * image.rows * share * overlay.along_I;
     const cv::Point place = Round(*overlay.place_I);
-    cv::drawMarker(picture, place, kLoadColour, cv::MARKER_CROSS, 21, 2, cv::LINE_AA);
+    cv::drawMarker(drawn, place, kLoadColour, cv::MARKER_CROSS, 21, 2, cv::LINE_AA);
     const int ring = static_cast<int>(std::lround(kRing * image.rows * share));
-    if (ring > 1) cv::circle(picture, place, ring, kLoadColour, 2, cv::LINE_AA);
+    if (ring > 1) cv::circle(drawn, place, ring, kLoadColour, 2, cv::LINE_AA);
     if (force_I.norm() > 3) {
-      cv::arrowedLine(picture, place, Round(*overlay.place_I + force_I), kLoadColour, 2,
-                      cv::LINE_AA, 0, 0.2);
+      cv::arrowedLine(drawn, place, Round(*overlay.place_I + force_I), kLoadColour, 2, cv::LINE_AA,
+                      0, 0.2);
     }
   }
-  DrawText(ForceText(overlay), kLoadColour, &picture);
-  return picture;
+  DrawText(ForceText(overlay), kLoadColour, &drawn);
+  return drawn;
 }
 
 }  // namespace palpate

@@ -141,12 +141,12 @@ BoundaryShape PointsSense::Shape(bool nodal_forces) {
   return shape;
 }
 
-std::optional<SeenPicture> PointsSense::Image(double full_scale) const {
+std::optional<OverlaidImage> PointsSense::Image(double full_scale) const {
   if (shown_.left.empty()) return std::nullopt;
-  return SeenPicture{shown_.sensed_at, AsPicture(shown_.left),
-                     [left = shown_.left, overlay = overlay_, full_scale] {
-                       return DrawPoints(left, overlay, full_scale);
-                     }};
+  return OverlaidImage{shown_.sensed_at, AsPicture(shown_.left),
+                       [left = shown_.left, overlay = overlay_, full_scale] {
+                         return DrawPoints(left, overlay, full_scale);
+                       }};
 }
 
 void PointsSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {

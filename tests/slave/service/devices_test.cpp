@@ -51,7 +51,7 @@ class PicturesTest : public DevicesTest {
 TEST_F(PicturesTest, AreTakenAndCounted) {
   EXPECT_TRUE(Feed(*Connect(), {Image(0), Image(1), Image(2)}, &reply_).ok());
   EXPECT_EQ(reply_.samples(), 3U);
-  const auto source = slave_.picture_inbox()->OpenFrames({});
+  const auto source = slave_.image_inbox()->OpenFrames({});
   EXPECT_EQ(source->Next({})->image.at<unsigned char>(5, 5), 2);
 }
 

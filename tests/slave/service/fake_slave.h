@@ -83,7 +83,7 @@ class FakeSlave : public Slave {
   void SetWatched(bool /*is_watched*/) override {}
   PatchSnapshot Patch() override { return {}; }
   TactileInbox* tactile_inbox() override;
-  ImageInbox* picture_inbox() override { return pushed_.get(); }
+  ImageInbox* image_inbox() override { return pushed_.get(); }
   StreamedManipulator* driven_arm() override { return arm_.get(); }
   SceneSetup* setup() override { return setup_; }
 

@@ -33,7 +33,7 @@ class StreamedCameraTest : public testing::Test {
     PushedSample sample;
     sample.sensed_at = Clock::now();
     sample.image = {PushedImage::Encoding::kPng, &data};
-    const auto refusal = slave_->picture_inbox()->Feed(sample, Clock::now(), 1);
+    const auto refusal = slave_->image_inbox()->Feed(sample, Clock::now(), 1);
     EXPECT_FALSE(refusal) << refusal->why;
   }
 

@@ -119,9 +119,9 @@ class WallSense final : public SensingPipeline {
   bool Acquire(const std::stop_token&) override { return false; }
   void Process() noexcept override {}
   std::string_view doubt() const override { return {}; }
-  std::optional<SeenPicture> Image(double) const override { return std::nullopt; }
+  std::optional<OverlaidImage> Image(double) const override { return std::nullopt; }
   TactileInbox* inbox() override { return nullptr; }
-  ImageInbox* pictures() override { return nullptr; }
+  ImageInbox* image_inbox() override { return nullptr; }
   Time sensed_at() const override { return Clock::now(); }
   std::optional<CameraHealth> health() const override { return std::nullopt; }
   const ContactEstimate& Estimate(const TipReading&) noexcept override { return estimate_; }

@@ -1,4 +1,4 @@
-#include "slave/commands/identify/picture_fit.h"
+#include "slave/commands/identify/image_fit.h"
 
 #include <algorithm>
 #include <array>
