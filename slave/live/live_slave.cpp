@@ -163,7 +163,7 @@ BoundaryShape LiveSlave::Shape(bool nodal_forces) {
   return sense_->Shape(nodal_forces);
 }
 
-std::optional<JpegPicture> LiveSlave::Image(bool overlays, int quality) {
+std::optional<EncodedImage> LiveSlave::Image(bool overlays, int quality) {
   const double full_scale = settings_.FullScale();
   std::optional<OverlaidImage> seen;
   {
@@ -171,8 +171,8 @@ std::optional<JpegPicture> LiveSlave::Image(bool overlays, int quality) {
     seen = sense_->Image(full_scale);
   }
   if (!seen) return std::nullopt;
-  return JpegPicture{seen->sensed_at, EncodeJpeg(overlays ? seen->draw() : seen->plain, quality),
-                     seen->plain.cols, seen->plain.rows};
+  return EncodedImage{seen->sensed_at, EncodeJpeg(overlays ? seen->draw() : seen->plain, quality),
+                      seen->plain.cols, seen->plain.rows};
 }
 
 }  // namespace palpate

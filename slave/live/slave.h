@@ -53,7 +53,8 @@ struct PatchSnapshot {
   PatchLaw law;
 };
 
-struct JpegPicture {
+// An image as a JPEG file, with its size [px].
+struct EncodedImage {
   Time sensed_at{};
   std::string jpeg;
   int width = 0, height = 0;
@@ -121,7 +122,7 @@ class Slave {
   // --- bulk data, computed only on request.
   [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // nullopt: the scene has no camera, or no image yet.
-  [[nodiscard]] virtual std::optional<JpegPicture> Image(bool overlays, int quality) = 0;
+  [[nodiscard]] virtual std::optional<EncodedImage> Image(bool overlays, int quality) = 0;
 
   // Traces of the samples after the one of `sensed_at`, oldest first; the newest ones if there are
   // too many. Thread-safe.

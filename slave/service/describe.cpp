@@ -136,7 +136,7 @@ void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* mess
   message->mutable_nodal_forces()->Assign(shape.nodal_forces.begin(), shape.nodal_forces.end());
 }
 
-void ToProto(JpegPicture picture, std::uint64_t sequence, v1::ImageState* message) {
+void ToProto(EncodedImage picture, std::uint64_t sequence, v1::ImageState* message) {
   message->Clear();
   message->set_sequence(sequence);
   ToProto(picture.sensed_at, message->mutable_sensed_at());

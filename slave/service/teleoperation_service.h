@@ -105,7 +105,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   void FillStatus(v1::Status* reply) const;
   // The newest image, at least as new as `sensed_at`: drawn and encoded once for all watchers with
   // the same options, one at a time, so that watchers use at most one core. Null: no image yet.
-  std::shared_ptr<const JpegPicture> Encoded(Time sensed_at, bool overlays, int quality);
+  std::shared_ptr<const EncodedImage> Encoded(Time sensed_at, bool overlays, int quality);
   BulkPace& bulk_pace() { return bulk_pace_; }
 
  private:
@@ -140,12 +140,12 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   FeedStreams feeds_;
   DriveStreams drives_;
   std::mutex encoding_;  // guards the next one
-  struct EncodedPicture {
+  struct CachedImage {
     bool overlays;
     int quality;
-    std::shared_ptr<const JpegPicture> picture;
+    std::shared_ptr<const EncodedImage> picture;
   };
-  std::deque<EncodedPicture> encoded_;         // of the newest sample, the newest first
+  std::deque<CachedImage> encoded_;            // of the newest sample, the newest first
   std::atomic<std::uint64_t> states_sent_{0};  // to all readers together
   // Records of stops and their resets, each limited by its call or by the lease. Last: its thread
   // uses all of the above.

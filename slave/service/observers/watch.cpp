@@ -145,21 +145,21 @@ grpc::Status TeleoperationService::WatchPatch(grpc::ServerContext* context,
       });
 }
 
-std::shared_ptr<const JpegPicture> TeleoperationService::Encoded(Time sensed_at, bool overlays,
-                                                                 int quality) {
+std::shared_ptr<const EncodedImage> TeleoperationService::Encoded(Time sensed_at, bool overlays,
+                                                                  int quality) {
   const std::scoped_lock one_at_a_time(encoding_);
-  for (const EncodedPicture& known : encoded_) {
+  for (const CachedImage& known : encoded_) {
     const bool is_asked = known.overlays == overlays && known.quality == quality;
     if (is_asked && known.picture->sensed_at >= sensed_at) return known.picture;
   }
-  std::optional<JpegPicture> picture = slave_.Image(overlays, quality);
+  std::optional<EncodedImage> picture = slave_.Image(overlays, quality);
   if (!picture) return nullptr;
-  std::erase_if(encoded_, [&](const EncodedPicture& known) {
+  std::erase_if(encoded_, [&](const CachedImage& known) {
     return known.picture->sensed_at < picture->sensed_at;
   });
   if (encoded_.size() >= kMostEncoded) encoded_.pop_back();
   encoded_.push_front(
-      {overlays, quality, std::make_shared<const JpegPicture>(std::move(*picture))});
+      {overlays, quality, std::make_shared<const EncodedImage>(std::move(*picture))});
   return encoded_.front().picture;
 }
 

@@ -215,13 +215,13 @@ BoundaryShape FakeSlave::Shape(bool nodal_forces) {
   return shape;
 }
 
-std::optional<JpegPicture> FakeSlave::Image(bool overlays, int quality) {
+std::optional<EncodedImage> FakeSlave::Image(bool overlays, int quality) {
   const std::scoped_lock lock(mutex_);
   ++pictures_;
   if (pictures_ == 1) return std::nullopt;  // nothing seen yet
-  return JpegPicture{state_.sensed_at,
-                     std::string(overlays ? "overlays " : "plain ") + std::to_string(quality), 640,
-                     480};
+  return EncodedImage{state_.sensed_at,
+                      std::string(overlays ? "overlays " : "plain ") + std::to_string(quality), 640,
+                      480};
 }
 
 }  // namespace palpate

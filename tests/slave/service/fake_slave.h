@@ -79,7 +79,7 @@ class FakeSlave : public Slave {
     return estimate_.TracesSince(sensed_at);
   }
   BoundaryShape Shape(bool nodal_forces) override;
-  std::optional<JpegPicture> Image(bool overlays, int quality) override;
+  std::optional<EncodedImage> Image(bool overlays, int quality) override;
   void SetWatched(bool /*is_watched*/) override {}
   PatchSnapshot Patch() override { return {}; }
   TactileInbox* tactile_inbox() override;

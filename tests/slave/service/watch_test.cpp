@@ -161,7 +161,7 @@ TEST_F(WatchTest, FewEncodedPicturesAreKeptAndThoseOfTheNewestSampleAlone) {
   TeleoperationService service(slave, publisher, {});
   slave.TakeSample();
   service.Encoded({}, true, 50);  // nothing is seen yet
-  std::vector<std::weak_ptr<const JpegPicture>> pictures;
+  std::vector<std::weak_ptr<const EncodedImage>> pictures;
   for (int quality = 10; quality <= 100; ++quality) {
     pictures.push_back(service.Encoded({}, true, quality));
   }
