@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-// One camera finds tip and outline in any picture; fingertips and followed points need every
+// One camera finds tip and outline in any image; fingertips and followed points need every
 // sample. A film plays on, and who records wants all of it.
 bool MayIdle(const Scene& scene, const SensingPipeline& sense) {
   const bool is_one_camera = scene.sense.Find<CameraOptions>() && !scene.sense.Find<Tactile>() &&

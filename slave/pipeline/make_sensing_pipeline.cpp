@@ -146,7 +146,7 @@ void RequireFriction(const ModelOptions& model) {
   Refuse("kind = " + model.kind, "fem while contact = friction");
 }
 
-// What is known of a sense before its first picture.
+// What is known of a sense before its first image.
 SenseInfo Awaited(const Scene& scene) {
   SenseInfo info;
   info.source = "images from a driver (FeedImages)";
@@ -163,7 +163,7 @@ struct SenseMaker {
   template <typename Made>
   [[nodiscard]] std::unique_ptr<SensingPipeline> Make() const {
     const bool is_played = inputs.player != nullptr;
-    if (is_played || !TakesPictures(scene.sense)) return std::make_unique<Made>(scene, inputs);
+    if (is_played || !TakesImages(scene.sense)) return std::make_unique<Made>(scene, inputs);
     const auto make = [scene = scene,
                        tap = inputs.tap](SenseInputs streamed) -> std::unique_ptr<SensingPipeline> {
       streamed.tap = tap;

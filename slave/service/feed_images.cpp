@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kPictureRate = 64e6;  // [bytes/s]
+constexpr double kImageRate = 64e6;  // [bytes/s]
 
 }  // namespace
 
@@ -26,13 +26,13 @@ grpc::Status TeleoperationService::FeedImages(grpc::ServerContext* context,
     return Error(v1::ERROR_REASON_NOT_STREAMED,
                  "the scene accepts no images: the source of its sense.camera is not stream");
   }
-  const Seats::Seat seat(&picture_feeds_);
+  const Seats::Seat seat(&image_feeds_);
   if (!seat) {
     return Error(
         v1::ERROR_REASON_SOURCE_TAKEN,
-        "images are fed by " + std::to_string(picture_feeds_.count()) + " streams: expected one");
+        "images are fed by " + std::to_string(image_feeds_.count()) + " streams: expected one");
   }
-  on_stream_(*context, kPictureRate);
+  on_stream_(*context, kImageRate);
   const auto id = NewStreamId();
   const std::shared_ptr<void> leaves(nullptr, [&](void*) { inbox->Leave(id); });
   const std::uint64_t dropped = inbox->health().dropped;

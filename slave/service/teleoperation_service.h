@@ -46,7 +46,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
  public:
   // Streams of the Watch calls that may be open, and beyond them the operator's.
   static constexpr int kSeats = 64, kOperatorSeats = 8;
-  static constexpr std::size_t kMostEncoded = 8;  // encoded pictures that are kept for watchers
+  static constexpr std::size_t kMostEncoded = 8;  // encoded images that are kept for watchers
   // `slave` and `publisher` outlive the service.
   TeleoperationService(Slave& slave, Publisher& publisher, OperateStream::OnStream on_stream)
       : slave_(slave), publisher_(publisher), on_stream_(std::move(on_stream)) {}
@@ -136,14 +136,14 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
       },
       [this](const auto& peer, double seconds) { bulk_pace_.Hear(peer, seconds); }};
   ExclusiveChange change_;
-  Seats seats_{kSeats, kOperatorSeats}, picture_feeds_{4};  // one picture feed is used
+  Seats seats_{kSeats, kOperatorSeats}, image_feeds_{4};  // one image feed is used
   FeedStreams feeds_;
   DriveStreams drives_;
   std::mutex encoding_;  // guards the next one
   struct CachedImage {
     bool overlays;
     int quality;
-    std::shared_ptr<const EncodedImage> picture;
+    std::shared_ptr<const EncodedImage> image;
   };
   std::deque<CachedImage> encoded_;            // of the newest sample, the newest first
   std::atomic<std::uint64_t> states_sent_{0};  // to all readers together

@@ -59,7 +59,7 @@ struct Pair {
   double estimated = 0, sigma = 0, measured = 0;  // [N]
 };
 
-// Common relative error of the estimated forces: that of one picture, in the mean over those that
+// Common relative error of the estimated forces: that of one image, in the mean over those that
 // tell most.
 double CommonShare(const std::vector<Pair>& pairs) {
   double estimated2 = 0, sigma2 = 0;
@@ -121,8 +121,8 @@ int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
 
 }  // namespace
 
-PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
-                       const std::stop_token& stop) {
+ImageFit FitImages(const Scene& scene, const std::filesystem::path& file,
+                   const std::stop_token& stop) {
   if (IsSimulated(scene)) {
     throw std::invalid_argument(
         "pictures: expected a scene with recorded images or samples; a simulated one has the "
@@ -133,7 +133,7 @@ PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
   double& E = tried.object.material.young_modulus;
   tried.object.material.young_modulus_tolerance = 0;  // which is sought
   const bool is_dome = std::holds_alternative<DomeGeometry>(scene.object.geometry);
-  PictureFit fit;
+  ImageFit fit;
   for (Line line; fit.passes < kMostPasses && std::abs(line.slope - 1) > kSettled;) {
     const std::vector<Pair> pairs = EstimateAll(tried, forces, stop);
     ++fit.passes;

@@ -180,7 +180,7 @@ Metrics MetricsOf(const Slave& slave, const Server& server) {
 
 int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   const std::stop_token stop = signals.token();
-  // Each of eight a processor would come to keep a few pictures that nobody needs.
+  // Each of eight a processor would come to keep a few images that nobody needs.
   mallopt(M_ARENA_MAX, 4);
   CheckSetup(options);
   const bool plain = options.tls.empty();

@@ -174,9 +174,9 @@ class PointsOfflineReport final : public OfflineReport {
   }
   void WriteFrame(const std::filesystem::path& folder) const override {
     const StereoPair& pair = sense_.pair();
-    const auto write = [&](const char* side, const cv::Mat& picture) {
-      if (picture.empty()) return;
-      WriteWholeFile(folder / side / fmt::format("{:06}.png", pair.sequence), EncodePng(picture));
+    const auto write = [&](const char* side, const cv::Mat& image) {
+      if (image.empty()) return;
+      WriteWholeFile(folder / side / fmt::format("{:06}.png", pair.sequence), EncodePng(image));
     };
     write("left", pair.left);
     write("right", pair.right);

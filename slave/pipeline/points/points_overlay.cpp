@@ -40,7 +40,7 @@ PointsOverlay MakePointsOverlay(const SurfacePointTracker& tracker, const Surfac
                                 const ContactEstimate& estimate) {
   PointsOverlay overlay;
   for (std::size_t i = 0; i < seen.points.size(); ++i) {
-    const Eigen::Vector2d p_I = tracker.PlaceInPicture(i);
+    const Eigen::Vector2d p_I = tracker.PlaceInImage(i);
     if (p_I.allFinite()) {
       overlay.seen_I.push_back(p_I);
       continue;
@@ -71,7 +71,7 @@ PointsOverlay MakePointsOverlay(const SurfacePointTracker& tracker, const Surfac
   return overlay;
 }
 
-cv::Mat AsPicture(const cv::Mat& image) {
+cv::Mat AsImage(const cv::Mat& image) {
   if (image.depth() != CV_16U) return image;
   cv::Mat grey;
   cv::normalize(image, grey, 0, 255, cv::NORM_MINMAX, CV_8U, image > 0);
@@ -80,7 +80,7 @@ cv::Mat AsPicture(const cv::Mat& image) {
 
 cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale) {
   cv::Mat drawn;
-  cv::cvtColor(AsPicture(image), drawn, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(AsImage(image), drawn, cv::COLOR_GRAY2BGR);
   const int radius = std::max(2, static_cast<int>(std::lround(overlay.radius_px)));
   for (const Eigen::Vector2d& p : overlay.seen_I) {
     const cv::Point centre = Round(p);

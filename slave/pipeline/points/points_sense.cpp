@@ -113,7 +113,7 @@ const ContactEstimate& PointsSense::EstimateContact(const TipReading& encoders) 
   before_rest_.sample = seen_->sequence;
   before_rest_.sensed_at = seen_->sensed_at;
   before_rest_.p_S_tip = before_rest_.p_S_contact = encoders.p_S_tip;
-  // The cells of a depth picture are not known before the rest frame.
+  // The cells of a depth image are not known before the rest frame.
   sees_rest_ =
       scene_.sense.Find<DepthImages>() || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
   return before_rest_;
@@ -143,7 +143,7 @@ BoundaryShape PointsSense::Shape(bool nodal_forces) {
 
 std::optional<OverlaidImage> PointsSense::Image(double full_scale) const {
   if (shown_.left.empty()) return std::nullopt;
-  return OverlaidImage{shown_.sensed_at, AsPicture(shown_.left),
+  return OverlaidImage{shown_.sensed_at, AsImage(shown_.left),
                        [left = shown_.left, overlay = overlay_, full_scale] {
                          return DrawPoints(left, overlay, full_scale);
                        }};

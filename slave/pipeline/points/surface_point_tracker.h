@@ -29,7 +29,7 @@ class SurfacePointTracker {
   virtual void Reset();
   [[nodiscard]] virtual bool at_rest_known() const = 0;
   // Position of point `i` of the last observation in the left image [px]; not finite: not visible.
-  [[nodiscard]] virtual Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept = 0;
+  [[nodiscard]] virtual Eigen::Vector2d PlaceInImage(std::size_t i) const noexcept = 0;
   // Projection of p_S [m] into the left image [px], inside or not; nullopt: behind the camera.
   [[nodiscard]] virtual std::optional<Eigen::Vector2d> Project(
       const Eigen::Vector3d& p_S) const noexcept = 0;

@@ -22,7 +22,7 @@ constexpr std::chrono::milliseconds kPatience(50);
 constexpr std::chrono::milliseconds kPaceWait(5);  // until a stream asks again whether it may send
 
 void RequireCamera(const Slave& slave) {
-  if (!HasPictures(slave.Describe().scene.sense)) {
+  if (!HasImages(slave.Describe().scene.sense)) {
     throw RejectedCall(v1::ERROR_REASON_NO_CAMERA, "the scene has no camera");
   }
 }
@@ -150,17 +150,16 @@ std::shared_ptr<const EncodedImage> TeleoperationService::Encoded(Time sensed_at
   const std::scoped_lock one_at_a_time(encoding_);
   for (const CachedImage& known : encoded_) {
     const bool is_asked = known.overlays == overlays && known.quality == quality;
-    if (is_asked && known.picture->sensed_at >= sensed_at) return known.picture;
+    if (is_asked && known.image->sensed_at >= sensed_at) return known.image;
   }
-  std::optional<EncodedImage> picture = slave_.Image(overlays, quality);
-  if (!picture) return nullptr;
+  std::optional<EncodedImage> image = slave_.Image(overlays, quality);
+  if (!image) return nullptr;
   std::erase_if(encoded_, [&](const CachedImage& known) {
-    return known.picture->sensed_at < picture->sensed_at;
+    return known.image->sensed_at < image->sensed_at;
   });
   if (encoded_.size() >= kMostEncoded) encoded_.pop_back();
-  encoded_.push_front(
-      {overlays, quality, std::make_shared<const EncodedImage>(std::move(*picture))});
-  return encoded_.front().picture;
+  encoded_.push_front({overlays, quality, std::make_shared<const EncodedImage>(std::move(*image))});
+  return encoded_.front().image;
 }
 
 grpc::Status TeleoperationService::WatchImages(grpc::ServerContext* context,
@@ -176,10 +175,10 @@ grpc::Status TeleoperationService::WatchImages(grpc::ServerContext* context,
   return Watch(context, prepare, &bulk_pace_, writer,
                [&](const SlaveState& state, v1::ImageState* message) {
                  if (state.sensed_at == sensed_at) return false;
-                 const auto picture = Encoded(state.sensed_at, request->overlays(), quality);
-                 if (!picture) return false;  // nothing seen yet
+                 const auto image = Encoded(state.sensed_at, request->overlays(), quality);
+                 if (!image) return false;  // nothing seen yet
                  sensed_at = state.sensed_at;
-                 ToProto(*picture, state.sequence, message);
+                 ToProto(*image, state.sequence, message);
                  return true;
                });
 }

@@ -102,7 +102,7 @@ Painter::Layer::Layer(const cv::Rect& part, const std::vector<std::vector<Point>
       grey(part.size(), CV_32F, cv::Scalar(level)),
       alpha(CoverageOf(polygons, part)) {}
 
-// Nodes of the pressed body's mesh in the picture [px].
+// Nodes of the pressed body's mesh in the image [px].
 std::vector<Point> Painter::NodesOf(const Pose& pose) const {
   const PatchSolution& c = *pose.contact;
   std::vector<Point> nodes;
@@ -182,7 +182,7 @@ void Painter::FillMesh(const QuadraticMesh& mesh, const std::vector<Point>& at) 
   }
 }
 
-// A bar from the tip backwards, longer than any way out of the picture.
+// A bar from the tip backwards, longer than any way out of the image.
 void Painter::PaintTool(const Pose& pose) {
   const double length =
       pixel_ * (2.0 * (size_.width + size_.height) + (X_IO_ * pose.p_O_tip).norm());
@@ -247,7 +247,7 @@ Microscope::Microscope(const Scene& scene, const TrueBody& body, const Eigen::Af
   Scatter(*scene.site.embryo, scene.site.seed);
 }
 
-// Two walls, from the ends of the held arc outwards beyond the picture.
+// Two walls, from the ends of the held arc outwards beyond the image.
 void Microscope::PaintCapillary(const FixedArc& arc, double radius, const Eigen::Affine2d& X_IO) {
   const Eigen::Vector2d out(std::cos(arc.centre), std::sin(arc.centre)), aside(-out.y(), out.x());
   const double length = 1e3 * radius;
@@ -308,7 +308,7 @@ void Microscope::Show(cv::Mat* seen) {
     particle.p_I.x() = Wrapped(particle.p_I.x(), size_.width);
     particle.p_I.y() = Wrapped(particle.p_I.y(), size_.height);
   }
-  const double phase = 2 * std::numbers::pi * static_cast<double>(pictures_++) / kFocusPeriod;
+  const double phase = 2 * std::numbers::pi * static_cast<double>(images_++) / kFocusPeriod;
   const double sigma = defocus_ * 0.5 * (1 - std::cos(phase));
   if (sigma > kLeastDefocus) cv::GaussianBlur(*seen, *seen, {}, sigma);
 }

@@ -56,7 +56,7 @@ class Microscope {
   double defocus_;
   cv::Mat glass_;  // CV_32F, light that is let through
   std::vector<Particle> debris_;
-  std::uint64_t pictures_ = 0;
+  std::uint64_t images_ = 0;
 };
 
 // Contents of the image. Frame O [m].

@@ -29,7 +29,7 @@ using simulation::BoundaryPlace;
 constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts of the larger side
 constexpr double kGoesAhead = 0.7;  // cosine to where it points
 constexpr double kFarthest = 1e6;   // tips farther away are no tips, in parts of the larger side
-constexpr int kStepsPerPicture = 16;  // of a script: the tool's path is followed, not jumped
+constexpr int kStepsPerImage = 16;  // of a script: the tool's path is followed, not jumped
 
 // See SiteOptions.
 double LampLight(double span, Time now) {
@@ -37,10 +37,10 @@ double LampLight(double span, Time now) {
   return span > 0 && std::fmod(SecondsBetween(Time{}, now) / span, 2) >= 1 ? kDim : 1;
 }
 
-cv::Mat Shifted(const cv::Mat& picture, const Eigen::Vector2d& shift) {
+cv::Mat Shifted(const cv::Mat& image, const Eigen::Vector2d& shift) {
   const cv::Matx23d warp(1, 0, shift.x(), 0, 1, shift.y());
   cv::Mat shifted;
-  cv::warpAffine(picture, shifted, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  cv::warpAffine(image, shifted, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
   return shifted;
 }
 
@@ -66,10 +66,10 @@ struct SimulatedSite::State {
         view(*scene.sense.Find<Camera>(), scene.sense.Find<Camera>()->size[0],
              scene.sense.Find<Camera>()->size[1]),
         straightening(StraighteningOf(*scene.sense.Find<Camera>())),
-        picture_rate(scene.sense.Find<Camera>()->rate),
+        image_rate(scene.sense.Find<Camera>()->rate),
         motion(scene.site.motion),
         p_S_tip(scene.manipulator.home),
-        p_S_pictured(p_S_tip) {
+        p_S_imaged(p_S_tip) {
     if (scene.site.embryo) {
       embryo.emplace(*scene.site.embryo, scene.site.seed, 0.5 * body.larger_side(), direction_O);
     }
@@ -106,23 +106,23 @@ struct SimulatedSite::State {
   void Begin(const Eigen::Vector2d& from, simulation::Pose* next);
   [[nodiscard]] bool IsInside(const simulation::Pose& next) const;
   [[nodiscard]] bool Breaks(double next_depth) const;
-  // The picture is taken: what to paint.
+  // The image is taken: what to paint.
   simulation::Pose Expose();
   // By how much all of it is elsewhere [px].
-  Eigen::Vector2d ShiftInPicture();
+  Eigen::Vector2d ShiftInImage();
 
   const simulation::TrueBody body;
   const Eigen::Vector2d direction_O;  // along which the tool points
   const double force_scale;           // E t [N/m]
   const Tool tool;
   simulation::SolutionsAhead ahead;
-  simulation::Painter painter;  // TakePicture's thread only
+  simulation::Painter painter;  // TakeImage's thread only
   const CameraView view;
   const ImageFilter straightening;  // as every source does it; empty: no lens
 
   std::optional<simulation::Embryo> embryo;
   std::optional<simulation::Hand> hand;
-  const double picture_rate;  // [Hz]
+  const double image_rate;  // [Hz]
   const SiteOptions::Motion motion;
   const Time begin = Clock::now();
 
@@ -137,7 +137,7 @@ struct SimulatedSite::State {
   double depth = 0;
   bool punctured = false;
   Eigen::Vector3d p_S_moved{0, 0, 0};  // of the body, with this pose
-  Eigen::Vector3d p_S_pictured;        // tip in the last picture
+  Eigen::Vector3d p_S_imaged;          // tip in the last image
   Eigen::Vector2d velocity_S{0, 0};    // between the last two [m/s]
 };
 
@@ -212,8 +212,8 @@ simulation::Pose SimulatedSite::State::Expose() {
   simulation::Pose seen;
   {
     const std::lock_guard lock(mutex);
-    velocity_S = picture_rate * (p_S_tip - p_S_pictured).head<2>();
-    p_S_pictured = p_S_tip;
+    velocity_S = image_rate * (p_S_tip - p_S_imaged).head<2>();
+    p_S_imaged = p_S_tip;
     seen = pose;
   }
   if (!seen.contact || !seen.contact->round) return seen;
@@ -226,7 +226,7 @@ simulation::Pose SimulatedSite::State::Expose() {
   return seen;
 }
 
-Eigen::Vector2d SimulatedSite::State::ShiftInPicture() {
+Eigen::Vector2d SimulatedSite::State::ShiftInImage() {
   const std::lock_guard lock(mutex);
   return view.ToImage(p_S_moved) - view.ToImage(Eigen::Vector3d::Zero());
 }
@@ -273,21 +273,21 @@ std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene,
     return std::make_unique<CameraSource>(rate, fmt::format("simulated camera at {:g} Hz", rate),
                                           [this, lamp = scene.site.lamp] {
                                             const double light = LampLight(lamp, Clock::now());
-                                            cv::Mat picture = TakePicture();
-                                            if (light < 1) picture *= light;
-                                            return Frame{std::move(picture)};
+                                            cv::Mat image = TakeImage();
+                                            if (light < 1) image *= light;
+                                            return Frame{std::move(image)};
                                           });
   }
   const auto move = [this, motion = ScriptedPress(scene), rate](double t) {
-    for (int step = kStepsPerPicture - 1; step >= 0; --step) {
-      const double at = std::max(0.0, t - step / (kStepsPerPicture * rate));
+    for (int step = kStepsPerImage - 1; step >= 0; --step) {
+      const double at = std::max(0.0, t - step / (kStepsPerImage * rate));
       SetTime(state_->hand ? at : t);
       MoveTool(motion.Tip(at) + HandOffset(at));
     }
   };
   return std::make_unique<CameraSource>(
       rate, fmt::format("simulated camera, scripted contact, {:g} Hz", rate),
-      [this] { return Frame{TakePicture()}; },
+      [this] { return Frame{TakeImage()}; },
       CameraSource::Script{ScriptedPress(scene).duration(), move,
                            [this](double t) { return state_->hand ? state_->hand->Delay(t) : 0; }});
 }
@@ -301,10 +301,10 @@ void SimulatedSite::SetTime(double t) {
   state_->scripted_t = t;
 }
 
-cv::Mat SimulatedSite::TakePicture() {
-  cv::Mat picture = state_->painter.Paint(state_->Expose());
-  if (!state_->motion.amplitude.isZero(0)) picture = Shifted(picture, state_->ShiftInPicture());
-  return state_->straightening ? state_->straightening(picture) : picture;
+cv::Mat SimulatedSite::TakeImage() {
+  cv::Mat image = state_->painter.Paint(state_->Expose());
+  if (!state_->motion.amplitude.isZero(0)) image = Shifted(image, state_->ShiftInImage());
+  return state_->straightening ? state_->straightening(image) : image;
 }
 
 }  // namespace palpate

@@ -41,7 +41,7 @@ class Stage {
   [[nodiscard]] virtual Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
     return Vector3d::Zero();
   }
-  // The world as it will be painted from here on, `seconds` after the first pictures.
+  // The world as it will be painted from here on, `seconds` after the first images.
   virtual void Hold(double seconds) = 0;
   virtual const cv::Mat& Paint(std::size_t eye) = 0;
 };
@@ -143,7 +143,7 @@ class TargetStage final : public Stage {
   double pace_;
   cv::Mat seen_;  // CV_32F
 
-  mutable std::mutex mutex_;  // guards what others read; written by TakePictures's thread only
+  mutable std::mutex mutex_;  // guards what others read; written by TakeImages's thread only
   Truth truth_;
   TargetTruth now_;
 };
@@ -224,9 +224,9 @@ struct StereoSite::State {
 
   const Scene scene;
   const StereoRig rig;
-  simulation::Exposure exposure;  // TakePictures's thread only
+  simulation::Exposure exposure;  // TakeImages's thread only
   const std::unique_ptr<Stage> stage;
-  std::uint64_t pictures = 0;  // pairs taken; TakePictures's thread only
+  std::uint64_t images = 0;  // pairs taken; TakeImages's thread only
 };
 
 StereoSite::StereoSite(const Scene& scene, const simulation::MembraneResolution& resolution) try
@@ -265,15 +265,15 @@ Vector3d StereoSite::TrueDisplacement(const Eigen::Vector2d& p_O) const {
   return state_->stage->TrueDisplacement(p_O);
 }
 
-StereoPictures StereoSite::TakePictures() {
+StereoImages StereoSite::TakeImages() {
   State& state = *state_;
   state.exposure.Advance();
-  state.stage->Hold(static_cast<double>(state.pictures++) /
+  state.stage->Hold(static_cast<double>(state.images++) /
                     state.scene.sense.Find<StereoCameras>()->rate);
-  StereoPictures pictures;
-  pictures.left = state.exposure.Expose(state.stage->Paint(0));
-  pictures.right = state.exposure.Expose(state.stage->Paint(1));
-  return pictures;
+  StereoImages images;
+  images.left = state.exposure.Expose(state.stage->Paint(0));
+  images.right = state.exposure.Expose(state.stage->Paint(1));
+  return images;
 }
 
 std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene,
@@ -281,7 +281,7 @@ std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene,
   using PairSource = SimulatedSource<StereoSource, StereoPair>;
   const double rate = scene.sense.Find<StereoCameras>()->rate;
   const auto take = [this] {
-    auto [left, right] = TakePictures();
+    auto [left, right] = TakeImages();
     return StereoPair{.left = std::move(left), .right = std::move(right)};
   };
   if (!run) {

@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-struct StereoPictures {
+struct StereoImages {
   cv::Mat left, right;  // 8 bit grey
 };
 
@@ -58,7 +58,7 @@ class StereoSite final : public SimulatedEnvironment {
                                          const std::optional<ScriptedRun>& run) override;
   // Both cameras at once; noise, blur and light as in the scene's `site`. One thread; the same
   // calls in the same order give the same images.
-  StereoPictures TakePictures();
+  StereoImages TakeImages();
   // The pair as it really is.
   [[nodiscard]] const StereoRig& rig() const;
 

@@ -184,7 +184,7 @@ const std::vector<TrackedWindow>& SsdTracker::Track(const cv::Mat& image) noexce
   }
   for (std::size_t i = 0; i < windows_.size(); ++i) {
     TrackedWindow& window = windows_[i];
-    // A image that could not be read is jumped over: the image before is the last good one.
+    // An image that could not be read is jumped over: the image before is the last good one.
     const bool follows =
         window.seen() || (window.state == WindowState::kBadImage && memories_[i].lost_for == 0);
     if (window.state == WindowState::kNoTexture || !follows) continue;

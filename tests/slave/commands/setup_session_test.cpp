@@ -100,9 +100,9 @@ TEST_F(SetupSessionTest, WithoutASceneItShowsImagesAndEstimatesNothing) {
   EXPECT_EQ(slave.Status().phase, Phase::kSetup);
   EXPECT_EQ(slave.Compose(Clock::now()).phase, Phase::kSetup);
   EXPECT_FALSE(slave.Compose(Clock::now()).force);
-  const auto picture = slave.Image(false, 80);
-  ASSERT_TRUE(picture);
-  EXPECT_EQ(picture->width, 640);
+  const auto image = slave.Image(false, 80);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->width, 640);
   EXPECT_EQ(slave.Describe().scene.name, "");
   EXPECT_THAT(slave.Describe().setup_camera, HasSubstr("size: [640, 480]"));
 }

@@ -55,11 +55,11 @@ TEST(StereoExpectationTest, DepthIsAsUncertainAsTheDisparity) {
 }
 
 // Reference: u = 319.5 + 800 (x +- 30 mm) / 250 mm; the dot's radius of 2 mm is 6.3 px. The left
-// picture's right edge, 639 px, is at x = 69.8 mm, the right one's left edge at x = -69.8 mm.
-TEST(StereoExpectationTest, DotsCountWhereBothPicturesShowThemWhole) {
+// image's right edge, 639 px, is at x = 69.8 mm, the right one's left edge at x = -69.8 mm.
+TEST(StereoExpectationTest, DotsCountWhereBothImagesShowThemWhole) {
   const std::vector<Vector2d> places{{0, 0},       {0.067, 0},  {0.0685, 0}, {-0.067, 0},
                                      {-0.0685, 0}, {0, 0.0720}, {0, 0.0735}, {0.2, 0}};
-  const auto seen = InBothPictures(MembraneScene(), ParallelRig(), places);
+  const auto seen = InBothImages(MembraneScene(), ParallelRig(), places);
   EXPECT_EQ(seen, (std::vector<Vector2d>{{0, 0}, {0.067, 0}, {-0.067, 0}, {0, 0.0720}}));
 }
 

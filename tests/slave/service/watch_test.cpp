@@ -155,18 +155,18 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
 }
 
 // A client asks for each quality in turn.
-TEST_F(WatchTest, FewEncodedPicturesAreKeptAndThoseOfTheNewestSampleAlone) {
+TEST_F(WatchTest, FewEncodedImagesAreKeptAndThoseOfTheNewestSampleAlone) {
   FakeSlave slave;
   Publisher publisher(slave);
   TeleoperationService service(slave, publisher, {});
   slave.TakeSample();
   service.Encoded({}, true, 50);  // nothing is seen yet
-  std::vector<std::weak_ptr<const EncodedImage>> pictures;
+  std::vector<std::weak_ptr<const EncodedImage>> images;
   for (int quality = 10; quality <= 100; ++quality) {
-    pictures.push_back(service.Encoded({}, true, quality));
+    images.push_back(service.Encoded({}, true, quality));
   }
   const auto kept = [&] {
-    return std::ranges::count_if(pictures, [](const auto& picture) { return !picture.expired(); });
+    return std::ranges::count_if(images, [](const auto& image) { return !image.expired(); });
   };
   EXPECT_EQ(kept(), TeleoperationService::kMostEncoded);
   slave.TakeSample();

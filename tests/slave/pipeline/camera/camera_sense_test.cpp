@@ -31,7 +31,7 @@ class CameraSenseTest : public ::testing::Test {
   explicit CameraSenseTest(const Scene& scene)
       : slave_(MakeLiveSlave(scene)), devices_(scene, slave_.get()) {}
   static Scene Block() {
-    // A busy machine may show pictures late: what that does has its own test.
+    // A busy machine may show images late: what that does has its own test.
     return LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
                      {"model.elements=60", "manipulator.blind_after=60 s"});
   }

@@ -97,7 +97,7 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
 }
 
 // Reference: the dots' own scatter, a quarter of what is stated of it, and as large as that. The
-// same picture leaves less open where its dots lie closer to the load's shape, and not less than
+// same image leaves less open where its dots lie closer to the load's shape, and not less than
 // there are dots to say so: at the quarter stated itself.
 TEST(PlateLoadIdentifier, SigmaGoesByHowTheDotsScatterAsFarAsThereAreEnoughOfThem) {
   simulation::PressedMembrane truth = TruthAt({1e-3, 0.3});

@@ -33,7 +33,7 @@ class PointsSenseTest : public ::testing::Test {
   PointsSenseTest() {
     environment_->Show({});
     Scene scene = MembraneScene();
-    scene.manipulator.blind_after = 60;  // the hand moves on while pictures fail
+    scene.manipulator.blind_after = 60;  // the hand moves on while images fail
     slave_ = Watching(scene, environment_);
     Until(IsValid);
   }
@@ -47,7 +47,7 @@ class PointsSenseTest : public ::testing::Test {
         << ToString(state.validity);
     return state;
   }
-  // A force by the newest pictures: what was taken before `since` does not count.
+  // A force by the newest images: what was taken before `since` does not count.
   SlaveState UntilForce(double least) {
     return Until([&](const SlaveState& s) { return s.force && s.force->norm() > least; });
   }
@@ -87,8 +87,8 @@ TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
               4e-5);
 }
 
-// Between pictures too: the source is silent while the hand goes down.
-TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
+// Between images too: the source is silent while the hand goes down.
+TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenImages) {
   slave_->BeginOperating();
   EngagedHand hand(slave_.get());
   const SlaveState home =
@@ -129,7 +129,7 @@ TEST_F(PointsSenseTest, ASourceThatBreaksIsAnAlarm) {
   EXPECT_EQ(slave_->Status().alarms.front(), "the cable is off");
 }
 
-TEST(PointsSenseStartTest, PicturesThatAreNotTheRigsAreRefused) {
+TEST(PointsSenseStartTest, ImagesThatAreNotTheRigsAreRefused) {
   auto environment = std::make_shared<MembraneEnvironment>();
   environment->Show({});
   Scene scene = MembraneScene();

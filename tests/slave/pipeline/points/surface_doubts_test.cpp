@@ -33,7 +33,7 @@ TEST(SurfaceDoubtsTest, ALoadThatPullsIsNoPress) {
   EXPECT_THAT(std::string(estimator.load().reason), HasSubstr("pulls outward: check the sides"));
 }
 
-// Reference: the same picture without those dots.
+// Reference: the same image without those dots.
 TEST(SurfaceDoubtsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(3);
