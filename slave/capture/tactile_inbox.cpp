@@ -51,7 +51,7 @@ struct TactileInbox::State {
   std::uint64_t frames = 0;
 };
 
-// The newest time of which any finger tells: what is meant by now, so that fingers are compared
+// The newest time of a sample of any finger: it is the present time, so that fingers are compared
 // with each other and not with the wall clock.
 std::optional<Time> TactileInbox::State::Newest() const {
   std::optional<Time> newest;

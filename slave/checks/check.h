@@ -1,5 +1,5 @@
 // A check compares what one sample shows with independent knowledge: another sensor, the start, or
-// the model. It tells a verdict, and by how much the force may be wrong in addition.
+// the model. It gives a verdict, and by how much the force may be wrong in addition.
 #pragma once
 
 #include <cmath>

@@ -41,7 +41,7 @@ class LatestEstimate {
   // The tool or a fingertip touches the object, by the last estimate, whatever its validity.
   [[nodiscard]] bool Touches() const;
   // The same where no check contradicts that estimate. One of a tip that is lost, or of a camera
-  // that was moved, tells of no contact.
+  // that was moved, shows no contact.
   [[nodiscard]] bool TouchesSurely() const;
   // At most the newest few hundred, see Slave.
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;

@@ -103,7 +103,7 @@ Events LiveSlave::TakeEvents() {
 
 SlaveDescription LiveSlave::Describe() const {
   SlaveDescription description;
-  description.settings_revision = settings_.revision();  // before what it tells of
+  description.settings_revision = settings_.revision();  // before the settings that it counts
   description.scene = settings_.scene();
   description.sense = settings_.info();
   description.scene.operator_options.transform = port_.transform();

@@ -229,7 +229,7 @@ std::optional<DriverRefusal> StreamedManipulator::Take(DriverId driver, const st
     fault_.clear();
     follower_.Place(reading.p_S_tip);  // it is held where it is now
   }
-  if (!doubt.empty() && reading.fault.empty()) return std::nullopt;  // it is not believed
+  if (!doubt.empty() && reading.fault.empty()) return std::nullopt;  // it is rejected
   Keep(reading, measured_at);
   return std::nullopt;
 }

@@ -97,7 +97,7 @@ class StreamedManipulator final : public Manipulator {
   Driver driver_;
   std::string fault_;  // the last fault, until it has been absent for a while
   Time wrong_at_{};
-  std::optional<ArmReading> reading_;  // the newest that is believed
+  std::optional<ArmReading> reading_;  // the newest that was accepted
   std::array<Kept, kKept> kept_;       // the last ones, times rise
   std::size_t count_ = 0;              // largest age of the stored readings of this driver
   ArmFit fit_;

@@ -340,7 +340,7 @@ void StrainResolution::FindStrains(const Element& element, std::span<const Vecto
 }
 
 // By E. Uniaxial stress along the bar and shear along it have none. All lateral strain restrained:
-// the energy by that of uniaxial stress is (lambda + 2 mu) / E, and no more is believed.
+// the energy by that of uniaxial stress is (lambda + 2 mu) / E, and a larger ratio is not accepted.
 double StrainResolution::TwiceRestraint(const Strain& strain) const noexcept {
   const double stretch = strain[0] / shear_root_ + strain[6] / (3 * bulk_root_);
   const double uniaxial = stretch * stretch;

@@ -114,7 +114,7 @@ class CrossCheck {
   }
 
   // A model that knows flat and round tools alone would compute another one, and a key that no
-  // model of the object uses would be believed.
+  // model of the object uses would be accepted.
   void CheckTool() {
     const Geometry& geometry = scene_.object.geometry;
     if (IsPresent("tool", "depth") && !IsPlanar(geometry)) {

@@ -96,7 +96,7 @@ std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<S
   return families;
 }
 
-// d ln force / d ln width: of the finest member that could tell, else of nobody.
+// d ln force / d ln width: of the finest member that determines it, else of none.
 double SlopeOf(const std::vector<const StudyRow*>& members, std::size_t press) {
   for (const StudyRow* row : members) {
     const double slope = row->answers[press].width_slope;
@@ -234,7 +234,7 @@ Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t pre
   return {ratios.back().value, kOneMesh * std::abs(ratios.back().value - 1)};
 }
 
-// Any row's d ln force / d ln width, for rows too coarse to tell; the largest.
+// Any row's d ln force / d ln width, for rows too coarse to determine it; the largest.
 double LargestSlope(const std::vector<StudyRow>& rows, std::size_t press) {
   double slope = 0;
   for (const StudyRow& row : rows) {
@@ -265,7 +265,7 @@ Value AtNineOfTen(std::vector<Value> all, Error error) {
 }
 
 // How far the error that nine of ten stay within may be from that of all places, one sigma: how
-// many of so few lie beyond it is binomial, and that many ranks before and after it tell.
+// many of so few lie beyond it is binomial, which gives the ranks before and after it.
 double SamplingBar(std::vector<double> errors) {
   if (errors.size() < kMany) return 0;
   std::ranges::sort(errors, IsWorse);

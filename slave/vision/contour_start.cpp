@@ -167,7 +167,7 @@ bool TouchesBorder(const PixelChain& outline, const cv::Size& size) {
 // sign changes, the parts cancel, and a strong piece counts no more than twice the median, so that
 // a line the outline happens to cross does not make it an object.
 double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& gy) {
-  constexpr std::size_t kSpan = 3;  // points to either side that tell the tangent
+  constexpr std::size_t kSpan = 3;  // points to either side that define the tangent
   const std::size_t n = outline.size();
   std::vector<double> across, magnitude;
   for (std::size_t i = 0; i < n; ++i) {

@@ -42,7 +42,7 @@ constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
 constexpr double kTurnStep = 0.035, kMaxTurn = 0.05, kMinTurn = 0.01, kMaxSearchedTurn = 0.4;
 constexpr std::array kTurnsTried{0.0, 0.1, -0.1, 0.2, -0.2};
 constexpr int kTurnMargin = 6, kMaxTurns = 6;
-constexpr int kMinCoarse = 7;  // edge below which a shrunk template tells too little [px]
+constexpr int kMinCoarse = 7;  // edge below which a shrunk template has too little detail [px]
 
 struct Peak {
   cv::Point at;

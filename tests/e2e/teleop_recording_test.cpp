@@ -81,7 +81,7 @@ fs::path WritePlayback(const Recording& recording, const std::string& name) {
 }
 
 // What the slave sends of the object: the law of force over place that it learns from its
-// estimates, as a patch, each image anew.
+// estimates, as a patch, for each image.
 class LearntContact {
  public:
   void AddSample(double x, double force, Time now) {
@@ -273,7 +273,7 @@ TEST_P(RigidContactTest, TheModelIsNeverWorseThanTheHold) {
 
 using FreeMotionTest = TeleopRecordingTest;
 
-// In free motion there is nothing to feel: the local model renders nothing, where the others show
+// In free motion there is no force: the local model renders nothing, where the others show
 // the sensor's drift.
 TEST_P(FreeMotionTest, TheLocalModelIsSilentInTheAir) {
   const Rendering& local = all_.at(RenderMode::kLocal);

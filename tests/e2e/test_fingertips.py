@@ -1,4 +1,4 @@
-"""A hand that feels and sees a pinch through fingertips: slave, master and drivers together."""
+"""An operator who pinches through fingertips and watches it: slave, master and drivers together."""
 import csv
 import math
 import pathlib

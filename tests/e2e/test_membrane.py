@@ -1,4 +1,4 @@
-"""A hand that feels a membrane through two cameras, and a target that is only followed: slave and master together."""
+"""An operator who presses a membrane before two cameras, and a target that is only followed: slave and master together."""
 import math
 import threading
 import unittest

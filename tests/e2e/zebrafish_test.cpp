@@ -237,7 +237,7 @@ TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
 }
 
 // The image itself moved by a known way: reference exact but for the resampling (cubic, of a
-// image without sharp detail), noise added anew. 0.1 px.
+// image without sharp detail), new noise added. 0.1 px.
 TEST_F(ZebrafishTest, ThePipetteIsFollowedToATenthOfAPixel) {
   const std::string name = "zf_Old_yolov3_image_captured1.jpg";
   const Eigen::Vector2d tip(629, 288);

@@ -8,7 +8,7 @@
 namespace palpate {
 
 // The numbers that libstdc++'s std::normal_distribution<double>(0, 1) draws from the same engine,
-// bit for bit, in a seventh of its time: it asks anew for each, by logarithms of long double, how
+// bit for bit, in a seventh of its time: it queries them for each, by logarithms of long double, how
 // many bits the engine has.
 class NormalNoise {
  public:

@@ -62,7 +62,7 @@ export class Controls {
   reset() {
     if (!this.link.isStopPending) this.link.send({ do: 'reset' });
   }
-  // The button tells whether a stop has arrived, and how a person stops. It is off until the first message of the master.
+  // The button shows whether a stop has arrived, and how a person stops. It is off until the first message of the master.
   showStop() {
     const { isStopPending, silent } = this.link, button = byId('stop');
     if (!silent) button.disabled = false;

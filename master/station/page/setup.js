@@ -74,7 +74,7 @@ export class Setup {
     return item;
   }
 
-  // What the slave tells: whether it accepts a set-up, and whether it has a scene.
+  // What the slave reports: whether it accepts a set-up, and whether it has a scene.
   takeHealth({ scene }) {
     if (!scene) return;  // the slave starts again, or does not answer
     this.running = scene;
@@ -318,7 +318,7 @@ export class Setup {
     if (!this.report) return this.propose();
     if (!this.isConfirmed) return this.draw();
     this.scene = await this.proposal();  // as checked, but for the name
-    this.wanted = true;  // the slave may tell of its scene before it answers
+    this.wanted = true;  // the slave may report its scene before it answers
     const reply = await this.call('use', 'check', this.requestOf(this.scene), 'The slave takes the scene into use ...');
     if (!reply) return;
     this.curve = new PressCurve();

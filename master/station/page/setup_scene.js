@@ -215,7 +215,7 @@ export function pathOf(answers) {
   return { enters: { at: first.at, isHeld: isHeld(first) }, leaves: { at: last.at, isHeld: isHeld(last) } };
 }
 
-// What is wrong at a step, in words; empty: nothing. `trouble`: of the frozen image and of the tool's box, as setup_tip.js tells it.
+// What is wrong at a step, in words; empty: nothing. `trouble`: of the frozen image and of the tool's box, as setup_tip.js reports it.
 const CHECKS = {
   image: ({ image }) => (image ? [image.trouble].filter(Boolean) : ['Freeze an image first: the object untouched, the tool in view above it, and a ruler in their plane.']),
   scale(answers) {

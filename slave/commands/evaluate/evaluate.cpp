@@ -61,7 +61,7 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
   return displacement;
 }
 
-// The surface at the end of the scene's tactile recording, as its fingertips tell it; at rest if
+// The surface at the end of the scene's tactile recording, as its fingertips measure it; at rest if
 // the scene has none or nobody says where its fingertips are. Throws what OpenTactileRecording and
 // TactileEstimator throw; Interrupted.
 study::EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {

@@ -60,7 +60,7 @@ struct Pair {
 };
 
 // Common relative error of the estimated forces: that of one image, in the mean over those that
-// tell most.
+// show most.
 double CommonShare(const std::vector<Pair>& pairs) {
   double estimated2 = 0, sigma2 = 0;
   for (const Pair& pair : pairs) {
@@ -107,7 +107,7 @@ Line FitLine(const std::vector<Pair>& pairs) {
           std::sqrt(variance * inverse(1, 1)), std::sqrt(rest / static_cast<double>(pairs.size()))};
 }
 
-// How many samples press; throws where they cannot tell the modulus.
+// How many samples press; throws where they cannot show the modulus.
 int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
   const auto pressed = static_cast<int>(
       std::ranges::count_if(pairs, [](const Pair& pair) { return pair.estimated > 0; }));

@@ -33,7 +33,7 @@ class SparseLdlt {
   // Takes memory for the factor. What is below does not allocate, but for a block of right sides.
   void Allocate(const Matrix& upper);
   // False: a pivot is zero or not finite, or negative where the matrix must be `definite`; or
-  // stopped by `go_on`, which hears what share is done.
+  // stopped by `go_on`, which receives the share that is done.
   bool Factorize(
       const Matrix& upper, bool definite,
       const std::function<bool(double)>& go_on = [](double) { return true; });

@@ -101,7 +101,7 @@ void AppendPoints(const std::vector<Vector3d>& points, std::string* text) {
   }
 }
 
-// A surface divided anew at about its own edges would only lose volume where it bends.
+// A surface divided again at about its own edges would only lose volume where it bends.
 constexpr double kMuchLonger = 1.5;
 
 double LongestEdge(const SurfaceMesh& surface) {
@@ -167,7 +167,7 @@ void WriteTetgenInput(const std::filesystem::path& file, const SurfaceMesh& surf
 }
 
 // Gmsh's .geo beside its surface as `surface.msh`. `edge` > 0 asks for edges of that length, and
-// divides the surface anew if it has much longer ones; 0 leaves them to the program and the surface
+// divides the surface again if it has much longer ones; 0 leaves them to the program and the surface
 // as it is.
 void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surface, double edge) {
   if (!WriteGmsh(file.parent_path() / "surface.msh", surface)) {

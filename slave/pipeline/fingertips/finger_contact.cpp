@@ -85,7 +85,7 @@ void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF
   }
 }
 
-// Deeper than a radius behind the surface no pose is believed; a force that goes on there, as of
+// Deeper than a radius behind the surface no pose is accepted; a force that goes on there, as of
 // something very soft, still acts where it did.
 void FingerContact::KeepPlace(const Isometry3d& X_OF, const FingerTouch& touch,
                               double largest_force) noexcept {

@@ -87,7 +87,7 @@ class FingertipOfflineReport final : public OfflineReport {
   const FingertipSense& sense_;
 };
 
-constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
+constexpr double kPoseResolution = 10e-6;  // of the measured position of a fingertip [m]
 
 std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const SenseInputs& inputs) {
   if (inputs.player != nullptr) return inputs.player->OpenFingertips();

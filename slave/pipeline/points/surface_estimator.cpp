@@ -112,7 +112,7 @@ void SurfaceEstimator::SetEstimate(bool shows_tool) noexcept {
   SetMoment(shows_tool);
 }
 
-// The load is even over the tool's patch: its centre, which the points tell, is where its force
+// The load is even over the tool's patch: its centre, which the points show, is where its force
 // acts. Another load than the tip's says nothing of the tool.
 void SurfaceEstimator::SetMoment(bool shows_tool) noexcept {
   estimate_.moment.reset();

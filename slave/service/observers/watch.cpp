@@ -44,7 +44,7 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Pre
     refused_.Add("a stream of " + Message::descriptor()->name(), ClientOf(*context), why);
     return Error(v1::ERROR_REASON_TOO_MANY, why);
   }
-  const auto box = publisher_.Subscribe();  // its states tell when there is something new
+  const auto box = publisher_.Subscribe();  // its states show when there is something new
   Message message;
   double bytes = 0;  // of the previous message
   while (!box->closed()) {

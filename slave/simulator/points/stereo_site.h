@@ -23,7 +23,7 @@ struct StereoImages {
 
 // What is simulated follows from the scene:
 // - a membrane, under a flat round tool of the scene's width, and under the tension at rest that
-//   the scene tells its model (`model.prestress`), for want of another: dark dots (`track: dots`)
+//   the scene states to its model (`model.prestress`), for want of another: dark dots (`track: dots`)
 //   or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place on the
 //   membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O = 0.
 //   Presses are solved ahead (PressCache) and blended in between (Indentation),

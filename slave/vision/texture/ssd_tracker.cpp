@@ -14,7 +14,7 @@ namespace {
 using Freedom = PatchAligner::Freedom;
 
 constexpr int kSmallestEdge = 9;      // of a window [px] [tuned: WhatCannotBeIsRefusedAtOnce]
-constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse place is not believed
+constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse position is rejected
 constexpr int kNearby = 12;           // searched where the way down misled [px]
 constexpr int kSearchesPerImage = 4;
 

@@ -211,7 +211,7 @@ RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number) 
   }
   press.modulus_error = stated.tolerance * NormalQuantile(Spread(seed, number));
   scene.object.material.young_modulus *= 1 + press.modulus_error;
-  // What a scene tells of tension at rest is taken for half sure.
+  // The tension at rest that a scene states is off by kTensionStated (relative, one sigma).
   const double tension = scene.model.prestress;
   scene.model.prestress *= std::max(0.1, 1 + kTensionStated * dice.Normal());
   if (tension > 0) scene.name += " tight";

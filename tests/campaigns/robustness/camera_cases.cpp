@@ -1,4 +1,4 @@
-// What one camera must bear, and under what it may doubt.
+// Disturbances that one camera must tolerate, and those under which it may flag a force.
 #include <cmath>
 #include <numbers>
 #include <variant>

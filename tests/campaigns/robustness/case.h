@@ -33,7 +33,7 @@ struct Alteration {
   std::function<void(const Moment&, TactileFrame&)> touch;
   // Whether this sample is lost on its way; the run is shorter for the sense.
   std::function<bool(const Moment&)> loses;
-  // What the scene tells the sense, which is not so.
+  // What the scene states wrongly to the sense.
   std::function<void(Scene&)> tell;
   // How far beside the tip's place the arm says it is [px], or [m] where there are no images.
   double arm_error = 0;

@@ -55,7 +55,7 @@ Paint Jpeg(int quality);                          // 1 to 100
 
 // --- the camera moves
 Paint Bump(const Eigen::Vector2d& by, When when);  // the image is `by` [px] elsewhere
-Paint Shake(double sigma);                         // per axis, anew in each image [px]
+Paint Shake(double sigma);                         // per axis, drawn for each image [px]
 Paint Drift(const Eigen::Vector2d& by);            // evenly, over the whole run [px]
 Paint Zoom(double factor, When when);              // about the image's middle
 Paint Turn(double degrees, When when);             // about the image's middle

@@ -1,4 +1,4 @@
-// What two cameras must bear, and under what they may doubt.
+// Disturbances that two cameras must tolerate, and those under which they may flag a force.
 #include <array>
 #include <cmath>
 #include <memory>

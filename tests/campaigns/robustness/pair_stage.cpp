@@ -56,7 +56,7 @@ class PairStage final : public Stage {
   Vector3d pressed_S_{0, 0, 0};
 };
 
-// What a depth camera of the same membrane's inner side would tell, straight from the true surface.
+// The image of a depth camera of the same membrane's inner side, from the true surface.
 class DepthStage final : public Stage {
  public:
   DepthStage(const std::string& name, Scene scene, Scene site_scene, const Counts& counts)

@@ -1,4 +1,4 @@
-// States, patches, settings, wishes and deaths in any order at the haptic loop: what the hand feels
+// States, patches, settings, requests and deaths in any order at the haptic loop: the rendered force
 // meanwhile.
 #pragma once
 

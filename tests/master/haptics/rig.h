@@ -69,8 +69,8 @@ class Rig {
     puppet.reading.engaged = false;
     Run(puppet, seconds);
   }
-  // Moves `puppet` straight to `p_M` at 20 mm/s, as a hand goes: what it presses in, it has paid
-  // for.
+  // Moves `puppet` straight to `p_M` at 20 mm/s, so that the energy of a press is supplied
+  // by the operator.
   void Glide(Puppet& puppet, const Eigen::Vector3d& p_M) {
     constexpr double kStep = 20e-6;  // [m]
     const Eigen::Vector3d way = p_M - puppet.reading.p_M;

@@ -165,7 +165,7 @@ TEST(PatchContactTest, AnotherPatchOrLawComesWithoutAStep) {
   EXPECT_NEAR(last.y(), 2 * kK * 2e-3, 1e-3);
 }
 
-// Reference: uniform motion. The law tells of where the surface was 0.2 s ago, and how it goes on.
+// Reference: uniform motion. The law is of the surface's position 0.2 s ago and of its velocity.
 TEST(PatchContactTest, ASurfaceThatMovesIsCarriedOn) {
   const SurfacePatch plane = Plane(kK);
   PatchLaw law = Law(plane, 1);

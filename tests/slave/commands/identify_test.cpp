@@ -184,7 +184,7 @@ std::string Altered(const path& file, const std::string& from, const std::string
 }
 
 // Twenty-two wrong units on published data, each of which the right unit turns into a fit; and a
-// compression test that is called a relaxation. Without a scene nothing tells rubber in MPa that is
+// compression test that is called a relaxation. Without a scene nothing shows rubber in MPa that is
 // called kPa: it is as soft as brain.
 TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
   const path data = SourcePath("/../shared/data");

@@ -63,7 +63,7 @@ TEST(StereoExpectationTest, DotsCountWhereBothImagesShowThemWhole) {
   EXPECT_EQ(seen, (std::vector<Vector2d>{{0, 0}, {0.067, 0}, {-0.067, 0}, {0, 0.0720}}));
 }
 
-// Reference: a thousand presses whose dots are moved by noise of that size, each fitted anew: the
+// Reference: a thousand presses whose dots are moved by noise of that size, each with a fit of its own: the
 // spread of a normal sample of 1000 is known to 2.2 % (one sigma), so 10 % is more than four.
 TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) {
   Scene scene = MembraneScene();
@@ -114,7 +114,7 @@ TEST(StereoExpectationTest, WithoutAMembraneUnderHomeNoForceIsExpected) {
   EXPECT_FALSE(ExpectedForce(scene, ParallelRig(), {{0, 0}}));
 }
 
-// Two dots tell two unknowns at most: place and force are three.
+// Two dots determine two unknowns at most: position and force are three.
 TEST(StereoExpectationTest, TooFewDotsTellNoForce) {
   const auto expected = ExpectedForce(MembraneScene(), ParallelRig(), {{0, 0}, {0.01, 0}});
   EXPECT_EQ(expected.value().validity, Validity::kFailed);

@@ -60,7 +60,7 @@ class CheckedArm final : public Manipulator {
   [[nodiscard]] const std::string& complaint() const { return complaint_; }
   [[nodiscard]] std::optional<Vector3d> target() const { return target_; }
 
-  bool by_operator = false;  // who tells it now; else the port itself, on its retreat
+  bool by_operator = false;  // commands it now; else the port itself, on its retreat
 
  private:
   const Rules* rules_;

@@ -17,7 +17,7 @@ constexpr Time kBegin = Time{} + std::chrono::hours(1);
 constexpr double kWanted = 100e6;  // what the watchers would send [bytes/s]
 constexpr double kRoom = 0.5;      // in the queue, then what comes is lost [s]
 
-// A line that `pace` shares with an operator who hears a hundred states a second.
+// A line that `pace` shares with an operator who receives a hundred states a second.
 class Line {
  public:
   Line(double round_trip, double width) : round_trip_(round_trip), width_(width) {}
@@ -67,7 +67,7 @@ using Width = double;
 class BulkPaceTest : public testing::TestWithParam<std::tuple<Length, Width>> {};
 
 // Reference: without a pace the queue is as long as it can get, as it is when the operator comes.
-// Bounds: a rate that grows by 5 % in a period P or round trip R makes a queue that is heard of a
+// Bounds: a rate that grows by 5 % in a period P or round trip R makes a queue that is noticed a
 // round trip later and judged at the end of the next period: 3 ms + R / 10, and 5 % of two of (P +
 // R) on top. Streams that are late send what they may in 5 ms at once.
 TEST_P(BulkPaceTest, TheLineIsUsedAndItsQueueStaysShort) {

@@ -44,8 +44,8 @@ class FakeSlave : public Slave {
   [[nodiscard]] bool is_making() const { return is_making_; }
   // As after a change of settings.
   void set_settings_revision(std::uint32_t revision) { Set(revision, &state_.settings_revision); }
-  // From now on the scene has fingertips whose samples are streamed, each of which feels what the
-  // tool feels, and the object is a triangle.
+  // From now on the scene has fingertips whose samples are streamed, each of which has the
+  // tool's force, and the object is a triangle.
   void TakeTactile(const std::vector<std::string>& fingers);
 
   // From now on images of one grey camera of 64 x 48 px at 30 Hz are streamed.

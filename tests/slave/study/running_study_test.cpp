@@ -86,7 +86,7 @@ TEST(RunningStudyTest, MembraneBeforeAStereoPair) {
   }
 }
 
-// Fingertips feel their force; the scene's model of the cube answers for the tool, as `solve` does.
+// Fingertips measure their force; the scene's model of the cube answers for the tool, as `solve` does.
 // The true force is that of a finer mesh than the study's, good to 1 %: how a mesh divides the disc
 // differs by as much from one mesh to the next.
 TEST(RunningStudyTest, CubeUnderATool) {

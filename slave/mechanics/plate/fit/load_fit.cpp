@@ -309,7 +309,7 @@ bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
 
 // By Gauss and Newton with the derivatives of the coarse plate: they differ from the fine one's by
 // several percent, and so much of its length each step leaves. Where that fails, with its own
-// derivatives. False: as it was, of the coarse plate; pressed_ tells whether that answers still.
+// derivatives. False: as it was, of the coarse plate; pressed_ shows whether that still holds.
 bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::LDLT<Eigen::Matrix3d> factor(normal);

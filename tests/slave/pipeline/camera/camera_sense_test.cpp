@@ -89,7 +89,7 @@ TEST_F(CameraSenseTest, TheForceOfAPressIsThatOfTheSimulator) {
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kContact));
 }
 
-// Neither while somebody follows nor while the object is touched: what the hand feels must not
+// Neither while somebody follows nor while the object is touched: the rendered force must not
 // change under it. Each change is stated by a new revision.
 TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   const SlaveState pressed = Press();

@@ -225,7 +225,7 @@ TEST_F(EstimatorTest, AnUnknownForceIsNotZero) {
       << ToString(estimator.estimate().check);
 }
 
-// Paper A, 4.2: past the depth at which the membrane breaks the hand feels nothing until the tool
+// Paper A, 4.2: past the depth at which the membrane breaks the force is zero until the tool
 // has left.
 TEST_F(EstimatorTest, ThePunctureCueDropsTheForceToZero) {
   scene_.model.puncture_depth = 0.002;
@@ -251,7 +251,7 @@ TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
   EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.0855)).validity, Validity::kExtrapolated);
 }
 
-// The tip alone would tell 1.4 N. Nothing is deformed, so nothing presses.
+// The tip alone would give 1.4 N. Nothing is deformed, so nothing presses.
 TEST_F(EstimatorTest, APressWithoutItsIndentationIsNotValid) {
   dents_ = false;
   Estimator estimator = Make();

@@ -169,7 +169,7 @@ TEST(VolumeLoadIdentifier, FitsWithoutAllocatingOnceItKnowsThePoints) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-// Law: what the model doubts of its own answer is doubted of the force as well.
+// Law: a force carries the flags that the model gives its own answer.
 TEST(VolumeLoadIdentifier, ADoubtOfTheModelFlagsTheForce) {
   for (const char* kind : {"fem-green", "fem"}) {
     const Scene scene = CubeScene(kind, 6, 0.495);

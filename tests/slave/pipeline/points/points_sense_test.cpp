@@ -27,7 +27,7 @@ std::unique_ptr<Slave> Watching(const Scene& scene,
                                     std::make_unique<MembraneSource>(std::move(environment))));
 }
 
-// The slave over a fake source: what it feels is drawn by the test.
+// The slave over a fake source whose images the test draws.
 class PointsSenseTest : public ::testing::Test {
  protected:
   PointsSenseTest() {

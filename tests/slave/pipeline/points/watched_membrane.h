@@ -1,5 +1,5 @@
 // A membrane with dots for tests of a stereo pair: its images come from the closed form
-// of a thin plate, not from any model of the house.
+// of a thin plate, not from any model of the product.
 #pragma once
 
 #include <memory>

@@ -81,7 +81,7 @@ Vector2d Beside(double radii) {
 }
 
 // The law's share of the error that is allowed, 5 % of the force or 1 % of that at 5 mm: at every
-// half millimetre, at the centre and beside it, the dots of von Karman's plate tell the neo-Hookean
+// half millimetre, at the centre and beside it, the dots of von Karman's plate give the neo-Hookean
 // membrane's force within half of it. Measured: -1.8 to 2.6 %.
 TEST(MembraneLaws, DotsTellTheForceOfTheOtherLaw) {
   for (const double radii : {0.0, 0.3, 0.5, 0.7}) {

@@ -185,7 +185,7 @@ TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
     change(&image);
     EXPECT_THAT(reason(image), HasSubstr(words));
   }
-  // The dots on one side alone tell a weak distant load from a strong near one only with luck.
+  // The dots on one side alone do not separate a weak distant load from a strong near one.
   Image blurred = MakeImage(plate, {-0.03, 0}, -0.3, 0, 1e-4, &random);
   std::ranges::fill(blurred.sigma, 1e-4);
   blurred.points = {{0.02, 0}, {0.021, 0}, {0.02, 0.001}, {0.021, 0.001}, {0.0205, 0}};
