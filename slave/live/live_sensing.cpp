@@ -29,7 +29,7 @@ LiveSensing::LiveSensing(const Scene& scene, const Parts& parts, bool shows_tool
 
 void LiveSensing::BeginRegistration() {
   registration_.reset();
-  // What is slower than the resolution is at rest.
+  // A tip that moves less than the resolution counts as stationary.
   const double resolution = parts_.settings.sensing_info().tip_resolution;
   if (resolution > 0 && parts_.manipulator.carries_tool()) registration_.emplace(resolution);
 }

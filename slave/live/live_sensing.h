@@ -27,7 +27,7 @@ namespace palpate {
 
 class LiveSensing {
  public:
-  // What it works with; all outlive it.
+  // The objects that the sensing uses. They must outlive it.
   struct Parts {
     SensingPipeline& sense;
     PriorityInheritanceMutex& mutex;  // guards `sense`

@@ -69,7 +69,7 @@ struct ContactResponse {
 // Where a displacement field is known. Frame O.
 struct FieldMesh {
   std::vector<Eigen::Vector3d> vertices{};  // p_O at rest [m]
-  // What spans them, by numbers of vertices: one of three.
+  // The elements, by indices of vertices: one of the following three.
   std::vector<std::array<int, 2>> lines{};      // of an outline
   std::vector<std::array<int, 3>> triangles{};  // of a surface
   std::vector<std::array<int, 4>> tets{};       // of a volume
@@ -131,8 +131,8 @@ class DeformationModel {
   // on earlier ones. With `time: dynamic` a Respond is one time step, and its contacts apply at its
   // end.
   virtual void Reset() {}
-  // What acts at the instant at which the body at rest begins to relax, before the first step. Call
-  // after Reset. What cannot act is ignored here and fails in Respond.
+  // Sets the contacts at the instant at which the body at rest begins to relax, before the first
+  // step. Call it after Reset. Invalid contacts are ignored here and fail in Respond.
   virtual void Start(std::span<const Contact> /*contacts*/) {}
   // Completes the precompute for contacts at these positions.
   virtual void Prefetch(std::span<const Contact> /*contacts*/) {}
@@ -160,7 +160,7 @@ class DeformationModel {
   }
   // Makes the last ComputeResponses that of the solution's contacts. False: nothing was solved.
   bool Show(const Solution& solution) noexcept;
-  // What the last ComputeResponses left is gone.
+  // Discards the result of the last ComputeResponses.
   void Hide() { shown_ = 0; }
 
   // False, and why.

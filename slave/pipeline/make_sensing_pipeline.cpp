@@ -146,7 +146,7 @@ void RequireFriction(const ModelOptions& model) {
   Refuse("kind = " + model.kind, "fem while contact = friction");
 }
 
-// What is known of a sense before its first image.
+// Description of a sense before its first image.
 SenseInfo Awaited(const Scene& scene) {
   SenseInfo info;
   info.source = "images from a driver (FeedImages)";

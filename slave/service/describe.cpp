@@ -1,4 +1,4 @@
-// What the slave says of itself, as messages.
+// Converts descriptions of the slave to messages.
 #include <cmath>
 #include <filesystem>
 #include <utility>

@@ -72,7 +72,7 @@ BoardImages ToBoard(const v1::FindBoardRequest& request) {
           request.square()};
 }
 
-// What a person can correct is an error of the request.
+// Reports mistakes that a person can correct as errors of the request.
 template <class Work>
 auto AsRequest(const Work& work) {
   try {

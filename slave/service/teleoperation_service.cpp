@@ -39,7 +39,7 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
   reply->set_operator_name(lease_.holder_name());
   reply->set_observers(static_cast<std::uint32_t>(seats_.taken()));
   reply->set_states(states_sent_);
-  // What cannot even be read never reaches the slave, but came and was refused all the same.
+  // Unreadable commands never reach the slave, but they count as received and refused.
   const std::uint64_t malformed = lease_.malformed();
   reply->set_commands(reply->commands() + malformed);
   reply->set_commands_refused(reply->commands_refused() + malformed);

@@ -25,7 +25,7 @@ struct SolveRow {
   std::optional<double> t;  // [s], histories only
   ContactResponse response;
   double solve_us = 0;
-  // What presses a prescribed displacement: the scene's tool with the dimensions of the row. A load
+  // The tool of a prescribed displacement: the scene's tool with the dimensions of the row. A load
   // is even over its width, whatever the tool.
   Tool tool{};
   double off_surface = 0;  // distance of the place in the table from the surface [m]

@@ -259,7 +259,7 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
       AddVolume(d, limits, &candidates);
     }
   }
-  // What another model cannot press is not compared with it.
+  // Contacts that another model cannot solve are not compared with it.
   const bool is_usual = !scene.tool || scene.tool->shape == Tool::Shape::kFlat ||
                         scene.tool->shape == Tool::Shape::kRound;
   if (!is_usual || scene.model.contact == ContactLaw::kFriction) {

@@ -174,7 +174,7 @@ class Trial {
             depth * press.inward_O};
   }
 
-  // As the slave's estimates ask the model for a contact.
+  // Queries the model for a contact as the slave's estimators do.
   ContactResponse Respond(const Contact& contact) {
     ContactResponse response;
     if (!touch_) {

@@ -20,7 +20,7 @@ constexpr double kBeside = 6;
 constexpr double kBehind = 4;
 constexpr double kLength = 24;  // over such a length [px]
 constexpr double kStep = 0.5;   // of a line [px]
-// That it must be ground beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsReported]
+// Length of background required beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsReported]
 constexpr double kStays = 2;
 constexpr double kFaintest = 0.2;  // a mark's difference from the ground, of the usual
 constexpr double kMinStep = 12;    // between tool and ground [1/255 of full scale]

@@ -59,7 +59,7 @@ class Surface:
 
 
 class Operator:
-    """Strokes of a script, and what the slave's states report meanwhile."""
+    """Strokes of a script, and the slave's states meanwhile."""
 
     def __init__(self, stub):
         self.scale = stub.GetScene(messages.GetSceneRequest(), timeout=PATIENCE).operator.position_scale

@@ -34,7 +34,7 @@ function onTheme() {
   charts.changed = true;
 }
 
-// One press in one file, for somebody who has no Palpate.
+// Exports one contact as one file, for somebody who has no Palpate.
 async function onShare() {
   const button = byId('share'), scene = latest.health?.scene;
   button.disabled = true;
@@ -139,7 +139,7 @@ function tellLine(lost) {
   showState();
 }
 
-// Without messages of the master nothing is known: no value is shown, no tone is played.
+// Without messages of the master the page shows no value and plays no tone.
 function forget() {
   latest.status = null;
   force.forget();
@@ -193,7 +193,7 @@ function showFacts() {
   write(byId('badge'), hello?.badge || '');
 }
 
-// Slow drawings: one per frame, the one that waits longest. Every other frame shows figures.
+// Of the slow drawings one is made per frame: the one that waits longest. Every other frame shows figures.
 const figures = new Pace(66, 100);
 const drawings = [[new Pace(33, 1000), () => view.draw()], [new Pace(66, 1000), () => charts.show()]];
 let before = 0, healthAt = 0;

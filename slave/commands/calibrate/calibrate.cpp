@@ -69,7 +69,7 @@ void RequireUsable(const CalibrateOptions& options) {
   if (has_left) BoardOf(options);  // before any image is looked for
 }
 
-// What is read is not written over.
+// Rejects output files that would overwrite an input.
 void RequireOtherThanInputs(const CalibrateOptions& options) {
   std::vector<std::filesystem::path> inputs{options.rig, options.tip_places};
   for (const auto& [option, pattern] :

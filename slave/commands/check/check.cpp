@@ -33,7 +33,8 @@ void PrintMesh(const BoundaryMesh& mesh) {
                         LengthInWords(longest->length()), longest->length() / shortest->length()));
 }
 
-// What the window around the tip can follow, and whether it suits the tool's size in the image.
+// Prints which motion the window around the tip can follow, and whether the window fits the tool's
+// size in the image.
 void PrintTip(const Scene& scene) {
   constexpr int kReach = 10;  // that the window has around the template at least [px]
   const TipTracking& tip = *scene.sense.Find<TipTracking>();

@@ -1,4 +1,5 @@
-// What a laboratory plugs in, as `check` names it: cameras, how two of them are paired, the arm.
+// Reports the devices of a laboratory for `check`: cameras, how two of them are paired, and the
+// arm.
 #include <filesystem>
 #include <system_error>
 

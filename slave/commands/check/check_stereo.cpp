@@ -158,7 +158,7 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
   }
 }
 
-// What the tracker finds in the first images.
+// Findings of the tracker in the first images.
 struct FirstLook {
   int images = 0;
   int until_rest = 0;                // images until the rest frame was known; 0: it was not

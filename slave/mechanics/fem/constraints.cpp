@@ -226,7 +226,7 @@ double Constraints::Imbalance(const NodeVector& force) const noexcept {
   return worst;
 }
 
-// What supports and contacts hold of a part.
+// Collects the motions of a part that supports and contacts prevent.
 void Constraints::HoldMotions(int part, HeldMotions* motions) const {
   for (int i = 0; i < body_.size(); ++i) {
     if (body_.part()[Index(i)] != part) continue;

@@ -165,7 +165,7 @@ void FemModel::Describe() {
                     : "");
 }
 
-// What a moved contact costs, on meshes where that is soon known.
+// Measures the time of an update after a contact has moved, on meshes where that is quick.
 void FemModel::Rehearse(const SolidMesh& mesh) {
   const bool in_steps = body_.law() == fem::TetElements::Law::kNeoHookean;
   if (body_.element_count() > (in_steps ? kRehearsedInSteps : kRehearsed)) return;

@@ -33,7 +33,7 @@ constexpr double kByContact = 2;
 constexpr double kRounding = 4e-16;  // of the diagonal's forces
 constexpr double kStalled = 0.5;
 
-// What rounding leaves of forces that should cancel.
+// Rounding error of forces that cancel in exact arithmetic.
 double RoundingFloor(const BlockMatrix& A, const NodeVector& u) {
   double square = 0;
   for (int i = 0; i < A.pattern().rows(); ++i) {
@@ -328,8 +328,8 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
   return false;
 }
 
-// What a step leads to at the tools: which nodes touch now, and their friction. True: the tools
-// move nodes on.
+// Updates the contact of the tools after a step: touching nodes and their friction. True: the tools
+// move further nodes.
 bool StaticEquilibrium::Touch(const Constraints& constraints) noexcept {
   if (tools_->Judge(u_, reaction_, AimOf(), true)) solver_.HoldOthers();
   tools_->Load(f_base_, &f_ext_);

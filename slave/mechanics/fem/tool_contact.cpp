@@ -73,7 +73,7 @@ bool ToolContact::IsUnderFace(const Vector3d& from_apex) const noexcept {
          (across - x * along).norm() <= half_width;
 }
 
-// What faces the tool, as the body is deformed, within what the increment can bring to it.
+// Whether a node of the deformed body faces the tool and can reach it in this increment.
 bool ToolContact::IsNear(const TouchableNode& at, const Vector3d& moved) const noexcept {
   if (at.normal.dot(placement_.normal) <= 0) return false;
   const double margin = kMargin * at.edge + (displacement_ - accepted_displacement_).norm();

@@ -1,5 +1,5 @@
-// What every model that solves for all nodes of a meshed volume answers, flags and refuses: one
-// rule for every element, law and solver.
+// Base class of models that solve for all nodes of a meshed volume. It answers, flags and refuses
+// by one rule for every element, law and solver.
 #pragma once
 
 #include <optional>
@@ -81,7 +81,7 @@ class VolumeModel : public DeformationModel {
   [[nodiscard]] const Inversion& inversion() const { return inversion_; }
   // Four nodes without a pressure of their own are too stiff near nu = 0.5.
   [[nodiscard]] bool locks() const;
-  // What info().remark says of the model apart from its last answer.
+  // Sets the part of info().remark that does not depend on the last answer.
   void SetRemark(std::string remark);
 
   const Traits traits_;

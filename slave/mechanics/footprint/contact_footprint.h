@@ -1,5 +1,5 @@
-// What a contact touches of a triangulated surface, and with what shares (contracts, `solve`): the
-// one rule of all models of volumes.
+// Parts of a triangulated surface that a contact touches, with their shares (contracts, `solve`).
+// All models of volumes use this rule.
 #pragma once
 
 #include <optional>
@@ -30,7 +30,7 @@ struct PlaceWeight {
   double weight = 0;  // share [-]
 };
 
-// What one contact touches.
+// The places that one contact touches.
 //
 // A load's force is shared out by the weights, which sum to one, and the displacement reported is
 // the mean by the same weights (the work is then force times displacement). So is a contact that

@@ -312,7 +312,7 @@ bool TwoGrid::GuideRow(const BlockMatrix& A, const Guide& guide) noexcept {
   return true;
 }
 
-// What couples free components, brought near one.
+// Copies the coupling of free components, scaled to about one.
 void TwoGrid::CopyFree(const BlockMatrix& A) noexcept {
   for (int i = 0; i < pattern_.rows(); ++i) {
     const double* row = At(free_, i).v;

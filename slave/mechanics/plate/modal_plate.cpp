@@ -276,7 +276,8 @@ void ModalPlate::Comply() noexcept {
   }
 }
 
-// As at a contact that stood there, of the width of the one that is nearest in short waves.
+// The deflection under a contact at `x` with the width of the contact that is nearest in short
+// waves.
 double ModalPlate::Deflection(const Eigen::Vector2d& x) noexcept {
   modes_.Evaluate(x, point_);
   double w = point_.dot(amplitudes_);

@@ -1,5 +1,5 @@
-// What von Karman's plate leaves out, measured against rubber sheets as solids: how far its answers
-// may be trusted, by place, depth and thickness.
+// Errors of von Karman's plate against rubber sheets as solids: the range of its answers by
+// position, depth and thickness.
 //
 // The solid: neo-Hookean, nu 0.45, clamped at radius a, under an even round load of a / 10; t of
 // a / 80 to a / 10, w up to a / 4 at the centre and to a / 8 beside it, up to 0.8 of the radius

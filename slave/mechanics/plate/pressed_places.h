@@ -66,7 +66,7 @@ class PressedPlaces {
   // distinguished, or one that cannot move. No allocation for known sizes.
   bool Solve(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& free,
              std::span<const double> values, Eigen::VectorXd* forces) noexcept;
-  // As solved.
+  // Solution of the last Solve.
   [[nodiscard]] double deflection(std::size_t body) const { return depths_[body]; }
   // d load / d deflection of one body while the prescribed values of the others stay; 0: it does
   // not touch.

@@ -25,7 +25,8 @@
 
 namespace palpate {
 
-// What a term with this time keeps over a step, and what it takes of what is added evenly in it.
+// Shares of a term with this relaxation time after a step: of its former value, and of an increment
+// that is added evenly during the step.
 struct PronyStep {
   double fade = 1, rise = 1;
 
@@ -39,7 +40,7 @@ struct PronyStep {
 // A force and its moment.
 using Wrench = Eigen::Matrix<double, 6, 1>;
 
-// What one contact remembers.
+// Relaxation state of one contact.
 struct RelaxationMemory {
   Wrench elastic = Wrench::Zero();  // F_e at the end of the last step
   std::array<Wrench, Material::kMostRelaxationTerms> terms{};

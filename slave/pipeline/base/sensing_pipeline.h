@@ -120,9 +120,9 @@ class SensingPipeline {
   [[nodiscard]] virtual bool HasOutgrownPatch() const noexcept = 0;
   // The learnt part of it. Only the known fields of the curve are set.
   virtual void LearnLaw(PatchLaw* law) noexcept = 0;
-  // As of the last estimate; patches are of the surface where it was found.
+  // The motion at the last estimate. Patches refer to the surface where it was found.
   [[nodiscard]] virtual SurfaceMotion motion() const noexcept = 0;
-  // As of the last estimate.
+  // The shape at the last estimate.
   virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // `full_scale`: the largest force that the device can render, at the tool [N]. nullopt: no
   // camera, or no image yet.

@@ -28,7 +28,7 @@
 
 namespace palpate {
 
-// What one image shows of the tip.
+// Observation of the tip in one image.
 struct CameraObservation {
   TipObservation tip;
   cv::Rect search_window;  // of the tip, for overlays [px]
@@ -107,7 +107,7 @@ class Estimator {
     double sigma = 0;           // including the compensated image motion [px]
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the same [px^2]
   };
-  // What the model solved last for the tool.
+  // Last solution of the model for the tool.
   struct Press {
     BoundaryPlace place;
     Eigen::Vector3d displacement_O{0, 0, 0};  // [m]

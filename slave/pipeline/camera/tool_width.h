@@ -1,5 +1,4 @@
-// What whole boundary elements in the place of a flat tool and of a held arc do to its force,
-// compensated.
+// Corrects the force for whole boundary elements in place of a flat tool and of a fixed arc.
 //
 // A patch holds each element whose midpoint the tool covers: it is as wide as these are, not as the
 // tool, and a little less, since the elements at its ends carry less than the traction there, which

@@ -1,4 +1,4 @@
-// What a run over fingertips comes to: a row per sample and fingertip, and where forces were off.
+// Results of a run over fingertips: a row per sample and fingertip, and the errors of the forces.
 #include "slave/pipeline/fingertips/fingertip_sense.h"
 
 #include <cmath>
@@ -73,7 +73,8 @@ class FingertipOfflineReport final : public OfflineReport {
   }
 
  private:
-  // What the model has at the true depth is what the master would render of the first fingertip.
+  // The model's force at the true depth is the force that the master would render of the first
+  // fingertip.
   void Compare(const Truth& truth) {
     const TactileEstimator& estimator = sense_.estimator();
     for (int i = 0; i < estimator.finger_count(); ++i) {

@@ -1,4 +1,4 @@
-// The object's surface as fingertips deform it, for those who watch it.
+// The object's surface as fingertips deform it, for observers.
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -34,7 +34,7 @@ void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vecto
   for (const int t : patch.triangles) add(t, Vector3d::Constant(Area(surface, t) / area / 3));
 }
 
-// nullopt: a fingertip touches with a force that nobody knows.
+// nullopt: the force of a touching fingertip is unknown.
 std::optional<std::vector<Vector3d>> NodalForces(const TactileEstimator& estimator) {
   const TouchedObject& object = estimator.object();
   const SurfaceMesh& surface = object.body()->surface;

@@ -18,8 +18,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// What a plate works out for a tool that it has not met, and its memory for a press beside the
-// centre.
+// Computes a plate's response to a new tool in advance, and allocates memory for a contact beside
+// the centre.
 void WarmUp(PlateSurface& plate, const PlateSurface::Tool& tool) {
   const Contact contact = PlateSurface::ToolContact(
       Contact::Kind::kDisplacement, {plate.radius() / 2, 0}, tool, -plate.thickness());

@@ -53,7 +53,7 @@ struct ErrorBudget {
 // Samples in contact are those in which truth or estimate exceed 1 % of the true peak. Unknown
 // forces cannot be compared.
 ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared);
-// As summary.json has it; null where nothing in contact was compared. `samples`: the name of the
+// The entry of summary.json; null where nothing in contact was compared. `samples`: the name of the
 // key that counts them, contact_`samples`.
 nlohmann::ordered_json ToJson(const ErrorBudget& budget, const std::string& samples);
 

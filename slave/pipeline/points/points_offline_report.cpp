@@ -1,4 +1,4 @@
-// What a run over points comes to: where their places and their forces were off.
+// Results of a run over points: errors of their positions and of the forces.
 #include <cmath>
 #include <limits>
 #include <map>
@@ -30,7 +30,7 @@ void AddLine(const ErrorOfPoints& error, const char* what, std::vector<std::stri
                                1e3 * error.rms(), 1e3 * error.peak(), error.count()));
 }
 
-// What the steps of paper C's figures 5 and 6 came to.
+// Adds the results of the steps of paper C's figures 5 and 6.
 void AddLines(const std::vector<PressStep>& steps, std::vector<std::string>* lines) {
   if (steps.empty()) return;
   lines->push_back(fmt::format("  {:>10} {:>12} {:>13} {:>12} {:>7} {:>21}", "depth [mm]",
@@ -104,7 +104,7 @@ class Comparison {
   ErrorOfPoints displacement_, place_;
 };
 
-// What is followed, a row per point that is seen.
+// File of the tracked points, a row per visible point.
 class PointsFile {
  public:
   explicit PointsFile(const std::filesystem::path& file) : file_(file), stream_(file) {

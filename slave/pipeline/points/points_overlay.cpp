@@ -65,7 +65,7 @@ PointsOverlay MakePointsOverlay(const SurfacePointTracker& tracker, const Surfac
   const auto aside =
       tracker.Project(estimate.p_S_contact + kShortStep * estimate.force->unitOrthogonal());
   if (!ahead || !aside) return overlay;
-  // As long as the same force would be drawn across the line of sight, foreshortened.
+  // The arrow has the length of the same force across the line of sight, foreshortened.
   const double full_length = (*aside - *overlay.place_I).norm();
   if (full_length > 0) overlay.along_I = (*ahead - *overlay.place_I) / full_length;
   return overlay;

@@ -36,7 +36,7 @@ SurfaceMesh FollowedSurface(const Scene& scene) {
   return surface != nullptr ? std::move(*surface) : SurfaceMesh{};
 }
 
-// What of a rig decides how well it sees depth.
+// The properties of a rig that determine its depth resolution.
 std::string InWords(const StereoRig& rig) {
   return fmt::format("stereo pair, baseline {:.3g} mm, focal length {:.0f} px, {} x {} px",
                      1e3 * rig.baseline(), rig.left.fx, rig.left.size[0], rig.left.size[1]);

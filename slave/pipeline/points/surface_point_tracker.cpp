@@ -25,7 +25,7 @@ namespace {
 
 const Eigen::Vector2d kUnseen = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
 
-// What the two kinds that look with a pair of cameras share.
+// Base class of the two trackers that use a pair of cameras.
 class PairPointTracker : public SurfacePointTracker {
  public:
   PairPointTracker(const Scene& scene, const StereoRig& rig)

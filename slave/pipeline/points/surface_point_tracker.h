@@ -39,8 +39,7 @@ class SurfacePointTracker {
   [[nodiscard]] virtual int rest_images() const = 0;
   // Time of the checks of the last image, part of Process [us].
   [[nodiscard]] double checks_us() const { return checks_us_; }
-  // What the surface at rest is like against the scene's body; nullopt: not known yet, or not
-  // compared.
+  // The surface at rest compared with the scene's body; nullopt: not known yet, or not compared.
   [[nodiscard]] const std::optional<RestSurface>& rest() const { return rest_; }
   // Name of the stage in reports: dots, texture, depth.
   [[nodiscard]] virtual std::string stage() const = 0;

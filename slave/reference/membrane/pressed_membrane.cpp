@@ -146,7 +146,7 @@ struct PressedMembrane::Continuation {
   NeoHookeanDisc solid;
   NeoHookeanDisc::Matrix stiffness;
   SparseLdlt<double> factor;
-  // What the tool may push: of an even one its whole face, of a rigid one each node below it.
+  // Loads of the tool: one on the whole face of an even tool, one per node below a rigid tool.
   MatrixXd loads;  // a column per load of one, along -z
   std::vector<int>
       touched;          // per load: the unknown, along z, that follows the tool while it pushes
@@ -246,7 +246,7 @@ std::optional<PressedMembrane::Continuation::State> PressedMembrane::Continuatio
   return std::nullopt;
 }
 
-// Also what loads of one do.
+// Also computes the displacements under unit loads.
 bool PressedMembrane::Continuation::Linearise(const VectorXd& u) {
   VectorXd forces;
   if (!solid.Linearise(u, &forces, &stiffness) || !factor.Factorize(stiffness, false)) return false;

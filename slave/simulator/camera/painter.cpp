@@ -37,7 +37,8 @@ Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO)
   return X;
 }
 
-// Of the hand's camera, which nobody knows: no other distortion than the radial one of third order.
+// The true lens of a hand-held scene, which the slave does not know: its only distortion is radial,
+// of third order.
 Lens UnknownLens(const Camera& camera, double shift) {
   const double width = camera.size[0], height = camera.size[1];
   const double corner = 0.5 * std::hypot(width, height);  // at 45 degrees from the axis

@@ -84,7 +84,7 @@ class Painter {
   // A part of the image: grey where `alpha` (0 to 1, coverage) is the opacity.
   struct Layer {
     Layer() = default;
-    // What the polygons surround, in one grey level.
+    // The area inside the polygons, in one grey level.
     Layer(const cv::Rect& part, const std::vector<std::vector<Eigen::Vector2d>>& polygons,
           float level);
     cv::Rect window;

@@ -14,7 +14,7 @@
 
 namespace palpate::simulation {
 
-// What a contact has in common with others. Guarded by the lock of SolvedAhead.
+// The shared part of a contact. Guarded by the lock of SolvedAhead.
 struct ContactAhead {
   bool begun = false;
   bool complete = false;  // no further step follows

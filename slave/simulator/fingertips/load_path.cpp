@@ -137,7 +137,7 @@ std::vector<double> LoadPathCache::WaysOf(const Vector3d& lateral_O, const RestB
   std::vector<double> ways;
   for (std::size_t f = 0; f < hand.fingers.size(); ++f) {
     const double touch = hand.FirstTouch(f, lateral_O, body.touchable_O);
-    // What an opposite finger met before home lies behind it.
+    // A contact that an opposite finger made before home lies behind it.
     const bool is_behind = hand.fingers[f].sense < 0 && touch < 0;
     if (std::isfinite(touch) && !is_behind) ways.push_back(touch);
   }

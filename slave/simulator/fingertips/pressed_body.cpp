@@ -198,8 +198,8 @@ bool PressedBody::Solver::Balance(double residual) {
   return false;
 }
 
-// As far as no element turns inside out and, once all that fingers hold is in place, the residual
-// lessens.
+// Shortens the step until no element is inverted and, once all prescribed nodes are in place, the
+// residual falls.
 bool PressedBody::Solver::Step(const VectorXd& step, bool is_fixed_moving) {
   const double before = forces.cwiseProduct(free).norm();
   double length = 1;

@@ -23,7 +23,7 @@ struct FingerPlacement {
   Eigen::Vector3d approach_O{0, 0, 0};  // unit vector of its motion; zero: stationary
 };
 
-// What one finger does to the body. Frame O.
+// Contact of one finger with the body. Frame O.
 struct FingerTouch {
   bool touching = false;
   Eigen::Vector3d force_O{0, 0, 0};  // of the finger on the body [N]

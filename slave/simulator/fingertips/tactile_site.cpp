@@ -267,7 +267,7 @@ SurfaceMesh TactileSite::TrueSurface() const {
     Vector3d p_O = body.surface.nodes[i];
     if (largest > 0) {
       const Vector3d& u = displacement_O[Index(body.node_of[i])];
-      // What is pressed in goes sideways with its finger, as far as it is pressed in.
+      // The indented surface moves sideways with its finger, in proportion to its depth.
       p_O += u + u.norm() / largest * state_->SenseNear(p_O, hand) * hand.slip_O;
     }
     deformed.nodes[i] = state_->object.X_SO() * p_O;

@@ -25,7 +25,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// What is before the cameras; camera 0 is the left one.
+// The scene before the cameras; camera 0 is the left one.
 class Stage {
  public:
   virtual ~Stage() = default;

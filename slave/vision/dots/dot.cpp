@@ -111,7 +111,7 @@ struct Directions {
   }
 };
 
-// Also the mean level well inside the dot.
+// Also computes the mean grey level well inside the dot.
 bool FitGround(const Window& w, double threshold, GroundRing* ground, double* inside) noexcept {
   const Ellipse outer(w.axes, w.reach + kRing), edge(w.axes, w.reach);
   const Ellipse core(w.axes, -std::min(2.0, w.axes.shorter / 2));

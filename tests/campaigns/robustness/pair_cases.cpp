@@ -30,7 +30,7 @@ double Radians(double degrees) {
   return degrees * std::numbers::pi / 180;
 }
 
-// The cameras of the shipped membrane, for what is drawn where in space.
+// The cameras of the shipped membrane, to project points in space into images.
 struct CameraPair {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/rubber-membrane.yaml"));
   StereoRig rig = SimulatedRig(scene);
@@ -204,8 +204,8 @@ void AddGeometry(CaseTable* table) {
 // --- depth images: 16 bit, 0 is no measurement
 constexpr const char* kDepth = "rubber-membrane-depth";
 
-// Where there is no measurement: discs of 20 px, `share` of the image in all, elsewhere in each
-// image unless they stand.
+// Where there is no measurement: discs of 20 px, `share` of the image in all, at new
+// positions in each image unless they are fixed.
 Paint Holes(double share, bool standing) {
   return [=](const View& view, cv::Mat& image) {
     constexpr double kRadius = 20;
@@ -220,7 +220,7 @@ Paint Holes(double share, bool standing) {
   };
 }
 
-// Each depth `factor` as far and `offset` [counts] farther.
+// Multiplies each depth by `factor` and adds `offset` [counts].
 Paint Rescaled(double factor, double offset, When when) {
   return From(when,
               [=](const View&, cv::Mat& image) { image.convertTo(image, CV_16U, factor, offset); });

@@ -33,7 +33,7 @@ class PointsSenseTest : public ::testing::Test {
   PointsSenseTest() {
     environment_->Show({});
     Scene scene = MembraneScene();
-    scene.manipulator.blind_after = 60;  // the hand moves on while images fail
+    scene.manipulator.blind_after = 60;  // the operator moves on while images fail
     slave_ = Watching(scene, environment_);
     Until(IsValid);
   }
@@ -63,7 +63,7 @@ class PointsSenseTest : public ::testing::Test {
 };
 
 // Reference: the plate's closed form, which bent the drawn dots. Tolerance: 1 mm of deflection is
-// seen to within 0.02 mm by 31 dots together.
+// measured to within 0.02 mm by 31 dots together.
 TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
   slave_->TakeEvents();
   constexpr double kForce = 4.0;
@@ -87,7 +87,7 @@ TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
               4e-5);
 }
 
-// Between images too: the source is silent while the hand goes down.
+// The same between images: the source is silent while the operator presses.
 TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenImages) {
   slave_->BeginOperating();
   EngagedHand hand(slave_.get());
@@ -97,7 +97,7 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenImages) {
   const Vector3d normal = home.local_model.normal;
   EXPECT_NEAR(normal.z(), 1, 1e-6);
   environment_->FallSilent();
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // what was under way arrives
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // images under way arrive
   const Time last = slave_->Compose(Clock::now()).sensed_at;
   // Sideways by 10 mm and 0.3 mm deep, in small steps.
   const double height = normal.dot(home.p_S_tip - home.local_model.reference);
@@ -111,7 +111,7 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenImages) {
   slave_->EndOperating();
 }
 
-// What presses would be taken for rest, and no longer be estimated.
+// A contact would become part of the rest shape, and would no longer be estimated.
 TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAnew) {
   environment_->Show({4.0, {0, 0}, false});
   UntilForce(1.0);
