@@ -25,8 +25,8 @@
 namespace palpate {
 namespace {
 
-// Limits of an outline that is known from the image alone: part with an edge, roundness (1: a circle), and
-// mean strength of the edge (of at most 1) unless it is very round.
+// Limits of an outline that is known from the image alone: part with an edge, roundness (1: a
+// circle), and mean strength of the edge (of at most 1) unless it is very round.
 constexpr double kMinClosed = 0.8, kMinRound = 0.55, kVeryRound = 0.95, kClearEdge = 0.55;
 
 const Camera& CameraOf(const Scene& scene) {

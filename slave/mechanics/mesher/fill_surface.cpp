@@ -167,8 +167,8 @@ void WriteTetgenInput(const std::filesystem::path& file, const SurfaceMesh& surf
 }
 
 // Gmsh's .geo beside its surface as `surface.msh`. `edge` > 0 asks for edges of that length, and
-// divides the surface again if it has much longer ones; 0 leaves them to the program and the surface
-// as it is.
+// divides the surface again if it has much longer ones; 0 leaves them to the program and the
+// surface as it is.
 void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surface, double edge) {
   if (!WriteGmsh(file.parent_path() / "surface.msh", surface)) {
     throw std::runtime_error(file.string() + " cannot be written");

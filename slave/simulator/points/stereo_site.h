@@ -23,11 +23,11 @@ struct StereoImages {
 
 // What is simulated follows from the scene:
 // - a membrane, under a flat round tool of the scene's width, and under the tension at rest that
-//   the scene states to its model (`model.prestress`), for want of another: dark dots (`track: dots`)
-//   or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place on the
-//   membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O = 0.
-//   Presses are solved ahead (PressCache) and blended in between (Indentation),
-//   exactly at the radius of manipulator.home, elsewhere within 0.6 % of the force.
+//   the scene states to its model (`model.prestress`), for want of another: dark dots (`track:
+//   dots`) or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place
+//   on the membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O
+//   = 0. Presses are solved ahead (PressCache) and blended in between (Indentation), exactly at the
+//   radius of manipulator.home, elsewhere within 0.6 % of the force.
 // - anything else with `track: texture`: the textured target of paper C's second experiment on its
 //   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
 //   on by 1 / rate from one pair of images to the next.

@@ -34,8 +34,8 @@ bool Alike(double area, double other) {
 }
 
 // Extrapolates a point from its neighbours' motion: least squares of an affine map, the nearer ones
-// weigh more. Collinear neighbours, or fewer than three, determine no motion across their line: there
-// they shift as one.
+// weigh more. Collinear neighbours, or fewer than three, determine no motion across their line:
+// there they shift as one.
 class AffineMotion {
  public:
   explicit AffineMotion(const Eigen::Vector2d& point) : point_(point) {}

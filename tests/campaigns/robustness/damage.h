@@ -25,7 +25,7 @@ Paint Fog(double veil);         // the same of the half beside the tip's place a
 // outwards, by up to `pull` [px].
 Paint Droplet(double pull);
 Paint Ghost(double share);     // a reflection in glass: the image once more, 14 px aside [-]
-Paint HeatHaze(double sigma);  // the view shimmers: parts are shifted differently in each image [px]
+Paint HeatHaze(double sigma);  // parts are shifted differently in each image [px]
 
 // --- in the sensor
 Paint Wobble(double px);                  // each row aside, as a wave of 120 rows that runs

@@ -73,9 +73,9 @@ INSTANTIATE_TEST_SUITE_P(Normals, AnyDirectionTest, testing::ValuesIn(kNormals))
 class SlowStatesTest : public testing::TestWithParam<std::tuple<double, double>> {};
 
 // Reference: the law of the wall. However late the 100 Hz states are, though one in twenty is lost
-// and their force lags by a quarter of a second more, the master renders exactly K d + shear at its own
-// depth: it cannot oscillate, reaches the depth, does not pass it, nothing is damped, and the port
-// gives out nothing.
+// and their force lags by a quarter of a second more, the master renders exactly K d + shear at its
+// own depth: it cannot oscillate, reaches the depth, does not pass it, nothing is damped, and the
+// port gives out nothing.
 TEST_P(SlowStatesTest, TheForceIsTheLawAtTheHandsOwnPlace) {
   VirtualSlave::Options options = Foam({1, 2, 3});
   std::tie(options.K, options.delay) = GetParam();

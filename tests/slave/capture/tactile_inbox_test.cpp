@@ -118,8 +118,8 @@ TEST(TactileInboxTest, SamplesAtTheScenesRateAreTheFrames) {
   }
 }
 
-// Reference: counts are linear in time, so resampled ones encode their frame's time; the first delay
-// of 2 ms counts as none. Tolerance: a float of 1000 counts rounds to 6e-5 counts, 6e-8 s.
+// Reference: counts are linear in time, so resampled ones encode their frame's time; the first
+// delay of 2 ms counts as none. Tolerance: a float of 1000 counts rounds to 6e-5 counts, 6e-8 s.
 class OtherRateTest : public ::testing::TestWithParam<double> {};
 
 TEST_P(OtherRateTest, IsResampledToTheScenesRate) {

@@ -63,8 +63,9 @@ TEST(StereoExpectationTest, DotsCountWhereBothImagesShowThemWhole) {
   EXPECT_EQ(seen, (std::vector<Vector2d>{{0, 0}, {0.067, 0}, {-0.067, 0}, {0, 0.0720}}));
 }
 
-// Reference: a thousand presses whose dots are moved by noise of that size, each with a fit of its own: the
-// spread of a normal sample of 1000 is known to 2.2 % (one sigma), so 10 % is more than four.
+// Reference: a thousand presses whose dots are moved by noise of that size, each with a fit of its
+// own: the spread of a normal sample of 1000 is known to 2.2 % (one sigma), so 10 % is more than
+// four.
 TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) {
   Scene scene = MembraneScene();
   scene.model.kind = "plate";  // the quickest, where it holds: well below half the thickness

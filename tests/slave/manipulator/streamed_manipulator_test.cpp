@@ -1,5 +1,5 @@
-// An arm that a driver moves: which targets it gets and which of its reports are accepted. Time is the
-// test's own.
+// An arm that a driver moves: which targets it gets and which of its reports are accepted. Time is
+// the test's own.
 #include "slave/manipulator/streamed_manipulator.h"
 
 #include <cmath>

@@ -53,9 +53,9 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   EXPECT_GT(unstraightened, 1) << "or the lens shows nothing";
 }
 
-// The shipped embryo, whose outline and pipette's direction are known from the images alone. Reference: the
-// simulated site's force. Tolerance 15 %: the outline found is rounded by the snake's 60 points,
-// and the arc that holds it is stated about its middle.
+// The shipped embryo, whose outline and pipette's direction are known from the images alone.
+// Reference: the simulated site's force. Tolerance 15 %: the outline found is rounded by the
+// snake's 60 points, and the arc that holds it is stated about its middle.
 TEST(FromImageTest, TheEmbryoOfTheImageIsEstimatedByAPipetteThatPointsAtIt) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/zebrafish-embryo.yaml"));
   scene.site.embryo.reset();  // linear, and it does not break

@@ -25,7 +25,7 @@ struct Touching {
   std::mutex mutex;
   Hand hand{1};
   bool ended = false, silent = false, breaks = false;
-  std::optional<Eigen::Isometry3d> X_SF = {};  // of the first fingertip, where the source reports it
+  std::optional<Eigen::Isometry3d> X_SF = {};  // of the first fingertip, if reported
 };
 
 // A sample every 2 ms. Electrodes have a count of noise: those that stand still are dead, which a

@@ -143,8 +143,8 @@ class WatchedBlock {
 };
 
 // Law: while the model of the points in view is being computed no force is stated as known, least
-// of all none where the tool presses; afterwards each image determines the one load. Reference: the load
-// itself; its model differs by the mesh, and the camera sees through cells of 8 mm, by some
+// of all none where the tool presses; afterwards each image determines the one load. Reference: the
+// load itself; its model differs by the mesh, and the camera sees through cells of 8 mm, by some
 // percent. A modulus of 1.5 times explains the same shape by 1.5 times the force, at once.
 TEST(PressedBlock, IsPressedByNoForceUntilItsModelIsComputed) {
   const Vector2d at(0.07, 0.03);

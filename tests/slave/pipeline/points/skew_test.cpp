@@ -1,6 +1,6 @@
-// Two cameras that do not look at the same instant, or whose timestamps differ from it, on a membrane
-// that moves: each force is right at the moment that is stated, within its sigma, or is not
-// `valid`. `Long` ones run all rows.
+// Two cameras that do not look at the same instant, or whose timestamps differ from it, on a
+// membrane that moves: each force is right at the moment that is stated, within its sigma, or is
+// not `valid`. `Long` ones run all rows.
 #include <algorithm>
 #include <array>
 #include <cmath>

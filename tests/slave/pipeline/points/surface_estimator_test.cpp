@@ -45,8 +45,8 @@ TEST(SurfaceEstimatorTest, FeelsForceAndPlaceOfAPressFromItsDots) {
   }
 }
 
-// Law: a load at the position that the points show, in the frame of the slave, about the tip that the
-// encoders report. Where the images do not show the tool, or the load is another one's, it is
+// Law: a load at the position that the points show, in the frame of the slave, about the tip that
+// the encoders report. Where the images do not show the tool, or the load is another one's, it is
 // unknown.
 TEST(SurfaceEstimatorTest, TheMomentAboutTheTipIsThatOfTheLoadBesideIt) {
   Scene scene = MembraneScene("plate-large");
