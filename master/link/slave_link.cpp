@@ -151,7 +151,7 @@ struct SlaveLink::Parts {
   grpc::Status Failed(const grpc::Status& status);
   void Served();
   void Refused(const std::string& reason);
-  // They were asked for, and none came for so long that none will; with `mutex` held.
+  // Datagrams were requested, but none has arrived within the time limit; with `mutex` held.
   [[nodiscard]] bool LacksDatagrams() const;
   // Watches the states of a slave that nobody can operate, until its settings change, the stream
   // ends, or `stop`.

@@ -19,7 +19,8 @@ Eigen::Isometry3d CameraOver(const std::optional<BoundingBox>& box) {
   return X_SC;
 }
 
-// How many boundary elements the object will have; more than asked for if it has more edges.
+// How many boundary elements the object will have; more than requested if the outline has more
+// edges.
 int ElementCount(const Scene& scene) {
   const auto& geometry = scene.object.geometry;
   if (std::holds_alternative<DiscGeometry>(geometry)) return scene.model.elements;

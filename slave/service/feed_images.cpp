@@ -1,5 +1,5 @@
 // FeedImages. Decoding takes milliseconds: in the call's own thread, which also slows a driver
-// down who sends more than can be looked at.
+// down a client that sends more than can be processed.
 #include <memory>
 #include <string>
 

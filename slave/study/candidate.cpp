@@ -161,7 +161,7 @@ const char* NameOf(FemOptions::Law law) {
   return kNames[static_cast<std::size_t>(law)];
 }
 
-// Solves of one press, in the unit of SparseSeconds; iterations grow with the digits asked for.
+// Solves of one press, in the unit of SparseSeconds; iterations grow with the digits requested.
 double SolvesOfAPress(bool quadratic, FemOptions::Law law, double residual) {
   const double digits = -std::log10(residual);
   if (law == FemOptions::Law::kLinear) return 5;

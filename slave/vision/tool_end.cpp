@@ -14,9 +14,11 @@ using Eigen::Vector2d;
 // Distance of the end, and of a side, from its stated place [px]. [tuned:
 // IsMissedWhereTheToolGoesOn]
 constexpr double kReach = 8;
-// The ground is looked at so far beside the tool [px]. [tuned: OfAWidthReportedWrongByAFifthIsSeen]
+// Distance beside the tool at which the background is measured [px]. [tuned:
+// OfAWidthReportedWrongByAFifthIsSeen]
 constexpr double kBeside = 6;
-// The sides are looked at from so far behind the tip on [px]. [tuned: IsMissedWhereTheToolGoesOn]
+// Distance behind the tip from which the sides are measured [px]. [tuned:
+// IsMissedWhereTheToolGoesOn]
 constexpr double kBehind = 4;
 constexpr double kLength = 24;  // over such a length [px]
 constexpr double kStep = 0.5;   // of a line [px]

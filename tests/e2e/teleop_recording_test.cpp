@@ -164,7 +164,7 @@ Rendering Render(const Recording& recording, const fs::path& playback, RenderMod
       on_its_way.pop_front();
     }
     if (const OperatorCommand* command = commands.Take()) state.epoch = command->epoch;
-    arrived.epoch = state.epoch;  // the clutch is not what is looked at
+    arrived.epoch = state.epoch;  // the clutch is not tested here
     ++arrived.sequence;
     states.Put({arrived, now, 0, round_trip});
     device.WriteForce(loop.Tick(reading, now));

@@ -36,7 +36,7 @@ DeviceCapabilities CapabilitiesOf(bool has_grip) {
   return own;
 }
 
-// The first state of a connection. A service that sends none by itself is asked for it.
+// The first state of a connection. A service that sends none by itself is queried for it.
 bool ReceiveFirst(HaplyLine* line, std::string* text) {
   const auto first = line->Receive(kOpenWithin, text);
   if (first != HaplyLine::Received::kNothingYet) return first == HaplyLine::Received::kMessage;

@@ -1,4 +1,4 @@
-// How the object is looked at: straight lines stay parallel, so that a pixel is the same length everywhere. Frame S.
+// View of the object: straight lines stay parallel, so that a pixel is the same length everywhere. Frame S.
 
 export class Camera {
   constructor(three) {

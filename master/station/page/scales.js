@@ -63,7 +63,7 @@ export class Scales {
     if (output.title !== text) output.title = text;
     if (input.getAttribute('aria-valuetext') !== text) input.setAttribute('aria-valuetext', text);
   }
-  // `mapping`: in force, as `own` by the scene; `waiting`: asked for; `can`: the slave's limits, where they are known.
+  // `mapping`: in force, as `own` by the scene; `waiting`: requested; `can`: the slave's limits, where they are known.
   show(mapping, own, waiting, can) {
     this.own = own;
     for (const slider of this.sliders) {

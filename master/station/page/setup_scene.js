@@ -114,7 +114,7 @@ const length = (metres) => `${digits(1e3 * metres)} mm`;
 // [m/px] by the two clicks or the board; NaN: not known.
 const clickedPixel = ({ scale: { by, board, points, length: text } }) =>
   by === 'board' ? (board?.pixel ?? NaN) : points.length === 2 ? mm(text) / distance(...points) : NaN;
-// Why a board cannot be looked for; empty: it can.
+// Why a search for a board is impossible; empty: it is possible.
 export const boardProblems = ({ scale: { columns, rows, square } }) =>
   [
     ...([columns, rows].every((count) => plain(count) >= 3 && Number.isInteger(plain(count)))

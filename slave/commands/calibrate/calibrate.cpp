@@ -66,7 +66,7 @@ void RequireUsable(const CalibrateOptions& options) {
           "--size: only without --rig, which has a size");
   require(registers || (options.rig.empty() && options.size.empty() && !options.plane),
           "--rig, --size, --plane: only with --register");
-  if (has_left) BoardOf(options);  // before any image is looked for
+  if (has_left) BoardOf(options);  // before the search for images
 }
 
 // Rejects output files that would overwrite an input.

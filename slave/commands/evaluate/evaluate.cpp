@@ -115,7 +115,7 @@ study::ObjectHint Hint(const EvaluateOptions& options) {
   return hint;
 }
 
-// Why there is no score where one was asked for; empty: there is one.
+// Why there is no score where one was requested; empty: there is one.
 std::string NotScored(const study::MeasuredQuestion& question,
                       const study::MeasuredAnswer& answer) {
   if (answer.object.empty()) return answer.choice.why;

@@ -25,7 +25,7 @@ constexpr double kForSteps = 0.6;     // of the deadline; the rest is for what f
 constexpr double kIndependent = 1e-2;
 constexpr double kMostAhead = 3;  // of a former motion, in the one that is predicted [-]
 constexpr double kSufficient = 1e-4;
-// Where a factor makes digits cheap, the residual is driven this far below what is asked for.
+// Where a factor makes digits cheap, the residual is driven this far below the requested one.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
 // Growth of the residual by what tools touch after a step from which on that is most of it: the
 // next step needs no tangent of its own.

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRim = 1e-9;       // of a flat tool's extent
-constexpr double kMargin = 2;       // of nodes that are looked at, from the tool [edges]
+constexpr double kMargin = 2;       // of nodes that are examined, from the tool [edges]
 constexpr double kMostTurning = 3;  // stiffness of turning friction, of a node's own
 constexpr int kMostChanges = 25;    // of an increment, then nodes stay as they are
 // Judgements after which friction changes by half and does not turn between steps: slower, and it

@@ -74,7 +74,7 @@ class VolumeModel : public DeformationModel {
   [[nodiscard]] virtual const fem::ToolContact* ToolOf(std::size_t /*contact*/) const {
     return nullptr;
   }
-  // A deadline came before the residual that was asked for.
+  // A deadline came before the residual that was requested.
   [[nodiscard]] virtual bool ended_early() const { return false; }
 
   [[nodiscard]] std::span<const ContactPlace> places() const { return contacts_.places(); }

@@ -66,7 +66,7 @@ void RequireResolution(double resolution, double volume) {
                               Brief(least) + " m (4 million tetrahedra)");
 }
 
-// The program that is asked for, or TetGen before Gmsh.
+// The requested program, otherwise TetGen before Gmsh.
 std::pair<Program, std::filesystem::path> Choose(Program wanted) {
   for (const auto& [program, name] :
        {std::pair{Program::kTetgen, "tetgen"}, std::pair{Program::kGmsh, "gmsh"}}) {

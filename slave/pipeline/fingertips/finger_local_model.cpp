@@ -136,7 +136,7 @@ Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Ve
   Matrix3d K;
   try {
     K = body.stiffness->At(triangle, weights, radius);
-  } catch (const std::exception&) {  // out of memory for what is computed when first asked for
+  } catch (const std::exception&) {  // out of memory for what is computed when first requested
     K = DiscStiffness(material_, radius, n);
   }
   const double along = n.dot(K * n);

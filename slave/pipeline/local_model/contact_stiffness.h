@@ -32,7 +32,7 @@ double DiscOfSphere(double sphere_radius, double depth) noexcept;
 //   K^-1 = K_mesh(a_patch)^-1 + K_disc(a)^-1 - K_disc(a_patch)^-1.
 //
 // Where the mesh cannot show (on supports, a body without fixed nodes, a surface without a volume,
-// nu near 1/2) the half-space answers alone. Small strain. Nodes are computed when first asked for
+// nu near 1/2) the half-space answers alone. Small strain. Nodes are computed when first requested
 // and kept; small meshes ahead of time. Not thread-safe.
 //
 // Other fingers of the hand press, too, and hold against what this one leans, or lean with it:

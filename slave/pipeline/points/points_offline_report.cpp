@@ -218,7 +218,7 @@ class PointsOfflineReport final : public OfflineReport {
  private:
   PointsSense& sense_;
   std::optional<Comparison> comparison_;          // where the truth is known
-  std::optional<PointsFile> points_;              // where it was asked for
+  std::optional<PointsFile> points_;              // where it was requested
   std::map<std::string, std::uint64_t> reasons_;  // why pairs are not `valid`
   TrackingCounts tally_;
   bool was_placed_ = false;  // the contact, once

@@ -16,7 +16,7 @@ constexpr double kEvery = 0.2;
 constexpr double kLinear = 0.1;       // of the thickness: so far the first rung may be
 constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one
 constexpr int kElsewhere = 7;         // elements across, where the tool is not at home
-constexpr int kNice = 5;              // of the thread that solves what nobody asked for yet
+constexpr int kNice = 5;              // of the thread that solves in advance
 
 std::vector<double> Depths(const PressCache::Plan& plan) {
   const double first = kLinear * plan.geometry.thickness;
@@ -142,7 +142,7 @@ PressCache::Presses PressCache::Nearest(const Around& around, double radius, dou
   return presses;
 }
 
-// The two around the tool, the less deep one first; then, if asked for, the others from there.
+// The two around the tool, the less deep one first; then, if requested, the others from there.
 std::shared_ptr<PressCache::Ladder> PressCache::Next() {
   // 0: the calling thread (setpriority(2), Linux).
   if (everywhere_ && !is_nice_) is_nice_ = setpriority(PRIO_PROCESS, 0, kNice) == 0;

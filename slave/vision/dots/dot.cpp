@@ -72,7 +72,7 @@ struct Ellipse {
   }
 };
 
-// Light dots are looked at as dark ones of the negative.
+// Light dots are examined as dark ones of the negative.
 struct Negative {
   double sign, offset;
   explicit Negative(DotTone tone) noexcept

@@ -127,7 +127,7 @@ void SsdTracker::Accept(TrackedWindow& window, const PatchAligner::Match& match)
   window.covariance = match.covariance;
 }
 
-// The window as it looks now, looked for in the image before, starting where it is now.
+// Searches the present window in the previous image, from its present position.
 bool SsdTracker::ReturnsToStart(const PatchWarp& now, const PatchWarp& before) noexcept {
   if (!Cut(back_, now)) return false;
   const int top = now_.levels() - 1, near = std::min(1, top);

@@ -38,10 +38,10 @@ const std::vector<Eigen::Vector3d> kNormals{{0, 0, 1},  {0, 0, -1}, {-1, 0, 0}, 
 
 class AnyDirectionTest : public testing::TestWithParam<Eigen::Vector3d> {};
 
-// Reference: what the hand was asked for: each 4 s the depth, along the plane's normal and nowhere
-// else, in a hand's frame that is turned against the slave's. Tolerance: 2 % of the depth are left
-// to the hand's own correction, as against a wall of springs; sideways a line is followed to
-// rounding (1e-7 m: shear springs of 120 N/m meet an entry known to 1e-10).
+// Reference: the motion of the simulated operator: each 4 s the depth, along the plane's normal and
+// nowhere else, in a hand's frame that is turned against the slave's. Tolerance: 2 % of the depth
+// are left to the hand's own correction, as against a wall of springs; sideways a line is followed
+// to rounding (1e-7 m: shear springs of 120 N/m meet an entry known to 1e-10).
 TEST_P(AnyDirectionTest, TheHandPressesAlongTheNormalAndRetreatsEveryFourSeconds) {
   VirtualSlave::Options options = Foam(GetParam());
   options.transform.R_SM =

@@ -266,7 +266,7 @@ TEST_F(SetupSessionTest, AGoodSceneIsCheckedSavedUsedAndGivesTheForcesOfTheSaved
   EXPECT_NEAR(peak / true_peak, 1, 0.1);
 }
 
-// Encoders that are 5 mm off are not looked at; with a manipulator they are.
+// Encoders that are 5 mm off are not checked; with a manipulator they are.
 TEST_F(SetupSessionTest, WithoutAManipulatorTheForcesAreTheSameAndNoEncoderIsCompared) {
   const auto folder = saved_.path() / "scenes";
   Use(Proposal());

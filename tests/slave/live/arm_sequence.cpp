@@ -172,7 +172,7 @@ class Sequence {
     const double estimate = contact_.force ? contact_.force->norm() : 0;
     const double force = std::max(estimate, contact_.force_by_now);
     const double depth = std::max(contact_.depth, contact_.depth_by_now);
-    // Where the guard does not end, it is looked for at a twentieth less.
+    // Where the guard does not end, it is evaluated at a twentieth less.
     if (force > kForceGuard || depth > kDepthGuard) {
       rules_.is_guarded = true;
     } else if (contact_.force && force <= 0.95 * kForceGuard && depth <= 0.95 * kDepthGuard) {

@@ -85,7 +85,7 @@ TEST(LatestEstimateTest, NoKindOfAlarmCrowdsOutAnother) {
               ElementsAre("presses are 20 mm deep (raised 20 times)", "the stop is not saved"));
 }
 
-// Nobody reads, so that it is looked at rarely.
+// It is rarely checked, because nobody reads.
 TEST(LatestEstimateTest, ARestIsNoSilence) {
   const SlaveStatus status = StatusAfter(10, 20);
   EXPECT_EQ(status.validity, Validity::kValid);

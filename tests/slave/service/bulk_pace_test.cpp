@@ -25,7 +25,7 @@ class Line {
   void Run(double seconds) {
     for (const int end = step_ + static_cast<int>(seconds / kStep); step_ < end; ++step_) {
       const Time now = kBegin + Seconds(step_ * kStep);
-      const double message = 0.4e-3 * width_;  // short against the queues that are looked for
+      const double message = 0.4e-3 * width_;  // short against the queues in question
       for (double wanted = kWanted * kStep; wanted > 0 && pace_.Begin(message, now);
            wanted -= message) {
         queue_ = std::min(queue_ + message, kRoom * width_);

@@ -33,7 +33,7 @@ class WatchTest : public ServiceTest {
   const std::unique_ptr<v1::Teleoperation::Stub> stub = Connect();
 };
 
-// Two readers of the same states: the one that asked for at most 20 per second gets fewer, by
+// Two readers of the same states: the one that requested 20 per second at most gets fewer, by
 // the states' own stamps. Tolerance: the rate is counted over a second between stamps, which are
 // taken up to one period (5 ms) before the sending that is paced.
 TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {

@@ -1,5 +1,5 @@
 // Surface Green's functions of a fixed elastic body, condensed from a finite element stiffness:
-// column j is K^-1 e_j at the surface nodes. Computed when first asked for.
+// column j is K^-1 e_j at the surface nodes. Computed when first requested.
 //
 // Source: James and Pai (2003), sec. 4 (Green's functions from any linear code).
 #pragma once

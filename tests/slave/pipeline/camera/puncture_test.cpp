@@ -38,7 +38,7 @@ Scene EmbryoOf(std::uint32_t seed) {
   return scene;
 }
 
-// One world, looked at image by image while the tool goes about in it.
+// One simulation, image by image while the tool goes about in it.
 class Bench {
  public:
   explicit Bench(const Scene& scene)
