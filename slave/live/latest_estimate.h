@@ -22,7 +22,7 @@ namespace palpate {
 class LatestEstimate {
  public:
   // `sensor_rate` [Hz] defines when it is stale: after three periods, or 60 ms if that is longer
-  // (contracts, wire). `p_S_tip`: tip position before the first sample [m].
+  // (slave/CHECKS.md). `p_S_tip`: tip position before the first sample [m].
   LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_tip);
 
   // `trace`: timing so far; this function adds the rest.

@@ -25,7 +25,7 @@ struct Contact {
   Eigen::Vector3d p_O{0, 0, 0};  // position at rest, centre of the contact [m]
   int element = -1;  // 2D: the boundary element there, 3D: the triangle; -1: found from p_O
   double width = 0;  // along the boundary, in 3D of a disc [m]; 0: the one element, node or point
-                     // there (contracts, solve)
+                     // there (rules: slave/solve/README.md)
   Eigen::Vector3d prescribed_O{
       0, 0, 0};  // displacement of the patch [m], or total force of the tool on the object [N]
   // On plates, of a contact with a width: a rigid flat face, which is not glued and does not tilt,

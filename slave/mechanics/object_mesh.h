@@ -44,7 +44,7 @@ SurfaceMesh SurfaceOf(const ObjectMesh& mesh);
 // A length that no contact on the object is wider than [m]: the diagonal, or twice the larger side.
 double SizeOf(const ObjectMesh& mesh);
 
-// Where contacts of an object are possible (contracts, `solve`).
+// Where contacts of an object are possible (rules: slave/solve/README.md).
 class TouchableSurface {
  public:
   // Keeps a reference to the mesh. O(N log N) for a volume.

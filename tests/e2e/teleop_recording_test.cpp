@@ -241,7 +241,8 @@ TEST_P(SoftContactTest, TheLocalModelBeatsTheHoldWhichBeatsInterpolation) {
   EXPECT_LT(Rms(RenderMode::kLocal), Rms(RenderMode::kHold));
 }
 
-// Reference: the issue. What the hand is late by with the last force it is not with a law of force.
+// Law: the last force is late by the delay, a force-depth curve is not. Tolerance: a third of the
+// error.
 TEST_P(SoftContactTest, AtARoundTripOf100MsTheLawErrsByAThirdOfTheHoldAtMost) {
   EXPECT_LT(LateRms(RenderMode::kLocal), LateRms(RenderMode::kHold) / 3);
 }
@@ -265,7 +266,7 @@ TEST_P(RigidContactTest, AnImpactIsMissedButNothingGoesWild) {
 
 INSTANTIATE_TEST_SUITE_P(Recordings, RigidContactTest, testing::Values("rigid"));
 
-// Reference: the issue. What is worth less than the last force is not shown.
+// Law: the rendered model is never worse than the last force.
 TEST_P(RigidContactTest, TheModelIsNeverWorseThanTheHold) {
   EXPECT_LE(Rms(RenderMode::kLocal), Rms(RenderMode::kHold));
   EXPECT_LE(LateRms(RenderMode::kLocal), LateRms(RenderMode::kHold));

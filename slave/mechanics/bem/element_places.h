@@ -1,4 +1,4 @@
-// Boundary elements of a plane body that a contact touches (contracts, `solve`).
+// Boundary elements of a plane body that a contact touches (rules: slave/solve/README.md).
 #pragma once
 
 #include <optional>

@@ -18,11 +18,11 @@
 
 namespace palpate {
 
-// Places and widths: contracts, `solve`. A contact that prescribes displacements holds the nodes of
-// its patch, or the weighted point of the triangle there, and reports what that takes; on supports
-// it must be zero and reports the reaction (in motion: its elastic part). In statics an object
-// without fixed boundary takes balanced loads (to 1e-6) and moves without mean displacement and
-// rotation.
+// Rules for positions and widths: slave/solve/README.md. A contact that prescribes displacements
+// holds the nodes of its patch, or the weighted point of the triangle there, and reports what that
+// takes; on supports it must be zero and reports the reaction (in motion: its elastic part). In
+// statics an object without fixed boundary takes balanced loads (to 1e-6) and moves without mean
+// displacement and rotation.
 //
 // kExtrapolated: elements inside out (their number is in info().remark), elements that lock, a
 // deadline before the residual, the linear law out of range, a step of time that gained energy from

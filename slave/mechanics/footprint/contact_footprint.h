@@ -1,5 +1,5 @@
-// Parts of a triangulated surface that a contact touches, with their shares (contracts, `solve`).
-// All models of volumes use this rule.
+// Parts of a triangulated surface that a contact touches, with their shares (rules:
+// slave/solve/README.md). All models of volumes use this rule.
 #pragma once
 
 #include <optional>

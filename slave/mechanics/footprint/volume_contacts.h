@@ -1,5 +1,5 @@
-// Where contacts act on a meshed volume: the nodes that each loads or moves (contracts, `solve`).
-// The one rule of all models that solve for every node.
+// Where contacts act on a meshed volume: the nodes that each loads or moves (rules:
+// slave/solve/README.md). The one rule of all models that solve for every node.
 #pragma once
 
 #include <span>

@@ -1,5 +1,5 @@
-// Nodes of a body of four-node or ten-node tetrahedra that contacts touch (contracts, `solve`). All
-// models of volumes use this rule.
+// Nodes of a body of four-node or ten-node tetrahedra that contacts touch (rules:
+// slave/solve/README.md). All models of volumes use this rule.
 #pragma once
 
 #include <string_view>

@@ -12,9 +12,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Shares of a contact's force among the nodes, as DeformationModel spreads a load (contracts,
-// `solve`): over the triangles of a patch, a third of each one's share per node, or over the
-// triangle of a point.
+// Shares of a contact's force among the nodes, as DeformationModel spreads a load (rules:
+// slave/solve/README.md): over the triangles of a patch, a third of each one's share per node, or
+// over the triangle of a point.
 void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vector3d& force_O,
             std::vector<Vector3d>* f_O) {
   const Contact& contact = finger.contact();

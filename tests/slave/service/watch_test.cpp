@@ -74,7 +74,7 @@ TEST_F(WatchTest, MeasurementsOfTheChecksAreSentOnRequest) {
 
 // A reader that stops reading for 600 states: the others go on, and when it reads again it finds
 // what its own receive window held (bounded by the HTTP/2 window, not by time) and then the newest.
-// Reference: contracts, a slow reader loses old values, slows nobody and grows no memory.
+// Law: a slow reader loses old values, slows nobody and grows no memory.
 TEST_F(WatchTest, AStalledReaderLosesOldStatesAndSlowsNobody) {
   const auto stalled_stub = ConnectWithSmallWindow();
   grpc::ClientContext stalled_context;
