@@ -41,8 +41,8 @@ bool IsSane(const SlaveState& state) {
 }
 
 constexpr double kFadeIn = 0.050;  // [s]
-// From the last state to zero force: `dead_after` until the timeout, then these two; 80 ms in total
-// by default.
+// The force is zero after `dead_after` and these two times, counted from the last state: 80 ms by
+// default.
 constexpr double kHoldForce = 0.010;  // of HOLD before the fade [s]
 constexpr double kFadeOut = 0.040;    // [s]
 constexpr double kFadeOfSilence =

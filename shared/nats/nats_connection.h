@@ -36,7 +36,7 @@ SubjectParts PartsOf(std::string_view subject);
 // methods are called by one thread.
 class NatsConnection {
  public:
-  // Both callbacks are also called by threads of the library, too.
+  // Both callbacks may also be called by threads of the library.
   using OnNews = std::function<void(const std::string& text)>;
   using OnMessage = std::function<void(std::string_view subject, std::string_view bytes)>;
 

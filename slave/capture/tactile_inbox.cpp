@@ -167,7 +167,7 @@ void TactileInbox::Leave(std::string_view finger, SenderId sender) {
 
 std::optional<TactileFrame> TactileInbox::Next(const std::stop_token& stop) {
   std::unique_lock lock(state_->mutex);
-  // With a driven clock the thread that waits would have to feed.
+  // With a driven clock, the waiting thread is the one that would feed.
   if (DrivenClock::is_active()) return state_->TryFrame();
   std::optional<TactileFrame> frame;
   state_->fed.wait(lock, stop, [&] {

@@ -33,7 +33,7 @@ class Check {
 
   // Once per sample. Allocation-free after the first samples.
   virtual void Examine(const Sample& sample, Findings* findings) noexcept = 0;
-  // Nothing is in contact, and the object may be elsewhere.
+  // Called when nothing is in contact and the object may have moved.
   virtual void Reset() noexcept {}
 };
 

@@ -203,7 +203,7 @@ void IdentifyRelaxation(const Requests& requests, const identify::Specimen& spec
   report->prony = identify::FitProny(report->relaxations);
 }
 
-// From presses or loads on the scene's object.
+// Identifies a modulus from presses or loads on the scene's object.
 void IdentifyOnScene(const Requests& requests, const IdentifyRequest& options,
                      const IdentifyActions& actions, Progress* progress, IdentifyReport* report) {
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);

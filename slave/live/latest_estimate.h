@@ -36,12 +36,12 @@ class LatestEstimate {
   void Wake() { changed_.notify_all(); }
 
   [[nodiscard]] ContactEstimate Get() const;
-  // The same, stale where it is as of `now`.
+  // Returns the newest estimate, with kStale if it is too old at `now`.
   [[nodiscard]] ContactEstimate Fresh(Time now) const;
   // The tool or a fingertip touches the object, by the last estimate, whatever its validity.
   [[nodiscard]] bool Touches() const;
-  // The same where no check contradicts that estimate. One of a tip that is lost, or of a camera
-  // that was moved, shows no contact.
+  // Returns whether the tool touches by an estimate that no check contradicts. An estimate of a
+  // lost tip or a moved camera shows no contact.
   [[nodiscard]] bool TouchesSurely() const;
   // At most the newest few hundred, see Slave.
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;

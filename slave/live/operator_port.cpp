@@ -155,7 +155,7 @@ void OperatorPort::Engage(const OperatorCommand& command) noexcept {
   transform_.begin.reset();
 }
 
-// From the first command of the engagement on that has a rotation: it turns nothing.
+// The first command of the engagement that has a rotation is the reference: it turns nothing.
 void OperatorPort::Turn(const OperatorCommand& command) noexcept {
   if (!command.R_M_device) return;
   if (!transform_.begin) {

@@ -36,7 +36,7 @@ struct Contact {
   // faster.
   bool wants_stiffness = true;
 
-  // The same patch fixed or loaded, by whatever value.
+  // Returns whether both contacts have the same patch, fixed or loaded, with any value.
   [[nodiscard]] bool IsAt(const Contact& other) const {
     return kind == other.kind && element == other.element && width == other.width &&
            p_O == other.p_O && is_rigid == other.is_rigid;
@@ -107,9 +107,9 @@ class DeformationModel {
   // up where they overlap. kFailed: contacts that are not finite, impossible, or overlap with
   // others.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
-  // The same, for a caller that may ask for displacements or tractions. Solutions do not depend on
-  // other queries in between, apart from warm starts and time steps. Allocates no more than Respond
-  // if `solution` had as many contacts before.
+  // Responds for a caller that may then query displacements or tractions. Solutions do not depend
+  // on other queries in between, apart from warm starts and time steps. Allocates no more than
+  // Respond if `solution` had as many contacts before.
   void Solve(std::span<const Contact> contacts, Solution* solution) noexcept;
 
   // The mesh of the displacements; constant. An outline's vertex i is the start of element i. For a

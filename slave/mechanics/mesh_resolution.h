@@ -43,7 +43,7 @@ PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept;
 double PatchStiffness(const PatchCover& cover) noexcept;
 // More than a tenth off.
 bool IsPatchCoarse(const PatchCover& cover) noexcept;
-// By how much the compliance of such a disc is off, by its own [-]; 0: by less than a tenth.
+// Relative error of the compliance of such a disc [-]; 0: less than a tenth.
 // Twenty-five nodes of ten-node tetrahedra, five of four-node ones may be 20 % off, whatever their
 // area.
 double PatchError(const PatchCover& cover) noexcept;

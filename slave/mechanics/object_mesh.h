@@ -36,7 +36,7 @@ MeshFile ReadMesh(const MeshFileGeometry& geometry);
 // region without a tetrahedron (file:line); std::runtime_error: a surface that no mesher could
 // fill.
 ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen);
-// The same for planar objects; throws std::invalid_argument for others.
+// Meshes a planar object; throws std::invalid_argument for others.
 BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen);
 // The surface of a volume; empty for others.
 SurfaceMesh SurfaceOf(const ObjectMesh& mesh);

@@ -135,7 +135,7 @@ bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
   return true;
 }
 
-// By how much the disc of a contact gives way more than the wider one that represents it:
+// Additional compliance of a contact's disc against the wider disc that represents it:
 // nondimensional, all components.
 Matrix3d ComplianceSolver::Lacking(const ContactSlot& slot) const {
   const double nu = params_.poisson_ratio;

@@ -1,4 +1,4 @@
-// From a scene to the model that runs.
+// Creates the model of a scene.
 #pragma once
 
 #include <memory>
@@ -33,7 +33,7 @@ bool IsLinear(const Scene& scene);
 // std::invalid_argument: no fixed part, impossible combination (with the reason); Interrupted.
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,
                                             Progress* progress = nullptr);
-// The same where the kind's family is known: bem2d; plate or plate-large.
+// Creates the model of a known family of kinds: bem2d; plate or plate-large.
 std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMesh& mesh,
                                             Progress* progress = nullptr);
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,

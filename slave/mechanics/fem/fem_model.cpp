@@ -258,8 +258,8 @@ bool FemModel::SolveUnder(std::span<const Contact> contacts) {
   return Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
 }
 
-// In increments, each accepted, so that friction follows the way; cut where one has no equilibrium.
-// After the deadline the rest of the way is one increment.
+// Moves the tools in increments and accepts each, so that friction follows the path. An increment
+// without equilibrium is halved. After the deadline the rest of the path is one increment.
 bool FemModel::MoveTools(std::span<const Contact> contacts) {
   double parts = 1;
   for (std::size_t k = 0; k < contacts.size(); ++k) {

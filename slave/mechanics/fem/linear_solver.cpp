@@ -218,7 +218,7 @@ void LinearSolver::ContinueNext(const BlockMatrix& A, const HeldComponents& held
   excess_ = 0;
 }
 
-// In single precision if that is requested and possible, else in double.
+// Factors in single precision if that is requested and possible, else in double precision.
 bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
   if (!upper_) return false;  // too large
   young_iterations_ = -1;

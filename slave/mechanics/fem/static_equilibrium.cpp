@@ -171,8 +171,8 @@ bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
   return true;
 }
 
-// By the combination of the last motions that moves the contacts most nearly as they move now: what
-// a motion shares with newer ones is removed from it first.
+// Predicts by the combination of the last motions that fits the present motion of the contacts
+// best. Each motion is first made orthogonal to newer ones.
 void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
   constraints.Lift(u_, 1, lift_);
@@ -289,7 +289,7 @@ double StaticEquilibrium::FreeResidual(const Constraints& constraints) noexcept 
   return size;
 }
 
-// From u_, whose contacts move by `part` of what they still have to.
+// Iterates from u_ while the contacts move by `part` of their remaining displacement.
 bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noexcept {
   if (!is_current_) Update(With::kTangent);
   progress_.LimitTo(0);

@@ -40,9 +40,9 @@ class StaticEquilibrium {
   // parts where all at once does not converge. False: not found, or stopped; the last equilibrium
   // is kept.
   bool Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept;
-  // The same with tools, in increments of their way, each from the last one alone. Begin; then
-  // Increment with all that acts at its end and tools that have begun it, which are judged between
-  // the steps; false: not found, the last equilibrium is kept. End after the last one.
+  // Solves with tools in increments of their path. Call Begin, then Increment with all loads at the
+  // end of the increment, and End after the last one. The contact of the tools is updated between
+  // the steps. False: no equilibrium was found, and the last one is kept.
   void Begin() noexcept;
   bool Increment(const NodeVector& f_ext, const Constraints& constraints,
                  ToolContacts& tools) noexcept;

@@ -82,7 +82,7 @@ bool ToolContact::IsNear(const TouchableNode& at, const Vector3d& moved) const n
     const Vector3d from = x - CentreNear(x);
     return placement_.normal.dot(from) < 0 && from.norm() <= tool_.radius + margin;
   }
-  // By the accepted state: a node at the rim does not come and go within one increment.
+  // Uses the accepted state, so that a node at the rim does not change within one increment.
   if (!IsUnderFace(at.rest + moved - accepted_displacement_ - placement_.p)) return false;
   const double height = placement_.normal.dot(x - placement_.p - displacement_);
   return std::abs(height) <= 0.5 * placement_.width + margin;

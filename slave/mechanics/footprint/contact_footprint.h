@@ -117,8 +117,8 @@ class SurfaceFootprints {
                                                        const Eigen::Vector3d& p_O) const;
   // Mean of the normals of the triangles there, unit; zero where they cancel.
   [[nodiscard]] Eigen::Vector3d NormalAt(const SurfacePlace& place) const;
-  // From the place over connected triangles that face the same way: a part of the surface beyond a
-  // gap or a step is not touched.
+  // Collects connected triangles of the same orientation around the place. A part of the surface
+  // beyond a gap or a step is not touched.
   void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);
   // Adds what of a triangle lies within `radius` of p_O; false: nothing.
   bool AddShare(int triangle, const Eigen::Vector3d& p_O, double radius);

@@ -47,7 +47,7 @@ PALPATE_INLINE Float4 Product(const int* column, const float* values, int first,
   return sum0 + sum1 + sum2;
 }
 
-// From z = 0: (D + L) z = r, and what is left of r.
+// Solves (D + L) z = r from z = 0, and computes the remaining residual.
 PALPATE_DISPATCHED void SweepForward(const int* begin, const int* column, const int* diagonal,
                                      const float* values, const float* inverse, int rows,
                                      const float* r, float* z, float* left) {

@@ -85,7 +85,7 @@ void ModalPlate::ListPlaces() {
   sought_.resize(pressed_.bodies().size());
 }
 
-// By points at the contacts' centres.
+// Compares points at the contacts' centres.
 void ModalPlate::CompareShortWaves() {
   const auto contacts = static_cast<Index>(presses_.size());
   const auto centre = [this](Index s) -> const Eigen::Vector2d& {

@@ -43,8 +43,8 @@ class ShortWaves {
   // For contacts of one radius and face on a plate with modes of this order, up to deflections of
   // about 200 thicknesses. Tens of milliseconds. Throws std::runtime_error: no convergence.
   ShortWaves(int order, double nu, double prestress, double load_radius, Face face = Face::kEven);
-  // The same, computed once for all equal plates of this program; the sixteen that were last
-  // requested are kept. Thread-safe.
+  // Returns the short waves of a plate. They are computed once for all equal plates of this
+  // program; the sixteen that were requested last are kept. Thread-safe.
   static std::shared_ptr<const ShortWaves> Of(int order, double nu, double prestress,
                                               double load_radius, Face face = Face::kEven);
 

@@ -16,9 +16,9 @@ struct Indentation {
   double slenderness = 0;  // t / a
 };
 
-// By how much of the solid's force the plate's is high at the same deflection:
+// Excess of the plate's force at the same deflection, relative to the solid's force:
 //   7.2 (t/a)^2 / (1 - p^2)^2 + (1.95 + 90 t/a) (w/a)^2 / (1 - p^2)^(3/4).
-// Where that is below 0.15, within 0.03 of what was measured.
+// Where it is below 0.15, it is within 0.03 of the measured one.
 double ExcessAtDepth(const Indentation& indentation) noexcept;
 
 // Where at the centre that is `excess`, by the radius; 0: nowhere, the plate is too thick.

@@ -71,7 +71,7 @@ class PressedPlaces {
   // d load / d deflection of one body while the prescribed values of the others stay; 0: it does
   // not touch.
   [[nodiscard]] double Stiffness(std::size_t body) const noexcept;
-  // The same of an even load at `place`; 0: it cannot move.
+  // d load / d deflection of an even load at `place`; 0: it cannot move.
   [[nodiscard]] double StiffnessAt(const Eigen::MatrixXd& compliance,
                                    Eigen::Index place) const noexcept;
 

@@ -56,7 +56,7 @@ class PronySeries {
 
   // F at the end of the next step, at which F_e is `elastic`.
   Wrench Advance(const Wrench& elastic, RelaxationMemory* memory) const;
-  // The same of a force whose moment is not known: that is left as it is.
+  // Advances a force whose moment is unknown: the moment stays as it is.
   Eigen::Vector3d Advance(const Eigen::Vector3d& elastic, RelaxationMemory* memory) const;
   // F right after F_e jumps to `elastic`.
   Wrench Jump(const Wrench& elastic, RelaxationMemory* memory) const;

@@ -1,5 +1,5 @@
-// From one image to one contact estimate: frame -> observation -> contact -> response. Only this
-// class combines images and forces.
+// Computes one contact estimate from one image: frame -> observation -> contact -> response. Only
+// this class combines images and forces.
 #pragma once
 
 #include <memory>

@@ -67,7 +67,7 @@ void FingerLocalModel::Render(TactileBody& body, const Isometry3d& X_SO, const I
   const Matrix3d& R = X_SO.linear();
   LocalModel next;
   next.normal = R * place_.n_O;
-  // From where the sphere reaches deepest to the apex of the pad.
+  // The vector from the deepest point of the sphere to the apex of the pad.
   const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
   next.reference = X_SO * place_.p_O + to_apex;
   const Matrix3d K_S =

@@ -17,7 +17,7 @@ class FingertipSense final : public SensingPipeline {
   // Loads the network, precomputes the object's model, opens the source; the first samples are the
   // baseline, so until they are known the force is unknown. Throws as MakeSensingPipeline does.
   FingertipSense(const Scene& scene, const SenseInputs& inputs);
-  // The same with another source and other senses than the scene's.
+  // Creates it with another source and other senses than the scene's.
   FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);
 
   bool Acquire(const std::stop_token& stop) override;

@@ -1,5 +1,5 @@
-// From one tactile sample to one contact estimate: counts -> force and contact point -> point on
-// the object -> deformation (paper B, figure 2).
+// Computes one contact estimate from one tactile sample: counts -> force and contact point -> point
+// on the object -> deformation (paper B, figure 2).
 #pragma once
 
 #include <array>

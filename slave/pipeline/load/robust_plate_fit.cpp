@@ -91,8 +91,8 @@ PlateFit RobustPlateFit::Fit(const std::vector<SurfacePoint>& points_O) noexcept
   return fit;
 }
 
-// With the rim where it was last, and if that does not explain the points, with a free one. What
-// has slid has moved its rim.
+// Fits with the rim at its last position and, if that does not explain the points, with a free rim.
+// A membrane that has slid has moved its rim.
 PlateFit RobustPlateFit::FitRim(double slide) noexcept {
   const bool slid = slide > 0;
   const Vector3d offset = slid ? rim_motion_ : Vector3d::Zero();

@@ -126,7 +126,7 @@ class OfflineReport {
   // writable; std::invalid_argument: other samples are there.
   virtual void OpenFrames(const std::filesystem::path& /*folder*/) {}
   virtual void WriteFrame(const std::filesystem::path& /*folder*/) const {}
-  // From here on Add writes the points that are followed. Throws std::runtime_error: not writable;
+  // Makes Add write the tracked points from now on. Throws std::runtime_error: not writable;
   // std::invalid_argument: this sense follows none.
   virtual void OpenPoints(const std::filesystem::path& /*file*/) {
     throw std::invalid_argument("--points: only for a stereo pair or depth images");

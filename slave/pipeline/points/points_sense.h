@@ -29,7 +29,7 @@ class PointsSense final : public SensingPipeline {
   // Opens the source, precomputes the model; the first pairs are the rest frame, so until it is
   // known the force is unknown. Throws as MakeSensingPipeline does.
   PointsSense(const Scene& scene, const SenseInputs& inputs);
-  // The same with another source than the scene's.
+  // Creates it with another source than the scene's.
   PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source);
 
   // Throws std::runtime_error also if the first images do not fit the rig.

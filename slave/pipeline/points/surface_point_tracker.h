@@ -1,4 +1,4 @@
-// From a pair of images, or a depth image, to points of the surface: dots, texture or depth, as the
+// Finds points of the surface in a pair of images or a depth image: dots, texture or depth, as the
 // scene defines.
 #pragma once
 

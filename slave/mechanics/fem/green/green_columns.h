@@ -53,7 +53,7 @@ class GreenColumns final : public Compliance {
   // nondimensional.
   void Solve(std::span<const int> places, std::span<const Eigen::Vector3d> forces,
              std::vector<Eigen::Vector3d>* displacement);
-  // The same by a unit force along each axis, of which each of `places` has the same part.
+  // Solves for a unit force along each axis that is shared equally by `places`.
   void SolveAxes(std::span<const int> places,
                  std::array<std::vector<Eigen::Vector3d>, 3>* displacement);
 
