@@ -253,7 +253,7 @@ void HapticLoop::TakeSettings() noexcept {
   tare_.Forget();
 }
 
-bool HapticLoop::Trusts(Time now) noexcept {
+bool HapticLoop::IsNewestStateUsable(Time now) noexcept {
   const SlaveState& state = newest_->state;
   const double age = SecondsBetween(SensedAt(*newest_), now);
   // The base, because a slave that delays its echoes must not make old states acceptable.
@@ -300,7 +300,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   if (newest_) {
     in.state_age = std::max(0.0, SecondsBetween(newest_->received_at, now));
     in.round_trip = newest_->round_trip;
-    in.trusted = Trusts(now);
+    in.trusted = IsNewestStateUsable(now);
     in.force_known = IsForceKnown(newest_->state);
     in.slave_epoch = newest_->state.epoch;
     in.slave_phase = newest_->state.phase;

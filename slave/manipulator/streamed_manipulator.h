@@ -79,7 +79,7 @@ class StreamedManipulator final : public Manipulator {
   [[nodiscard]] std::string FindFault(const ArmReading& reading, Time measured_at) const;
   void BeginWith(DriverId driver, const std::string& name);
   void Keep(const ArmReading& reading, Time measured_at) noexcept;
-  void Stand() noexcept;
+  void HoldPosition() noexcept;
   void Fail(const std::string& why, Time now);
   [[nodiscard]] std::string SilenceInWords(Time now) const;
   [[nodiscard]] bool IsSilent(Time now) const noexcept;

@@ -134,7 +134,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
       [this](std::function<void()> task) {
         disk_calls_.Submit([task = std::move(task)](const std::stop_token& /*stop*/) { task(); });
       },
-      [this](const auto& peer, double seconds) { bulk_pace_.Hear(peer, seconds); }};
+      [this](const auto& peer, double seconds) { bulk_pace_.AddRoundTrip(peer, seconds); }};
   ExclusiveChange change_;
   Seats seats_{kSeats, kOperatorSeats}, image_feeds_{4};  // one image feed is used
   FeedStreams feeds_;

@@ -142,7 +142,7 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
   Reset();
   Describe();
   ReportProgress(progress, "first solution", 0.8);
-  Rehearse(mesh);
+  MeasureUpdateTime(mesh);
   NotePrecompute();
   ReportProgress(progress, "ready", 1);
 }
@@ -166,7 +166,7 @@ void FemModel::Describe() {
 }
 
 // Measures the time of an update after a contact has moved, on meshes where that is quick.
-void FemModel::Rehearse(const SolidMesh& mesh) {
+void FemModel::MeasureUpdateTime(const SolidMesh& mesh) {
   const bool in_steps = body_.law() == fem::TetElements::Law::kNeoHookean;
   if (body_.element_count() > (in_steps ? kRehearsedInSteps : kRehearsed)) return;
   const SurfaceMesh surface = SurfaceOf(mesh);

@@ -29,7 +29,7 @@ class FingerContact {
   void Update(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
               const FingerTouch& touch, double largest_force) noexcept;
   // Ends the contact: the fingertip's position is unknown, or it touches nothing.
-  void LetGo() noexcept;
+  void EndContact() noexcept;
   // The force of the fingertip acts instead of its displacement, if it is known.
   void ActByForce() noexcept;
 

@@ -269,18 +269,18 @@ bool PressedMembrane::Continuation::Reach(double depth, int halvings) {
 
 void PressedMembrane::Continuation::Record() {
   const State& state = states.back();
-  auto rung = std::make_shared<MembraneRung>();
-  rung->depth = state.depth * length;
-  rung->force = -state.forces.sum() * force_unit;
-  rung->displacements_O.reserve(sources.size());
+  auto depth_step = std::make_shared<MembraneDepthStep>();
+  depth_step->depth = state.depth * length;
+  depth_step->force = -state.forces.sum() * force_unit;
+  depth_step->displacements_O.reserve(sources.size());
   for (const auto& source : sources) {
     const int column = mesh.column(source.circle, source.ray);
     Vector3d u = Vector3d::Zero();
     if (column < mesh.free_columns()) u = state.u.segment<3>(solid.unknown(column, 0, 0));
     const Vector3d u_O = press.face->Turned({source.x * u.x(), source.y * u.y(), u.z()});
-    rung->displacements_O.emplace_back((length * u_O).cast<float>());
+    depth_step->displacements_O.emplace_back((length * u_O).cast<float>());
   }
-  press.rungs.push_back(std::move(rung));
+  press.depth_steps.push_back(std::move(depth_step));
 }
 
 PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Material& material,
@@ -295,7 +295,7 @@ PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Materia
 PressedMembrane::~PressedMembrane() = default;
 
 bool PressedMembrane::Deepen(double depth) {
-  if (!(depth > continuation_->press.rungs.back()->depth &&
+  if (!(depth > continuation_->press.depth_steps.back()->depth &&
         depth <= kDeepest * continuation_->length)) {
     return false;
   }

@@ -25,7 +25,7 @@ double OnSolidMembrane(const Scene& scene, const PressSpec& question, const Pres
   for (int i = 1; i <= kSteps; ++i) {
     if (!membrane.Deepen(question.depth * i / kSteps)) return kUnknown;
   }
-  return -membrane.press().rungs.back()->force;
+  return -membrane.press().depth_steps.back()->force;
 }
 
 // --- volumes

@@ -50,7 +50,7 @@ TEST(PatchContactTest, TheLawScalesTheForceByDepth) {
   for (const double depth : {1e-3, 4.2e-3, 10e-3, 15e-3}) {
     const double ratio = 1 + std::min(depth / plane.full_depth, 1.0);
     EXPECT_NEAR(Press(&contact, 0, depth).y(), ratio * kK * depth, 1e-4) << depth;
-    contact.LetGo();
+    contact.EndContact();
   }
 }
 
@@ -58,7 +58,7 @@ TEST(PatchContactTest, BesideThePatchNothingIsServed) {
   PatchContact contact = On(Roof(kK, 0, 3));
   EXPECT_TRUE(Press(&contact, 0.03, 2e-3).isZero(0));
   EXPECT_FALSE(contact.serves());
-  contact.LetGo();
+  contact.EndContact();
   EXPECT_GT(Press(&contact, 0.01, 2e-3).y(), 0);
   EXPECT_TRUE(contact.serves());
 }

@@ -36,7 +36,7 @@ class Line {
       waits_.push_back(queue_ / width_);
       if (step_ % 10 == 0) trips_.push_back(round_trip_ + waits_.back());
       if (step_ % 10 == 0 && static_cast<double>(trips_.size()) * 10 * kStep > round_trip_) {
-        pace_.Hear("ada", trips_.front());
+        pace_.AddRoundTrip("ada", trips_.front());
         trips_.pop_front();
       }
     }
@@ -94,7 +94,7 @@ class Sender {
     double sent = 0;
     const Time begin = now_;
     for (; SecondsBetween(begin, now_) < seconds; now_ += Seconds(kStep)) {
-      if (round_trip >= 0) pace_.Hear("ada", round_trip);
+      if (round_trip >= 0) pace_.AddRoundTrip("ada", round_trip);
       while (sent < most * SecondsBetween(begin, now_) && pace_.Begin(kSize, now_)) sent += kSize;
     }
     return sent / seconds;
@@ -137,8 +137,8 @@ TEST(BulkPaceTest, ALineThatBecomesLongerIsUsedAgain) {
 
 TEST(BulkPaceTest, WhatIsNoRoundTripIsNotHeard) {
   BulkPace pace;
-  pace.Hear("ada", -1);
-  pace.Hear("ada", std::nan(""));
+  pace.AddRoundTrip("ada", -1);
+  pace.AddRoundTrip("ada", std::nan(""));
   ASSERT_TRUE(pace.Begin(1e9, kBegin));
   EXPECT_TRUE(pace.Begin(1e9, kBegin + Seconds(1)));
 }

@@ -51,7 +51,7 @@ std::vector<Laws> Compare(double thickness, double width, const Vector2d& p_O, d
     }
     const auto response = contacts::Answer(plate, plates::Moved(p_O, depth, width));
     const LoadFit fit = fitter.Fit(dots, displacement, sigma);
-    const double force = truth.press().rungs.back()->force;
+    const double force = truth.press().depth_steps.back()->force;
     const double stated =
         plate::ExcessAtDepth({p_O.norm() / kRadius, depth / kRadius, thickness / kRadius});
     all.push_back({depth, -force, response.force_O.z() / force, fit.force / force,
@@ -119,7 +119,7 @@ TEST(MembraneLaws, DotsTellTheForceAndPlaceOfARigidTool) {
           displacement[i] = DisplacementAt(truth.press(), dots[i], depth).z();
         }
         const LoadFit fit = fitter.Fit(dots, displacement, sigma);
-        EXPECT_NEAR(fit.force / truth.press().rungs.back()->force, 1, 0.03) << radii << depth;
+        EXPECT_NEAR(fit.force / truth.press().depth_steps.back()->force, 1, 0.03) << radii << depth;
         EXPECT_LT((fit.p_O - p_O).norm(), 0.3e-3) << radii << ' ' << depth;
         EXPECT_NEAR(-fitter.solution().responses().front().displacement_O.z() / depth, 1, 0.05);
       }

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 using simulation::CubeScene;
 using simulation::PinchScene;
 
-// Forces on it are 10 to 30 % off, ladders are solved in a tenth of the time.
+// Forces on it are 10 to 30 % off, series are solved in a tenth of the time.
 constexpr SiteResolution kCoarse{.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8};
 
 void PressBy(TactileSite* site, double depth, const Vector3d& beside = {0, 0, 0}) {

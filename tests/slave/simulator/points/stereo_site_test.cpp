@@ -146,16 +146,16 @@ INSTANTIATE_TEST_SUITE_P(Presses, MembraneImageTest,
                                          Press{"eccentric", {0.0117 * 0.6, 0.0117 * 0.8}, 2e-3}),
                          [](const auto& press) { return press.param.name; });
 
-// Reference: the press on the finest mesh in use, with twice as many rungs. Tolerances: what the
-// header states; measured are 0.12 % and 8 um at worst, most of it the mesh's.
+// Reference: the press on the finest mesh in use, with twice as many depth steps. Tolerances: what
+// the header states; measured are 0.12 % and 8 um at worst, most of it the mesh's.
 TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
   const double radius = 0.018;  // six rasters: nothing is blended
   const Scene scene = MembraneScene();
   simulation::PressedMembrane fine(std::get<MembraneGeometry>(scene.object.geometry),
                                    scene.object.material, scene.tool->width, {radius, 0});
-  std::vector<double> rungs{0.1e-3, 0.25e-3};
-  for (int k = 1; k <= 12; ++k) rungs.push_back(0.5e-3 * k);
-  for (const double depth : rungs) ASSERT_TRUE(fine.Deepen(depth));
+  std::vector<double> depth_steps{0.1e-3, 0.25e-3};
+  for (int k = 1; k <= 12; ++k) depth_steps.push_back(0.5e-3 * k);
+  for (const double depth : depth_steps) ASSERT_TRUE(fine.Deepen(depth));
   StereoSite site(scene);
   for (const double depth : {0.15e-3, 0.4e-3, 0.8e-3, 1.55e-3, 2.4e-3, 3.3e-3, 4.6e-3}) {
     site.MoveTool(Tip(scene, {radius, 0}, depth));
