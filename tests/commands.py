@@ -160,7 +160,7 @@ class Shell:
         self.block.write_text(block.text)
         begun, start = time.monotonic(), self.output.seek(0, os.SEEK_END)
         run = "/usr/bin/python3" if block.language == "python" else "source"
-        self.write(f"{run} '{self.block}' </dev/null; jobs >/dev/null; echo >&$done")  # numbers of jobs begin anew
+        self.write(f"{run} '{self.block}' </dev/null; jobs >/dev/null; echo >&$done")  # job numbers start again
         code = self.wait(begun + patience)
         self.output.seek(start)
         return code, self.output.read().decode(errors="replace"), time.monotonic() - begun

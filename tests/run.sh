@@ -7,7 +7,7 @@
 #   --fast     without sanitizers
 #   --full     everything: clang-tidy on changed files, slow tests, simulated environments, training, identification and studies in depth, all checks of
 #              the sanitizers on everything that is not slow, thread sanitizer on all threaded code
-# Where CI=true warnings are errors: these options compile all that deploy/demo.sh has compiled anew.
+# Where CI=true warnings are errors: these options compile again all that deploy/demo.sh has compiled.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -14,7 +14,8 @@ constexpr double kMaxReading = 100;     // largest position [m] and velocity [m/
 constexpr double kRounding = 1 + 1e-9;  // the loop limits by the same bounds
 constexpr double kUnit = 1e-2;          // deviation of the length of an orientation from 1 [-]
 
-// `wanted`, at most `most` long; zero if it is no number. Adds whether it was changed.
+// Returns `wanted` with at most the length `most`; zero if it is no number. Adds whether it was
+// changed.
 Eigen::Vector3d Limited(const Eigen::Vector3d& wanted, double most, bool* changed) {
   if (!wanted.allFinite()) {
     *changed = true;
@@ -26,7 +27,7 @@ Eigen::Vector3d Limited(const Eigen::Vector3d& wanted, double most, bool* change
   return wanted * (most / size);
 }
 
-// From `last` towards `wanted`, by at most `step`.
+// Returns `last` moved towards `wanted` by at most `step`.
 Eigen::Vector3d Stepped(const Eigen::Vector3d& last, const Eigen::Vector3d& wanted, double step,
                         bool* changed) {
   const Eigen::Vector3d way = wanted - last;

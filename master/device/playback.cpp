@@ -18,7 +18,7 @@ void RequireColumns(const CsvTable& table) {
   }
 }
 
-// A recorded hand feels nothing, and therefore has no limit of its own.
+// A recorded motion renders no force, and therefore has no limit of its own.
 DeviceCapabilities WithoutForce() {
   DeviceCapabilities own;
   own.simulated = true;

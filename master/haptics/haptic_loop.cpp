@@ -41,8 +41,8 @@ bool IsSane(const SlaveState& state) {
 }
 
 constexpr double kFadeIn = 0.050;  // [s]
-// From the last state to zero force: `dead_after` until the timeout, then these two; 80 ms in total
-// by default.
+// The force is zero after `dead_after` and these two times, counted from the last state: 80 ms by
+// default.
 constexpr double kHoldForce = 0.010;  // of HOLD before the fade [s]
 constexpr double kFadeOut = 0.040;    // [s]
 constexpr double kFadeOfSilence =
@@ -253,7 +253,7 @@ void HapticLoop::TakeSettings() noexcept {
   tare_.Forget();
 }
 
-bool HapticLoop::Trusts(Time now) noexcept {
+bool HapticLoop::IsNewestStateUsable(Time now) noexcept {
   const SlaveState& state = newest_->state;
   const double age = SecondsBetween(SensedAt(*newest_), now);
   // The base, because a slave that delays its echoes must not make old states acceptable.
@@ -300,7 +300,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   if (newest_) {
     in.state_age = std::max(0.0, SecondsBetween(newest_->received_at, now));
     in.round_trip = newest_->round_trip;
-    in.trusted = Trusts(now);
+    in.trusted = IsNewestStateUsable(now);
     in.force_known = IsForceKnown(newest_->state);
     in.slave_epoch = newest_->state.epoch;
     in.slave_phase = newest_->state.phase;

@@ -84,7 +84,7 @@ class HapticLoop {
   void TakePatch(double now) noexcept;
   void CompareWithSlave(const SlaveState& state) noexcept;
   // Returns whether the newest state may be rendered. Adds the reason if not.
-  [[nodiscard]] bool Trusts(Time now) noexcept;
+  [[nodiscard]] bool IsNewestStateUsable(Time now) noexcept;
   [[nodiscard]] bool KeepsOffset() noexcept;
   [[nodiscard]] DeviceReading Checked(const DeviceReading& reading) noexcept;
   void StepMachine(Time now, bool engaged) noexcept;

@@ -48,7 +48,7 @@ void LocalContact::Take(const LocalModel& model, double now) noexcept {
 Eigen::Vector3d LocalContact::ForceAt(const Eigen::Vector3d& p_S, double now) noexcept {
   if (!known()) return {0, 0, 0};
   if (!(At(now).Penetration(p_S) > 0)) {
-    LetGo();
+    EndContact();
     return {0, 0, 0};
   }
   if (!entry_) entry_ = p_S;

@@ -48,7 +48,7 @@ class LocalContact {
   // model. Real-time safe.
   [[nodiscard]] Eigen::Vector3d ForceAt(const Eigen::Vector3d& p_S, double now) noexcept;
   // Forgets where the tip passed the plane. Real-time safe.
-  void LetGo() noexcept { entry_.reset(); }
+  void EndContact() noexcept { entry_.reset(); }
   // The active model at `now` [s].
   [[nodiscard]] LocalModel At(double now) const noexcept;
   [[nodiscard]] bool known() const noexcept { return to_.known(); }
@@ -141,8 +141,8 @@ class Renderer {
   // Forgets the forces and keeps the surface, before a new engagement. Real-time safe.
   void ForgetForces() noexcept {
     samples_.Clear();
-    contact_.LetGo();
-    patch_.LetGo();
+    contact_.EndContact();
+    patch_.EndContact();
     missing_.setZero();
   }
   [[nodiscard]] const LocalContact& contact() const noexcept { return contact_; }

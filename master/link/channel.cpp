@@ -18,8 +18,8 @@ namespace palpate {
 namespace {
 
 constexpr int kFirstRetryMs = 50, kMaxRetryMs = 500;
-// As gRPC has it, an attempt is given up after so many round trips: a handshake takes several, or
-// the while that a busy machine needs.
+// gRPC gives up an attempt after this number of round trips: a handshake takes several of them, or
+// longer on a busy machine.
 constexpr int kHandshakeTrips = 3;
 constexpr int kKeepaliveMs = 1000;
 // [bytes] on their way at most. Ticks: 200 states of 256 bytes a second, twice, for each second of

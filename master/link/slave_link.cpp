@@ -147,11 +147,11 @@ struct SlaveLink::Parts {
   // The number in the answer to an own stop. It may arrive after that of a later stop.
   void LearnStop(std::uint64_t stops);
   grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
-  // There is no stream, or no more, for the reason that `status` tells; returns it.
+  // There is no stream, or no more, for the reason in `status`; returns it.
   grpc::Status Failed(const grpc::Status& status);
   void Served();
   void Refused(const std::string& reason);
-  // They were asked for, and none came for so long that none will; with `mutex` held.
+  // Datagrams were requested, but none has arrived within the time limit; with `mutex` held.
   [[nodiscard]] bool LacksDatagrams() const;
   // Watches the states of a slave that nobody can operate, until its settings change, the stream
   // ends, or `stop`.

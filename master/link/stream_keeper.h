@@ -70,7 +70,7 @@ class StreamKeeper {
     const std::scoped_lock lock(mutex_);
     return stats_;
   }
-  // Ends the open stream; the next one begins anew.
+  // Ends the open stream; the next one starts again.
   void Reopen() {
     const std::scoped_lock lock(mutex_);
     if (context_ != nullptr) context_->TryCancel();

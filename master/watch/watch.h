@@ -13,7 +13,7 @@ struct WatchOptions {
   bool insecure = false;
   double duration = 0;  // [s]; 0: until stopped
   bool json = false;    // lines of JSON instead of a table
-  std::string name;     // how the server calls this client
+  std::string name;     // name of this client at the server
 };
 
 // Shows the table each second until `stopped` or the end of the duration; on a terminal it replaces

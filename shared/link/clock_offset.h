@@ -32,10 +32,10 @@ class BaseRoundTrip {
     remembered_ = 0;
     before_ = std::exchange(newest_, kUnknown);
   }
-  // Returns whether packets are queued: `shortest` exceeds the base by `standing` [s] plus `share`
-  // of the base.
-  [[nodiscard]] bool Waits(double shortest, double standing, double share) const noexcept {
-    return shortest < kUnknown && shortest > own_ + standing + share * own_;
+  // Returns whether packets are queued: `shortest` exceeds the base by `queueing` [s] plus
+  // `variation` times the base.
+  [[nodiscard]] bool Waits(double shortest, double queueing, double variation) const noexcept {
+    return shortest < kUnknown && shortest > own_ + queueing + variation * own_;
   }
   [[nodiscard]] double OrZero() const noexcept { return own_ < kUnknown ? own_ : 0; }  // [s]
 

@@ -16,7 +16,7 @@ namespace {
                               ": expected HOST:PORT or [IPV6]:PORT with a port from 0 to 65535");
 }
 
-// With the link that it is an address of, or without: fe80::1%eth0.
+// Accepts addresses with and without the name of a link: fe80::1%eth0.
 bool IsV6(const std::string& host) {
   const auto percent = host.find('%');
   in6_addr v6{};

@@ -1,5 +1,5 @@
-// Finds points of a triangulated surface, and nodes or triangles of a contact patch (contracts,
-// `solve`: rules for positions and `width` in 3D). Frame O [m].
+// Finds points of a triangulated surface, and nodes or triangles of a contact patch (rules:
+// slave/solve/README.md). Frame O [m].
 #pragma once
 
 #include <optional>

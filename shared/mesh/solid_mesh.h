@@ -38,8 +38,8 @@ SurfaceMesh SurfaceOf(const SolidMesh& mesh);
 
 // A box with its lower corner at the origin: nodes id = i + (n_x + 1) (j + (n_y + 1) k), every cell
 // cut into six tetrahedra along the diagonal from corner 0 to corner 7, corner c = dx + 2 dy + 4 dz
-// (contracts, `box`). Throws std::invalid_argument: sizes not positive and finite, no cell, more
-// than 4 million tetrahedra.
+// (`object.geometry.box`). Throws std::invalid_argument: sizes not positive and finite, no cell,
+// more than 4 million tetrahedra.
 SolidMesh MeshBox(const Eigen::Vector3d& size, const std::array<int, 3>& cells);
 
 // Every tetrahedron cut into eight of its modulus, every triangle into four, at the middles of

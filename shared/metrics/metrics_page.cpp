@@ -23,8 +23,8 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using beast::error_code;
 
-// With who asks: from the first byte to the last. Who asks has its place at once, whoever else is
-// there: the eldest goes.
+// Time limit of a request from its first byte to the last. A new request is accepted at once; the
+// oldest one is closed if there are too many.
 constexpr std::chrono::seconds kTimeout(1);
 constexpr std::size_t kMaxAskers = 16;
 constexpr std::chrono::milliseconds kBreath(20);  // where there is no descriptor left

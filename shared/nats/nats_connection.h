@@ -36,7 +36,7 @@ SubjectParts PartsOf(std::string_view subject);
 // methods are called by one thread.
 class NatsConnection {
  public:
-  // Both callbacks are also called by threads of the library, too.
+  // Both callbacks may also be called by threads of the library.
   using OnNews = std::function<void(const std::string& text)>;
   using OnMessage = std::function<void(std::string_view subject, std::string_view bytes)>;
 
@@ -51,7 +51,7 @@ class NatsConnection {
   // Subscribes for this and later connections.
   void Subscribe(const std::string& subject, OnMessage on_message);
   // The news name each client that the server cuts off because it reads too slowly, if the server
-  // tells its clients (deploy/nats-server.conf).
+  // states to its clients (deploy/nats-server.conf).
   void ReportSlowClients();
   // Returns whether there is a connection. Without one it tries to connect, up to five times a
   // second, which takes a second where nobody answers.

@@ -32,7 +32,7 @@ void PatchContact::Take(const SurfacePatch& patch, const PatchLaw& law, double a
   to_ = from_ = {law, at};
   since_ = now - kBlendTime;
   steepest_ratio_ = SteepestRatio();
-  LetGo();
+  EndContact();
 }
 
 void PatchContact::TakeLaw(const PatchLaw& law, double at, double now) noexcept {
@@ -68,7 +68,7 @@ void PatchContact::Resume(const PatchContact& before) noexcept {
   }
 }
 
-void PatchContact::LetGo() noexcept {
+void PatchContact::EndContact() noexcept {
   for (Touch& touch : touches_) touch = Touch();
   depth_ = 0;
   serves_ = false;
@@ -309,13 +309,13 @@ void PatchRender::Take(const SurfacePatch& patch, const PatchLaw& law, double at
   if (!first) since_ = now;
 }
 
-void PatchRender::LetGo() noexcept {
-  newest_.LetGo();
-  before_.LetGo();
+void PatchRender::EndContact() noexcept {
+  newest_.EndContact();
+  before_.EndContact();
 }
 
 void PatchRender::Forget() noexcept {
-  LetGo();
+  EndContact();
   newest_.Forget();
   since_ = -1e9;
 }

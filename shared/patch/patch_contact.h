@@ -38,10 +38,10 @@ class PatchContact {
   // Takes over the anchors of `before`.
   void Resume(const PatchContact& before) noexcept;
   // Forgets the contact.
-  void LetGo() noexcept;
+  void EndContact() noexcept;
   // Forgets the patch.
   void Forget() noexcept {
-    LetGo();
+    EndContact();
     patch_.epoch = 0;
   }
   // Moves the tip to `p_S` and returns the force of the object on the first tool [N]. `then`: the
@@ -112,7 +112,7 @@ class PatchRender {
 
   // These functions forward to PatchContact.
   void Take(const SurfacePatch& patch, const PatchLaw& law, double at, double now) noexcept;
-  void LetGo() noexcept;
+  void EndContact() noexcept;
   void Forget() noexcept;
   Eigen::Vector3d ForceAt(const Eigen::Vector3d& p_S, double now, double then) noexcept;
   void set_stiffest(double stiffest) noexcept;

@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 constexpr int kLevel =
-    1;  // a recorder has a share of a core, and forces are noise in their last digits
+    1;  // fastest level: a recorder has a share of a core, and the last digits of forces are noise
 
 }  // namespace
 

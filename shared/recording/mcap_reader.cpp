@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::uint64_t kChunkHead = 32;  // what a chunk tells before its packing's name
+constexpr std::uint64_t kChunkHead = 32;  // bytes of a chunk before the name of its compression
 
 }  // namespace
 

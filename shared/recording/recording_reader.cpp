@@ -30,7 +30,7 @@ bool RecordingReader::OpenNext() {
   try {
     reader_ = std::make_unique<McapReader>(parts_[part_]);
   } catch (const InputError& error) {
-    Damage(error.what());  // killed while it began
+    Damage(error.what());  // the recorder was killed at the start
     return false;
   }
   is_new_ = true;

@@ -1,4 +1,4 @@
-// Link timeout: both ends regard a silent link as dead after this time (contracts, wire). A scene
+// Link timeout: both ends regard a silent link as dead after this time. A scene
 // may set a longer one for networks with jitter, within bounds that each end enforces, because the
 // force on the device continues for this time.
 #pragma once

@@ -14,7 +14,7 @@ constexpr double kInch = 0.0254;                 // [m]
 constexpr double kPoundForce = 4.4482216152605;  // [N]
 constexpr double kPsi = kPoundForce / (kInch * kInch);
 
-// In small letters; see FindUnit for those whose first letter's size matters.
+// The units in small letters; see FindUnit for those whose first letter's size matters.
 constexpr std::array kUnits{
     Unit{"pa", Quantity::kStress, 1},
     Unit{"kpa", Quantity::kStress, 1e3},

@@ -222,7 +222,7 @@ void CsvLines::TakeCommas() {
     }
     has_comma_ = true;
     refuse_mixed(cell);
-    // In place, in whichever of both buffers it is.
+    // Replaces the comma in place, in either of the two buffers.
     *const_cast<char*>(cell.data() + cell.find(',')) = '.';
   }
 }

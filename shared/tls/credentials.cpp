@@ -33,8 +33,8 @@ void RequirePrivate(const fs::path& key) {
   throw std::invalid_argument(key.string() + " is readable by other users: expected mode 0600");
 }
 
-// This gRPC has no setting for it: of the suites before 1.3 only one is left that needs a secret
-// shared beforehand, which there is none of.
+// This gRPC has no setting for the minimum version. Of the cipher suites before 1.3 one is left
+// that needs a pre-shared secret, and there is none.
 void AllowOnlyTls13() {
   setenv("GRPC_SSL_CIPHER_SUITES", "PSK-AES128-GCM-SHA256", 1);
 }
@@ -113,7 +113,7 @@ std::shared_ptr<grpc::ServerCredentials> ServerTls(const fs::path& folder) {
 }
 
 std::shared_ptr<grpc::ChannelCredentials> ChannelTls(const fs::path& folder) {
-  const auto provider = Watched(folder);  // options that nobody gets are never freed
+  const auto provider = Watched(folder);  // options that are never used are never freed
   grpc::experimental::TlsChannelCredentialsOptions options;
   options.set_certificate_provider(provider);
   options.watch_root_certs();

@@ -11,7 +11,7 @@ namespace {
 constexpr std::int64_t kNanosPerSecond = 1'000'000'000;
 constexpr std::int64_t kLatestSecond = std::int64_t{1} << 33;  // fits nanoseconds in 64 bits
 
-// In the order of Validity.
+// The values in the order of Validity.
 constexpr std::array<v1::Validity, 6> kValidities{
     v1::VALIDITY_VALID, v1::VALIDITY_EXTRAPOLATED,  v1::VALIDITY_PUNCTURED,
     v1::VALIDITY_STALE, v1::VALIDITY_TRACKING_LOST, v1::VALIDITY_FAILED};

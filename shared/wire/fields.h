@@ -62,8 +62,8 @@ class FieldReader {
   double NonNegative(std::string_view name, double value, double limit);
   Eigen::Vector3d Vector(std::string_view name, const v1::Vec3& value, double limit);
   Eigen::Vector3d Vector(std::string_view name, const v1::Vec3f& value, double limit);
-  // None, or four numbers w, x, y, z whose length is 1 within kUnitTolerance; the result is a unit
-  // quaternion. nullopt: none, or rejected.
+  // Accepts no numbers, or four numbers w, x, y, z whose length is 1 within kUnitTolerance; the
+  // result is a unit quaternion. nullopt: none, or rejected.
   std::optional<Eigen::Quaterniond> Rotation(std::string_view name,
                                              const google::protobuf::RepeatedField<double>& value);
   // 1970 to 2242, 0 <= nanos < 1e9.

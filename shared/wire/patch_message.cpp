@@ -150,7 +150,7 @@ double Depth(std::string_view name, double value, FieldReader* reader) {
   return reader->NonNegative(name, value, kMaxLength);
 }
 
-// As kLawPoints of them, whatever number was sent.
+// Resamples the ratios at kLawPoints points, whatever number was sent.
 void ReadRatios(const v1::PatchLaw& message, FieldReader* reader, PatchLaw* law) {
   const int sent = message.ratios_size();
   reader->Require(sent >= 1 && sent <= kLawPoints, "ratios", "1 to 16 numbers");

@@ -114,7 +114,7 @@ void FingerStream::Restart() noexcept {
   sender_period_ = period_;
 }
 
-// Who sends a sample now and then keeps no driver out.
+// A driver that rarely sends a sample does not block another driver.
 Clock::duration FingerStream::SilenceAllowed() const noexcept {
   return run_ < kDrivers ? std::min(kSilence, Seconds(kSlowest * period_)) : kSilence;
 }

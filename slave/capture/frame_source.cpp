@@ -188,7 +188,7 @@ StereoPair ReadDepth(ImageFiles& files) {
   return Arranged({.left = files.ReadNext()}, PairLayout::kDepth, name);
 }
 
-// Where the first two bear the same number, all must: a image missing on the left and another one
+// Where the first two bear the same number, all must: an image missing on the left and another one
 // on the right would pair what does not belong together.
 void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
   if (LastNumber(left.files().front()) != LastNumber(right.files().front())) return;
@@ -297,7 +297,7 @@ std::unique_ptr<FrameSource> OpenCamera(const Camera& camera, const ImageFilter&
 }
 
 std::unique_ptr<StereoSource> OpenStereo(const Scene& scene) {
-  if (TakesPictures(scene.sense)) {
+  if (TakesImages(scene.sense)) {
     throw std::runtime_error(scene.name + ": images of a stream arrive only from a driver");
   }
   if (const auto* depth = scene.sense.Find<DepthImages>()) {

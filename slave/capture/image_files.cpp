@@ -95,7 +95,7 @@ std::vector<fs::path> ListNumbered(const fs::path& pattern) {
   });
 }
 
-// In order of their names, which numbers that are too long to read are none of.
+// The numbers in the files' names, in order of the names. A number that is too long counts as none.
 std::optional<std::vector<std::uint64_t>> NumbersOf(const std::vector<fs::path>& files) {
   std::vector<std::uint64_t> numbers;
   for (const fs::path& file : files) {

@@ -111,13 +111,13 @@ struct ImageInbox::State {
   // Throw std::runtime_error: what is not accepted. Without the mutex.
   [[nodiscard]] cv::Mat SizedAsWanted(const PushedImage& pushed) const;
   [[nodiscard]] StereoPair Accepted(const PushedSample& pushed) const;
-  // With the mutex.
+  // Call it with the mutex locked.
   std::optional<std::string> TooMany(Time arrived_at);
   std::optional<std::string> OutOfOrder(const PushedSample& pushed) const;
   std::optional<std::string> Unlike(const StereoPair& sample);
   void Stamp(const PushedSample& pushed, Time arrived_at, StereoPair* sample);
   void Keep(StereoPair sample);
-  // With a driven clock the thread that waits would have to feed.
+  // With a driven clock, the waiting thread is the one that would feed.
   [[nodiscard]] bool WouldWaitForEver() const {
     return DrivenClock::is_active() && !queue.has_images();
   }

@@ -72,7 +72,8 @@ struct LiveCameras::State {
   [[nodiscard]] bool HasEnded(std::size_t i);  // waits for it, not forever
   void Put(std::size_t i, cv::Mat image, Time at);
   void SetGone(std::size_t i, bool is_gone);
-  // With the mutex, as those below. Whether the camera's image is like those before.
+  // Call this function and those below with the mutex locked. Returns whether the camera's image is
+  // like the previous ones.
   bool IsLikeFirst(std::size_t i, const cv::Mat& image);
   // The newest images that belong together, as far as they have come.
   void Match();

@@ -1,4 +1,4 @@
-// Images of cameras as the sensing takes them.
+// Arranges images of cameras as the sensing needs them.
 #pragma once
 
 #include <cstdint>

@@ -117,7 +117,7 @@ class RecordedTactile final : public TactileSource {
   bool is_resampled_ = false;
   std::vector<Instant> instants_;
   std::size_t next_ = 0;
-  Time start_{};  // when the first frame was asked for
+  Time start_{};  // when the first frame was requested
 
   std::mutex mutex_;  // for waiting only
   std::condition_variable_any never_;

@@ -51,7 +51,7 @@ struct TactileInbox::State {
   std::uint64_t frames = 0;
 };
 
-// The newest time of which any finger tells: what is meant by now, so that fingers are compared
+// The newest time of a sample of any finger: it is the present time, so that fingers are compared
 // with each other and not with the wall clock.
 std::optional<Time> TactileInbox::State::Newest() const {
   std::optional<Time> newest;
@@ -167,7 +167,7 @@ void TactileInbox::Leave(std::string_view finger, SenderId sender) {
 
 std::optional<TactileFrame> TactileInbox::Next(const std::stop_token& stop) {
   std::unique_lock lock(state_->mutex);
-  // With a driven clock the thread that waits would have to feed.
+  // With a driven clock, the waiting thread is the one that would feed.
   if (DrivenClock::is_active()) return state_->TryFrame();
   std::optional<TactileFrame> frame;
   state_->fed.wait(lock, stop, [&] {

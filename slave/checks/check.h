@@ -1,5 +1,5 @@
 // A check compares what one sample shows with independent knowledge: another sensor, the start, or
-// the model. It tells a verdict, and by how much the force may be wrong in addition.
+// the model. It gives a verdict, and by how much the force may be wrong in addition.
 #pragma once
 
 #include <cmath>
@@ -33,7 +33,7 @@ class Check {
 
   // Once per sample. Allocation-free after the first samples.
   virtual void Examine(const Sample& sample, Findings* findings) noexcept = 0;
-  // Nothing is in contact, and the object may be elsewhere.
+  // Called when nothing is in contact and the object may have moved.
   virtual void Reset() noexcept {}
 };
 

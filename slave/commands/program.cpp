@@ -29,7 +29,7 @@ namespace {
 // For a command to end by itself after a signal; what computes for longer, a large model say, hears
 // nothing, moves nothing and has every row it wrote flushed.
 constexpr std::chrono::seconds kPatience(2);
-// For pictures that wait to be packed: 256 MB of them, where processors are busy.
+// For images that wait to be packed: 256 MB of them, where processors are busy.
 constexpr std::chrono::seconds kRecordingPatience(30);
 
 constexpr const char* kPattern = "%^%l%$ %v";

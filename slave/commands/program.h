@@ -51,7 +51,7 @@ void RaiseDescriptorLimit();
 
 // Writes the log to standard error; standard output is for results.
 void LogToStderr();
-// The same for a server, which never waits for a reader of the log: see UnblockedSink.
+// Sets up the log of a server, which never waits for a reader of the log: see UnblockedSink.
 void LogWithoutWaiting();
 
 // Returns the result of `command`. An exception is printed on standard error: an unusable scene or

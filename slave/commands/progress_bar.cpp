@@ -40,7 +40,7 @@ std::string Percent(double done) {
   return Formatted(" %3d %%", static_cast<int>(100 * done));
 }
 
-// Time left from the stage's own pace; unknown while too little is done to tell.
+// Time left from the stage's own pace; unknown while too little is done.
 std::string TimeLeft(double spent, double done) {
   if (done >= 1 || done < 0.01 || spent <= 0) return "";
   return ", " + Duration(spent * (1 - done) / done) + " left";

@@ -22,8 +22,7 @@ Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std:
 void KeepDecision(const study::StudyResult& study, const Scene& scene,
                   const std::vector<std::string>& overrides);
 
-// What an operator can do without a force guard or a depth guard, as a sentence; empty: both are
-// set.
+// States in a sentence the risk of a missing force guard or depth guard; empty: both are set.
 std::string MissingGuards(const ManipulatorOptions& arm);
 
 // Folder of stored decisions: $XDG_CACHE_HOME/palpate, else ~/.cache/palpate; empty: none.

@@ -8,8 +8,8 @@
 
 namespace palpate {
 
-// What a mesh file contains that is not used or looks wrong, and numbers that are hardly meant: of
-// the object's size and material and of gravity (shared/text/plausible.h), a tool wider than the
+// Lists parts of a mesh file that are unused or look wrong, and implausible numbers: the object's
+// size and material, gravity (shared/text/plausible.h), a tool wider than the
 // object, a pixel larger than 5 mm, a baseline larger than the distance. A file that cannot be read
 // has no remarks: it is refused where it is used.
 std::vector<std::string> RemarksOn(const Scene& scene);

@@ -20,7 +20,7 @@ namespace {
 using identify::TableRequest;
 
 constexpr std::string_view kRelaxation = "relaxation", kPress = "press", kLoads = "loads",
-                           kPictures = "pictures";
+                           kImages = "pictures";
 
 // KIND=FILE, KIND:RATIO=FILE, or FILE alone.
 TableRequest ParseData(const std::string& argument) {
@@ -95,7 +95,7 @@ identify::Specimen SpecimenOf(const IdentifyRequest& o) {
 
 struct Requests {
   std::vector<TableRequest> tests, relaxations;
-  std::filesystem::path press, loads, pictures;
+  std::filesystem::path press, loads, images;
 };
 
 Requests Sort(const IdentifyRequest& options) {
@@ -104,10 +104,10 @@ Requests Sort(const IdentifyRequest& options) {
     TableRequest request = ParseData(argument);
     if (request.kind == kRelaxation) {
       requests.relaxations.push_back(std::move(request));
-    } else if (request.kind == kPress || request.kind == kLoads || request.kind == kPictures) {
+    } else if (request.kind == kPress || request.kind == kLoads || request.kind == kImages) {
       auto& file = request.kind == kPress   ? requests.press
                    : request.kind == kLoads ? requests.loads
-                                            : requests.pictures;
+                                            : requests.images;
       if (!file.empty()) throw std::invalid_argument(request.kind + ": expected one file");
       file = request.file;
     } else {
@@ -117,7 +117,7 @@ Requests Sort(const IdentifyRequest& options) {
   if (!(requests.press.empty() && requests.loads.empty()) && options.scene.empty()) {
     throw std::invalid_argument("press=FILE, loads=FILE: needs --scene with the object");
   }
-  if (!requests.pictures.empty() && options.scene.empty()) {
+  if (!requests.images.empty() && options.scene.empty()) {
     throw std::invalid_argument("pictures=FILE: needs --scene with the images of the contacts");
   }
   return requests;
@@ -203,7 +203,7 @@ void IdentifyRelaxation(const Requests& requests, const identify::Specimen& spec
   report->prony = identify::FitProny(report->relaxations);
 }
 
-// From presses or loads on the scene's object.
+// Identifies a modulus from presses or loads on the scene's object.
 void IdentifyOnScene(const Requests& requests, const IdentifyRequest& options,
                      const IdentifyActions& actions, Progress* progress, IdentifyReport* report) {
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
@@ -233,7 +233,7 @@ void IdentifyOnScene(const Requests& requests, const IdentifyRequest& options,
 
 std::vector<std::filesystem::path> InputFilesOf(const IdentifyRequest& request) {
   const Requests requests = Sort(request);
-  std::vector<std::filesystem::path> inputs{requests.press, requests.loads, requests.pictures,
+  std::vector<std::filesystem::path> inputs{requests.press, requests.loads, requests.images,
                                             request.scene};
   for (const TableRequest& table : requests.tests) inputs.push_back(table.file);
   for (const TableRequest& table : requests.relaxations) inputs.push_back(table.file);
@@ -243,7 +243,7 @@ std::vector<std::filesystem::path> InputFilesOf(const IdentifyRequest& request) 
 IdentifyReport Identify(const IdentifyRequest& request, const IdentifyActions& actions,
                         Progress* progress) {
   const Requests requests = Sort(request);
-  if (!requests.pictures.empty() && !actions.fit_pictures) {
+  if (!requests.images.empty() && !actions.fit_images) {
     throw std::invalid_argument("pictures=FILE: expected the command palpate-slave identify");
   }
   const identify::Specimen specimen = SpecimenOf(request);
@@ -256,19 +256,18 @@ IdentifyReport Identify(const IdentifyRequest& request, const IdentifyActions& a
                      "those of the header, --stress-unit, --height, --diameter and --area");
   }
   const bool nothing = report.tests.empty() && report.relaxations.empty() &&
-                       requests.press.empty() && requests.loads.empty() &&
-                       requests.pictures.empty();
+                       requests.press.empty() && requests.loads.empty() && requests.images.empty();
   if (nothing) {
     throw InputError(report.warnings.empty() ? "identify: no table" : report.warnings.front());
   }
   if (!requests.press.empty() || !requests.loads.empty()) {
     IdentifyOnScene(requests, request, actions, progress, &report);
   }
-  if (!requests.pictures.empty()) {
+  if (!requests.images.empty()) {
     ReportProgress(progress, "images", 0);
     const Scene scene = LoadScene(request.scene, request.overrides);
     if (actions.remark) actions.remark(scene);
-    report.pictures = actions.fit_pictures(scene, requests.pictures);
+    report.images = actions.fit_images(scene, requests.images);
   }
   return report;
 }

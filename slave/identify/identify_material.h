@@ -33,7 +33,7 @@ struct IdentifyRequest {
 struct IdentifyActions {
   std::function<void(const Scene&)> remark;  // on its numbers; empty: nothing
   // The fit of `pictures=FILE`; empty: refused.
-  std::function<PictureFit(const Scene&, const std::filesystem::path&)> fit_pictures;
+  std::function<ImageFit(const Scene&, const std::filesystem::path&)> fit_images;
 };
 
 // The files of the request.

@@ -157,16 +157,16 @@ Json ToJson(const PressFit& press) {
           {"model", press.kind}};
 }
 
-Json ToJson(const PictureFit& pictures) {
-  return {{"young_modulus_Pa", pictures.young_modulus},
-          {"sigma_Pa", pictures.sigma_modulus},
-          {"prestress_N_per_m", pictures.prestress},
-          {"offset_N", pictures.offset},
-          {"sigma_offset_N", pictures.sigma_offset},
-          {"rms_of_peak", pictures.rms},
-          {"samples", pictures.samples},
-          {"pressed", pictures.pressed},
-          {"passes", pictures.passes}};
+Json ToJson(const ImageFit& images) {
+  return {{"young_modulus_Pa", images.young_modulus},
+          {"sigma_Pa", images.sigma_modulus},
+          {"prestress_N_per_m", images.prestress},
+          {"offset_N", images.offset},
+          {"sigma_offset_N", images.sigma_offset},
+          {"rms_of_peak", images.rms},
+          {"samples", images.samples},
+          {"pressed", images.pressed},
+          {"passes", images.passes}};
 }
 
 std::string ToWords(const PressFit& fit, const char* cases, const char* quantity) {
@@ -175,21 +175,21 @@ std::string ToWords(const PressFit& fit, const char* cases, const char* quantity
       "object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}}}\n",
       fit.presses, cases, fit.kind, fit.young_modulus, kWide * fit.sigma_modulus, fit.poisson_ratio,
       100 * fit.rms, quantity, fit.young_modulus, fit.poisson_ratio);
-  words += "  " + InPlainWords(fit.young_modulus) + "\n";
+  words += "  " + ModulusText(fit.young_modulus) + "\n";
   for (const auto& [name, modulus] : fit.alone) {
     words += fmt::format("  {} alone: E {:.5g} Pa\n", name, modulus);
   }
   return words;
 }
 
-std::string ToWords(const PictureFit& fit) {
+std::string ToWords(const ImageFit& fit) {
   std::string words = fmt::format(
       "{} samples with a known force, {} of them in contact: E {:.5g} +- {:.2g} Pa, force offset "
       "{:.3g} +- {:.2g} N, rms {:.3g} % of the largest force\n  object.material.young_modulus: "
       "{:.6g} Pa\n",
       fit.samples, fit.pressed, fit.young_modulus, kWide * fit.sigma_modulus, fit.offset,
       kWide * fit.sigma_offset, 100 * fit.rms, fit.young_modulus);
-  words += "  " + InPlainWords(fit.young_modulus) + "\n";
+  words += "  " + ModulusText(fit.young_modulus) + "\n";
   if (fit.prestress > 0) words += fmt::format("  model.prestress: {:.4g} N/m\n", fit.prestress);
   return words;
 }
@@ -273,7 +273,7 @@ void AddLaws(const IdentifyReport& report, std::string* words) {
                         100 * kPoorFit, 100 * best.rms)
           : "best",
       best.law.name, E, HalfWidth(E, best.young_sigma, report.specimen_sigma));
-  *words += "  " + InPlainWords(E) + "\n";
+  *words += "  " + ModulusText(E) + "\n";
   AddScene(report, words);
 }
 
@@ -348,7 +348,7 @@ std::string ReadingOf(const identify::MaterialTest& test) {
       "{}: read as a {} of up to {:.3g} %, where {} bears {}. If that is not so, a unit or a size "
       "is wrong",
       test.name, kind, 100 * strain, test.area > 0 ? "the specimen" : "a square of 10 mm",
-      ForceInPlainWords(std::abs(row->measured.front()) * (test.area > 0 ? test.area : kSquare)));
+      ForceText(std::abs(row->measured.front()) * (test.area > 0 ? test.area : kSquare)));
 }
 
 std::string ToWords(const IdentifyReport& report) {
@@ -360,7 +360,7 @@ std::string ToWords(const IdentifyReport& report) {
   if (report.prony) AddRelaxation(report, &words);
   if (report.press) words += ToWords(*report.press, "contacts", "force");
   if (report.loads) words += ToWords(*report.loads, "cases under loads", "displacement");
-  if (report.pictures) words += ToWords(*report.pictures);
+  if (report.images) words += ToWords(*report.images);
   return words;
 }
 
@@ -383,7 +383,7 @@ std::string ToJson(const IdentifyReport& report) {
   if (report.prony) json["relaxation"] = ToJson(*report.prony, FadedOf(report));
   if (report.press) json["press"] = ToJson(*report.press);
   if (report.loads) json["loads"] = ToJson(*report.loads);
-  if (report.pictures) json["pictures"] = ToJson(*report.pictures);
+  if (report.images) json["pictures"] = ToJson(*report.images);
   return json.dump(2) + "\n";
 }
 

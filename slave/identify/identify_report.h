@@ -14,7 +14,7 @@
 namespace palpate {
 
 // Young's modulus of a scene's object from recorded images of contacts.
-struct PictureFit {
+struct ImageFit {
   double young_modulus = 0, sigma_modulus = 0;  // [Pa]
   double prestress = 0;  // prestress of the scene; for a dome proportional to the modulus [N/m]
   double offset = 0, sigma_offset = 0;  // of the measured forces [N]
@@ -44,7 +44,7 @@ struct IdentifyReport {
   std::vector<identify::RelaxationTable> relaxations;
   std::optional<identify::PronyFit> prony;
   std::optional<PressFit> press, loads;
-  std::optional<PictureFit> pictures;
+  std::optional<ImageFit> images;
 };
 
 // Lines of a scene for a fit; empty: `model` does not accept this constitutive model, it is

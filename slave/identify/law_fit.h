@@ -19,7 +19,7 @@
 namespace palpate::identify {
 
 // Measured stress over a law's, minus one, where the tests begin: over the rows up to 10 % strain,
-// or up to 40 % if fewer do not tell it well.
+// or up to 40 % if fewer do not determine it well.
 struct AtRest {
   double off = 0, sigma = 0;  // of several tests, that which is farthest off [-]
 

@@ -33,18 +33,18 @@ std::string StiffAs(double young_modulus) {
   return "stone or metal";
 }
 
-std::string ForceInPlainWords(double newtons) {
+std::string ForceText(double newtons) {
   const double grams = 1e3 * newtons / kGravity;
   return fmt::format("{:.2g} N, the weight of {} g", newtons,
                      grams < 10 ? fmt::format("{:.2g}", grams) : fmt::format("{:.0f}", grams));
 }
 
-std::string InPlainWords(double young_modulus) {
+std::string ModulusText(double young_modulus) {
   constexpr double kEdge = 0.01, kPressed = 0.001;  // [m]
   return fmt::format(
       "about as stiff as {}; a cube of 10 mm, pressed by 1 mm between two plates, "
       "takes about {}",
-      StiffAs(young_modulus), ForceInPlainWords(young_modulus * kEdge * kEdge * kPressed / kEdge));
+      StiffAs(young_modulus), ForceText(young_modulus * kEdge * kEdge * kPressed / kEdge));
 }
 
 }  // namespace palpate

@@ -26,7 +26,7 @@ bool HasWord(const std::vector<std::string_view>& cells) {
   return cells.size() >= 2 && CountNumbers(cells) == 0;
 }
 
-// Begins with a number, or has two below as many names: no remark.
+// A row that begins with a number, or has two numbers below as many names, is no remark.
 bool IsRow(const std::vector<std::string_view>& cells, std::size_t columns) {
   const bool begins = cells.size() >= 2 && ParseFinite(cells.front()).has_value();
   return begins || (cells.size() == columns && CountNumbers(cells) >= 2);

@@ -17,7 +17,7 @@
 namespace palpate::identify {
 namespace {
 
-constexpr std::size_t kMaxRows = 240;  // more are averaged: neighbours tell the same
+constexpr std::size_t kMaxRows = 240;  // more are averaged, because neighbours are nearly equal
 constexpr double kMinStretch = 0.02, kMaxStretch = 50;
 constexpr double kMaxStress = 1e13;  // [Pa]
 

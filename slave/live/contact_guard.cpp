@@ -12,8 +12,8 @@ constexpr double kRetreatTimes = 2, kRetreatLonger = 1;
 // At a guard a hand trembles and drags: what the arm goes in so long is no press further [s].
 constexpr double kTremor = 0.02;
 constexpr double kFalls = 0.95;  // of the force at the guard: below, the guard ends
-// After the tool was led last, samples tell within so long what that did; later ones are waited for
-// so long [s].
+// After the last motion of the tool, samples show its effect within this time; later ones are
+// waited for so long [s].
 constexpr double kSeenWithin = 0.3, kWaitedFor = 10;
 
 }  // namespace

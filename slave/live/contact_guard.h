@@ -28,10 +28,11 @@ struct ContactState {
   double stiffness = 0;
 };
 
-// By the local model no target lies deeper than kFloor times a guard, so a late check of the
-// guards lets the tool go no deeper. Where guards retract, the tool goes back to the surface, also
-// if they were seen to be reached only after it was let go. A fault of the arm delays that, and
-// where the arm does not come it ends. Positions are those of the encoders, frame S.
+// Applies the guards. No target lies deeper than kFloor times a guard by the local model, so a late
+// check of the guards does not let the tool go deeper. Guards that retract move the tool back to
+// the surface, even if they are found to be reached after the disengagement. A fault of the arm
+// delays the retreat, and an arm that does not follow ends it. Positions are those of the encoders,
+// frame S.
 class ContactGuard {
  public:
   ContactGuard(Manipulator& manipulator, const ManipulatorOptions& limits)

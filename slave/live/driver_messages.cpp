@@ -15,16 +15,15 @@ constexpr std::size_t kLongestFault = 200;  // [characters]
 std::optional<PushedImage> Pushed(const v1::Image& message, std::string_view name,
                                   FieldReader* reader) {
   using Encoding = PushedImage::Encoding;
-  PushedImage picture{
-      .data = &message.data(), .width = message.width(), .height = message.height()};
+  PushedImage pushed{.data = &message.data(), .width = message.width(), .height = message.height()};
   const int encoding = message.encoding();
   const bool is_known =
       encoding >= v1::Image::ENCODING_JPEG && encoding <= v1::Image::ENCODING_GREY16;
   reader->Require(is_known, std::string(name) + ".encoding = " + std::to_string(encoding),
                   "JPEG, PNG, GREY8, BGR8 or GREY16");
   if (!is_known) return std::nullopt;
-  picture.encoding = static_cast<Encoding>(encoding - v1::Image::ENCODING_JPEG);
-  return picture;
+  pushed.encoding = static_cast<Encoding>(encoding - v1::Image::ENCODING_JPEG);
+  return pushed;
 }
 
 std::optional<Eigen::Isometry3d> ReadPose(const v1::TactileSample& message, FieldReader* reader) {

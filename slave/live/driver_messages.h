@@ -1,4 +1,4 @@
-// What drivers send, from the messages of palpate.v1's devices.proto.
+// Converts the messages of drivers (devices.proto of palpate.v1).
 #pragma once
 
 #include <optional>

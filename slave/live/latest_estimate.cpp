@@ -67,7 +67,7 @@ ContactEstimate LatestEstimate::Get() const {
 
 ContactEstimate LatestEstimate::Fresh(Time now) const {
   ContactEstimate estimate = Get();
-  if (SecondsBetween(estimate.sensed_at, now) <= stale_after_ + nap_) return estimate;
+  if (SecondsBetween(estimate.sensed_at, now) <= stale_after_ + idle_wait_) return estimate;
   estimate.validity = Worse(estimate.validity, Validity::kStale);
   for (FingerState& finger : estimate.fingers) {
     finger.validity = Worse(finger.validity, Validity::kStale);
@@ -136,7 +136,7 @@ void LatestEstimate::Describe(SlaveStatus* status) const {
     status->alarms.push_back(alarm.newest + count);
   }
   const double age = SecondsBetween(estimate_.sensed_at, now);
-  if (frames_ > 0 && age > stale_after_ + nap_) status->alarms.push_back(Silence(age));
+  if (frames_ > 0 && age > stale_after_ + idle_wait_) status->alarms.push_back(Silence(age));
 }
 
 }  // namespace palpate

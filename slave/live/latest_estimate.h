@@ -22,7 +22,7 @@ namespace palpate {
 class LatestEstimate {
  public:
   // `sensor_rate` [Hz] defines when it is stale: after three periods, or 60 ms if that is longer
-  // (contracts, wire). `p_S_tip`: tip position before the first sample [m].
+  // (slave/CHECKS.md). `p_S_tip`: tip position before the first sample [m].
   LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_tip);
 
   // `trace`: timing so far; this function adds the rest.
@@ -31,17 +31,17 @@ class LatestEstimate {
   // Logs it as well. Of each `kind`, which is a literal, the newest text and the count are kept.
   void RaiseAlarm(std::string_view kind, const std::string& text);
   // From now on samples are delayed intentionally by this time [s].
-  void SetNap(double nap) { nap_ = nap; }
+  void SetIdleWait(double idle_wait) { idle_wait_ = idle_wait; }
   // Wakes waiting threads.
   void Wake() { changed_.notify_all(); }
 
   [[nodiscard]] ContactEstimate Get() const;
-  // The same, stale where it is as of `now`.
+  // Returns the newest estimate, with kStale if it is too old at `now`.
   [[nodiscard]] ContactEstimate Fresh(Time now) const;
   // The tool or a fingertip touches the object, by the last estimate, whatever its validity.
   [[nodiscard]] bool Touches() const;
-  // The same where no check contradicts that estimate. One of a tip that is lost, or of a camera
-  // that was moved, tells of no contact.
+  // Returns whether the tool touches by an estimate that no check contradicts. An estimate of a
+  // lost tip or a moved camera shows no contact.
   [[nodiscard]] bool TouchesSurely() const;
   // At most the newest few hundred, see Slave.
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;
@@ -58,8 +58,8 @@ class LatestEstimate {
     std::string newest;
     int count = 0;
   };
-  const double stale_after_;    // [s]
-  std::atomic<double> nap_{0};  // [s]
+  const double stale_after_;          // [s]
+  std::atomic<double> idle_wait_{0};  // [s]
   // With priority inheritance: whoever requests the status is less urgent than the sensing.
   mutable PriorityInheritanceMutex mutex_;  // guards the members below
   PriorityInheritanceCondition changed_;

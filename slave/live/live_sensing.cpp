@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, or none will soon
+constexpr std::chrono::milliseconds kFirstSampleWait(50);  // after a client began to watch
 
 }  // namespace
 
@@ -29,7 +29,7 @@ LiveSensing::LiveSensing(const Scene& scene, const Parts& parts, bool shows_tool
 
 void LiveSensing::BeginRegistration() {
   registration_.reset();
-  // What is slower than the resolution is at rest.
+  // A tip that moves less than the resolution counts as stationary.
   const double resolution = parts_.settings.sensing_info().tip_resolution;
   if (resolution > 0 && parts_.manipulator.carries_tool()) registration_.emplace(resolution);
 }
@@ -57,7 +57,7 @@ void LiveSensing::Stop() {
 
 void LiveSensing::Begin() {
   // Streams begin when somebody feeds them.
-  const bool is_fed = parts_.sense.inbox() != nullptr || parts_.sense.pictures() != nullptr;
+  const bool is_fed = parts_.sense.inbox() != nullptr || parts_.sense.image_inbox() != nullptr;
   if (!is_fed && !Step({})) {
     const SenseInfo& info = parts_.settings.sensing_info();
     throw std::runtime_error(fmt::format("{}: no {} received", info.source, info.samples));
@@ -71,17 +71,17 @@ void LiveSensing::Start() {
 
 void LiveSensing::RequestReset() {
   reset_wanted_ = true;
-  rest_.Rouse();
+  throttle_.Wake();
 }
 
 void LiveSensing::Run(const std::stop_token& stop) {
   MakeThreadRealtime(kSensingPriority);
   try {
-    const auto tell = [this](double nap) { parts_.newest.SetNap(nap); };
+    const auto report = [this](double wait) { parts_.newest.SetIdleWait(wait); };
     bool is_new = parts_.settings.sensing_info().is_awaited;
     while (Step(stop)) {
       if (std::exchange(is_new, false)) ReportIntroduction();
-      rest_.Wait(stop, tell);
+      throttle_.Wait(stop, report);
     }
     if (!stop.stop_requested()) {
       parts_.newest.RaiseAlarm("source",
@@ -99,10 +99,10 @@ void LiveSensing::ReportIntroduction() const {
 
 void LiveSensing::SetWatched(bool is_watched) {
   const Time now = Clock::now();
-  rest_.SetWatched(is_watched);
-  if (!is_watched || !rest_.is_allowed()) return;
-  parts_.newest.WaitForNewer(now, kRoused);
-  parts_.newest.SetNap(0);  // also where the sensor died meanwhile and nobody comes back to say so
+  throttle_.SetWatched(is_watched);
+  if (!is_watched || !throttle_.is_allowed()) return;
+  parts_.newest.WaitForNewer(now, kFirstSampleWait);
+  parts_.newest.SetIdleWait(0);  // The thread does not do it if the sensor has failed.
 }
 
 bool LiveSensing::Step(const std::stop_token& stop) {

@@ -14,9 +14,9 @@
 
 #include "shared/link/priority_inheritance_mutex.h"
 #include "slave/live/carried_model.h"
+#include "slave/live/idle_throttle.h"
 #include "slave/live/latest_estimate.h"
 #include "slave/live/live_settings.h"
-#include "slave/live/observer_rest.h"
 #include "slave/live/operator_port.h"
 #include "slave/live/patch_publisher.h"
 #include "slave/live/planned_depth.h"
@@ -27,7 +27,7 @@ namespace palpate {
 
 class LiveSensing {
  public:
-  // What it works with; all outlive it.
+  // The objects that the sensing uses. They must outlive it.
   struct Parts {
     SensingPipeline& sense;
     PriorityInheritanceMutex& mutex;  // guards `sense`
@@ -62,7 +62,7 @@ class LiveSensing {
   void RequestReset();
   // From now on only one sample per half second is processed while no client watches. For sensing
   // that recovers its state in one sample.
-  void AllowRest() { rest_.Allow(); }
+  void AllowIdle() { throttle_.Allow(); }
   void SetWatched(bool is_watched);
 
   // The local model at the tip's present position. While a sample is being estimated it is that of
@@ -102,7 +102,7 @@ class LiveSensing {
   mutable std::vector<StageTimes> stages_;
   PatchPublisher patch_;  // updated under the sensing's mutex
   CarriedModel local_;
-  ObserverRest rest_;
+  IdleThrottle throttle_;
   std::jthread thread_;
 };
 

@@ -26,12 +26,13 @@ class LiveSettings {
 
   // Rises with every change.
   [[nodiscard]] std::uint32_t revision() const { return revision_; }
-  // Becomes greater than `former`, too.
+  // Continues the numbering after `former`, so that the revision exceeds it.
   void ContinueRevisions(std::uint32_t former) { revision_ += former; }
   [[nodiscard]] Scene scene() const;
   // The largest force that the device can render, at the tool [N].
   [[nodiscard]] double FullScale() const;
-  // A copy, and the same for the sensing thread, which alone completes it.
+  // Returns a copy. The second one is for the sensing thread, which alone completes the
+  // description.
   [[nodiscard]] SenseInfo info() const;
   [[nodiscard]] const SenseInfo& sensing_info() const { return info_; }
   // The sensing has its first sample and its description is complete.

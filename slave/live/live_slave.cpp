@@ -103,7 +103,7 @@ Events LiveSlave::TakeEvents() {
 
 SlaveDescription LiveSlave::Describe() const {
   SlaveDescription description;
-  description.settings_revision = settings_.revision();  // before what it tells of
+  description.settings_revision = settings_.revision();  // before the settings that it counts
   description.scene = settings_.scene();
   description.sense = settings_.info();
   description.scene.operator_options.transform = port_.transform();
@@ -163,16 +163,16 @@ BoundaryShape LiveSlave::Shape(bool nodal_forces) {
   return sense_->Shape(nodal_forces);
 }
 
-std::optional<JpegPicture> LiveSlave::Image(bool overlays, int quality) {
+std::optional<EncodedImage> LiveSlave::Image(bool overlays, int quality) {
   const double full_scale = settings_.FullScale();
-  std::optional<SeenPicture> seen;
+  std::optional<OverlaidImage> seen;
   {
     const std::lock_guard lock(sense_mutex_);
     seen = sense_->Image(full_scale);
   }
   if (!seen) return std::nullopt;
-  return JpegPicture{seen->sensed_at, EncodeJpeg(overlays ? seen->draw() : seen->plain, quality),
-                     seen->plain.cols, seen->plain.rows};
+  return EncodedImage{seen->sensed_at, EncodeJpeg(overlays ? seen->draw() : seen->plain, quality),
+                      seen->plain.cols, seen->plain.rows};
 }
 
 }  // namespace palpate

@@ -78,20 +78,20 @@ class LiveSlave final : public Slave {
   // std::runtime_error: the folder is not writable.
   void KeepStopIn(const std::filesystem::path& folder);
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
-  [[nodiscard]] std::optional<JpegPicture> Image(bool overlays, int quality) override;
+  [[nodiscard]] std::optional<EncodedImage> Image(bool overlays, int quality) override;
   void SetWatched(bool is_watched) override { sensing_.SetWatched(is_watched); }
   // From now on the status has the alarm of the recording. `recorder` outlives the slave. Before
   // the slave is served.
   void ReportRecorder(const SenseRecorder* recorder) { recorder_ = recorder; }
   // From now on only one sample per half second is processed while no client watches. For sensing
   // that recovers its state in one sample.
-  void AllowRest() { sensing_.AllowRest(); }
+  void AllowIdle() { sensing_.AllowIdle(); }
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
     return newest_.TracesSince(sensed_at);
   }
   PatchSnapshot Patch() override { return sensing_.Patch(); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
-  [[nodiscard]] ImageInbox* picture_inbox() override { return sense_->pictures(); }
+  [[nodiscard]] ImageInbox* image_inbox() override { return sense_->image_inbox(); }
   [[nodiscard]] StreamedManipulator* driven_arm() override { return manipulator_->driven(); }
   [[nodiscard]] SceneSetup* setup() override { return setup_; }
   // From now on a client may set up another scene by `setup`, which outlives the slave. `camera`:

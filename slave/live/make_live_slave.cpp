@@ -5,9 +5,9 @@
 namespace palpate {
 namespace {
 
-// One camera finds tip and outline in any picture; fingertips and followed points need every
+// One camera finds tip and outline in any image; fingertips and followed points need every
 // sample. A film plays on, and who records wants all of it.
-bool MayRest(const Scene& scene, const SensingPipeline& sense) {
+bool MayIdle(const Scene& scene, const SensingPipeline& sense) {
   const bool is_one_camera = scene.sense.Find<CameraOptions>() && !scene.sense.Find<Tactile>() &&
                              !HasStereoOrDepth(scene.sense);
   return is_one_camera && sense.health();
@@ -23,11 +23,11 @@ std::unique_ptr<LiveSlave> MakeLiveSlave(Scene scene, const std::filesystem::pat
   const SenseInputs inputs{.tap = recorder, .open = open, .progress = progress};
   if (recorder != nullptr) recorder->Begin();
   std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, inputs);
-  const bool may_rest = recorder == nullptr && MayRest(scene, *sense);
+  const bool may_idle = recorder == nullptr && MayIdle(scene, *sense);
   if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
   auto slave = std::make_unique<LiveSlave>(scene, std::move(manipulator), std::move(sense));
   slave->ReportRecorder(recorder);
-  if (may_rest) slave->AllowRest();
+  if (may_idle) slave->AllowIdle();
   if (!state_folder.empty()) slave->KeepStopIn(state_folder);
   return slave;
 }

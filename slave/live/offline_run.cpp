@@ -113,7 +113,7 @@ void RequireEnd(const Scene& scene, const OfflineOptions& options) {
         scene.file.string() +
         ": sense.tactile.source = stream: expected a recording, or simulated");
   }
-  if (TakesPictures(scene.sense)) {
+  if (TakesImages(scene.sense)) {
     throw std::invalid_argument(
         "sense.camera.source = stream: expected recorded or simulated images");
   }
@@ -137,7 +137,7 @@ class Run {
     summary_.has_truth = simulation_ != nullptr;
     summary_.sense = slave_->sense().info();
     states_.emplace(options.out, summary_.has_truth && summary_.sense.tells_force);
-    if (options.pictures) std::filesystem::create_directories(options.out / "pictures");
+    if (options.images) std::filesystem::create_directories(options.out / "pictures");
     OpenReport();
   }
 
@@ -204,16 +204,16 @@ class Run {
       states_->Write(row);
     }
     if (options_.frames) offline_report_->WriteFrame(options_.out / "frames");
-    if (options_.pictures) WritePicture(estimate.sample);
+    if (options_.images) WriteImage(estimate.sample);
     if (options_.progress) options_.progress(summary_.frames);
   }
 
-  void WritePicture(std::uint64_t sequence) const {
+  void WriteImage(std::uint64_t sequence) const {
     const OperatorOptions& hand = scene_.operator_options;
-    const auto picture = slave_->sense().Image(hand.force_limit / hand.transform.force_scale);
-    if (!picture) return;
+    const auto image = slave_->sense().Image(hand.force_limit / hand.transform.force_scale);
+    if (!image) return;
     const auto file = options_.out / "pictures" / fmt::format("{:06}.jpg", sequence);
-    WriteWholeFile(file, EncodeJpeg(picture->draw(), kJpegQuality));
+    WriteWholeFile(file, EncodeJpeg(image->draw(), kJpegQuality));
   }
 
   void ReportInsertion() {

@@ -68,7 +68,7 @@ void OperatorPort::BeginOperating() {
   engaged_ = false;
   needs_new_epoch_ = false;
   state_sequence_ = 0;
-  Stand(phase);
+  SetPhase(phase);
   begun_.notify_all();
 }
 
@@ -76,7 +76,7 @@ void OperatorPort::EndOperating() {
   const std::lock_guard lock(mutex_);
   operating_ = false;
   engaged_ = false;
-  Stand(idle_);
+  SetPhase(idle_);
 }
 
 bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
@@ -101,7 +101,7 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
   }
   if (!command.engaged) {
     engaged_ = false;
-    Stand(Phase::kClutched);
+    SetPhase(Phase::kClutched);
     return true;
   }
   if (manipulator_.is_faulty() || is_blind()) {
@@ -119,7 +119,7 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
     needs_new_epoch_ = true;
     return false;
   }
-  if (UnfeltFor(now) <= kUnfeltTimeout) Follow(command);
+  if (UnacknowledgedFor(now) <= kAcknowledgementTimeout) Follow(command);
   return true;
 }
 
@@ -134,7 +134,7 @@ void OperatorPort::Refuse() noexcept {
   ++counts_.refused;
   events_.Add(Event::kCommandRefused);
   engaged_ = false;
-  Stand(Phase::kHold);
+  SetPhase(Phase::kHold);
 }
 
 void OperatorPort::Follow(const OperatorCommand& command) noexcept {
@@ -155,7 +155,7 @@ void OperatorPort::Engage(const OperatorCommand& command) noexcept {
   transform_.begin.reset();
 }
 
-// From the first command of the engagement on that has a rotation: it turns nothing.
+// The first command of the engagement that has a rotation is the reference: it turns nothing.
 void OperatorPort::Turn(const OperatorCommand& command) noexcept {
   if (!command.R_M_device) return;
   if (!transform_.begin) {
@@ -166,7 +166,7 @@ void OperatorPort::Turn(const OperatorCommand& command) noexcept {
   manipulator_.Turn(transform_.RotationToSlave(*command.R_M_device));
 }
 
-void OperatorPort::Stand(Phase phase) noexcept {
+void OperatorPort::SetPhase(Phase phase) noexcept {
   if (view_.phase != Phase::kEstop) view_.phase = phase;
   if (view_.phase == Phase::kEstop) {
     guard_.EndRetreat();
@@ -179,7 +179,7 @@ void OperatorPort::Stand(Phase phase) noexcept {
 void OperatorPort::HoldUntilEngaged(Event why) noexcept {
   events_.Add(why);
   needs_new_epoch_ = true;
-  Stand(Phase::kHold);
+  SetPhase(Phase::kHold);
 }
 
 void OperatorPort::Guard(Time now, const ContactState& contact) noexcept {
@@ -194,7 +194,7 @@ void OperatorPort::Guard(Time now, const ContactState& contact) noexcept {
   guard_.ContinueRetreat(now);
 }
 
-double OperatorPort::UnfeltFor(Time now) const noexcept {
+double OperatorPort::UnacknowledgedFor(Time now) const noexcept {
   return state_sequence_ == 0 ? 0 : SecondsBetween(newer_at_, now);
 }
 
@@ -204,17 +204,19 @@ void OperatorPort::Watch(Time now, const ContactState& contact) noexcept {
   const double passed = watched_at_ == Time{} ? 0 : SecondsBetween(watched_at_, now);
   unknown_for_ = contact.force ? 0 : unknown_for_ + passed;
   watched_at_ = now;
-  const double silence = SecondsBetween(view_.taken_at, now), unfelt = UnfeltFor(now);
+  const double silence = SecondsBetween(view_.taken_at, now);
+  const double unacknowledged = UnacknowledgedFor(now);
   const bool follows = view_.phase == Phase::kFollowing;
-  if (follows && (silence > dead_after_ || unfelt > kUnfeltTimeout)) {
+  if (follows && (silence > dead_after_ || unacknowledged > kAcknowledgementTimeout)) {
     events_.Add(Event::kHold);
-    Stand(Phase::kHold);
+    SetPhase(Phase::kHold);
   }
   const bool is_led = follows || view_.phase == Phase::kHold;
   if ((follows && is_blind()) || (is_led && !needs_new_epoch_ && manipulator_.is_faulty())) {
     HoldUntilEngaged(Event::kHold);
   }
-  if (view_.phase == Phase::kHold && std::max(silence, unfelt) > dead_after_ + kLongestCommandGap) {
+  if (view_.phase == Phase::kHold &&
+      std::max(silence, unacknowledged) > dead_after_ + kLongestCommandGap) {
     needs_new_epoch_ = true;
   }
 }
@@ -240,7 +242,7 @@ void OperatorPort::EmergencyStop() noexcept {
   const std::lock_guard lock(mutex_);
   engaged_ = false;
   ++stops_;
-  Stand(Phase::kEstop);
+  SetPhase(Phase::kEstop);
   events_.Add(Event::kEstop);
 }
 

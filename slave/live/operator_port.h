@@ -25,7 +25,7 @@ namespace palpate {
 // commands arrive; after a longer one the operator must engage again.
 inline constexpr double kLongestCommandGap = 0.220;  // [s]
 // An operator whose commands report no newer state for this time gets no force: the tool holds.
-inline constexpr double kUnfeltTimeout = 0.100;  // [s]
+inline constexpr double kAcknowledgementTimeout = 0.100;  // [s]
 // A command may lead by the distance that the manipulator travels at full speed in this time [s].
 inline constexpr double kLeapTime = 0.2;
 // Speed ratio to the manipulator beyond which a command is rejected.
@@ -88,14 +88,14 @@ class OperatorPort {
   void Follow(const OperatorCommand& command) noexcept;
   void Engage(const OperatorCommand& command) noexcept;
   void Turn(const OperatorCommand& command) noexcept;
-  void Stand(Phase phase) noexcept;
+  void SetPhase(Phase phase) noexcept;
   void HoldUntilEngaged(Event why) noexcept;
   // The force was unknown for longer than the tool may move without it: no epoch is accepted.
   [[nodiscard]] bool is_blind() const { return unknown_for_ > limits_.blind_after; }
   void Guard(Time now, const ContactState& contact) noexcept;
   // Time since the operator reported a newer state [s]. Not checked for clients that report none,
   // such as scripts.
-  [[nodiscard]] double UnfeltFor(Time now) const noexcept;
+  [[nodiscard]] double UnacknowledgedFor(Time now) const noexcept;
 
   Manipulator& manipulator_;
   const ManipulatorOptions limits_;

@@ -79,7 +79,7 @@ void SimulatedDrivers::SendImages(const v1::ImageSample& images) {
   std::string reason;
   const auto sample = FromProto(images, &reason);
   if (!sample) Refused(reason);
-  const auto refusal = slave_.picture_inbox()->Feed(*sample, Reached(sample->sensed_at), kId);
+  const auto refusal = slave_.image_inbox()->Feed(*sample, Reached(sample->sensed_at), kId);
   if (refusal) Refused(refusal->why);
 }
 

@@ -53,7 +53,8 @@ struct PatchSnapshot {
   PatchLaw law;
 };
 
-struct JpegPicture {
+// An image as a JPEG file, with its size [px].
+struct EncodedImage {
   Time sensed_at{};
   std::string jpeg;
   int width = 0, height = 0;
@@ -121,7 +122,7 @@ class Slave {
   // --- bulk data, computed only on request.
   [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // nullopt: the scene has no camera, or no image yet.
-  [[nodiscard]] virtual std::optional<JpegPicture> Image(bool overlays, int quality) = 0;
+  [[nodiscard]] virtual std::optional<EncodedImage> Image(bool overlays, int quality) = 0;
 
   // Traces of the samples after the one of `sensed_at`, oldest first; the newest ones if there are
   // too many. Thread-safe.
@@ -133,7 +134,7 @@ class Slave {
   // Receiver of streamed tactile samples; null: none.
   [[nodiscard]] virtual TactileInbox* tactile_inbox() = 0;
   // Receiver of streamed images; null: none.
-  [[nodiscard]] virtual ImageInbox* picture_inbox() = 0;
+  [[nodiscard]] virtual ImageInbox* image_inbox() = 0;
   // The manipulator that a client drives; null: none.
   [[nodiscard]] virtual StreamedManipulator* driven_arm() = 0;
   // The set-up of another scene; null: none.

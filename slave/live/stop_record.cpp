@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kLongestReason = 200;    // [characters]
 constexpr std::uintmax_t kLargestFile = 4096;  // [bytes]
 
-// What somebody else left in the file is a reason, too.
+// Any text that another program left in the file counts as a reason, too.
 std::string KeptReason(const std::filesystem::path& file) {
   try {
     return Shown(Trimmed(ReadWholeFile(file, kLargestFile, "a reason")), kLongestReason);

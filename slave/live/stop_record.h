@@ -21,7 +21,7 @@ class StopRecord {
   StopRecord(const StopRecord&) = delete;
   StopRecord& operator=(const StopRecord&) = delete;
 
-  // Saved in `folder` from now on. True: a saved stop exists and is active. Throws
+  // Saves the stop in `folder` from now on. True: a saved stop exists and is active. Throws
   // std::runtime_error: the folder is not writable.
   bool KeepIn(const std::filesystem::path& folder);
   // Thread-safe, as the others. Returns empty, or why it is not saved yet: such a stop is active,

@@ -54,18 +54,18 @@ std::optional<Eigen::Quaterniond> StreamedManipulator::Rotation() const noexcept
 
 void StreamedManipulator::Hold() noexcept {
   const std::lock_guard lock(mutex_);
-  Stand();
+  HoldPosition();
   motion_ = ArmAim::Motion::kHold;
 }
 
 void StreamedManipulator::Stop() noexcept {
   const std::lock_guard lock(mutex_);
-  Stand();
+  HoldPosition();
   motion_ = ArmAim::Motion::kStop;
 }
 
 // Once: an arm that gives way under load would creep if it were held where it is again and again.
-void StreamedManipulator::Stand() noexcept {
+void StreamedManipulator::HoldPosition() noexcept {
   if (motion_ != ArmAim::Motion::kFollow) return;
   motion_ = ArmAim::Motion::kHold;
   if (!reading_) return;
@@ -207,7 +207,7 @@ void StreamedManipulator::Keep(const ArmReading& reading, Time measured_at) noex
 void StreamedManipulator::Fail(const std::string& why, Time now) {
   fault_ = why;
   wrong_at_ = now;
-  Stand();
+  HoldPosition();
 }
 
 std::optional<DriverRefusal> StreamedManipulator::Take(DriverId driver, const std::string& name,
@@ -229,7 +229,7 @@ std::optional<DriverRefusal> StreamedManipulator::Take(DriverId driver, const st
     fault_.clear();
     follower_.Place(reading.p_S_tip);  // it is held where it is now
   }
-  if (!doubt.empty() && reading.fault.empty()) return std::nullopt;  // it is not believed
+  if (!doubt.empty() && reading.fault.empty()) return std::nullopt;  // it is rejected
   Keep(reading, measured_at);
   return std::nullopt;
 }
@@ -246,7 +246,7 @@ ArmAim StreamedManipulator::Aim(Time now) {
   const std::lock_guard lock(mutex_);
   const double dt = stepped_at_ ? SecondsBetween(*stepped_at_, now) : 0;
   stepped_at_ = now;
-  if (motion_ == ArmAim::Motion::kFollow && HasFault(now)) Stand();
+  if (motion_ == ArmAim::Motion::kFollow && HasFault(now)) HoldPosition();
   const double step = std::clamp(dt, 0.0, kMaxStep);
   follower_.Step(step);
   rotation_.Step(step);

@@ -79,7 +79,7 @@ class StreamedManipulator final : public Manipulator {
   [[nodiscard]] std::string FindFault(const ArmReading& reading, Time measured_at) const;
   void BeginWith(DriverId driver, const std::string& name);
   void Keep(const ArmReading& reading, Time measured_at) noexcept;
-  void Stand() noexcept;
+  void HoldPosition() noexcept;
   void Fail(const std::string& why, Time now);
   [[nodiscard]] std::string SilenceInWords(Time now) const;
   [[nodiscard]] bool IsSilent(Time now) const noexcept;
@@ -97,7 +97,7 @@ class StreamedManipulator final : public Manipulator {
   Driver driver_;
   std::string fault_;  // the last fault, until it has been absent for a while
   Time wrong_at_{};
-  std::optional<ArmReading> reading_;  // the newest that is believed
+  std::optional<ArmReading> reading_;  // the newest that was accepted
   std::array<Kept, kKept> kept_;       // the last ones, times rise
   std::size_t count_ = 0;              // largest age of the stored readings of this driver
   ArmFit fit_;

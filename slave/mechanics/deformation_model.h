@@ -25,7 +25,7 @@ struct Contact {
   Eigen::Vector3d p_O{0, 0, 0};  // position at rest, centre of the contact [m]
   int element = -1;  // 2D: the boundary element there, 3D: the triangle; -1: found from p_O
   double width = 0;  // along the boundary, in 3D of a disc [m]; 0: the one element, node or point
-                     // there (contracts, solve)
+                     // there (rules: slave/solve/README.md)
   Eigen::Vector3d prescribed_O{
       0, 0, 0};  // displacement of the patch [m], or total force of the tool on the object [N]
   // On plates, of a contact with a width: a rigid flat face, which is not glued and does not tilt,
@@ -36,7 +36,7 @@ struct Contact {
   // faster.
   bool wants_stiffness = true;
 
-  // The same patch fixed or loaded, by whatever value.
+  // Returns whether both contacts have the same patch, fixed or loaded, with any value.
   [[nodiscard]] bool IsAt(const Contact& other) const {
     return kind == other.kind && element == other.element && width == other.width &&
            p_O == other.p_O && is_rigid == other.is_rigid;
@@ -69,7 +69,7 @@ struct ContactResponse {
 // Where a displacement field is known. Frame O.
 struct FieldMesh {
   std::vector<Eigen::Vector3d> vertices{};  // p_O at rest [m]
-  // What spans them, by numbers of vertices: one of three.
+  // The elements, by indices of vertices: one of the following three.
   std::vector<std::array<int, 2>> lines{};      // of an outline
   std::vector<std::array<int, 3>> triangles{};  // of a surface
   std::vector<std::array<int, 4>> tets{};       // of a volume
@@ -107,9 +107,9 @@ class DeformationModel {
   // up where they overlap. kFailed: contacts that are not finite, impossible, or overlap with
   // others.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
-  // The same, for a caller that may ask for displacements or tractions. Solutions do not depend on
-  // other queries in between, apart from warm starts and time steps. Allocates no more than Respond
-  // if `solution` had as many contacts before.
+  // Responds for a caller that may then query displacements or tractions. Solutions do not depend
+  // on other queries in between, apart from warm starts and time steps. Allocates no more than
+  // Respond if `solution` had as many contacts before.
   void Solve(std::span<const Contact> contacts, Solution* solution) noexcept;
 
   // The mesh of the displacements; constant. An outline's vertex i is the start of element i. For a
@@ -131,8 +131,8 @@ class DeformationModel {
   // on earlier ones. With `time: dynamic` a Respond is one time step, and its contacts apply at its
   // end.
   virtual void Reset() {}
-  // What acts at the instant at which the body at rest begins to relax, before the first step. Call
-  // after Reset. What cannot act is ignored here and fails in Respond.
+  // Sets the contacts at the instant at which the body at rest begins to relax, before the first
+  // step. Call it after Reset. Invalid contacts are ignored here and fail in Respond.
   virtual void Start(std::span<const Contact> /*contacts*/) {}
   // Completes the precompute for contacts at these positions.
   virtual void Prefetch(std::span<const Contact> /*contacts*/) {}
@@ -160,7 +160,7 @@ class DeformationModel {
   }
   // Makes the last ComputeResponses that of the solution's contacts. False: nothing was solved.
   bool Show(const Solution& solution) noexcept;
-  // What the last ComputeResponses left is gone.
+  // Discards the result of the last ComputeResponses.
   void Hide() { shown_ = 0; }
 
   // False, and why.

@@ -339,8 +339,9 @@ void StrainResolution::FindStrains(const Element& element, std::span<const Vecto
   std::ranges::transform(gradients, strains, [this](const Matrix3d& H) { return StrainOf(H); });
 }
 
-// By E. Uniaxial stress along the bar and shear along it have none. All lateral strain restrained:
-// the energy by that of uniaxial stress is (lambda + 2 mu) / E, and no more is believed.
+// The result is relative to E. Uniaxial stress and shear along the bar have no restraint. With all
+// lateral strain prevented, the energy relative to uniaxial stress is (lambda + 2 mu) / E, the
+// largest accepted ratio.
 double StrainResolution::TwiceRestraint(const Strain& strain) const noexcept {
   const double stretch = strain[0] / shear_root_ + strain[6] / (3 * bulk_root_);
   const double uniaxial = stretch * stretch;

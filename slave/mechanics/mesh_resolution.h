@@ -43,7 +43,7 @@ PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept;
 double PatchStiffness(const PatchCover& cover) noexcept;
 // More than a tenth off.
 bool IsPatchCoarse(const PatchCover& cover) noexcept;
-// By how much the compliance of such a disc is off, by its own [-]; 0: by less than a tenth.
+// Relative error of the compliance of such a disc [-]; 0: less than a tenth.
 // Twenty-five nodes of ten-node tetrahedra, five of four-node ones may be 20 % off, whatever their
 // area.
 double PatchError(const PatchCover& cover) noexcept;
@@ -74,7 +74,7 @@ inline constexpr std::string_view kCoarsePatch =
 // all count. Bodies of up to two thicknesses, as cubes are, do not bend.
 //
 // Each element's energies are multiplied by its modulus. Strains jump where moduli do: the mean is
-// that of the elements of the same modulus, and no bar is looked for.
+// that of the elements of the same modulus, and no bar is searched.
 //
 // The recovered strains miss what all elements around a node have in common. Of a straight bar
 // along a, farther than a quarter of the thickness from its supports, the solution is that of a
@@ -88,7 +88,7 @@ inline constexpr std::string_view kCoarsePatch =
 class StrainResolution {
  public:
   // Poisson's ratio is limited to 0.49: locking beyond it is reported elsewhere. `held`: per vertex
-  // of `mesh`; empty: the elements have a pressure of their own, and no bar is looked for.
+  // of `mesh`; empty: the elements have a pressure of their own, and no bar is searched.
   StrainResolution(const TetMesh& mesh, const HeldNodes& held, double poisson_ratio);
 
   // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of

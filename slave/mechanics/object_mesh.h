@@ -36,7 +36,7 @@ MeshFile ReadMesh(const MeshFileGeometry& geometry);
 // region without a tetrahedron (file:line); std::runtime_error: a surface that no mesher could
 // fill.
 ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen);
-// The same for planar objects; throws std::invalid_argument for others.
+// Meshes a planar object; throws std::invalid_argument for others.
 BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen);
 // The surface of a volume; empty for others.
 SurfaceMesh SurfaceOf(const ObjectMesh& mesh);
@@ -44,7 +44,7 @@ SurfaceMesh SurfaceOf(const ObjectMesh& mesh);
 // A length that no contact on the object is wider than [m]: the diagonal, or twice the larger side.
 double SizeOf(const ObjectMesh& mesh);
 
-// Where contacts of an object are possible (contracts, `solve`).
+// Where contacts of an object are possible (rules: slave/solve/README.md).
 class TouchableSurface {
  public:
   // Keeps a reference to the mesh. O(N log N) for a volume.

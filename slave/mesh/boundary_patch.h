@@ -1,5 +1,5 @@
-// Finds elements of a boundary mesh and of a contact patch (contracts, `solve`: rules for positions
-// and `width`). Frame O [m].
+// Finds elements of a boundary mesh and of a contact patch (rules: slave/solve/README.md).
+// Frame O [m].
 #pragma once
 
 #include <span>

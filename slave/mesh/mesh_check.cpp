@@ -34,7 +34,7 @@ struct TetShape {
   double volume = 0, longest = 0, largest_face = 0;
 };
 
-// In units of `scale`, so that no power of a length leaves the range of a double.
+// Computes in units of `scale`, so that no power of a length leaves the range of a double.
 TetShape ShapeOf(const SolidMesh& mesh, const std::array<int, 4>& tet, double scale) {
   std::array<Vector3d, 4> p;
   for (std::size_t i = 0; i < 4; ++i) {

@@ -108,7 +108,7 @@ bool EdgesMeet(const Loop& one, const Loop& other) {
   return false;
 }
 
-// Loops that do not meet lie apart or one within the other: one point of each tells which.
+// Loops that do not meet lie apart or one within the other: one point of each shows which.
 void CheckPair(const std::vector<Loop>& loops, std::size_t i, std::size_t j) {
   if (EdgesMeet(loops[i], loops[j])) Refuse(j, "crosses or touches the " + NameOf(i));
   const bool inside = Contains({loops[i], {}}, loops[j][0]);

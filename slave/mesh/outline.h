@@ -35,7 +35,7 @@ struct BoundaryElement {
 struct BoundaryMesh {
   std::vector<BoundaryElement> elements;
   std::vector<int> loop_begin;  // loops + 1 entries, the last one is elements.size()
-  double length_unit = 1;  // bem2d scales lengths by it [m] (contracts: larger side, disc: radius)
+  double length_unit = 1;  // bem2d scales lengths by it [m]: the larger side, of a disc the radius
 
   [[nodiscard]] int size() const { return static_cast<int>(elements.size()); }
   // The element after / before `i` along its own loop.

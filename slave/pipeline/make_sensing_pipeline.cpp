@@ -65,7 +65,7 @@ class AwaitedSense final : public SensingPipeline {
   BoundaryShape Shape(bool nodal_forces) override {
     return Made() ? Made()->Shape(nodal_forces) : BoundaryShape{};
   }
-  [[nodiscard]] std::optional<SeenPicture> Image(double full_scale) const override {
+  [[nodiscard]] std::optional<OverlaidImage> Image(double full_scale) const override {
     return Made() ? Made()->Image(full_scale) : std::nullopt;
   }
   // Throws std::logic_error before the first sample.
@@ -88,7 +88,7 @@ class AwaitedSense final : public SensingPipeline {
     return Made() ? Made()->OpenOfflineReport(truth) : nullptr;
   }
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
-  [[nodiscard]] ImageInbox* pictures() override { return &inbox_; }
+  [[nodiscard]] ImageInbox* image_inbox() override { return &inbox_; }
   [[nodiscard]] Time sensed_at() const override { return inbox_.taken_at(); }
   [[nodiscard]] std::optional<CameraHealth> health() const override {
     CameraHealth health = inbox_.health();
@@ -146,7 +146,7 @@ void RequireFriction(const ModelOptions& model) {
   Refuse("kind = " + model.kind, "fem while contact = friction");
 }
 
-// What is known of a sense before its first picture.
+// Description of a sense before its first image.
 SenseInfo Awaited(const Scene& scene) {
   SenseInfo info;
   info.source = "images from a driver (FeedImages)";
@@ -163,7 +163,7 @@ struct SenseMaker {
   template <typename Made>
   [[nodiscard]] std::unique_ptr<SensingPipeline> Make() const {
     const bool is_played = inputs.player != nullptr;
-    if (is_played || !TakesPictures(scene.sense)) return std::make_unique<Made>(scene, inputs);
+    if (is_played || !TakesImages(scene.sense)) return std::make_unique<Made>(scene, inputs);
     const auto make = [scene = scene,
                        tap = inputs.tap](SenseInputs streamed) -> std::unique_ptr<SensingPipeline> {
       streamed.tap = tap;

@@ -45,7 +45,7 @@ void Compare(const v1::SenseStep::Estimate& now, const v1::SenseStep::Estimate& 
   if (!is_as_valid) ++differences->validity;
 }
 
-// With the model that ran: whoever would choose by time would choose another one elsewhere.
+// Replays with the model that ran, because a choice by time may differ on another machine.
 Scene SceneOf(const RecordedBeginning& beginning, const std::filesystem::path& folder) {
   Scene scene = LoadScene(UnpackSceneFiles(beginning.files, folder), beginning.overrides());
   const std::string decided = beginning.Value("model");

@@ -78,7 +78,7 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     Put([&](v1::SenseStep* step) { step->set_shape(nodal_forces); });
     return sense_->Shape(nodal_forces);
   }
-  [[nodiscard]] std::optional<SeenPicture> Image(double full_scale) const override {
+  [[nodiscard]] std::optional<OverlaidImage> Image(double full_scale) const override {
     return sense_->Image(full_scale);
   }
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
@@ -99,7 +99,7 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     return sense_->OpenOfflineReport(truth);
   }
   [[nodiscard]] TactileInbox* inbox() override { return sense_->inbox(); }
-  [[nodiscard]] ImageInbox* pictures() override { return sense_->pictures(); }
+  [[nodiscard]] ImageInbox* image_inbox() override { return sense_->image_inbox(); }
   [[nodiscard]] Time sensed_at() const override { return sense_->sensed_at(); }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return sense_->health(); }
 

@@ -288,7 +288,7 @@ class DocumentStart final : public YAML::EventHandler {
   int line_ = 0;
 };
 
-// Where a second document begins; 0: there is none. No more are asked for: of a comma that belongs
+// Where a second document begins; 0: there is none. No more are parsed: of a comma that belongs
 // to no list yaml-cpp makes one document after the other without end.
 int SecondDocument(const std::string& text) {
   std::istringstream stream(text);

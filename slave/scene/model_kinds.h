@@ -25,18 +25,18 @@ struct ModelKind {
   std::string_view name;  // as in model.kind
   ObjectClass object = ObjectClass::kVolume;
   Linearity linearity = Linearity::kAlways;
-  bool has_tets = false;          // accepts element
-  bool iterates = false;          // accepts law, residual, gravity, time
-  bool takes_friction = false;    // contact: bonded or frictionless; otherwise bonded alone
-  bool has_cache = false;         // stores its Green's functions in a folder
-  bool takes_tension = false;     // of a membrane at rest; a flat one also modes
-  bool takes_regions = false;     // parts of the object with moduli of their own
-  bool takes_relaxation = false;  // moduli that fade in time; accepts step
+  bool has_tets = false;              // accepts element
+  bool iterates = false;              // accepts law, residual, gravity, time
+  bool accepts_frictionless = false;  // contact: bonded or frictionless; otherwise bonded alone
+  bool has_cache = false;             // stores its Green's functions in a folder
+  bool takes_tension = false;         // of a membrane at rest; a flat one also modes
+  bool takes_regions = false;         // parts of the object with moduli of their own
+  bool takes_relaxation = false;      // moduli that fade in time; accepts step
 };
 
 // `auto` is no kind: ChooseModel names one.
 inline constexpr std::array kModelKinds{
-    ModelKind{.name = "bem2d", .object = ObjectClass::kOutline, .takes_friction = true},
+    ModelKind{.name = "bem2d", .object = ObjectClass::kOutline, .accepts_frictionless = true},
     ModelKind{.name = "plate", .object = ObjectClass::kMembrane},
     ModelKind{.name = "plate-large",
               .object = ObjectClass::kMembrane,
@@ -47,11 +47,11 @@ inline constexpr std::array kModelKinds{
               .linearity = Linearity::kByLaw,
               .has_tets = true,
               .iterates = true,
-              .takes_friction = true,
+              .accepts_frictionless = true,
               .takes_regions = true},
     ModelKind{.name = "fem-green",
               .has_tets = true,
-              .takes_friction = true,
+              .accepts_frictionless = true,
               .has_cache = true,
               .takes_regions = true,
               .takes_relaxation = true},

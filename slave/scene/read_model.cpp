@@ -105,7 +105,7 @@ void ReadContact(Section& model, const ModelKind& kind, ModelOptions* options) {
                              Law{"frictionless", ContactLaw::kFrictionless},
                              Law{"friction", ContactLaw::kFriction}};
   const bool follows = FollowsTools(*options);
-  const std::size_t count = follows ? 3 : kind.takes_friction && !IsFem(kind) ? 2 : 1;
+  const std::size_t count = follows ? 3 : kind.accepts_frictionless && !IsFem(kind) ? 2 : 1;
   const char* note = follows || kind.name == "auto" ? ""
                      : IsFem(kind)                  ? ": `fem` needs tet4, statics and another law"
                                                     : " with this kind";
@@ -134,7 +134,7 @@ ModelKind OptionsOf(std::string_view name) {
           .linearity = Linearity::kByLaw,
           .has_tets = true,
           .iterates = true,
-          .takes_friction = true,
+          .accepts_frictionless = true,
           .takes_tension = true};
 }
 

@@ -1,4 +1,4 @@
-// `sense.points`: what two cameras or depth pictures follow on the object (paper C, 3.2).
+// `sense.points`: what two cameras or depth images follow on the object (paper C, 3.2).
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -42,7 +42,7 @@ bool NamesAFile(const std::filesystem::path& pattern) {
 }
 
 void ReadFiles(Section& section, const SceneContext& context, Camera* camera) {
-  camera->pattern = ReadPictures(section, "file", context);
+  camera->pattern = ReadImages(section, "file", context);
   camera->source = IsVideo(camera->pattern) ? Camera::Source::kVideo : Camera::Source::kFiles;
 }
 
@@ -64,9 +64,9 @@ void ReadSource(Section& section, const SceneContext& context, Camera* camera) {
 
 // Size without the key. Files and videos have that of their images.
 std::array<int, 2> DefaultSize(const Camera& camera) {
-  const bool comes_with_pictures =
+  const bool comes_with_images =
       camera.source != Camera::Source::kSimulated && camera.source != Camera::Source::kDevice;
-  return comes_with_pictures ? std::array{0, 0} : camera.size;
+  return comes_with_images ? std::array{0, 0} : camera.size;
 }
 
 std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
@@ -178,7 +178,7 @@ std::array<int, 2> ReadSize(Section& section, const std::array<int, 2>& fallback
   return {static_cast<int>(size.x()), static_cast<int>(size.y())};
 }
 
-std::string ReadPictures(Section& section, std::string_view key, const SceneContext& context) {
+std::string ReadImages(Section& section, std::string_view key, const SceneContext& context) {
   const std::string pattern =
       section.Text(key, "a printf pattern, a glob, a directory or an image file");
   const auto path = context.folder / pattern;

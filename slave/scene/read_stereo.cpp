@@ -1,4 +1,4 @@
-// `sense.camera` where it is a pair of cameras, simulated or from files, or takes depth pictures
+// `sense.camera` where it is a pair of cameras, simulated or from files, or takes depth images
 // (paper C).
 #include <algorithm>
 #include <array>
@@ -38,7 +38,7 @@ std::string FirstLine(const std::string& text) {
 }
 
 // Looks into the rig's file no further than needed to refuse what is none, and for the size of the
-// left pictures; {0, 0}: not known.
+// left images; {0, 0}: not known.
 std::array<int, 2> ReadRigHeader(Section& section, const StereoCameras& pair) {
   constexpr const char* kAccepted =
       "a rig of two cameras, written by `calibrate --left ... --right ...`";
@@ -54,7 +54,7 @@ std::array<int, 2> ReadRigHeader(Section& section, const StereoCameras& pair) {
     const auto edge = [&](const char* key) {
       const DocumentNode* node = left->Find(key);
       const auto pixels = node == nullptr ? std::nullopt : ParseInteger(node->text);
-      return pixels && *pixels > 0 && *pixels <= kLargestPicture ? static_cast<int>(*pixels) : 0;
+      return pixels && *pixels > 0 && *pixels <= kLargestImage ? static_cast<int>(*pixels) : 0;
     };
     return {edge("image_width"), edge("image_height")};
   }
@@ -104,7 +104,7 @@ bool IsSame(const Eye& a, const Eye& b) {
   return a.kind == b.kind && a.device == b.device && a.address == b.address;
 }
 
-// Two cameras, or one with both pictures side by side.
+// Two cameras, or one with both images side by side.
 void ReadCamerasOfPair(Section& section, const SceneContext& context, StereoCameras* pair) {
   pair->source = StereoCameras::Source::kCameras;
   if (!section.Has("layout")) {
@@ -134,8 +134,8 @@ void ReadPairSource(Section& section, const SceneContext& context, StereoCameras
     ReadCamerasOfPair(section, context, pair);
   } else {
     pair->source = StereoCameras::Source::kFiles;
-    pair->left = ReadPictures(section, "left", context);
-    pair->right = ReadPictures(section, "right", context);
+    pair->left = ReadImages(section, "left", context);
+    pair->right = ReadImages(section, "right", context);
   }
   if (!section.Has("sync")) return;
   pair->sync = section.Number("sync");
@@ -163,7 +163,7 @@ StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, cons
 
 void ReadDepthSource(Section& camera, const SceneContext& context, DepthImages* depth) {
   if (!IsMap(camera, "depth")) {
-    depth->pattern = ReadPictures(camera, "depth", context);
+    depth->pattern = ReadImages(camera, "depth", context);
     return;
   }
   Section section = camera.Open("depth");
@@ -176,7 +176,7 @@ void ReadDepthSource(Section& camera, const SceneContext& context, DepthImages* 
   }
 }
 
-DepthImages ReadDepthPictures(Section& camera, const SceneContext& context) {
+DepthImages ReadDepthImages(Section& camera, const SceneContext& context) {
   DepthImages depth;
   ReadDepthSource(camera, context, &depth);
   depth.unit = camera.Number("unit");
@@ -227,7 +227,7 @@ std::optional<SenseChoice> ReadStereoOrDepth(Section& sense, const SenseSetting&
   }
   PointsOptions options;
   if (camera.Has("depth")) {
-    options.cameras = ReadDepthPictures(camera, setting.context);
+    options.cameras = ReadDepthImages(camera, setting.context);
   } else {
     options.cameras = camera.Has("stereo")
                           ? ReadStereoFiles(camera, setting.context, setting.object)

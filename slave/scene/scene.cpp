@@ -36,20 +36,20 @@ struct ToInputs {
   void Add(const std::filesystem::path& file) const {
     if (!file.empty()) inputs->push_back(file);
   }
-  void AddPictures(const std::filesystem::path& pattern) const {
+  void AddImages(const std::filesystem::path& pattern) const {
     Add(pattern);
     if (pattern.has_filename()) Add(pattern.parent_path());
   }
   void operator()(const Camera& camera) const {
-    if (camera.source != Camera::Source::kUrl) AddPictures(camera.pattern);
+    if (camera.source != Camera::Source::kUrl) AddImages(camera.pattern);
     Add(camera.lens);
   }
   void operator()(const TipTracking& tip) const { Add(tip.template_file); }
   void operator()(const StereoCameras& pair) const {
-    AddPictures(pair.left), AddPictures(pair.right);
+    AddImages(pair.left), AddImages(pair.right);
     Add(pair.rig);
   }
-  void operator()(const DepthImages& depth) const { AddPictures(depth.pattern); }
+  void operator()(const DepthImages& depth) const { AddImages(depth.pattern); }
   void operator()(const PointTracking& points) const { Add(points.layout); }
   void operator()(const Tactile& tactile) const {
     for (const auto& file : {tactile.file, tactile.network, tactile.electrodes}) {
@@ -121,11 +121,11 @@ bool HasStereoOrDepth(const SenseOptions& sense) {
   return sense.Find<PointsOptions>() != nullptr;
 }
 
-bool HasPictures(const SenseOptions& sense) {
+bool HasImages(const SenseOptions& sense) {
   return sense.Find<Camera>() != nullptr || HasStereoOrDepth(sense);
 }
 
-bool TakesPictures(const SenseOptions& sense) {
+bool TakesImages(const SenseOptions& sense) {
   const auto is_stream = [](const auto* part) {
     return part != nullptr && part->source == std::remove_cvref_t<decltype(*part)>::Source::kStream;
   };

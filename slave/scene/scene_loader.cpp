@@ -19,7 +19,8 @@ Eigen::Isometry3d CameraOver(const std::optional<BoundingBox>& box) {
   return X_SC;
 }
 
-// How many boundary elements the object will have; more than asked for if it has more edges.
+// How many boundary elements the object will have; more than requested if the outline has more
+// edges.
 int ElementCount(const Scene& scene) {
   const auto& geometry = scene.object.geometry;
   if (std::holds_alternative<DiscGeometry>(geometry)) return scene.model.elements;
@@ -114,7 +115,7 @@ class CrossCheck {
   }
 
   // A model that knows flat and round tools alone would compute another one, and a key that no
-  // model of the object uses would be believed.
+  // model of the object uses would be accepted.
   void CheckTool() {
     const Geometry& geometry = scene_.object.geometry;
     if (IsPresent("tool", "depth") && !IsPlanar(geometry)) {

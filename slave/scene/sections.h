@@ -42,12 +42,12 @@ struct SenseSetting {
 // `sense`. Full use needs a camera with tip and contour, a stereo pair or depth images, or
 // fingertips.
 SenseOptions ReadSense(Section& scene, const SenseSetting& setting);
-constexpr int kLargestPicture = 16384;  // edge [px]
+constexpr int kLargestImage = 16384;  // edge [px]
 // `size` below a camera: [width, height] in pixels.
 std::array<int, 2> ReadSize(Section& camera, const std::array<int, 2>& fallback);
 // The images at `key`: a printf pattern, a glob, a directory or a file, in the scene's folder. Full
 // use rejects a pattern without an image.
-std::string ReadPictures(Section& section, std::string_view key, const SceneContext& context);
+std::string ReadImages(Section& section, std::string_view key, const SceneContext& context);
 // `url` below a camera: a stream's address or a GStreamer pipeline.
 std::string ReadAddress(Section& section);
 // Whether images come from exactly one source; rejected otherwise.

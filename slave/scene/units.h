@@ -8,7 +8,8 @@
 
 namespace palpate {
 
-// Dimension of a number; each has its own units (contracts, Scene), and plain numbers are SI.
+// Dimension of a number; each has its own units (deploy/scenes/README.md), and plain numbers are
+// SI.
 enum class Dimension : std::uint8_t {
   kNumber,        // none, or %: 5 % is 0.05
   kLength,        // m mm um nm km

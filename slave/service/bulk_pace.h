@@ -26,7 +26,7 @@ class BulkPace {
   static constexpr double kPeriod = 0.05;  // time of a decision, or the round-trip time [s]
 
   // Reports a round-trip time of the operator at `peer` [s].
-  void Hear(const std::string& peer, double round_trip) {
+  void AddRoundTrip(const std::string& peer, double round_trip) {
     const std::scoped_lock lock(mutex_);
     if (peer != std::exchange(peer_, peer)) Restart();
     if (round_trip >= 0) shortest_ = std::min(shortest_, round_trip);  // nor NaN
@@ -49,8 +49,9 @@ class BulkPace {
   }
 
  private:
-  static constexpr double kStanding = 3e-3;  // that the shortest trip of a period waited [s]
-  static constexpr double kShaken = 0.1;     // base round-trip time of the link
+  static constexpr double kMaxQueueing =
+      3e-3;  // queueing time of the shortest trip of a period [s]
+  static constexpr double kMaxVariation = 0.1;  // jitter, relative to the base round-trip time [-]
   static constexpr double kMore = 1.05, kLess = 0.85;
   static constexpr double kSilence = 5;   // time without an operator [s]
   static constexpr double kBurst = 5e-3;  // that streams may be late [s]
@@ -71,7 +72,7 @@ class BulkPace {
     if (shortest_ == kUnbound || since_ < std::max(kPeriod, own_.OrZero())) return;
     own_.Learn(shortest_, since_);
     const double used = std::exchange(sent_, 0) / std::exchange(since_, 0);
-    const bool waits = own_.Waits(std::exchange(shortest_, kUnbound), kStanding, kShaken);
+    const bool waits = own_.Waits(std::exchange(shortest_, kUnbound), kMaxQueueing, kMaxVariation);
     if (rate_ == kUnbound) {
       rate_ = kLeast;
     } else if (waits && used > kLeast) {

@@ -1,4 +1,4 @@
-// What the slave says of itself, as messages.
+// Converts descriptions of the slave to messages.
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -136,13 +136,13 @@ void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* mess
   message->mutable_nodal_forces()->Assign(shape.nodal_forces.begin(), shape.nodal_forces.end());
 }
 
-void ToProto(JpegPicture picture, std::uint64_t sequence, v1::ImageState* message) {
+void ToProto(EncodedImage image, std::uint64_t sequence, v1::ImageState* message) {
   message->Clear();
   message->set_sequence(sequence);
-  ToProto(picture.sensed_at, message->mutable_sensed_at());
-  message->set_jpeg(std::move(picture.jpeg));
-  message->set_width(static_cast<std::uint32_t>(picture.width));
-  message->set_height(static_cast<std::uint32_t>(picture.height));
+  ToProto(image.sensed_at, message->mutable_sensed_at());
+  message->set_jpeg(std::move(image.jpeg));
+  message->set_width(static_cast<std::uint32_t>(image.width));
+  message->set_height(static_cast<std::uint32_t>(image.height));
 }
 
 }  // namespace palpate

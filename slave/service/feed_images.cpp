@@ -1,5 +1,5 @@
 // FeedImages. Decoding takes milliseconds: in the call's own thread, which also slows a driver
-// down who sends more than can be looked at.
+// down a client that sends more than can be processed.
 #include <memory>
 #include <string>
 
@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kPictureRate = 64e6;  // [bytes/s]
+constexpr double kImageRate = 64e6;  // [bytes/s]
 
 }  // namespace
 
@@ -21,18 +21,18 @@ grpc::Status TeleoperationService::FeedImages(grpc::ServerContext* context,
                                               grpc::ServerReader<v1::ImageSample>* reader,
                                               v1::FeedImagesReply* reply) {
   const OrdinaryPriority ordinary;
-  ImageInbox* const inbox = slave_.picture_inbox();
+  ImageInbox* const inbox = slave_.image_inbox();
   if (inbox == nullptr) {
     return Error(v1::ERROR_REASON_NOT_STREAMED,
                  "the scene accepts no images: the source of its sense.camera is not stream");
   }
-  const Seats::Seat seat(&picture_feeds_);
+  const Seats::Seat seat(&image_feeds_);
   if (!seat) {
     return Error(
         v1::ERROR_REASON_SOURCE_TAKEN,
-        "images are fed by " + std::to_string(picture_feeds_.count()) + " streams: expected one");
+        "images are fed by " + std::to_string(image_feeds_.count()) + " streams: expected one");
   }
-  on_stream_(*context, kPictureRate);
+  on_stream_(*context, kImageRate);
   const auto id = NewStreamId();
   const std::shared_ptr<void> leaves(nullptr, [&](void*) { inbox->Leave(id); });
   const std::uint64_t dropped = inbox->health().dropped;

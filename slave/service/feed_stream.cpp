@@ -57,7 +57,7 @@ void FeedStream::OnReadDone(bool ok) {
   Read(&sample_);
 }
 
-// The driver may start anew at once.
+// The driver may start again at once.
 void FeedStream::OnQuiet() {
   for (const std::string& finger : fingers_) inbox_->Leave(finger, sender_);
 }

@@ -45,6 +45,6 @@ void ToProto(const SlaveStatus& status, v1::Status* message);
 // `with_topology`: elements and rest positions too, for the first message of a stream.
 void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* message);
 // Moves the image's bytes into the message.
-void ToProto(JpegPicture picture, std::uint64_t sequence, v1::ImageState* message);
+void ToProto(EncodedImage image, std::uint64_t sequence, v1::ImageState* message);
 
 }  // namespace palpate

@@ -73,9 +73,9 @@ void NatsFeed::Publish(const SlaveState& state, Time now) {
     return true;
   });
   PublishBulk<v1::ImageState>(state, now, &images_, [&](v1::ImageState* image) {
-    const auto picture = service_.Encoded(state.sensed_at, true, kQuality);
-    if (picture) ToProto(*picture, state.sequence, image);
-    return picture != nullptr;
+    const auto encoded = service_.Encoded(state.sensed_at, true, kQuality);
+    if (encoded) ToProto(*encoded, state.sequence, image);
+    return encoded != nullptr;
   });
 }
 

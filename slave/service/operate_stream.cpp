@@ -149,7 +149,7 @@ void OperateStream::OfferDatagrams() {
   }
 }
 
-// As one that came by the stream, where the lease looks at what is newer.
+// Processes a command like one of the stream. The lease decides which is newer.
 DatagramLine::LinkFeedback OperateStream::TakeDatagram(std::string_view plain) {
   if (!datagram_command_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
   Take(datagram_command_);

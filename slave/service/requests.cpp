@@ -1,4 +1,4 @@
-// What the slave is asked and fed.
+// Converts requests and driver messages.
 #include <cmath>
 #include <stdexcept>
 

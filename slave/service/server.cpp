@@ -27,7 +27,7 @@ namespace palpate {
 namespace {
 
 constexpr int kMaxRequestBytes = 64 * 1024;
-constexpr int kMaxPictureBytes = 32 * 1024 * 1024;  // a raw pair of 2448 x 2048 px in colour
+constexpr int kMaxImageBytes = 32 * 1024 * 1024;  // a raw pair of 2448 x 2048 px in colour
 constexpr int kMaxStreams = 2 * TeleoperationService::kSeats;  // of a connection; also threads
 // Longest handshake, for round trips above 5 s.
 constexpr int kHandshakeMs = 15000;
@@ -70,15 +70,15 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(const std::filesystem::
 
 // A proposal arrives before anything is known of its connection.
 double BurstOf(Slave& slave) {
-  return slave.setup() != nullptr ? kBurst + kMaxPictureBytes : kBurst;
+  return slave.setup() != nullptr ? kBurst + kMaxImageBytes : kBurst;
 }
 
 // Whether requests contain images.
 bool TakesImages(Slave& slave) {
-  return slave.picture_inbox() != nullptr || slave.setup() != nullptr;
+  return slave.image_inbox() != nullptr || slave.setup() != nullptr;
 }
 
-void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
+void Configure(bool takes_images, grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakeMs);
   // The window of a whole connection is 64 kB, which holds no 5 s of commands; the probe lets it
   // grow on lines that are long.
@@ -90,7 +90,7 @@ void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
   // No ping strikes: gRPC keeps an error for each ping until it has closed the connection, 100 MB
   // in a moment. Admission control counts the bytes.
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
-  builder->SetMaxReceiveMessageSize(takes_pictures ? kMaxPictureBytes : kMaxRequestBytes);
+  builder->SetMaxReceiveMessageSize(takes_images ? kMaxImageBytes : kMaxRequestBytes);
   builder->SetResourceQuota(grpc::ResourceQuota("palpate").SetMaxThreads(kMaxStreams));
 }
 

@@ -72,7 +72,7 @@ BoardImages ToBoard(const v1::FindBoardRequest& request) {
           request.square()};
 }
 
-// What a person can correct is an error of the request.
+// Reports mistakes that a person can correct as errors of the request.
 template <class Work>
 auto AsRequest(const Work& work) {
   try {
@@ -88,7 +88,7 @@ auto AsRequest(const Work& work) {
 
 grpc::Status TeleoperationService::SetUp(grpc::ServerContext* context,
                                          const std::function<void(SceneSetup&, Progress*)>& work) {
-  return change_.Make(*context, [&](Progress* progress) {
+  return change_.Run(*context, [&](Progress* progress) {
     SceneSetup& setup = RequireSetup(slave_);
     lease_.RequireFree();
     work(setup, progress);

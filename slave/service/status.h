@@ -112,7 +112,7 @@ class EndingStream : public Reactor {
  private:
   // Called each time a thread ends the stream.
   virtual void OnEnding() {}
-  // Once, before the peer hears that its stream is over.
+  // Called once, before the peer is notified that its stream has ended.
   virtual void OnQuiet() {}
 
   void FinishIfQuiet() {

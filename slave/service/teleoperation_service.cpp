@@ -39,7 +39,7 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
   reply->set_operator_name(lease_.holder_name());
   reply->set_observers(static_cast<std::uint32_t>(seats_.taken()));
   reply->set_states(states_sent_);
-  // What cannot even be read never reaches the slave, but came and was refused all the same.
+  // Unreadable commands never reach the slave, but they count as received and refused.
   const std::uint64_t malformed = lease_.malformed();
   reply->set_commands(reply->commands() + malformed);
   reply->set_commands_refused(reply->commands_refused() + malformed);
@@ -49,7 +49,7 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
 grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,
                                             const v1::SetModelRequest* request,
                                             v1::SettingsReply* reply) {
-  return change_.Make(*context, [&](Progress* progress) {
+  return change_.Run(*context, [&](Progress* progress) {
     lease_.RefuseOthers(context->peer());
     slave_.SetModel(ToChange(*request), progress);
     ToProto(slave_.Describe(), reply->mutable_scene());
@@ -59,7 +59,7 @@ grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,
 grpc::Status TeleoperationService::SetParameters(grpc::ServerContext* context,
                                                  const v1::SetParametersRequest* request,
                                                  v1::SettingsReply* reply) {
-  return change_.Make(*context, [&](Progress* progress) {
+  return change_.Run(*context, [&](Progress* progress) {
     lease_.RefuseOthers(context->peer());
     slave_.SetParameters(ToChange(*request), progress);
     ToProto(slave_.Describe(), reply->mutable_scene());

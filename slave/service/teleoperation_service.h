@@ -16,8 +16,8 @@
 #include "shared/link/task_queue.h"
 #include "slave/live/slave.h"
 #include "slave/service/bulk_pace.h"
-#include "slave/service/change_under_way.h"
 #include "slave/service/drive_stream.h"
+#include "slave/service/exclusive_change.h"
 #include "slave/service/feed_stream.h"
 #include "slave/service/operate_stream.h"
 #include "slave/service/operator_lease.h"
@@ -46,7 +46,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
  public:
   // Streams of the Watch calls that may be open, and beyond them the operator's.
   static constexpr int kSeats = 64, kOperatorSeats = 8;
-  static constexpr std::size_t kMostEncoded = 8;  // encoded pictures that are kept for watchers
+  static constexpr std::size_t kMostEncoded = 8;  // encoded images that are kept for watchers
   // `slave` and `publisher` outlive the service.
   TeleoperationService(Slave& slave, Publisher& publisher, OperateStream::OnStream on_stream)
       : slave_(slave), publisher_(publisher), on_stream_(std::move(on_stream)) {}
@@ -105,7 +105,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   void FillStatus(v1::Status* reply) const;
   // The newest image, at least as new as `sensed_at`: drawn and encoded once for all watchers with
   // the same options, one at a time, so that watchers use at most one core. Null: no image yet.
-  std::shared_ptr<const JpegPicture> Encoded(Time sensed_at, bool overlays, int quality);
+  std::shared_ptr<const EncodedImage> Encoded(Time sensed_at, bool overlays, int quality);
   BulkPace& bulk_pace() { return bulk_pace_; }
 
  private:
@@ -134,18 +134,18 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
       [this](std::function<void()> task) {
         disk_calls_.Submit([task = std::move(task)](const std::stop_token& /*stop*/) { task(); });
       },
-      [this](const auto& peer, double seconds) { bulk_pace_.Hear(peer, seconds); }};
-  ChangeUnderWay change_;
-  Seats seats_{kSeats, kOperatorSeats}, picture_feeds_{4};  // one picture feed is used
+      [this](const auto& peer, double seconds) { bulk_pace_.AddRoundTrip(peer, seconds); }};
+  ExclusiveChange change_;
+  Seats seats_{kSeats, kOperatorSeats}, image_feeds_{4};  // one image feed is used
   FeedStreams feeds_;
   DriveStreams drives_;
   std::mutex encoding_;  // guards the next one
-  struct EncodedPicture {
+  struct CachedImage {
     bool overlays;
     int quality;
-    std::shared_ptr<const JpegPicture> picture;
+    std::shared_ptr<const EncodedImage> image;
   };
-  std::deque<EncodedPicture> encoded_;         // of the newest sample, the newest first
+  std::deque<CachedImage> encoded_;            // of the newest sample, the newest first
   std::atomic<std::uint64_t> states_sent_{0};  // to all readers together
   // Records of stops and their resets, each limited by its call or by the lease. Last: its thread
   // uses all of the above.

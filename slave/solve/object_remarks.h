@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// What a mesh contains that is not used or looks wrong, and numbers that are hardly meant: of the
+// Lists parts of a mesh that are unused or look wrong, and implausible numbers: of the
 // object's size and material and of gravity (shared/text/plausible.h), a tool wider than the
 // object. Throws std::invalid_argument: a mesh file that cannot be read.
 std::vector<std::string> RemarksOnObject(const Scene& scene);

@@ -1,4 +1,4 @@
-// The round tools that press rows of a contacts file (contracts, `solve`, column `radius`).
+// The round tools that press rows of a contacts file with a `radius`.
 #pragma once
 
 #include <optional>

@@ -25,7 +25,7 @@ struct SolveRow {
   std::optional<double> t;  // [s], histories only
   ContactResponse response;
   double solve_us = 0;
-  // What presses a prescribed displacement: the scene's tool with the dimensions of the row. A load
+  // The tool of a prescribed displacement: the scene's tool with the dimensions of the row. A load
   // is even over its width, whatever the tool.
   Tool tool{};
   double off_surface = 0;  // distance of the place in the table from the surface [m]
@@ -77,7 +77,7 @@ class RowReader {
   double largest_;  // see SizeOf [m]
 };
 
-// Appends the rows of `file` (contracts, `solve`), which may be one that WriteRows wrote. Throws
+// Appends the rows of `file`, which may be one that WriteRows wrote. Throws
 // InputError: what CsvTable or RowReader rejects, and a negative time.
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
                 const RowRules& rules, std::vector<SolveRow>* rows);
@@ -121,8 +121,8 @@ class PlaceHistory {
   [[nodiscard]] bool Takes(const SolveRow& row) const;
   void Add(const SolveRow& row);
 
-  // Linear between rows; the first row's value before it, the last one's after it (contracts,
-  // `solve`). Without times: constant.
+  // Linear between rows; the first row's value before it, the last one's after it.
+  // Without times: constant.
   [[nodiscard]] Contact At(double t) const;
   [[nodiscard]] double end() const { return values_.rbegin()->first; }  // [s]
 

@@ -25,7 +25,7 @@ std::string Unfit(const Scene& scene, const StudyRow& row) {
   if (!kind->iterates && fem.time == FemOptions::Time::kDynamic) return "is not dynamic";
   if (!kind->iterates && !fem.gravity_O.isZero(0)) return "has no gravity";
   if (scene.model.contact == ContactLaw::kFrictionless &&
-      !(kind->iterates ? FollowsTools(row.model) : kind->takes_friction)) {
+      !(kind->iterates ? FollowsTools(row.model) : kind->accepts_frictionless)) {
     return "its contacts are bonded";
   }
   return {};

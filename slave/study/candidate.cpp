@@ -161,7 +161,7 @@ const char* NameOf(FemOptions::Law law) {
   return kNames[static_cast<std::size_t>(law)];
 }
 
-// Solves of one press, in the unit of SparseSeconds; iterations grow with the digits asked for.
+// Solves of one press, in the unit of SparseSeconds; iterations grow with the digits requested.
 double SolvesOfAPress(bool quadratic, FemOptions::Law law, double residual) {
   const double digits = -std::log10(residual);
   if (law == FemOptions::Law::kLinear) return 5;
@@ -259,7 +259,7 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
       AddVolume(d, limits, &candidates);
     }
   }
-  // What another model cannot press is not compared with it.
+  // Contacts that another model cannot solve are not compared with it.
   const bool is_usual = !scene.tool || scene.tool->shape == Tool::Shape::kFlat ||
                         scene.tool->shape == Tool::Shape::kRound;
   if (!is_usual || scene.model.contact == ContactLaw::kFriction) {

@@ -174,7 +174,7 @@ class Trial {
             depth * press.inward_O};
   }
 
-  // As the slave's estimates ask the model for a contact.
+  // Queries the model for a contact as the slave's estimators do.
   ContactResponse Respond(const Contact& contact) {
     ContactResponse response;
     if (!touch_) {
@@ -245,7 +245,7 @@ class Trial {
   }
 
   // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
-  // tell. Not asked where nothing is to be corrected: a plate takes the width as it is.
+  // determine it. 0 where nothing is to be corrected: a plate takes the width as it is.
   double SlopeOf(const Press& press) {
     if (touch_ || grows_ || TakesWidthAsItIs(mesh_)) return 0;
     const auto seen = [&](double share, const study::Answer& answer) {

@@ -23,35 +23,36 @@
 namespace palpate::study {
 namespace {
 
-constexpr site::Fineness kRough{
+constexpr simulation::Fineness kRough{
     .largest = 0.25, .growth = 0.6, .at_patch_end = 2e-3, .at_support_end = 2e-3};
-constexpr site::Fineness kMedium{};
-constexpr site::Fineness kFine{
+constexpr simulation::Fineness kMedium{};
+constexpr simulation::Fineness kFine{
     .largest = 0.1, .growth = 0.25, .at_patch_end = 2e-5, .at_support_end = 1e-4};
 
 double Stiffness(const Scene& scene, const Press& press, double width,
-                 const site::Fineness& fineness) {
-  const site::TrueBody body(scene);
+                 const simulation::Fineness& fineness) {
+  const simulation::TrueBody body(scene);
   const double nu = scene.object.material.poisson_ratio;
   const double unit = scene.object.material.young_modulus * ThicknessOf(scene.object.geometry);
-  const site::BoundaryPlace place = body.Nearest(press.p_O.head<2>());
+  const simulation::BoundaryPlace place = body.Nearest(press.p_O.head<2>());
   const Eigen::Vector2d way = press.inward_O.head<2>();
   if (scene.model.contact == ContactLaw::kFrictionless) {
-    return unit * site::SlidingStiffness(body, nu, scene.model.plane, place, width, way, fineness);
+    return unit *
+           simulation::SlidingStiffness(body, nu, scene.model.plane, place, width, way, fineness);
   }
-  const auto bonded = site::SolvePatch(body, nu, scene.model.plane, place, width, fineness);
+  const auto bonded = simulation::SolvePatch(body, nu, scene.model.plane, place, width, fineness);
   return unit * way.dot(bonded.stiffness * way);
 }
 
 // Under a round tool: at this displacement, since its contact grows with it.
 double RoundForce(const Scene& scene, const Press& press, double depth) {
-  const site::TrueBody body(scene);
+  const simulation::TrueBody body(scene);
   const auto solution =
-      site::SolveUnderRound(body, scene.object.material.poisson_ratio, scene.model.plane,
-                            body.Nearest(press.p_O.head<2>()), *scene.tool);
+      simulation::SolveUnderRound(body, scene.object.material.poisson_ratio, scene.model.plane,
+                                  body.Nearest(press.p_O.head<2>()), *scene.tool);
   const Eigen::Vector2d way = press.inward_O.head<2>();
   return scene.object.material.young_modulus * ThicknessOf(scene.object.geometry) *
-         way.dot(site::Touched(*solution.round, depth * way, 0).total());
+         way.dot(simulation::Touched(*solution.round, depth * way, 0).total());
 }
 
 constexpr double kGood = 0.05;    // an independent answer's own bar, relative
@@ -95,7 +96,7 @@ std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<S
   return families;
 }
 
-// d ln force / d ln width: of the finest member that could tell, else of nobody.
+// d ln force / d ln width: of the finest member that determines it, else of none.
 double SlopeOf(const std::vector<const StudyRow*>& members, std::size_t press) {
   for (const StudyRow* row : members) {
     const double slope = row->answers[press].width_slope;
@@ -233,7 +234,7 @@ Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t pre
   return {ratios.back().value, kOneMesh * std::abs(ratios.back().value - 1)};
 }
 
-// Any row's d ln force / d ln width, for rows too coarse to tell; the largest.
+// Any row's d ln force / d ln width, for rows too coarse to determine it; the largest.
 double LargestSlope(const std::vector<StudyRow>& rows, std::size_t press) {
   double slope = 0;
   for (const StudyRow& row : rows) {
@@ -264,7 +265,7 @@ Value AtNineOfTen(std::vector<Value> all, Error error) {
 }
 
 // How far the error that nine of ten stay within may be from that of all places, one sigma: how
-// many of so few lie beyond it is binomial, and that many ranks before and after it tell.
+// many of so few lie beyond it is binomial, which gives the ranks before and after it.
 double SamplingBar(std::vector<double> errors) {
   if (errors.size() < kMany) return 0;
   std::ranges::sort(errors, IsWorse);

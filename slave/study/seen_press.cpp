@@ -83,29 +83,31 @@ std::vector<SurfacePoint> PointsAtRest(const Scene& scene, const MembraneGeometr
 
 // The solid under the tool at `radius` on the x axis, from rest to full depth. nullptr: no
 // equilibrium.
-std::shared_ptr<const site::MembranePress> PressedAt(double radius, const Scene& scene,
-                                                     const PressSpec& question,
-                                                     const MembraneGeometry& membrane) {
-  site::PressedMembrane solid(membrane, scene.object.material, question.width, {radius, 0}, {},
-                              scene.model.prestress, site::FaceOf(scene.tool.value_or(Tool{})));
+std::shared_ptr<const simulation::MembranePress> PressedAt(double radius, const Scene& scene,
+                                                           const PressSpec& question,
+                                                           const MembraneGeometry& membrane) {
+  simulation::PressedMembrane solid(membrane, scene.object.material, question.width, {radius, 0},
+                                    {}, scene.model.prestress,
+                                    simulation::FaceOf(scene.tool.value_or(Tool{})));
   for (int step = 1; kStep * step <= 1; ++step) {
     if (!solid.Deepen(kStep * step * question.depth)) return nullptr;
   }
-  return std::make_shared<site::MembranePress>(solid.press());
+  return std::make_shared<simulation::MembranePress>(solid.press());
 }
 
 // `indentation`: at rest.
-SeenPress Seen(const std::vector<SurfacePoint>& rest, site::Indentation indentation,
+SeenPress Seen(const std::vector<SurfacePoint>& rest, simulation::Indentation indentation,
                double full_depth) {
   SeenPress seen;
   for (int image = 0; image <= kImages; ++image) {
     indentation.depth = full_depth * image / kImages;
     seen.images_O.push_back(rest);
     for (SurfacePoint& point : seen.images_O.back()) {
-      point.p_S = point.p_S_rest + site::DisplacementOf(indentation, point.p_S_rest.head<2>());
+      point.p_S =
+          point.p_S_rest + simulation::DisplacementOf(indentation, point.p_S_rest.head<2>());
     }
   }
-  seen.force = -site::ForceOf(indentation);
+  seen.force = -simulation::ForceOf(indentation);
   return seen;
 }
 
@@ -114,7 +116,7 @@ std::vector<SeenPress> Solve(const Scene& scene, const PressSpec& question,
   const std::vector<SurfacePoint> rest = PointsAtRest(scene, membrane);
   // The key is the radius in units of kSameRadius, because a membrane has the same response all
   // around.
-  std::map<long, std::shared_ptr<const site::MembranePress>> solids;
+  std::map<long, std::shared_ptr<const simulation::MembranePress>> solids;
   std::vector<SeenPress> seen;
   for (const Press& press : question.presses) {
     const Vector2d place_O = press.p_O.head<2>();
@@ -122,7 +124,7 @@ std::vector<SeenPress> Solve(const Scene& scene, const PressSpec& question,
     auto& solid = solids[std::lround(radius / (kSameRadius * membrane.radius))];
     if (!solid) solid = PressedAt(radius, scene, question, membrane);
     if (!solid) return {};
-    const site::Indentation indentation{
+    const simulation::Indentation indentation{
         .rim = membrane.radius, .place_O = place_O, .parts = {{{solid, radius, 1}, {}}}};
     seen.push_back(Seen(rest, indentation, question.depth));
   }

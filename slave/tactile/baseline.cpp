@@ -14,7 +14,7 @@ constexpr double kSpike = 20;
 // Variances of noise by which squared slopes must exceed it: of all electrodes together, and of the
 // pressure or a few channels alone [-].
 constexpr double kTogether = 2, kAlone = 9;
-// That a slope seen last goes on, about [samples].
+// Typical time for which the last slope continues [samples].
 constexpr double kLasts = 1000;
 constexpr double kChanges = 0.01;  // relative change of a slope per sample, one sigma about none
 constexpr double kRounding = 1.0 / 12;  // [noise^2] [derived: variance of rounding to whole counts]

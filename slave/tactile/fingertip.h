@@ -75,7 +75,7 @@ class Fingertip {
   [[nodiscard]] const ChannelSignals* channels() const {
     return channel_signals_ ? &*channel_signals_ : nullptr;
   }
-  // Returns why the baseline of a sensor without electrodes is doubted, one clause; empty: it is
+  // Returns why the baseline of a sensor without electrodes is flagged, one clause; empty: it is
   // not.
   [[nodiscard]] std::string_view baseline_fault() const { return baseline_fault_; }
   // Above its baseline, averaged over some samples [counts].

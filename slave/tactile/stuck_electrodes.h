@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// Counts of single electrodes tell more than the RepeatDetector of images could.
+// Counts of single electrodes show more than the RepeatDetector of images could.
 class StuckElectrodes {
  public:
   // `patience`: samples; 0: channels may stay the same. `are_electrodes`: otherwise how often a

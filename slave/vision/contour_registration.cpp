@@ -140,7 +140,7 @@ class Fitter {
 
   // Takes one Gauss-Newton step. Returns the largest motion of the outline [m]. Rotations and
   // growth are measured by the way they move the outline's farthest point; rotations are held a
-  // little towards none: a disc tells nothing about its own.
+  // little towards none: a disc does not determine its own.
   double Step(double cut) {
     Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
     Eigen::Vector4d b = Eigen::Vector4d::Zero();

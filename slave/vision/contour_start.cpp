@@ -85,7 +85,7 @@ std::vector<Vote> VoteEverywhere(const BentGradient& bent) {
        r *= kRadiusStep) {
     const Rim rim(r);
     const int margin = static_cast<int>(r) + 1;
-    const double scale = std::sqrt(r / kCircleEdge * 8);  // larger circles are harder to come by
+    const double scale = std::sqrt(r / kCircleEdge * 8);  // larger circles are less likely
     for (int y = margin; y < rows - margin; ++y) {
       SumAlongRim(bent, rim, y, margin, cols - margin, sums.data());
       for (int x = margin; x < cols - margin; ++x) {
@@ -167,7 +167,7 @@ bool TouchesBorder(const PixelChain& outline, const cv::Size& size) {
 // sign changes, the parts cancel, and a strong piece counts no more than twice the median, so that
 // a line the outline happens to cross does not make it an object.
 double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& gy) {
-  constexpr std::size_t kSpan = 3;  // points to either side that tell the tangent
+  constexpr std::size_t kSpan = 3;  // points on either side that define the tangent
   const std::size_t n = outline.size();
   std::vector<double> across, magnitude;
   for (std::size_t i = 0; i < n; ++i) {

@@ -9,7 +9,7 @@ namespace {
 // A sample is the mean of 2 kAside + 1 lines, 1 px apart. [-] [tuned:
 // EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr int kAside = 2;
-constexpr int kStep = 3;  // samples on either side that tell a step
+constexpr int kStep = 3;  // samples on either side that define a step
 constexpr int kCentrings = 8;
 // Places in a window as whole numbers of 2^-20 px: taking floating point apart, sample by sample,
 // was two thirds of what the checks of one camera cost. [by definition]

@@ -1,4 +1,4 @@
-// Grey levels across an edge, and the edge's place in them.
+// Grey levels across an edge, and the position of the edge in them.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ class EdgeProfile {
   bool Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eigen::Vector2d& n,
             int half) noexcept;
 
-  // Below: of the last profile; `k` samples from its middle [levels].
+  // The next functions describe the last profile, `k` samples from its middle [levels].
   // The mean of three samples.
   [[nodiscard]] double Level(int k) const noexcept;
   // The change from three samples behind `k` to three ahead, `first` the nearest on either side.

@@ -15,7 +15,7 @@ constexpr double kMinEdge = 3;  // total step across a clear edge [1/255 of full
 // Cosine between the normals before and after a point. [-] [tuned:
 // BothPolaritiesAndADeepImageGiveTheSameEdge]
 constexpr double kStraight = 0.97;
-constexpr std::size_t kNeighbours = 4;     // to either side, that tell whether an edge jumps
+constexpr std::size_t kNeighbours = 4;     // to either side, that show whether an edge jumps
 constexpr double kMinJump = 1, kJump = 4;  // what counts as one: [px], of the median jump
 constexpr double kMinContrast = 0.35;      // of the median edge, below which a point is left out
 

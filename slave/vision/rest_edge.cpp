@@ -18,11 +18,11 @@ constexpr double kStraight = 0.95;
 constexpr double kHalfWindow = 4;
 constexpr double kMinStep = 3;       // [1/255 of full scale]
 constexpr double kMinOfStep = 0.25;  // of the place's step at rest
-constexpr double kFarther = 0.3;     // less a step counts at the end of the reach
-constexpr int kWide = 6;             // from the edge to where a blurred one's sides are [px]
-constexpr int kBright = 5;           // from the edge to where its sides' levels are read [px]
+constexpr double kFarther = 0.3;     // reduction of a step's weight at the end of the reach
+constexpr int kWide = 6;             // from a blurred edge to its sides [px]
+constexpr int kBright = 5;           // from the edge to the pixels that give its sides' levels [px]
 constexpr int kRaster = 2;           // of the search for a shift [px]
-constexpr std::size_t kEvery = 3;    // place takes part in it
+constexpr std::size_t kEvery = 3;    // every third place takes part in the search
 
 }  // namespace
 

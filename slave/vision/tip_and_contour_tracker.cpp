@@ -25,8 +25,8 @@
 namespace palpate {
 namespace {
 
-// Limits of an outline that only the image tells: part with an edge, roundness (1: a circle), and
-// mean strength of the edge (of at most 1) unless it is very round.
+// Limits of an outline that is known from the image alone: part with an edge, roundness (1: a
+// circle), and mean strength of the edge (of at most 1) unless it is very round.
 constexpr double kMinClosed = 0.8, kMinRound = 0.55, kVeryRound = 0.95, kClearEdge = 0.55;
 
 const Camera& CameraOf(const Scene& scene) {
@@ -40,14 +40,14 @@ const Camera& CameraOf(const Scene& scene) {
   return *scene.sense.Find<Camera>();
 }
 
-// The scene's direction of the tool in the image; zero: only the image can tell.
+// The scene's direction of the tool in the image; zero: only the image shows it.
 Eigen::Vector2d GivenDirection(const Scene& scene, const CameraView& view) {
   if (!scene.tool) return {0, 0};
   const Eigen::Vector3d d_S(scene.tool->direction.x(), scene.tool->direction.y(), 0);
   return (view.ToImage(view.pixel() * d_S) - view.ToImage({0, 0, 0})).stableNormalized();
 }
 
-// Nothing but the image tells the outline, and nobody stated where in the image it is.
+// Only the image shows the outline, and the scene does not state where in the image it is.
 bool IsOnlySeen(const Scene& scene) {
   const bool found = scene.sense.Find<ContourTracking>()->start.empty();
   return found && std::holds_alternative<ImageContourGeometry>(scene.object.geometry);
@@ -108,7 +108,7 @@ struct TipAndContourTracker::Parts {
     format.Read(first, cv::Rect(cv::Point(), first.size()), whole);
     noise = NoiseOf(whole) / format.levels_per_255();
     const double tool_width = scene.tool ? scene.tool->width / view.pixel() : 0;
-    // Only a contour tells where a tool without direction points.
+    // Only a contour shows where a tool without direction points.
     const bool tip_first = !direction.isZero(0);
     if (tip_first) MakeTip(scene, first, view, tip_hint_I);
     if (scene.sense.Find<ContourTracking>()) {

@@ -58,7 +58,7 @@ double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, doub
   return information;
 }
 
-// Does the template tell where along `d` the tool is? Noise has gradients too, which tell nothing:
+// Whether the template determines the tool's position along `d`. Noise has gradients, too:
 // a central difference of it has half its variance.
 bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width) {
   const PatchAligner aligner = tip.Aligner();

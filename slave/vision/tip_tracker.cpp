@@ -16,7 +16,7 @@ namespace {
 constexpr int kReach = 10;              // least reach of the search around the template [px]
 constexpr int kSamePeak = 2;            // places this near to the best belong to it [px]
 constexpr double kAsGood = 0.01;        // a second peak within this score of the best is its equal
-constexpr std::size_t kCandidates = 6;  // of the coarse search, looked at closely
+constexpr std::size_t kCandidates = 6;  // of the coarse search, examined closely
 constexpr double kCovered = 0.03;       // of the template: fewer pixels than that are only noise
 // A small thing over the tip that pulls the fine alignment by so much is left out [px], sigmas.
 constexpr double kPulled = 0.1, kPulledSigmas = 2;
@@ -42,7 +42,7 @@ constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
 constexpr double kTurnStep = 0.035, kMaxTurn = 0.05, kMinTurn = 0.01, kMaxSearchedTurn = 0.4;
 constexpr std::array kTurnsTried{0.0, 0.1, -0.1, 0.2, -0.2};
 constexpr int kTurnMargin = 6, kMaxTurns = 6;
-constexpr int kMinCoarse = 7;  // edge below which a shrunk template tells too little [px]
+constexpr int kMinCoarse = 7;  // edge below which a shrunk template has too little detail [px]
 
 struct Peak {
   cv::Point at;

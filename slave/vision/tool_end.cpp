@@ -14,13 +14,15 @@ using Eigen::Vector2d;
 // Distance of the end, and of a side, from its stated place [px]. [tuned:
 // IsMissedWhereTheToolGoesOn]
 constexpr double kReach = 8;
-// The ground is looked at so far beside the tool [px]. [tuned: OfAWidthReportedWrongByAFifthIsSeen]
+// Distance beside the tool at which the background is measured [px]. [tuned:
+// OfAWidthReportedWrongByAFifthIsSeen]
 constexpr double kBeside = 6;
-// The sides are looked at from so far behind the tip on [px]. [tuned: IsMissedWhereTheToolGoesOn]
+// Distance behind the tip from which the sides are measured [px]. [tuned:
+// IsMissedWhereTheToolGoesOn]
 constexpr double kBehind = 4;
 constexpr double kLength = 24;  // over such a length [px]
 constexpr double kStep = 0.5;   // of a line [px]
-// That it must be ground beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsReported]
+// Length of background required beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsReported]
 constexpr double kStays = 2;
 constexpr double kFaintest = 0.2;  // a mark's difference from the ground, of the usual
 constexpr double kMinStep = 12;    // between tool and ground [1/255 of full scale]

@@ -54,7 +54,7 @@ void Report(benchmark::State& state, const Bem2dModel& model, long allocated, do
       static_cast<double>(allocated) / static_cast<double>(state.iterations());
 }
 
-// Two contact sets in turn, so that every update solves its capacitance matrix anew.
+// Two contact sets in turn, so that every update solves its capacitance matrix again.
 void Alternate(benchmark::State& state, Bem2dModel& model, const std::vector<Contact>& one,
                const std::vector<Contact>& other) {
   std::vector<ContactResponse> responses(one.size());

@@ -1,5 +1,5 @@
 // An operator by the C++ client, for tests: script_operator HOST:PORT. Each line of the standard
-// input is a command, and each is answered by one line: `ok`, what was asked for, or `error: ...`.
+// input is a command, and each is answered by one line: `ok`, the requested value, or `error: ...`.
 //   engage    closes the clutch
 //   release   opens it
 //   change    sets the force limit to 3 N

@@ -24,7 +24,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 
 
 class Bench:
-    """A slave behind a line, which can be ended and started anew at its address."""
+    """A slave behind a link, which can be ended and started again at its address."""
 
     def __init__(self):
         self.slave = Slave()

@@ -1,7 +1,7 @@
-// From a real microscope picture to a force: the chorion's contour becomes a boundary element
-// model, the pipette its contact. The pictures (../shared, not ours to pass on) have no scale and
+// From a real microscope image to a force: the chorion's contour becomes a boundary element
+// model, the pipette its contact. The images (../shared, not ours to pass on) have no scale and
 // no force; the chorion's diameter of 1.2 mm (literature: 1.1 to 1.3 mm) gives the scale, so what
-// is tested is that the picture's model is the one of its shape.
+// is tested is that the image's model is the one of its shape.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -24,13 +24,13 @@ const fs::path kImage =
     SourcePath("/../shared/data/zebrafish_injection/zf_Old_yolov3_image_captured1.jpg");
 const fs::path kOut = BinaryPath("/test-output/zebrafish");
 constexpr double kRadius = 0.6e-3;         // of the chorion [m], assumed
-constexpr double kRadius_px = 150;         // in this picture, read by a person to some 10 px
+constexpr double kRadius_px = 150;         // in this image, read by a person to some 10 px
 constexpr double kHeld = -45, kHalf = 30;  // where the dish holds it: centre and half angle [deg]
 
 class EmbryoModelTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(kImage)) GTEST_SKIP() << "the microscope pictures are absent";
+    if (!fs::exists(kImage)) GTEST_SKIP() << "the microscope images are absent";
     fs::create_directories(kOut);
     image_ = cv::imread(kImage.string());
     cv::imwrite((kOut / "pipette.png").string(), image_(cv::Rect(612, 232, 34, 60)));
@@ -52,7 +52,7 @@ class EmbryoModelTest : public testing::Test {
              "model: {kind: bem2d, elements: 120, plane: strain, tolerance: 20 %}\n";
   }
 
-  // Paints a copy of the picture with the pipette moved by `way` [px] over a patch of background.
+  // Paints a copy of the image with the pipette moved by `way` [px] over a patch of background.
   [[nodiscard]] cv::Mat PipetteAt(const cv::Point& way) const {
     const cv::Rect pipette(600, 0, 60, 292);
     cv::Mat moved = image_.clone();
@@ -68,7 +68,7 @@ class EmbryoModelTest : public testing::Test {
 // Reference: the same model of a perfect disc of the radius a person read, held on the same arc,
 // pressed at the same angle. Tolerance 15 %: the reading is good to 10 px of 150, and stiffness
 // goes with shape, not with size, in 2D; the rest is the chorion's departure from a circle.
-TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
+TEST_F(EmbryoModelTest, TheImagesModelIsAsStiffAsADiscOfItsSize) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   const ContactEstimate& estimate = estimator.Estimate({image_, 2, {}});
@@ -92,7 +92,7 @@ TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
   EXPECT_NEAR(k / k_disc, 1, 0.15);
 }
 
-// The pipette of the picture carried 30 px deep into the chorion in steps: stiffness times depth,
+// The pipette of the image carried 30 px deep into the chorion in steps: stiffness times depth,
 // out of the embryo.
 TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionHasAForce) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");

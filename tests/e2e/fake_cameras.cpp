@@ -31,14 +31,14 @@ class FakeCamera final : public VideoStream {
 
   [[nodiscard]] bool is_there() const { return is_there_; }
   cv::Mat Next() override {
-    cv::Mat picture(height_, width_, CV_8UC1);
-    const std::size_t size = picture.total() * picture.elemSize();
+    cv::Mat image(height_, width_, CV_8UC1);
+    const std::size_t size = image.total() * image.elemSize();
     for (std::size_t got = 0; got < size;) {
-      const auto part = recv(socket_, picture.data + got, size - got, 0);
+      const auto part = recv(socket_, image.data + got, size - got, 0);
       if (part <= 0) return {};
       got += static_cast<std::size_t>(part);
     }
-    return picture;
+    return image;
   }
 
  private:

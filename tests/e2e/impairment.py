@@ -1,4 +1,4 @@
-"""What delay, jitter and loss do to what the hand feels: one session of the programs per cell, one row of CSV each.
+"""Effect of delay, jitter and loss on the rendered force: one session of the programs per cell, one row of CSV each.
 
   impairment.sh --quick|--full [--out FILE.csv] [--seed N] [--only WORDS] [--datagrams|--stream] [--jobs N]
 
@@ -41,7 +41,7 @@ COLUMNS = ["object", "render", "round_trip_ms", "jitter_pct", "loss_pct", "seed"
 
 
 def stretches(rows):
-    """The forces sent while the hand followed without a break: who is let go and comes back begins anew."""
+    """The forces sent while the tool followed without a break; after an interruption the list starts again."""
     known, number = {}, 0
     for row in rows:
         if row["state"] == "FOLLOWING":
@@ -117,7 +117,7 @@ def cell(kind, render, trip, jitter, loss, seed, datagrams):
         return dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, [kind, render, trip, jitter, loss, seed, seconds])) | {
             "served": 0, "safe": 1, "datagrams": 0}
     error, compensated = printed["force_error"] or {}, printed.get("force_error_delay_compensated") or {}
-    # One contact alone is the first; of what moves a place tells no force.
+    # One contact alone is the first; a moving position determines no force.
     compensated = compensated if compensated.get("contact_ticks") and kind != "moving" else {}
     grows = any(oscillation_grows(forces) for forces in stretches(rows))
     safe = printed["force_sent_peak_N"] <= FORCE_LIMIT + 1e-6 and printed["energy_min_J"] >= NOISE_ENERGY and not grows

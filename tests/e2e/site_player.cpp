@@ -1,13 +1,13 @@
 // Plays a simulated site to a slave that takes it for a real one: what it shows goes without loss
-// through FeedImages or FeedTactile, or to whoever connects as a stream of raw pictures; the tool
+// through FeedImages or FeedTactile, or to whoever connects as a stream of raw images; the tool
 // in it is where an arm's driver says by UDP, whom it answers with the force.
 //   site_player SCENE HOST:PORT [HOW]  feeds that slave; on SIGUSR1 its driver goes wrong, as HOW:
-//     queue (a dozen pictures wait in it and are stamped when they leave), zoom (by
+//     queue (a dozen images wait in it and are stamped when they leave), zoom (by
 //     a tenth), exchange (left and right), right-late (by a pair)
-//   site_player SCENE y4m | raw      serves pictures by TCP, pairs side by side: YUV4MPEG2, which
+//   site_player SCENE y4m | raw      serves images by TCP, pairs side by side: YUV4MPEG2, which
 //                                    FFmpeg knows by its first line, or bare rows of 8 bit grey
-// Prints `site on HOST:PORT`, where it hears of the tool, then `pictures on HOST:PORT` where it
-// serves them, and plays until SIGTERM.
+// Prints `site on HOST:PORT`, where it receives the tool's position, then `pictures on HOST:PORT`
+// where it serves them, and plays until SIGTERM.
 #include <csignal>
 #include <cstdio>
 #include <deque>
@@ -62,7 +62,7 @@ class Images {
         pair_(HasStereoOrDepth(scene.sense) ? environment.OpenPair(scene, {}) : nullptr) {}
 
   struct Shot {
-    std::vector<cv::Mat> pictures;
+    std::vector<cv::Mat> images;
     Time sensed_at{};
   };
   Shot Next() {
@@ -82,7 +82,7 @@ class Images {
 
 // To one reader after the other. What a reader does not take at once is left out, so that none
 // waits in a queue and grows old.
-void Serve(Images pictures, bool is_y4m) {
+void Serve(Images images, bool is_y4m) {
   const int door = SocketHere(SOCK_STREAM, "pictures");
   for (;;) {
     const int reader = accept(door, nullptr, nullptr);
@@ -97,15 +97,15 @@ void Serve(Images pictures, bool is_y4m) {
       return true;
     };
     for (bool is_first = true;; is_first = false) {
-      cv::Mat picture;
-      cv::hconcat(pictures.Next().pictures, picture);
+      cv::Mat image;
+      cv::hconcat(images.Next().images, image);
       std::string bytes;
       if (is_y4m && is_first) {
-        bytes = "YUV4MPEG2 W" + std::to_string(picture.cols) + " H" + std::to_string(picture.rows) +
+        bytes = "YUV4MPEG2 W" + std::to_string(image.cols) + " H" + std::to_string(image.rows) +
                 " F30:1 Ip A1:1 Cmono\n";
       }
       if (is_y4m) bytes += "FRAME\n";
-      bytes.append(reinterpret_cast<const char*>(picture.data), picture.total());
+      bytes.append(reinterpret_cast<const char*>(image.data), image.total());
       int waiting = 0;
       if (ioctl(reader, SIOCOUTQ, &waiting) != 0 || waiting > 0) continue;
       if (!send_all(bytes)) break;
@@ -130,14 +130,14 @@ class WrongDriver {
     kept_.push_back(shot);
     if (kept_.size() > kQueue) kept_.pop_front();
     if (!g_is_wrong) return shot;
-    if (how_ == "queue") shot.pictures = kept_.front().pictures;
-    if (how_ == "exchange") std::swap(shot.pictures.front(), shot.pictures.back());
-    if (how_ == "right-late") shot.pictures.back() = kept_[kept_.size() - 2].pictures.back();
+    if (how_ == "queue") shot.images = kept_.front().images;
+    if (how_ == "exchange") std::swap(shot.images.front(), shot.images.back());
+    if (how_ == "right-late") shot.images.back() = kept_[kept_.size() - 2].images.back();
     if (how_ == "zoom") {
-      for (cv::Mat& picture : shot.pictures) {
-        const int dx = picture.cols / 20, dy = picture.rows / 20;
-        cv::Mat middle = picture(cv::Rect(dx, dy, picture.cols - 2 * dx, picture.rows - 2 * dy));
-        cv::resize(middle.clone(), picture, picture.size());
+      for (cv::Mat& image : shot.images) {
+        const int dx = image.cols / 20, dy = image.rows / 20;
+        cv::Mat middle = image(cv::Rect(dx, dy, image.cols - 2 * dx, image.rows - 2 * dy));
+        cv::resize(middle.clone(), image, image.size());
       }
     }
     return shot;
@@ -149,17 +149,17 @@ class WrongDriver {
   std::deque<Images::Shot> kept_;
 };
 
-int FeedImages(Images pictures, WrongDriver driver, v1::Teleoperation::Stub* stub) {
+int FeedImages(Images images, WrongDriver driver, v1::Teleoperation::Stub* stub) {
   grpc::ClientContext context;
   context.set_wait_for_ready(true);
   v1::FeedImagesReply reply;
   const auto writer = stub->FeedImages(&context, &reply);
   v1::ImageSample sample;
   do {
-    const auto shot = driver.Spoilt(pictures.Next());
-    const cv::Mat right = shot.pictures.size() > 1 ? shot.pictures.back() : cv::Mat();
-    sample = ToMessage(
-        StereoPair{shot.pictures.front(), right, sample.sequence() + 1, shot.sensed_at, 0});
+    const auto shot = driver.Spoilt(images.Next());
+    const cv::Mat right = shot.images.size() > 1 ? shot.images.back() : cv::Mat();
+    sample =
+        ToMessage(StereoPair{shot.images.front(), right, sample.sequence() + 1, shot.sensed_at, 0});
   } while (writer->Write(sample));
   return Finish(writer.get());
 }

@@ -1,4 +1,4 @@
-"""A line that can be held up: what is sent meanwhile arrives at once when it is released."""
+"""A link that can be blocked: data sent meanwhile arrive at once when it is released."""
 import socket
 import threading
 

@@ -81,7 +81,7 @@ fs::path WritePlayback(const Recording& recording, const std::string& name) {
 }
 
 // What the slave sends of the object: the law of force over place that it learns from its
-// estimates, as a patch, each image anew.
+// estimates, as a patch, for each image.
 class LearntContact {
  public:
   void AddSample(double x, double force, Time now) {
@@ -164,7 +164,7 @@ Rendering Render(const Recording& recording, const fs::path& playback, RenderMod
       on_its_way.pop_front();
     }
     if (const OperatorCommand* command = commands.Take()) state.epoch = command->epoch;
-    arrived.epoch = state.epoch;  // the clutch is not what is looked at
+    arrived.epoch = state.epoch;  // the clutch is not tested here
     ++arrived.sequence;
     states.Put({arrived, now, 0, round_trip});
     device.WriteForce(loop.Tick(reading, now));
@@ -241,7 +241,8 @@ TEST_P(SoftContactTest, TheLocalModelBeatsTheHoldWhichBeatsInterpolation) {
   EXPECT_LT(Rms(RenderMode::kLocal), Rms(RenderMode::kHold));
 }
 
-// Reference: the issue. What the hand is late by with the last force it is not with a law of force.
+// Law: the last force is late by the delay, a force-depth curve is not. Tolerance: a third of the
+// error.
 TEST_P(SoftContactTest, AtARoundTripOf100MsTheLawErrsByAThirdOfTheHoldAtMost) {
   EXPECT_LT(LateRms(RenderMode::kLocal), LateRms(RenderMode::kHold) / 3);
 }
@@ -265,7 +266,7 @@ TEST_P(RigidContactTest, AnImpactIsMissedButNothingGoesWild) {
 
 INSTANTIATE_TEST_SUITE_P(Recordings, RigidContactTest, testing::Values("rigid"));
 
-// Reference: the issue. What is worth less than the last force is not shown.
+// Law: the rendered model is never worse than the last force.
 TEST_P(RigidContactTest, TheModelIsNeverWorseThanTheHold) {
   EXPECT_LE(Rms(RenderMode::kLocal), Rms(RenderMode::kHold));
   EXPECT_LE(LateRms(RenderMode::kLocal), LateRms(RenderMode::kHold));
@@ -273,7 +274,7 @@ TEST_P(RigidContactTest, TheModelIsNeverWorseThanTheHold) {
 
 using FreeMotionTest = TeleopRecordingTest;
 
-// In free motion there is nothing to feel: the local model renders nothing, where the others show
+// In free motion there is no force: the local model renders nothing, where the others show
 // the sensor's drift.
 TEST_P(FreeMotionTest, TheLocalModelIsSilentInTheAir) {
   const Rendering& local = all_.at(RenderMode::kLocal);

@@ -91,7 +91,7 @@ class Lies(Plugged):
         return valid, others
 
     def honest(self, case):
-        """What a busy machine makes of a laboratory in which nothing is wrong: little is doubted."""
+        """What a busy machine makes of a laboratory in which nothing is wrong: few forces are flagged."""
         valid, others = self.lie(case, camera="as ever")
         doubted = sum(others.get(f"FAILED_CHECK_{name}", 0) for name in ("INSTANTS", "ARM"))
         self.assertLessEqual(doubted, 0.05 * valid + 2)

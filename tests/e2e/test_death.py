@@ -104,7 +104,7 @@ class Death(FolderTest):
         with Slave(command=[SLAVE, "serve", BLOCK, "--listen", slave.address, "--state-dir", state]):
             known = len(self.rows())
 
-            def is_back():  # the log comes in pieces: old rows tell of the old slave
+            def is_back():  # the log comes in pieces: old rows are of the old slave
                 return any(0 < float(row["age_s"]) < LONGEST for row in self.rows()[known + 1000:])
             self.assertTrue(wait_until(is_back))
             self.assertEqual(self.rows()[-1]["state"], "ESTOP")

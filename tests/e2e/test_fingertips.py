@@ -1,4 +1,4 @@
-"""A hand that feels and sees a pinch through fingertips: slave, master and drivers together."""
+"""An operator who pinches through fingertips and watches it: slave, master and drivers together."""
 import csv
 import math
 import pathlib
@@ -34,7 +34,7 @@ class Fingertips(FolderTest):
         for finger in report["fingers"]:
             self.assertGreater(finger["contact_share"], 0.05, finger)
             self.assertGreater(finger["force_peak_N"], 0.05, finger)
-        # A deformation is estimated, and stays within what the hand was asked for, twice over.
+        # A deformation is estimated, and stays within twice the depth of the motion.
         self.assertGreater(report["shape"]["deflection_peak_m"], 0.5e-3)
         self.assertLess(report["shape"]["deflection_peak_m"], 20e-3)
         self.assert_finite(self.out / "log.csv")

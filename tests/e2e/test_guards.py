@@ -59,7 +59,7 @@ class Surface:
 
 
 class Operator:
-    """Strokes of a script, and what the slave's states report meanwhile."""
+    """Strokes of a script, and the slave's states meanwhile."""
 
     def __init__(self, stub):
         self.scale = stub.GetScene(messages.GetSceneRequest(), timeout=PATIENCE).operator.position_scale
@@ -91,7 +91,7 @@ class Operator:
         self.commands.put(command)
 
     def stroke(self, direction, seconds=STROKE, until=lambda: False):
-        """Engages anew, and moves on from where the hand is."""
+        """Engages again, and moves on from the present position of the device."""
         self.epoch += 1
         velocity = mixed(self.speed / self.scale, direction, 0, direction)
         for _ in range(round(seconds / PERIOD)):  # by commands, not by the clock: a script that gets no processor makes no leap

@@ -1,4 +1,4 @@
-"""What starting costs: what nobody asked for is not loaded, and what is asked for and absent is reported."""
+"""Cost of a start: parts that are not requested are not loaded, and a requested part that is absent is reported."""
 import pathlib
 import re
 import resource

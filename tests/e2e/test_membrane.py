@@ -1,4 +1,4 @@
-"""A hand that feels a membrane through two cameras, and a target that is only followed: slave and master together."""
+"""A membrane that an operator presses before two cameras, and a target that is followed: slave and master together."""
 import math
 import threading
 import unittest

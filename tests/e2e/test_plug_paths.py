@@ -52,7 +52,7 @@ class Paths(Plugged):
         return ",".join(first[f"p_S_{axis}"] for axis in "xyz")
 
     def site(self, name, to):
-        """Plays the scene's site; where it hears of the tool, and the port of its pictures."""
+        """Plays the scene's simulation; returns its address for the tool's position, and the port of its images."""
         player = self.start(BIN / "site_player", SCENES / f"{name}.yaml", to, stdout=subprocess.PIPE)
         printed = iter(player.stdout.readline, "")  # with what the site solves ahead
         self.tool = next(filter(None, (re.fullmatch(r"site on (\S+)\n", line) for line in printed))).group(1)

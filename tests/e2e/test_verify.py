@@ -77,7 +77,7 @@ class Verify(FolderTest):
         self.assertEqual(self.holds(), {"0", "1", "2"})
 
     def test_a_recording_is_compared_with_a_table(self):
-        """Its own forces stand for known ones, a quarter larger, so that 0.8 of them is reported."""
+        """Its own forces, a quarter larger, serve as known ones, so that 0.8 of them is reported."""
         recording, loads = self.folder / "slave.mcap", self.folder / "loads.csv"
         with Slave(BLOCK, "--record", recording) as slave:
             master = run(MASTER, "connect", slave.address, "--duration", "4")

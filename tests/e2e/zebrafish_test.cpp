@@ -1,4 +1,4 @@
-// Real microscope pictures of embryos and injection pipettes (../shared, not ours to pass on): the
+// Real microscope images of embryos and injection pipettes (../shared, not ours to pass on): the
 // tracking find contour and tip without knowing where they are.
 #include <cmath>
 #include <filesystem>
@@ -20,28 +20,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kPictures = SourcePath("/../shared/data/zebrafish_injection");
+const fs::path kImages = SourcePath("/../shared/data/zebrafish_injection");
 const fs::path kOut = BinaryPath("/test-output/zebrafish");
 
 class ZebrafishTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::is_directory(kPictures)) GTEST_SKIP() << kPictures << " is absent";
+    if (!fs::is_directory(kImages)) GTEST_SKIP() << kImages << " is absent";
     fs::create_directories(kOut);
   }
 
   static cv::Mat Read(const std::string& name) {
-    return cv::imread((kPictures / name).string(), cv::IMREAD_UNCHANGED);
+    return cv::imread((kImages / name).string(), cv::IMREAD_UNCHANGED);
   }
 
-  // The pixel size only labels lengths here: these pictures come without a scale.
+  // The pixel size only labels lengths here: these images come without a scale.
   static Scene MicroscopeScene() {
     Scene scene;
     scene.sense.Set(CameraOptions{.camera = Camera{.pixel = 4e-6}});
     return scene;
   }
 
-  // A pipette's template, cut from the picture `name` at a place a person looked up.
+  // A pipette's template, cut from the image `name` at a place a person looked up.
   static void UseTemplate(Scene& scene, const std::string& name, const cv::Rect& window,
                           const Eigen::Vector2d& p_I_tip) {
     const fs::path file = kOut / ("template-of-" + name + ".png");
@@ -134,11 +134,11 @@ TEST_F(ZebrafishTest, WhereNoEmbryoIsClearNoContourIsFound) {
   }
 }
 
-// One pipette's template finds the same kind of pipette in other pictures, in the whole picture.
+// One pipette's template finds the same kind of pipette in other images, in the whole image.
 // The places were read by a person to about 6 px (a tapering tip fades out).
-TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherPictures) {
+TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherImages) {
   struct Tip {
-    std::string picture, from;
+    std::string image, from;
     cv::Rect window;
     Eigen::Vector2d from_tip, tip;
   };
@@ -158,18 +158,18 @@ TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherPictures) {
   for (const Tip& tip : tips) {
     Scene scene = MicroscopeScene();
     UseTemplate(scene, tip.from, tip.window, tip.from_tip);
-    const cv::Mat image = Read(tip.picture);
+    const cv::Mat image = Read(tip.image);
     TipAndContourTracker tracking(scene, image, std::nullopt);
     const TipObservation& seen = tracking.Process(image);
-    ASSERT_TRUE(seen.found) << tip.picture << ", score " << seen.score;
-    EXPECT_GT(seen.score, 0.9) << tip.picture;
-    EXPECT_LT((seen.p_I - tip.tip).norm(), 6) << tip.picture << " " << seen.p_I.transpose();
+    ASSERT_TRUE(seen.found) << tip.image << ", score " << seen.score;
+    EXPECT_GT(seen.score, 0.9) << tip.image;
+    EXPECT_LT((seen.p_I - tip.tip).norm(), 6) << tip.image << " " << seen.p_I.transpose();
   }
 }
 
-// Marked by a person to about 6 px; pictures without a tip of this kind have no mark.
+// Marked by a person to about 6 px; images without a tip of this kind have no mark.
 struct Mark {
-  std::string picture;
+  std::string image;
   std::optional<Eigen::Vector2d> tip;
 };
 
@@ -202,7 +202,7 @@ std::vector<Mark> Marks() {
           {"zf_divided_img_dish_1_image_3_1_3.jpg", {}}};
 }
 
-// Every template in every picture but its own: within 10 px of the mark, or not found. Another kind
+// Every template in every image but its own: within 10 px of the mark, or not found. Another kind
 // of pipette looks like this one along half its length.
 TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
   struct Pipette {
@@ -217,27 +217,27 @@ TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
   int found = 0, marked = 0;
   for (const Pipette& pipette : pipettes) {
     for (const Mark& mark : Marks()) {
-      if (mark.picture == pipette.from) continue;
+      if (mark.image == pipette.from) continue;
       Scene scene = MicroscopeScene();
       UseTemplate(scene, pipette.from, pipette.window, pipette.tip);
-      const cv::Mat image = Read(mark.picture);
+      const cv::Mat image = Read(mark.image);
       TipAndContourTracker tracking(scene, image, std::nullopt);
       const TipObservation& seen = tracking.Process(image);
       marked += mark.tip.has_value() ? 1 : 0;
       if (!seen.found) continue;
       ++found;
-      ASSERT_TRUE(mark.tip) << mark.picture << " has none; score " << seen.score << " at "
+      ASSERT_TRUE(mark.tip) << mark.image << " has none; score " << seen.score << " at "
                             << seen.p_I.transpose();
       EXPECT_LT((seen.p_I - *mark.tip).norm(), 10)
-          << mark.picture << " from " << pipette.from << ": " << seen.p_I.transpose() << ", score "
+          << mark.image << " from " << pipette.from << ": " << seen.p_I.transpose() << ", score "
           << seen.score;
     }
   }
   EXPECT_GE(found, marked / 3) << "lost everywhere is no tracker";
 }
 
-// The picture itself moved by a known way: reference exact but for the resampling (cubic, of a
-// picture without sharp detail), noise added anew. 0.1 px.
+// The image itself moved by a known way: reference exact but for the resampling (cubic, of a
+// image without sharp detail), new noise added. 0.1 px.
 TEST_F(ZebrafishTest, ThePipetteIsFollowedToATenthOfAPixel) {
   const std::string name = "zf_Old_yolov3_image_captured1.jpg";
   const Eigen::Vector2d tip(629, 288);

@@ -125,7 +125,7 @@ TEST(RenderedSourcesTest, SimulatedStreamedAndRecordedImagesRenderTheSameForce) 
     sample.image = {
         image.channels() == 3 ? PushedImage::Encoding::kBgr8 : PushedImage::Encoding::kGrey8,
         &pixels, static_cast<unsigned>(image.cols), static_cast<unsigned>(image.rows)};
-    const auto refusal = streamed.sense().pictures()->Feed(sample, sample.sensed_at, 1);
+    const auto refusal = streamed.sense().image_inbox()->Feed(sample, sample.sensed_at, 1);
     ASSERT_FALSE(refusal) << refusal->why;
     ASSERT_TRUE(streamed.sense().Acquire({}));
     recorded.Add(p_S_tip, velocity);

@@ -219,7 +219,7 @@ void Schedule::RunSlave() {
   CheckSlave();
   const double unused = SecondsBetween(used_newer_at_, SlaveNow());
   Expect(slave_.view().phase != Phase::kFollowing || used_sequence_ == 0 ||
-             unused <= kUnfeltTimeout + kWatchPeriod,
+             unused <= kAcknowledgementTimeout + kWatchPeriod,
          "the tool holds where the loop uses no newer state");
   if (now_ < next_state_) return;
   next_state_ = now_ + Seconds(state_period_);

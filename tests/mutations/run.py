@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Applies hand-made faults to the code, one at a time, and tells which of them the tests find.
+"""Applies hand-made faults to the code, one at a time, and reports which of them the tests find.
 
 usage: tests/mutations/run.py [--only TEXT ...] [--full] [--tree DIR]
 

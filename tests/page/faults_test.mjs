@@ -94,7 +94,7 @@ describe('what goes wrong', () => {
     await stage.shoot('faults-mended');
   });
 
-  // The browser itself tells of each try to reach a master that is not there.
+  // The browser itself logs each try to reach a master that is not there.
   test('the browser has nothing else to complain of', () => assert.deepEqual(stage.errors.filter((text) => !/WebSocket connection to .* failed/.test(text)), []));
 });
 

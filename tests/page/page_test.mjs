@@ -125,7 +125,7 @@ describe('a scripted hand presses the block', () => {
     if (Math.min(...delays) > 300) await stage.blameMachine(new Error(`shown after ${delays} ms`));
   });
 
-  // What was heard here need not be drawn there yet, and a key changes what is drawn.
+  // The page may not yet have drawn a message that this test received, and a key changes what is drawn.
   const drawnClutch = (open) => until(async () => (await stage.page.locator('#let-go').getAttribute('aria-pressed')) === open, `a clutch drawn open: ${open}`);
 
   test('the clutch lets go and closes again, by key and by button', async () => {

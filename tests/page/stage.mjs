@@ -32,7 +32,7 @@ export async function until(condition, what, patience = PATIENCE_MS) {
 // The last lines of a program, and its exit code where it has ended by itself.
 const programs = [];
 const stateOf = ({ spawnargs, exitCode, output }) => `\n${path.basename(spawnargs[0])} ${spawnargs[1]}, exit code ${exitCode}: ${output.slice(-400)}`;
-// What `condition` tells within two seconds; else null: for what a busy machine may undo, and a person would do again.
+// The result of `condition` within two seconds, else null: for actions that a busy machine may undo and a person would repeat.
 export const soon = (condition) => until(condition, '', 2000).catch(() => null);
 
 // A program that says `pattern` when it is ready; what it caught is `address`.
@@ -151,7 +151,7 @@ export class Stage {
   text(id) {
     return this.page.locator(`#${id}`).innerText();
   }
-  // Until the text of `id` is `words`, or matches it: what was heard here need not be drawn there yet.
+  // Until the text of `id` is `words`, or matches it: the page may not yet have drawn a message that this test received.
   async shows(id, words) {
     let text;
     const fits = async () => ((text = await this.text(id)), words instanceof RegExp ? words.test(text) : text === words);

@@ -159,7 +159,7 @@ TEST(BlockAndEmbryo, ANarrowerPatchIsSofterByTheLogarithmOfItsWidth) {
   EXPECT_NEAR(slope / study.at("expected").at("slope_theory_2_over_pi").get<double>(), 1, 0.01);
 }
 
-// The shipped embryo, as fine as it is shipped, pressed over each of the reference's patches.
+// The shipped embryo with the elements of its scene, pressed over each of the reference's patches.
 // Reference: the discs' continuum values. Tolerance: the 5 % that are promised while the chorion is
 // linear; beyond its range a force is flagged.
 TEST(BlockAndEmbryo, TheShippedEmbryoFollowsTheDiscsInItsLinearRangeAndIsFlaggedBeyond) {
@@ -168,7 +168,7 @@ TEST(BlockAndEmbryo, TheShippedEmbryoFollowsTheDiscsInItsLinearRangeAndIsFlagged
   for (const auto& c : file.at("cases")) {
     const std::string id = c.at("id");
     const json& p = c.at("params");
-    // What is held and how wide the tool is are the shipped embryo's or near: 30 degrees, 40 um.
+    // The fixed arc and the tool's width are about those of the shipped embryo: 30 degrees, 40 um.
     if (!id.starts_with("disc_N60_") && !id.starts_with("disc_N100_")) continue;
     if (p.at("poisson_ratio") != 0.5) continue;
     Scene scene = LoadScene(SourcePath("/deploy/scenes/zebrafish-embryo.yaml"));

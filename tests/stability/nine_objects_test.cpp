@@ -27,8 +27,8 @@ namespace fs = std::filesystem;
 
 using Eigen::Vector3d;
 
-constexpr double kApart = 0.3;  // of the hand, before the object is imaged alone [s]
-constexpr double kStill = 0.5;  // of a hold, before its image is taken [s]
+constexpr double kApart = 0.3;  // time without contact before the object is imaged alone [s]
+constexpr double kStill = 0.5;  // time of a hold before its image [s]
 constexpr double kLeaf = 0.01;  // of the octree [m]
 
 // The truth and the estimate at one instant. Frame S.
@@ -80,7 +80,7 @@ class Experiment {
       const FingerTruth& first = truth[0];
       if (!AnyTouches(truth)) {
         touched = false;
-        if (!estimate.force) continue;  // rest values are taken
+        if (!estimate.force) continue;  // the baseline is being measured
         before = Now(truth);
         if (++apart == std::lround(kApart * rate)) open = before;
         continue;
@@ -158,9 +158,9 @@ constexpr Foam kFoams[] = {{"hard", 3800, 45}, {"medium", 3200, 30}, {"soft", 30
 class NineObjects : public testing::TestWithParam<std::tuple<std::string, Foam>> {};
 
 // The truth is a neo-Hookean body on a finer mesh of its own; the estimate has tactile samples and
-// the fingertips' poses. Tolerances: two points of the octree score are what is asked for. Of the
-// surface, 95 % lie within a third of the press and the mean within a tenth of it: more is not
-// stated by elements of 10 mm under fingertips of 7 mm.
+// the fingertips' poses. Tolerances: two points of the octree score. 95 % of the surface
+// lie within a third of the indentation, and the mean within a tenth of it: elements of 10 mm under
+// fingertips of 7 mm resolve no more.
 TEST_P(NineObjects, DeformedShapeScoresWithinTwoPointsOfTheUnoccludedOne) {
   const auto& [name, foam] = GetParam();
   const fs::path file = fs::path(SourcePath()) / "deploy/scenes" / ("foam-" + name + ".yaml");

@@ -8,8 +8,8 @@
 namespace palpate {
 
 // The numbers that libstdc++'s std::normal_distribution<double>(0, 1) draws from the same engine,
-// bit for bit, in a seventh of its time: it asks anew for each, by logarithms of long double, how
-// many bits the engine has.
+// bit for bit, in a seventh of its time: it queries them for each, by logarithms of long double,
+// how many bits the engine has.
 class NormalNoise {
  public:
   // The polar method of G. Marsaglia and T. A. Bray (SIAM Review 6, 1964): two numbers at a time.

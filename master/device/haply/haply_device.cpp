@@ -14,7 +14,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kPeriod(1), kWait(20), kOpenWithin(300), kRetryEvery(200);
 constexpr int kMaxWaits = 25;         // of kWait without an answer: the line is lost
-constexpr double kMinCompared = 0.1;  // smaller forces tell nothing about a scale [N]
+constexpr double kMinCompared = 0.1;  // smaller forces show nothing about a scale [N]
 constexpr double kSmooth = 0.010;     // smoothing time of computed velocities [s]
 // Limits of the Inverse3, as its maker states them. The service reports no limits.
 constexpr double kForce = 10, kRate = 1000;  // [N], [Hz]
@@ -36,7 +36,7 @@ DeviceCapabilities CapabilitiesOf(bool has_grip) {
   return own;
 }
 
-// The first state of a connection. A service that sends none by itself is asked for it.
+// The first state of a connection. A service that sends none by itself is queried for it.
 bool ReceiveFirst(HaplyLine* line, std::string* text) {
   const auto first = line->Receive(kOpenWithin, text);
   if (first != HaplyLine::Received::kNothingYet) return first == HaplyLine::Received::kMessage;

@@ -1,5 +1,5 @@
-// The line to the Haply inverse service on this machine: WebSocket and HTTP, each call with a time
-// limit. Used by one thread.
+// The connection to the Haply inverse service on this machine: WebSocket and HTTP, each call with a
+// time limit. Used by one thread.
 #pragma once
 
 #include <chrono>

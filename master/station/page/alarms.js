@@ -8,7 +8,13 @@ const kindOf = ({ text }) => text.replace(/[\d.]+/g, '#');
 // A list of {level, text, next}. Without a connection to the master this is the only alarm.
 export function alarmsOf({ status, lost }) {
   if (lost) {
-    return [{ level: 'bad', text: `The page has no connection to the master: ${lost}.`, next: 'The operator is disengaged. Check that palpate-master is running. The page reconnects by itself.' }];
+    return [
+      {
+        level: 'bad',
+        text: `The page has no connection to the master: ${lost}.`,
+        next: 'The operator is disengaged. Check that palpate-master is running. The page reconnects by itself.',
+      },
+    ];
   }
   return status ? status.alarms : [{ level: 'idle', text: 'Waiting for the first tick.', next: '' }];
 }

@@ -58,14 +58,23 @@ export class Body {
     const atRest = new three.BufferGeometry();
     atRest.setAttribute('position', new three.BufferAttribute(this.rest, 3));
     atRest.setIndex(new three.BufferAttribute(this.index, 1));
-    this.outline = new three.LineSegments(new three.EdgesGeometry(atRest, EDGE_ANGLE), new three.LineBasicMaterial({ transparent: true, opacity: 0.9 }));
+    this.outline = new three.LineSegments(
+      new three.EdgesGeometry(atRest, EDGE_ANGLE),
+      new three.LineBasicMaterial({ transparent: true, opacity: 0.9 }),
+    );
     this.geometry = new three.BufferGeometry();
     this.geometry.setIndex(new three.BufferAttribute(this.index, 1));
     this.positions = new three.BufferAttribute(new Float32Array(this.rest), 3);
     this.colours = new three.BufferAttribute(new Float32Array(3 * this.nodes), 3);
     this.geometry.setAttribute('position', this.positions);
     this.geometry.setAttribute('color', this.colours);
-    this.material = new three.MeshLambertMaterial({ vertexColors: true, side: three.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+    this.material = new three.MeshLambertMaterial({
+      vertexColors: true,
+      side: three.DoubleSide,
+      polygonOffset: true,
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 1,
+    });
     this.mesh = new three.Mesh(this.geometry, this.material);
     this.group.add(this.mesh, this.outline);
   }
@@ -111,7 +120,11 @@ export class Body {
   deform(places, traction = null) {
     const moved = new Float32Array(this.nodes), size = this.box.getSize(new this.three.Vector3()).length();
     for (let i = 0; i < this.nodes; ++i) {
-      moved[i] = Math.hypot(places[3 * i] - this.rest[3 * i], places[3 * i + 1] - this.rest[3 * i + 1], places[3 * i + 2] - this.rest[3 * i + 2]);
+      moved[i] = Math.hypot(
+        places[3 * i] - this.rest[3 * i],
+        places[3 * i + 1] - this.rest[3 * i + 1],
+        places[3 * i + 2] - this.rest[3 * i + 2],
+      );
     }
     this.scale('moved', moved, 1e-3 * size, SINGLE_PRECISION * size);
     this.scale('traction', traction, LEAST_TRACTION, 0);
@@ -149,7 +162,10 @@ export class Body {
       const dx = places[3 * b] - places[3 * a], dy = places[3 * b + 1] - places[3 * a + 1], length = Math.hypot(dx, dy) || 1;
       const nx = (-dy / length) * this.ribbon / 2, ny = (dx / length) * this.ribbon / 2;
       [[a, 1], [a, -1], [b, 1], [b, -1]].forEach(([node, side], corner) => {
-        this.positions.array.set([places[3 * node] + side * nx, places[3 * node + 1] + side * ny, places[3 * node + 2]], 12 * i + 3 * corner);
+        this.positions.array.set(
+          [places[3 * node] + side * nx, places[3 * node + 1] + side * ny, places[3 * node + 2]],
+          12 * i + 3 * corner,
+        );
         this.colours.array.set(this.colourOf(node), 12 * i + 3 * corner);
       });
     });

@@ -1,4 +1,4 @@
-// How the object is looked at: straight lines stay parallel, so that a pixel is the same length everywhere. Frame S.
+// View of the object: straight lines stay parallel, so that a pixel is the same length everywhere. Frame S.
 
 export class Camera {
   constructor(three) {
@@ -49,7 +49,14 @@ export class Camera {
   }
   place() {
     const { right, up, back } = this.axes(), wide = (this.halfHeight * this.width) / this.height;
-    Object.assign(this.camera, { left: -wide, right: wide, top: this.halfHeight, bottom: -this.halfHeight, near: -10 * this.size, far: 10 * this.size });
+    Object.assign(this.camera, {
+      left: -wide,
+      right: wide,
+      top: this.halfHeight,
+      bottom: -this.halfHeight,
+      near: -10 * this.size,
+      far: 10 * this.size,
+    });
     this.camera.position.copy(this.target);
     this.camera.quaternion.setFromRotationMatrix(new this.three.Matrix4().makeBasis(right, up, back));
     this.camera.updateProjectionMatrix();

@@ -9,13 +9,68 @@ const GRAM = 9.80665e-3;  // weight of one gram [N]
 // commanded and as measured, drawn relative to the first position. The page adds score and misfit, which are unknown before it
 // was opened. A series: its name, column, colour, dash and width; without a name it has no key.
 const STRIPS = [
-  { title: 'Force', unit: 'N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true, least: 0.1 },
-  { title: 'Tip path', unit: 'mm', note: 'relative to the first position; thick: measured, thin: commanded', series: [['x', 14, '--series-a'], ['y', 15, '--series-b', [5, 3]], ['z', 16, '--series-c', [2, 2]],
-    ['', 11, '--series-a', undefined, 0.7], ['', 12, '--series-b', undefined, 0.7], ['', 13, '--series-c', undefined, 0.7]], factor: 1e3, least: 0.5, fromFirst: true },
-  { title: 'Link', unit: 'ms', series: [['age', 7, '--series-a'], ['round trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
-  { title: 'Device', unit: 'mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3, least: 0.5 },
+  {
+    title: 'Force',
+    unit: 'N',
+    series: [
+      ['rendered', 2, '--series-a', [5, 3]],
+      ['sent', 3, '--series-b'],
+    ],
+    factor: 1,
+    zero: true,
+    least: 0.1,
+  },
+  {
+    title: 'Tip path',
+    unit: 'mm',
+    note: 'relative to the first position; thick: measured, thin: commanded',
+    series: [
+      ['x', 14, '--series-a'],
+      ['y', 15, '--series-b', [5, 3]],
+      ['z', 16, '--series-c', [2, 2]],
+      ['', 11, '--series-a', undefined, 0.7],
+      ['', 12, '--series-b', undefined, 0.7],
+      ['', 13, '--series-c', undefined, 0.7],
+    ],
+    factor: 1e3,
+    least: 0.5,
+    fromFirst: true,
+  },
+  {
+    title: 'Link',
+    unit: 'ms',
+    series: [
+      ['age', 7, '--series-a'],
+      ['round trip', 8, '--series-b', [5, 3]],
+      ['tick', 9, '--series-c', [2, 2]],
+    ],
+    factor: 1e3,
+    zero: true,
+    least: 1,
+  },
+  {
+    title: 'Device',
+    unit: 'mm',
+    series: [
+      ['x', 4, '--series-a'],
+      ['y', 5, '--series-b', [5, 3]],
+      ['z', 6, '--series-c', [2, 2]],
+    ],
+    factor: 1e3,
+    least: 0.5,
+  },
   { title: 'Energy', unit: 'mJ', series: [['from the operator', 10, '--series-a']], factor: 1e3, zero: true, least: 0.1 },
-  { title: 'Tracking', unit: 'score, σ', series: [['score', 17, '--series-a'], ['misfit, σ', 18, '--series-b', [5, 3]]], factor: 1, zero: true, least: 0.1 },
+  {
+    title: 'Tracking',
+    unit: 'score, σ',
+    series: [
+      ['score', 17, '--series-a'],
+      ['misfit, σ', 18, '--series-b', [5, 3]],
+    ],
+    factor: 1,
+    zero: true,
+    least: 0.1,
+  },
 ];
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -105,26 +160,76 @@ export class Charts {
     });
   }
   options(strip, box) {
-    const axis = { stroke: colour('--dim'), grid: { stroke: colour('--grid'), width: 1 }, ticks: { show: false }, font: '11px system-ui, sans-serif' };
+    const axis = {
+      stroke: colour('--dim'),
+      grid: { stroke: colour('--grid'), width: 1 },
+      ticks: { show: false },
+      font: '11px system-ui, sans-serif',
+    };
     return {
-      width: Math.max(80, box.clientWidth), height: Math.max(60, box.clientHeight - 24), legend: { show: false },
-      cursor: { y: false, points: { size: 6 }, drag: { x: true, y: false, setScale: false }, sync: { key: 'strips', setSeries: false }, bind: { dblclick: () => () => this.zoomTo(null) } }, padding: [6, 6, 0, 0],
-      scales: { x: { time: false, range: (_, low, high) => this.zoom || [high - SECONDS, high] }, y: { range: (_, low, high) => this.range(strip, low, high) } },
-      axes: [{ ...axis, size: 16, gap: 2, space: 60, label: 'time, s', labelSize: 13, labelGap: 0, labelFont: axis.font, splits: (u, i, low, high, step) => this.marksFrom(low, high, step), values: (u, marks) => marks.map((mark) => figure(Number((mark - this.end).toFixed(6)))) },
-        { ...axis, space: 36, size: 36, label: strip.unit, labelSize: 13, labelGap: 0, labelFont: axis.font }],
-      series: [{}, ...strip.series.map(([label, , tone, dash, width = 1.75]) => ({ label, stroke: colour(tone), width, dash, points: { show: false } }))],
-      hooks: { setCursor: [({ cursor, data }) => this.tell(strip, box, cursor.idx, data)], setSelect: [(plot) => this.select(plot)], draw: [(plot) => this.drawEvents(plot)],
-        ready: [(plot) => plot.over.addEventListener('click', ({ offsetX }) => !this.hasSelected && this.onTime?.(plot.posToVal(offsetX, 'x')))] },
+      width: Math.max(80, box.clientWidth),
+      height: Math.max(60, box.clientHeight - 24),
+      legend: { show: false },
+      cursor: {
+        y: false,
+        points: { size: 6 },
+        drag: { x: true, y: false, setScale: false },
+        sync: { key: 'strips', setSeries: false },
+        bind: { dblclick: () => () => this.zoomTo(null) },
+      },
+      padding: [6, 6, 0, 0],
+      scales: {
+        x: { time: false, range: (_, low, high) => this.zoom || [high - SECONDS, high] },
+        y: { range: (_, low, high) => this.range(strip, low, high) },
+      },
+      axes: [
+        {
+          ...axis,
+          size: 16,
+          gap: 2,
+          space: 60,
+          label: 'time, s',
+          labelSize: 13,
+          labelGap: 0,
+          labelFont: axis.font,
+          splits: (u, i, low, high, step) => this.marksFrom(low, high, step),
+          values: (u, marks) => marks.map((mark) => figure(Number((mark - this.end).toFixed(6)))),
+        },
+        { ...axis, space: 36, size: 36, label: strip.unit, labelSize: 13, labelGap: 0, labelFont: axis.font },
+      ],
+      series: [
+        {},
+        ...strip.series.map(([label, , tone, dash, width = 1.75]) => ({
+          label,
+          stroke: colour(tone),
+          width,
+          dash,
+          points: { show: false },
+        })),
+      ],
+      hooks: {
+        setCursor: [({ cursor, data }) => this.tell(strip, box, cursor.idx, data)],
+        setSelect: [(plot) => this.select(plot)],
+        draw: [(plot) => this.drawEvents(plot)],
+        ready: [
+          (plot) => plot.over.addEventListener('click', ({ offsetX }) => !this.hasSelected && this.onTime?.(plot.posToVal(offsetX, 'x'))),
+        ],
+      },
     };
   }
   // Shows the values at the cursor in the keys.
   tell(strip, box, at, data) {
     if (strip === STRIPS[0]) {
       const force = at === null || at === undefined ? null : data[2][at];
-      write(document.getElementById('charts-time'), Number.isFinite(force) ? `${(data[0][at] - this.end).toFixed(2)} s: ${figure(force)} N, ${figure(force / GRAM)} g` : '');
+      write(
+        document.getElementById('charts-time'),
+        Number.isFinite(force) ? `${(data[0][at] - this.end).toFixed(2)} s: ${figure(force)} N, ${figure(force / GRAM)} g` : '',
+      );
     }
     const values = strip.series.map((_, i) => (at === null || at === undefined ? null : data[i + 1][at]));
-    box.querySelectorAll('.key').forEach((key, i) => write(key, strip.series[i][0] + (Number.isFinite(values[i]) ? ` ${figure(values[i])}` : '')));
+    box
+      .querySelectorAll('.key')
+      .forEach((key, i) => write(key, strip.series[i][0] + (Number.isFinite(values[i]) ? ` ${figure(values[i])}` : '')));
   }
   // Marks of the time axis, whole steps before the newest time.
   marksFrom(low, high, step) {
@@ -146,7 +251,9 @@ export class Charts {
   // `factor`: of the time that is shown; 0: the last ten seconds.
   zoomBy(factor) {
     if (!factor) return this.zoomTo(null);
-    const [from, to] = this.zoom || [this.end - SECONDS, this.end], middle = (from + to) / 2, half = Math.max(LEAST_ZOOM_S, Math.min(SECONDS, factor * (to - from))) / 2;
+    const [from, to] = this.zoom || [this.end - SECONDS, this.end],
+      middle = (from + to) / 2,
+      half = Math.max(LEAST_ZOOM_S, Math.min(SECONDS, factor * (to - from))) / 2;
     this.zoomTo(2 * half >= SECONDS ? null : [middle - half, middle + half]);
   }
   // What is zoomed to must not run away: the charts pause.
@@ -180,7 +287,9 @@ export class Charts {
   }
   range(strip, low, high) {
     if (low === null || high === null) return [0, 1];
-    const bottom = strip.zero ? Math.min(0, low) : low, span = high - bottom, margin = span < strip.least ? strip.least - span / 2 : 0.08 * span;
+    const bottom = strip.zero ? Math.min(0, low) : low,
+      span = high - bottom,
+      margin = span < strip.least ? strip.least - span / 2 : 0.08 * span;
     return [strip.zero ? bottom : bottom - margin, high + margin];
   }
   get shown() {
@@ -196,7 +305,14 @@ export class Charts {
     const t = this.shown.map((sample) => sample[1]);
     this.first ??= this.shown.find((sample) => Number.isFinite(sample[TIP_AT]));
     const from = (column) => (strip.fromFirst && this.first ? this.first[TIP_AT + ((column - TIP_AT + 3) % 3)] : 0);
-    return [t, ...strip.series.map(([, column]) => this.shown.map((sample) => (sample[column] === undefined || sample[column] === null ? null : (sample[column] - from(column)) * strip.factor)))];
+    return [
+      t,
+      ...strip.series.map(([, column]) =>
+        this.shown.map((sample) =>
+          sample[column] === undefined || sample[column] === null ? null : (sample[column] - from(column)) * strip.factor,
+        ),
+      ),
+    ];
   }
   // Draws one visible strip per call, the one that waits longest.
   show() {
@@ -214,10 +330,16 @@ export class Charts {
     const boxes = this.host.querySelectorAll('.strip');
     this.seen = [...boxes.keys()].filter((i) => boxes[i].clientWidth > 0);
     this.stale = [...this.seen];
-    this.plots.forEach((plot, i) => plot.setSize({ width: Math.max(80, boxes[i].clientWidth), height: Math.max(60, boxes[i].clientHeight - 24) }));
+    this.plots.forEach((plot, i) =>
+      plot.setSize({ width: Math.max(80, boxes[i].clientWidth), height: Math.max(60, boxes[i].clientHeight - 24) }),
+    );
   }
   download() {
-    const rows = ['number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s,energy_J,commanded_x_m,commanded_y_m,commanded_z_m,tip_x_m,tip_y_m,tip_z_m,score,misfit_sigmas', ...this.shown.filter((sample) => sample.length > 2).map((sample) => sample.join(','))];
+    const rows = [
+      'number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s,energy_J,' +
+        'commanded_x_m,commanded_y_m,commanded_z_m,tip_x_m,tip_y_m,tip_z_m,score,misfit_sigmas',
+      ...this.shown.filter((sample) => sample.length > 2).map((sample) => sample.join(',')),
+    ];
     save(new Blob([rows.join('\n') + '\n'], { type: 'text/csv' }), 'palpate-last-10-s.csv');
   }
 }

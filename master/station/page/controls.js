@@ -6,9 +6,11 @@ const byId = (id) => document.getElementById(id);
 const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-green'];
 
 // Whether a key belongs to the focused field. A slider uses no letters.
-const isOfField = ({ target, key }) => /^(INPUT|SELECT)$/.test(target.tagName) && (target.type !== 'range' || /^(Arrow|Page|Home|End)/.test(key));
+const isOfField = ({ target, key }) =>
+  /^(INPUT|SELECT)$/.test(target.tagName) && (target.type !== 'range' || /^(Arrow|Page|Home|End)/.test(key));
 // Whether a key presses what has the focus.
-const pressesFocused = ({ target, key }) => /^( |Enter)$/.test(key) && target.closest('button, a, select, input:not([type=range])') !== null;
+const pressesFocused = ({ target, key }) =>
+  /^( |Enter)$/.test(key) && target.closest('button, a, select, input:not([type=range])') !== null;
 
 // Settings of this browser. One that keeps nothing has none.
 function kept(name) {
@@ -39,7 +41,14 @@ export class Controls {
     byId('colours').addEventListener('click', () => this.view.toggleColours());
     byId('acknowledge').addEventListener('click', () => this.acknowledge());
     byId('theme').addEventListener('click', () => this.toggleTheme());
-    for (const [id, act] of [['let-go', 'clutch'], ['mark', 'mark'], ['tare', 'tare'], ['recording', 'record'], ['reinitialize-tracking', 'reinitializeTracking']]) byId(id).addEventListener('click', () => this[act]());
+    for (const [id, act] of [
+      ['let-go', 'clutch'],
+      ['mark', 'mark'],
+      ['tare', 'tare'],
+      ['recording', 'record'],
+      ['reinitialize-tracking', 'reinitializeTracking'],
+    ])
+      byId(id).addEventListener('click', () => this[act]());
     byId('render').addEventListener('change', () => this.link.send({ do: 'render', mode: byId('render').value }));
     byId('replace').addEventListener('submit', (event) => this.replace(event));
     for (const tab of document.querySelectorAll('[role=tab]')) {
@@ -62,7 +71,7 @@ export class Controls {
   reset() {
     if (!this.link.isStopPending) this.link.send({ do: 'reset' });
   }
-  // The button tells whether a stop has arrived, and how a person stops. It is off until the first message of the master.
+  // The button shows whether a stop has arrived, and how a person stops. It is off until the first message of the master.
   showStop() {
     const { isStopPending, silent } = this.link, button = byId('stop');
     if (!silent) button.disabled = false;
@@ -100,7 +109,8 @@ export class Controls {
     if (this.replay.active && event.key === ' ') return;
     if (event.key === ' ' && !event.repeat) this.stop();
     if (event.key === ' ') return this.swallow(event);
-    if (event.ctrlKey || event.metaKey || event.altKey || isOfField(event) || !byId('setup').hidden) return;  // the set-up hides what the other keys act on
+    // The set-up hides the elements that the other keys act on.
+    if (event.ctrlKey || event.metaKey || event.altKey || isOfField(event) || !byId('setup').hidden) return;
     if (!event.target.closest('[role=tablist]') && this.pointer.key(event, true)) return this.swallow(event);
     const act = this.actions()[event.key.toLowerCase()];
     if (!act || event.repeat) return;
@@ -112,11 +122,45 @@ export class Controls {
     event.stopPropagation();
   }
   actions() {
-    const live = this.replay.active ? {} : { r: () => !byId('reset').hidden && this.reset(), e: () => this.pointer.toggle(), c: () => this.clutch(), m: () => this.mark(),
-      n: () => this.tare(), k: () => this.acknowledge(), b: () => this.record(), v: () => this.nextRendering(), 1: () => this.pointer.lock(0), 2: () => this.pointer.lock(1), 3: () => this.pointer.lock(2), l: () => byId('position-scale').focus(), u: () => this.reinitializeTracking() };
-    return { ...live, f: () => this.view.fit(), x: () => this.view.look('X'), y: () => this.view.look('Y'),
-      z: () => this.view.look('Z'), w: () => this.view.toggleWire(), q: () => this.view.toggleColours(), p: () => this.pause(), '+': () => this.zoomCharts(0.5), '-': () => this.zoomCharts(2), 0: () => this.zoomCharts(0), d: () => this.charts.download(), i: () => saveImage(this.view), o: () => this.charts.toggleStrips(), s: () => this.sound.toggle(), t: () => this.toggleTheme(),
-      a: () => this.show('alarms'), g: () => this.show('health'), h: () => this.show('help'), '?': () => this.show('help') };
+    const live = this.replay.active
+      ? {}
+      : {
+          r: () => !byId('reset').hidden && this.reset(),
+          e: () => this.pointer.toggle(),
+          c: () => this.clutch(),
+          m: () => this.mark(),
+          n: () => this.tare(),
+          k: () => this.acknowledge(),
+          b: () => this.record(),
+          v: () => this.nextRendering(),
+          1: () => this.pointer.lock(0),
+          2: () => this.pointer.lock(1),
+          3: () => this.pointer.lock(2),
+          l: () => byId('position-scale').focus(),
+          u: () => this.reinitializeTracking(),
+        };
+    return {
+      ...live,
+      f: () => this.view.fit(),
+      x: () => this.view.look('X'),
+      y: () => this.view.look('Y'),
+      z: () => this.view.look('Z'),
+      w: () => this.view.toggleWire(),
+      q: () => this.view.toggleColours(),
+      p: () => this.pause(),
+      '+': () => this.zoomCharts(0.5),
+      '-': () => this.zoomCharts(2),
+      0: () => this.zoomCharts(0),
+      d: () => this.charts.download(),
+      i: () => saveImage(this.view),
+      o: () => this.charts.toggleStrips(),
+      s: () => this.sound.toggle(),
+      t: () => this.toggleTheme(),
+      a: () => this.show('alarms'),
+      g: () => this.show('health'),
+      h: () => this.show('help'),
+      '?': () => this.show('help'),
+    };
   }
   pause() {
     this.charts.togglePause();
@@ -161,7 +205,11 @@ export class Controls {
     if (!recording) return;
     byId('recording').setAttribute('aria-pressed', String(recording.on));
     dot.dataset.level = recording.trouble ? 'bad' : recording.on ? 'ok' : 'warn';
-    dot.textContent = recording.trouble ? '■ REC ended' : recording.on ? `● REC ${minutes(status.t)} ${recording.megabytes.toFixed(1)} MB` : '○ not recording';
+    dot.textContent = recording.trouble
+      ? '■ REC ended'
+      : recording.on
+        ? `● REC ${minutes(status.t)} ${recording.megabytes.toFixed(1)} MB`
+        : '○ not recording';
   }
   // The kinds of model that this object can have.
   showKinds(model, planar) {

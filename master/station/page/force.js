@@ -1,7 +1,14 @@
 // The force on the device, and each step from the estimate to it.
 import { REASONS, TRACE, VALIDITY, codeOf, figure, fixed, ms, norm, write, xyz } from './words.js';
 
-const STATIONS = [['estimated', 'estimated'], ['local', 'local model'], ['scaled', 'scaled'], ['passive', 'passive'], ['limited', 'limited'], ['sent', 'sent']];
+const STATIONS = [
+  ['estimated', 'estimated'],
+  ['local', 'local model'],
+  ['scaled', 'scaled'],
+  ['passive', 'passive'],
+  ['limited', 'limited'],
+  ['sent', 'sent'],
+];
 const HOLD_S = 3;  // of the peak
 const GRAM = 9.80665e-3;  // weight of one gram [N]
 
@@ -23,7 +30,8 @@ export class ForcePanel {
   }
   show(status, scales) {
     // Without a manipulator nothing is rendered: what counts is the force of the object on the tool.
-    const observed = status.link.observes && status.slave_state?.force ? xyz(status.slave_state.force) : null, chain = observed ? { ...status.chain, estimated: observed } : status.chain;
+    const observed = status.link.observes && status.slave_state?.force ? xyz(status.slave_state.force) : null,
+      chain = observed ? { ...status.chain, estimated: observed } : status.chain;
     write(byId('force-title').firstChild, status.link.observes ? 'Force of the object on the tool ' : 'Force on the device ');
     const sent = norm(observed || chain.sent), limit = status.force_limit || 1, full = 1.1 * limit;
     this.holdPeak(status, sent);
@@ -33,9 +41,18 @@ export class ForcePanel {
     this.showMeter(status, sent, limit, full, scales);
     for (const row of this.rows) this.showStation(row, chain, full, scales);
     const [x, y, z] = observed || chain.sent;
-    write(byId('components'), `${observed ? 'frame S' : 'sent, device frame'}: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; tare ${figure(norm(status.tare))} N` : ''}`);
+    write(
+      byId('components'),
+      `${observed ? 'frame S' : 'sent, device frame'}: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} ` +
+      `N${norm(status.tare) > 0 ? `; tare ${figure(norm(status.tare))} N` : ''}`,
+    );
     const { trace } = status;
-    write(byId('trace'), trace ? `end-to-end latency ${ms(trace.total, 0)}: ${TRACE.map(([key, , short]) => `${short} ${fixed(1e3 * trace[key], 1)}`).join(', ')}` : '');
+    write(
+      byId('trace'),
+      trace
+        ? `end-to-end latency ${ms(trace.total, 0)}: ${TRACE.map(([key, , short]) => `${short} ${fixed(1e3 * trace[key], 1)}`).join(', ')}`
+        : '',
+    );
     this.showValidity(status.slave_state);
     this.showFingers(status.fingers);
   }
@@ -74,7 +91,10 @@ export class ForcePanel {
     this.meter.setAttribute('aria-valuemax', fixed(limit));
     this.meter.setAttribute('aria-valuenow', fixed(sent));
     this.meter.dataset.level = sent > 0.8 * limit ? 'warn' : 'ok';
-    write(byId('meter-scale'), `warning from ${figure(0.8 * limit)}, limit ${figure(limit)} N${known ? `; one sigma ±${figure(sigma)} N` : ''}`);
+    write(
+      byId('meter-scale'),
+      `warning from ${figure(0.8 * limit)}, limit ${figure(limit)} N${known ? `; one sigma ±${figure(sigma)} N` : ''}`,
+    );
   }
   showStation({ key, value, bar, why, row }, chain, full, scales) {
     const force = norm(chain[key]), reasons = chain.reasons.filter((reason) => REASONS[reason]?.[0] === key);

@@ -10,7 +10,19 @@ export const TOPOLOGY = 1, PICTURE = 5, SHAPE = 6;
 // {number, t, data: DataView, bytes: Uint8Array}; `lost(reason)` when the connection closes or is silent, `found()` when it is back.
 export class Link {
   constructor(hear, lost, found) {
-    Object.assign(this, { hear, lost, found, delay: null, heardAt: 0, watchedAt: 0, clock: null, silent: true, stopAskedAt: null, answeredUntil: -1, unanswered: 0 });
+    Object.assign(this, {
+      hear,
+      lost,
+      found,
+      delay: null,
+      heardAt: 0,
+      watchedAt: 0,
+      clock: null,
+      silent: true,
+      stopAskedAt: null,
+      answeredUntil: -1,
+      unanswered: 0,
+    });
     this.open();
     setInterval(() => this.watch(), 100);
     setInterval(() => this.send({ do: 'ping', at: performance.now() }), PING_MS);
@@ -30,7 +42,12 @@ export class Link {
       if (taken % TOLD_EVERY === 0 && target.readyState === WebSocket.OPEN) target.send(new Uint32Array([taken]));
     };
     this.socket.onclose = (event) => {
-      this.tellLost(event.reason || (location.protocol === 'https:' ? 'palpate-master does not answer, or the token is wrong: open the address that it printed' : 'palpate-master does not answer'));
+      this.tellLost(
+        event.reason ||
+          (location.protocol === 'https:'
+            ? 'palpate-master does not answer, or the token is wrong: open the address that it printed'
+            : 'palpate-master does not answer'),
+      );
       setTimeout(() => this.open(), RETRY_MS);
     };
   }
@@ -62,7 +79,8 @@ export class Link {
       return;
     }
     if (message.kind === 'status' && message.state === 'ESTOP' && this.answeredUntil >= this.stopAskedAt) this.stopAskedAt = null;
-    if (message.kind === 'status') this.clock = { t: message.t, at: this.heardAt, rate: message.replay ? message.replay.playing * message.replay.speed : 1 };
+    if (message.kind === 'status')
+      this.clock = { t: message.t, at: this.heardAt, rate: message.replay ? message.replay.playing * message.replay.speed : 1 };
     this.hear(message.kind, message);
   }
   // Seconds since the session began, or of its recording, now; null: not known.

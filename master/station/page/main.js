@@ -18,12 +18,22 @@ import { STATES, fixed, ms, norm, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓', off: '○' };
-const DRAG = 'the tool, the ball, follows the cursor. Press it against the object.', PINCH = 'the finger, the ball, follows the cursor, and the others pinch with it.';
+const DRAG = 'the tool, the ball, follows the cursor. Press it against the object.',
+  PINCH = 'the finger, the ball, follows the cursor, and the others pinch with it.';
 const latest = { hello: null, health: null, status: null, lost: 'connecting', why: '' };
 
 const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
-const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
-const pointer = new Pointer(link, view, mapping), replay = new ReplayBar(link), scales = new Scales(link, view.host), setup = new Setup(picture), share = new Share();
+const view = new View(link),
+  picture = new PicturePanel(link),
+  force = new ForcePanel(),
+  charts = new Charts(),
+  alarms = new AlarmPanel(),
+  sound = new Sound();
+const pointer = new Pointer(link, view, mapping),
+  replay = new ReplayBar(link),
+  scales = new Scales(link, view.host),
+  setup = new Setup(picture),
+  share = new Share();
 let controls = null, changed = true;
 byId('not-started').remove();
 controls = new Controls({ link, view, pointer, charts, sound, replay, alarms, onTheme, onShare });
@@ -34,7 +44,7 @@ function onTheme() {
   charts.changed = true;
 }
 
-// One press in one file, for somebody who has no Palpate.
+// Exports one contact as one file, for somebody who has no Palpate.
 async function onShare() {
   const button = byId('share'), scene = latest.health?.scene;
   button.disabled = true;
@@ -127,7 +137,9 @@ function hint(status) {
   if (status?.state === 'ESTOP') return 'Stopped: dragging moves nothing until the stop is reset (R).';
   if (pointer.isLedElsewhere) return 'Another page controls the tool: engage here after it has disengaged.';
   if (pointer.isIdle && status?.state === 'READY') return 'Engaged, but the tool does not follow: disengage, then engage again.';
-  const inside = status?.slave_state?.local_model?.in_contact ? 'The tool is in contact: engage again to press further or to retract it.' : '';
+  const inside = status?.slave_state?.local_model?.in_contact
+    ? 'The tool is in contact: engage again to press further or to retract it.'
+    : '';
   const way = view.wayToPress(), fingers = status?.fingers.length > 1;
   return [latest.why, inside].filter(Boolean).join(' ') || `Drag ${way || 'here'}: ${fingers ? PINCH : DRAG}`;
 }
@@ -139,7 +151,7 @@ function tellLine(lost) {
   showState();
 }
 
-// Without messages of the master nothing is known: no value is shown, no tone is played.
+// Without messages of the master the page shows no value and plays no tone.
 function forget() {
   latest.status = null;
   force.forget();
@@ -152,10 +164,16 @@ function showState() {
   const { status, lost } = latest;
   let [level, words] = status ? STATES[status.state] : ['off', 'waiting for the first tick'];
   let name = status?.state || 'STARTING';
-  if (status?.link.observes) [level, name, words] = ['idle', 'OBSERVING', latest.health?.scene?.name ? 'no manipulator: nobody can move the tool' : 'set-up: the slave has no scene yet'];
+  if (status?.link.observes)
+    [level, name, words] = [
+      'idle',
+      'OBSERVING',
+      latest.health?.scene?.name ? 'no manipulator: nobody can move the tool' : 'set-up: the slave has no scene yet',
+    ];
   if (lost) [level, name, words] = ['bad', 'NO MASTER', lost];
   const line = status?.link;
-  if (status?.state === 'DISCONNECTED' && !line.observes && line.word === 'connected' && !lost) [level, name, words] = ['warn', 'CONNECTED', 'the slave answers, but sends no states'];
+  if (status?.state === 'DISCONNECTED' && !line.observes && line.word === 'connected' && !lost)
+    [level, name, words] = ['warn', 'CONNECTED', 'the slave answers, but sends no states'];
   if (!lost && line?.word === 'degraded') [level, words] = [level === 'bad' ? level : 'warn', `DEGRADED: ${line.why}`];
   const chip = byId('state');
   chip.dataset.level = level;
@@ -186,14 +204,27 @@ function showFacts() {
   set('source', hello ? `${latest.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated' : 'real'}` : '');
   const isReplay = hello?.badge === 'REPLAY';
   set('role', isReplay ? 'replay' : line?.role || '-', line?.role === 'observer' ? 'warn' : '');
-  set('device', line?.role === 'observer' && latest.health?.status?.operator_name ? `operated by ${latest.health.status.operator_name}` : hello ? `${hello.device.split(':')[0]}${status?.device?.fault ? `: ${status.device.fault}` : ''}` : '', status?.device?.fault ? 'bad' : '');
-  const own = pointer.delay !== null ? `, pointer delay ${Math.round(pointer.delay)} ms` : link.delay !== null ? `, page ${fixed(link.delay, 1)} ms` : '';
+  set(
+    'device',
+    line?.role === 'observer' && latest.health?.status?.operator_name
+      ? `operated by ${latest.health.status.operator_name}`
+      : hello
+        ? `${hello.device.split(':')[0]}${status?.device?.fault ? `: ${status.device.fault}` : ''}`
+        : '',
+    status?.device?.fault ? 'bad' : '',
+  );
+  const own =
+    pointer.delay !== null
+      ? `, pointer delay ${Math.round(pointer.delay)} ms`
+      : link.delay !== null
+        ? `, page ${fixed(link.delay, 1)} ms`
+        : '';
   set('page-delay', own);
   byId('badge').hidden = !hello || hello.badge === 'LIVE';
   write(byId('badge'), hello?.badge || '');
 }
 
-// Slow drawings: one per frame, the one that waits longest. Every other frame shows figures.
+// Of the slow drawings one is made per frame: the one that waits longest. Every other frame shows figures.
 const figures = new Pace(66, 100);
 const drawings = [[new Pace(33, 1000), () => view.draw()], [new Pace(66, 1000), () => charts.show()]];
 let before = 0, healthAt = 0;
@@ -223,7 +254,10 @@ function showFigures(now) {
   alarms.show(alarmsOf(latest), latest.status?.t);
   if (latest.status) force.show(latest.status, mapping());
   if (latest.hello) scales.show(mapping(), latest.hello, latest.status?.waiting, latest.health?.scene?.capabilities);
-  controls.showKinds(latest.health?.scene?.model?.kind || latest.hello?.model, latest.health?.scene?.capabilities?.degrees_of_freedom === 2);
+  controls.showKinds(
+    latest.health?.scene?.model?.kind || latest.hello?.model,
+    latest.health?.scene?.capabilities?.degrees_of_freedom === 2,
+  );
   if (latest.status) controls.showActs(latest.status);
   if (now - healthAt < 500 || byId('health').hidden) return;
   healthAt = now;

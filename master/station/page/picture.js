@@ -58,9 +58,18 @@ export class PicturePanel {
   }
   showChecks(status) {
     const details = status?.slave_state?.details || {};
-    const names = { score: ['score', ''], contour_px: ['contour', ' px'], registration_px: ['registration', ' px'], epipolar_px: ['epipolar', ' px'],
-      camera_motion_px: ['camera moved', ' px'], misfit: ['misfit', ' sigma'], rest_drift: ['baseline drift', ' counts'] };
-    const checks = Object.entries(names).filter(([key]) => Number.isFinite(details[key])).map(([key, [name, unit]]) => `${name} ${figure(details[key])}${unit}`);
+    const names = {
+      score: ['score', ''],
+      contour_px: ['contour', ' px'],
+      registration_px: ['registration', ' px'],
+      epipolar_px: ['epipolar', ' px'],
+      camera_motion_px: ['camera moved', ' px'],
+      misfit: ['misfit', ' sigma'],
+      rest_drift: ['baseline drift', ' counts'],
+    };
+    const checks = Object.entries(names)
+      .filter(([key]) => Number.isFinite(details[key]))
+      .map(([key, [name, unit]]) => `${name} ${figure(details[key])}${unit}`);
     write(document.getElementById('seen'), checks.length ? `checks: ${checks.join(', ')}` : '');
   }
 }

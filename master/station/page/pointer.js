@@ -1,16 +1,47 @@
 // The pointer device: a drag on the object, keys or a gamepad set its target. It disengages when the button, the focus, the
 // window or the connection is lost.
 
-const TELL_MS = 20, LEAST_MS = 8, ELSEWHERE_MS = 500, KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;  // while it holds; pixels a second of an arrow key, of a stick
-const MOVES = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0], ArrowDown: [0, 1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] };
+// Period of reports while the pointer is held, and the smallest interval between two reports; time after which the tool counts as
+// led elsewhere, or the pointer as idle.
+const REPORT_MS = 20, LEAST_MS = 8, ELSEWHERE_MS = 500;
+// Speeds of an arrow key and of a stick [px/s]; dead zone of a stick.
+const KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;
+const MOVES = {
+  ArrowLeft: [-1, 0, 0],
+  ArrowRight: [1, 0, 0],
+  ArrowUp: [0, -1, 0],
+  ArrowDown: [0, 1, 0],
+  PageUp: [0, 0, 1],
+  PageDown: [0, 0, -1],
+};
 
 export class Pointer {
   constructor(link, view, mapping) {
-    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null, sentAt: 0, heldElsewhereSince: null, isLedElsewhere: false, idleSince: null, isIdle: false });
+    Object.assign(this, {
+      link,
+      view,
+      mapping,
+      enabled: false,
+      button: false,
+      held: false,
+      padHeld: false,
+      shift: false,
+      p: [0, 0, 0],
+      keys: new Set(),
+      locked: new Set(),
+      delay: null,
+      sent: null,
+      sentAt: 0,
+      heldElsewhereSince: null,
+      isLedElsewhere: false,
+      idleSince: null,
+      isIdle: false,
+    });
     this.host = view.host;
     this.clutch = document.getElementById('clutch');
     this.clutch.addEventListener('click', () => this.toggle());
-    for (const button of document.querySelectorAll('.locks button')) button.addEventListener('click', () => this.lock(Number(button.dataset.axis)));
+    for (const button of document.querySelectorAll('.locks button'))
+      button.addEventListener('click', () => this.lock(Number(button.dataset.axis)));
     this.host.addEventListener('pointerdown', (event) => this.down(event));
     this.host.addEventListener('pointermove', (event) => this.move(event));
     for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) this.host.addEventListener(end, () => this.up());
@@ -19,7 +50,7 @@ export class Pointer {
     window.addEventListener('blur', () => this.release());
     document.addEventListener('visibilitychange', () => document.hidden && this.release());
     window.addEventListener('pagehide', () => this.release());
-    setInterval(() => this.beat(), TELL_MS);
+    setInterval(() => this.beat(), REPORT_MS);
   }
   enable(yes) {
     this.enabled = yes;
@@ -75,7 +106,8 @@ export class Pointer {
   // Locks or unlocks x, y or z of the target, frame S.
   lock(axis) {
     if (!this.locked.delete(axis)) this.locked.add(axis);
-    for (const button of document.querySelectorAll('.locks button')) button.setAttribute('aria-pressed', String(this.locked.has(Number(button.dataset.axis))));
+    for (const button of document.querySelectorAll('.locks button'))
+      button.setAttribute('aria-pressed', String(this.locked.has(Number(button.dataset.axis))));
   }
   toggle() {
     if (!this.enabled) return;
@@ -101,8 +133,8 @@ export class Pointer {
     if (!this.enabled) return;
     const stick = this.readPad();
     if (this.engaged) {
-      if (stick) this.go(this.view.drag(...stick.map((part) => (part * PAD_SPEED * TELL_MS) / 1000)));
-      for (const key of this.keys) this.go(this.view.drag(...MOVES[key].map((part) => (part * KEY_SPEED * TELL_MS) / 1000)));
+      if (stick) this.go(this.view.drag(...stick.map((part) => (part * PAD_SPEED * REPORT_MS) / 1000)));
+      for (const key of this.keys) this.go(this.view.drag(...MOVES[key].map((part) => (part * KEY_SPEED * REPORT_MS) / 1000)));
     }
     if (this.engaged || this.wasEngaged) this.tell();
   }

@@ -50,8 +50,16 @@ export class ReplayBar {
   key(event) {
     if (!this.active || !this.now || event.ctrlKey || event.metaKey || event.altKey) return false;
     const far = event.shiftKey ? LEAP_S : STEP_S;
-    const act = { ' ': () => this.toggle(), k: () => this.toggle(), ArrowLeft: () => this.go(this.t - far), ArrowRight: () => this.go(this.t + far), Home: () => this.go(0),
-      End: () => this.go(this.now.seconds), '[': () => this.change(-1), ']': () => this.change(1) }[event.key];
+    const act = {
+      ' ': () => this.toggle(),
+      k: () => this.toggle(),
+      ArrowLeft: () => this.go(this.t - far),
+      ArrowRight: () => this.go(this.t + far),
+      Home: () => this.go(0),
+      End: () => this.go(this.now.seconds),
+      '[': () => this.change(-1),
+      ']': () => this.change(1),
+    }[event.key];
     if (!act || event.target.closest('[role=tablist], select')) return false;
     act();
     return true;

@@ -12,7 +12,9 @@ export function save(blob, name) {
 export function saveImage(view) {
   view.dirty = true;
   view.draw();  // WebGL keeps what it drew until the frame ends alone
-  const page = document.querySelector('main').getBoundingClientRect(), style = getComputedStyle(document.documentElement), ratio = devicePixelRatio;
+  const page = document.querySelector('main').getBoundingClientRect(),
+    style = getComputedStyle(document.documentElement),
+    ratio = devicePixelRatio;
   const canvas = document.createElement('canvas'), pen = canvas.getContext('2d');
   [canvas.width, canvas.height] = [page.width * ratio, page.height * ratio];
   pen.scale(ratio, ratio);
@@ -54,7 +56,18 @@ export function zipOf(files) {
   };
   for (const [name, bytes] of Object.entries(files)) {
     const title = new TextEncoder().encode(name), year1980 = (1 << 5) | 1;
-    const common = [[20, 2], [0x800, 2], [0, 2], [0, 2], [year1980, 2], [crcOf(bytes) >>> 0, 4], [bytes.length, 4], [bytes.length, 4], [title.length, 2], [0, 2]];
+    const common = [
+      [20, 2],
+      [0x800, 2],
+      [0, 2],
+      [0, 2],
+      [year1980, 2],
+      [crcOf(bytes) >>> 0, 4],
+      [bytes.length, 4],
+      [bytes.length, 4],
+      [title.length, 2],
+      [0, 2],
+    ];
     const start = at;
     for (const part of [fields([0x04034b50, 4], ...common), title, bytes]) at += add(parts, part);
     directory.push(fields([0x02014b50, 4], [20, 2], ...common, [0, 2], [0, 2], [0, 2], [0, 4], [start, 4]), title);

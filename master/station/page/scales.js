@@ -11,8 +11,17 @@ const byId = (id) => document.getElementById(id);
 
 // The rotation matrix, row by row, of a unit quaternion w, x, y, z.
 function rotationOf([w, x, y, z]) {
-  return [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-    2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)];
+  return [
+    1 - 2 * (y * y + z * z),
+    2 * (x * y - w * z),
+    2 * (x * z + w * y),
+    2 * (x * y + w * z),
+    1 - 2 * (x * x + z * z),
+    2 * (y * z - w * x),
+    2 * (x * z - w * y),
+    2 * (y * z + w * x),
+    1 - 2 * (x * x + y * y),
+  ];
 }
 // The active mapping: of the master's status, else of the slave's scene, else of the start (hello). Each may be missing.
 export function mappingOf(status, scene, hello) {
@@ -54,7 +63,7 @@ export class Scales {
     if (output.title !== text) output.title = text;
     if (input.getAttribute('aria-valuetext') !== text) input.setAttribute('aria-valuetext', text);
   }
-  // `mapping`: in force, as `own` by the scene; `waiting`: asked for; `can`: the slave's limits, where they are known.
+  // `mapping`: in force, as `own` by the scene; `waiting`: requested; `can`: the slave's limits, where they are known.
   show(mapping, own, waiting, can) {
     this.own = own;
     for (const slider of this.sliders) {

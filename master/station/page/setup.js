@@ -5,7 +5,27 @@ import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.j
 import { Pointing } from './setup_pointing.js';
 import { quantity } from './setup_quantities.js';
 import { firstOpen, questionsAt, sentencesOf } from './setup_questions.js';
-import { Answers, GUESS_OFF, MATERIALS, PressCurve, STEPS, angleAt, arcBetween, boardProblems, edgesOf, heldLines, isComplete, isInArc, isRound, mm, outlineOf, pixelOf, problemsAt, sceneOf, stepOfKey } from './setup_scene.js';
+import {
+  Answers,
+  GUESS_OFF,
+  MATERIALS,
+  PressCurve,
+  STEPS,
+  angleAt,
+  arcBetween,
+  boardProblems,
+  edgesOf,
+  heldLines,
+  isComplete,
+  isInArc,
+  isRound,
+  mm,
+  outlineOf,
+  pixelOf,
+  problemsAt,
+  sceneOf,
+  stepOfKey,
+} from './setup_scene.js';
 import { findTip, greyOf, imageTrouble } from './setup_tip.js';
 import { noteItem } from './alarms.js';
 import { save, zipOf } from './save.js';
@@ -14,9 +34,14 @@ import { VALIDITY, codeOf, figure, interval, write } from './words.js';
 const byId = (id) => document.getElementById(id);
 const NAMES = Object.keys(STEPS);
 const HINTS = {
-  image: 'The object is untouched, the tool is in view above it, and a ruler lies in their plane.', scale: 'Click two marks of a ruler that are far apart, or let a printed board be found.',
-  object: 'Click around the object. The slave then pulls the outline to the edge.', held: 'Click the edges where the object is held. Click again to free an edge.', material: 'How soft is the object?',
-  tool: 'Drag a box around the tip: some of the tool, some background on both sides, and a little before the tip.', check: 'The slave checks the scene.', press: 'Press the object with the tool.',
+  image: 'The object is untouched, the tool is in view above it, and a ruler lies in their plane.',
+  scale: 'Click two marks of a ruler that are far apart, or let a printed board be found.',
+  object: 'Click around the object. The slave then pulls the outline to the edge.',
+  held: 'Click the edges where the object is held. Click again to free an edge.',
+  material: 'How soft is the object?',
+  tool: 'Drag a box around the tip: some of the tool, some background on both sides, and a little before the tip.',
+  check: 'The slave checks the scene.',
+  press: 'Press the object with the tool.',
 };
 const ARCS_HINT = 'Click the two ends of each part of the edge that is held. Click a held part again to free it.';
 const EDGE_NAMES = ['lower', 'right', 'upper', 'left'];  // of a rectangle
@@ -28,7 +53,22 @@ const base64Of = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode
 
 export class Setup {
   constructor(picture) {
-    Object.assign(this, { picture, answers: new Answers(), step: 'image', frozen: null, scene: null, wanted: null, preview: null, trouble: {}, report: null, curve: new PressCurve(), held: new HeldPress(), state: null, busy: '', images: 0 });
+    Object.assign(this, {
+      picture,
+      answers: new Answers(),
+      step: 'image',
+      frozen: null,
+      scene: null,
+      wanted: null,
+      preview: null,
+      trouble: {},
+      report: null,
+      curve: new PressCurve(),
+      held: new HeldPress(),
+      state: null,
+      busy: '',
+      images: 0,
+    });
     this.canvas = byId('setup-canvas');
     this.pen = this.canvas.getContext('2d', { willReadFrequently: true });
     byId('setup-steps').replaceChildren(...NAMES.map((name, i) => this.stepItem(name, i)));
@@ -47,7 +87,12 @@ export class Setup {
     byId('setup-wrong').addEventListener('click', () => { this.doubts = true; this.draw(); });
     byId('setup-erase').addEventListener('click', () => this.erase());
     byId('setup-other-part').addEventListener('click', () => this.holdOtherPart());
-    for (const [id, factor] of [['setup-nearer', 1.5], ['setup-farther', 1 / 1.5], ['setup-fit', 0]]) byId(id).addEventListener('click', () => this.pointing.zoomMiddle(factor));
+    for (const [id, factor] of [
+      ['setup-nearer', 1.5],
+      ['setup-farther', 1 / 1.5],
+      ['setup-fit', 0],
+    ])
+      byId(id).addEventListener('click', () => this.pointing.zoomMiddle(factor));
     byId('setup-download').addEventListener('click', () => this.download());
     byId('setup-clear').addEventListener('click', () => { this.curve = new PressCurve(); });
     byId('setup-hold').addEventListener('click', () => this.holdPress());
@@ -58,9 +103,22 @@ export class Setup {
     byId('setup-form').addEventListener('change', ({ target }) => this.takeField(target));
     byId('setup-form').addEventListener('input', ({ target }) => this.showUnit(target));
     this.pointing = new Pointing(this.canvas, byId('setup-lens'), {
-      isOpen: () => Boolean(this.frozen) && !this.busy && ['scale', 'object', 'held', 'tool'].includes(this.step) && !(this.step === 'scale' && this.answers.now.scale.by === 'board'),
-      points: () => this.pointsAt(this.step), takesBox: () => this.step === 'tool', click: (at) => this.click(at), move: (i, at) => this.movePoint(i, at),
-      box: (from, to) => this.takeBox(from, to), preview: (preview) => { this.preview = preview; this.draw(); }, redraw: () => this.draw(), tell: (words) => write(byId('setup-place'), words),
+      isOpen: () =>
+        Boolean(this.frozen) &&
+        !this.busy &&
+        ['scale', 'object', 'held', 'tool'].includes(this.step) &&
+        !(this.step === 'scale' && this.answers.now.scale.by === 'board'),
+      points: () => this.pointsAt(this.step),
+      takesBox: () => this.step === 'tool',
+      click: (at) => this.click(at),
+      move: (i, at) => this.movePoint(i, at),
+      box: (from, to) => this.takeBox(from, to),
+      preview: (preview) => {
+        this.preview = preview;
+        this.draw();
+      },
+      redraw: () => this.draw(),
+      tell: (words) => write(byId('setup-place'), words),
     });
     window.addEventListener('keydown', (event) => this.key(event));
   }
@@ -74,7 +132,7 @@ export class Setup {
     return item;
   }
 
-  // What the slave tells: whether it accepts a set-up, and whether it has a scene.
+  // What the slave reports: whether it accepts a set-up, and whether it has a scene.
   takeHealth({ scene }) {
     if (!scene) return;  // the slave starts again, or does not answer
     this.running = scene;
@@ -90,7 +148,11 @@ export class Setup {
     if (!state || this.step !== 'press') return;
     const point = this.curve.add(state, pixelOf(this.answers.now));
     if (point) this.point = point;
-    if (point && this.identifies) this.held.add({ ...point, sigma: Math.sqrt(Math.max(0, point.sigma ** 2 - (1e-2 * GUESS_OFF * point.force) ** 2)) }, performance.now());
+    if (point && this.identifies)
+      this.held.add(
+        { ...point, sigma: Math.sqrt(Math.max(0, point.sigma ** 2 - (1e-2 * GUESS_OFF * point.force) ** 2)) },
+        performance.now(),
+      );
   }
   show(isOn, byHand = true) {
     if (byHand) this.wanted = isOn;
@@ -101,7 +163,13 @@ export class Setup {
   }
   // Keeps step and answers for a reload of the page, in the browser's storage of this tab.
   keep() {
-    const { now } = this.answers, kept = { camera: this.cameraLines, step: this.step, isShown: this.isShown, now: { ...now, image: now.image && { ...now.image, frozen: null } } };
+    const { now } = this.answers,
+      kept = {
+        camera: this.cameraLines,
+        step: this.step,
+        isShown: this.isShown,
+        now: { ...now, image: now.image && { ...now.image, frozen: null } },
+      };
     const jpeg = now.image?.frozen.jpeg || '';
     try {
       sessionStorage.setItem('setup', JSON.stringify(kept));
@@ -153,7 +221,8 @@ export class Setup {
   }
   next() {
     this.trouble[this.step] = null;
-    if (!problemsAt(this.step, this.answers.now).length && !questionsAt(this.step, this.answers.now).length && !this.busy) return this.go(NAMES[NAMES.indexOf(this.step) + 1]);
+    if (!problemsAt(this.step, this.answers.now).length && !questionsAt(this.step, this.answers.now).length && !this.busy)
+      return this.go(NAMES[NAMES.indexOf(this.step) + 1]);
     this.tried = this.step;  // only now the step says what it lacks
     this.draw();
   }
@@ -202,7 +271,9 @@ export class Setup {
   tipIn({ box, width, shape }) {
     const outline = outlineOf(this.answers.now), px = mm(width) / pixelOf(this.answers.now);
     if (box.length < 2 || !this.frozen || !outline.length || !(px > 0)) return null;
-    return px >= 3 ? findTip(this.frozen.grey, box, outline, px, shape === 'round') : { why: `The tip is ${px.toFixed(1)} px wide in the image: expected at least 3 px. Move the camera nearer, or correct the width.` };
+    return px >= 3
+      ? findTip(this.frozen.grey, box, outline, px, shape === 'round')
+      : { why: `The tip is ${px.toFixed(1)} px wide in the image: expected at least 3 px. Move the camera nearer, or correct the width.` };
   }
   takeField(field) {
     const [step, key] = (field.name || '').split('.');
@@ -213,7 +284,13 @@ export class Setup {
       return this.draw();
     }
     if (key === 'kind') this.answers.change('object', { kind: field.value, points: [], found: null, clear: null });
-    else if (field.type === 'checkbox') this.answers.set('held', field.checked ? [...this.answers.now.held, Number(key)].sort((a, b) => a - b) : this.answers.now.held.filter((i) => i !== Number(key)));
+    else if (field.type === 'checkbox')
+      this.answers.set(
+        'held',
+        field.checked
+          ? [...this.answers.now.held, Number(key)].sort((a, b) => a - b)
+          : this.answers.now.held.filter((i) => i !== Number(key)),
+      );
     else this.answers.change(step, { [key]: field.value });
     if (key === 'kind') this.answers.set('held', []);
     this.trouble[step] = null;
@@ -243,7 +320,13 @@ export class Setup {
   }
   // A scene that is rejected when it is taken into use comes as text.
   troubleOf(name, reply) {
-    const [, key, value, message, expected] = (name === 'use' && reply.reason === 'INVALID_FIELD' && reply.error.match(/^(?:line \d+: )?((?:object|sense|tool|model|manipulator)[a-z_.]*)(?: = ([^:]*))?: (.*?)(?:: expected (.*))?$/m)) || [];
+    const [, key, value, message, expected] =
+      (name === 'use' &&
+        reply.reason === 'INVALID_FIELD' &&
+        reply.error.match(
+          /^(?:line \d+: )?((?:object|sense|tool|model|manipulator)[a-z_.]*)(?: = ([^:]*))?: (.*?)(?:: expected (.*))?$/m,
+        )) ||
+      [];
     return key ? mistakeWords({ key, value, message, expected }) : { text: callWords(name, reply), details: reply.error };
   }
   async freeze() {
@@ -264,18 +347,28 @@ export class Setup {
     return { still, grey: greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height)), jpeg };
   }
   async findOutline() {
-    const { points } = this.answers.now.object, near = points.map(([u, v]) => ({ u, v }));
+    const { points } = this.answers.now.object,
+      near = points.map(([u, v]) => ({ u, v }));
     const reply = await this.call('outline', 'object', { image: this.frozen.jpeg, near }, 'The slave looks for the edge ...');
     if (!reply) return;
-    const found = denser(reply.outline.map(({ u, v }) => [u, v]), SPACING_PX);  // straight sides come as their ends alone
-    this.answers.now = { ...this.answers.now, object: { ...this.answers.now.object, found, clear: reply.clear } };  // belongs to the click before
+    const found = denser(
+      reply.outline.map(({ u, v }) => [u, v]),
+      SPACING_PX,
+    );  // straight sides come as their ends alone
+    // The outline belongs to the click before.
+    this.answers.now = { ...this.answers.now, object: { ...this.answers.now.object, found, clear: reply.clear } };
     this.changed();
   }
   async findBoard() {
     const { scale } = this.answers.now;
     this.trouble.scale = boardProblems(this.answers.now);
     if (this.trouble.scale.length) return this.draw();
-    const request = { images: [this.frozen.jpeg], columns: quantity(scale.columns, 'plain').value, rows: quantity(scale.rows, 'plain').value, square: mm(scale.square) };
+    const request = {
+      images: [this.frozen.jpeg],
+      columns: quantity(scale.columns, 'plain').value,
+      rows: quantity(scale.rows, 'plain').value,
+      square: mm(scale.square),
+    };
     const reply = await this.call('board', 'scale', request, 'The slave looks for the board ...');
     if (!reply) return;
     this.answers.change('scale', { board: { pixel: reply.pixel, points: reply.corners.map(({ u, v }) => [u, v]) } });
@@ -298,12 +391,19 @@ export class Setup {
       this.step = this.tried = first;
       return this.draw();
     }
-    const proposal = await this.proposal(), reply = await this.call('propose', 'check', this.requestOf(proposal), 'The slave checks the scene ...');
+    const proposal = await this.proposal(),
+      reply = await this.call('propose', 'check', this.requestOf(proposal), 'The slave checks the scene ...');
     if (!reply) return;
     this.scene = proposal;
     if (reply.errors?.length) this.assign(reply.errors);
     else if (reply.contact) this.report = reply;
-    else this.trouble.check = [{ text: 'The slave finds no force for this tool and these held edges: check that the edge that you press is free, and the sizes.', details: reply.report }];
+    else
+      this.trouble.check = [
+        {
+          text: 'The slave finds no force for this tool and these held edges: check that the edge that you press is free, and the sizes.',
+          details: reply.report,
+        },
+      ];
     this.draw();
   }
   // Errors of the slave to the steps that own their keys, and to the first of these.
@@ -318,7 +418,7 @@ export class Setup {
     if (!this.report) return this.propose();
     if (!this.isConfirmed) return this.draw();
     this.scene = await this.proposal();  // as checked, but for the name
-    this.wanted = true;  // the slave may tell of its scene before it answers
+    this.wanted = true;  // the slave may report its scene before it answers
     const reply = await this.call('use', 'check', this.requestOf(this.scene), 'The slave takes the scene into use ...');
     if (!reply) return;
     this.curve = new PressCurve();
@@ -355,7 +455,12 @@ export class Setup {
   addReading() {
     const { held, reading, unit, readings } = this.answers.now.press, value = newtons(reading, unit);
     this.trouble.press = !held ? ['Hold a press first.'] : value > 0 ? null : ['Reading of the scale: expected a number above 0.'];
-    if (!this.trouble.press) this.answers.change('press', { held: null, reading: '', readings: [...readings, { ...held, reading: value, words: `${reading} ${unit}` }] });
+    if (!this.trouble.press)
+      this.answers.change('press', {
+        held: null,
+        reading: '',
+        readings: [...readings, { ...held, reading: value, words: `${reading} ${unit}` }],
+      });
     if (!this.trouble.press) byId('setup-form').elements['press.reading'].value = '';
     this.changed();
   }
@@ -365,20 +470,30 @@ export class Setup {
   }
   useModulus() {
     const { modulus, tolerance } = this.fitted, words = String(Number((1e-3 * modulus).toPrecision(4)));
-    this.answers.change('material', { by: 'modulus', modulus: words, identified: words, tolerance: String(Number((100 * tolerance).toPrecision(2))) });
+    this.answers.change('material', {
+      by: 'modulus',
+      modulus: words,
+      identified: words,
+      tolerance: String(Number((100 * tolerance).toPrecision(2))),
+    });
     this.report = null;
     this.go('check');
   }
   async download() {
     const scene = this.scene || (firstOpen(this.answers.now) ? null : await this.proposal());
     if (!scene) return this.go('check');
-    save(new Blob([zipOf({ 'scene.yaml': new TextEncoder().encode(scene.scene), ...scene.files })], { type: 'application/zip' }), `${this.answers.now.name}.zip`);
+    save(
+      new Blob([zipOf({ 'scene.yaml': new TextEncoder().encode(scene.scene), ...scene.files })], { type: 'application/zip' }),
+      `${this.answers.now.name}.zip`,
+    );
   }
 
   // Clicks. Places are in the frozen image [px].
   click(at) {
     this.trouble[this.step] = null;
-    ({ scale: () => this.clickScale(at), object: () => this.clickObject(at), held: () => this.clickEdge(at), tool: () => this.draw() })[this.step]?.();
+    ({ scale: () => this.clickScale(at), object: () => this.clickObject(at), held: () => this.clickEdge(at), tool: () => this.draw() })[
+      this.step
+    ]?.();
   }
   // The points of a step that can be moved.
   pointsAt(step) {
@@ -445,7 +560,10 @@ export class Setup {
       this.trouble.held = ['No edge is there: click on the line around the object.'];
       return this.draw();
     }
-    this.answers.set('held', now.held.includes(near.i) ? now.held.filter((i) => i !== near.i) : [...now.held, near.i].sort((a, b) => a - b));
+    this.answers.set(
+      'held',
+      now.held.includes(near.i) ? now.held.filter((i) => i !== near.i) : [...now.held, near.i].sort((a, b) => a - b),
+    );
     this.changed();
   }
   // One end of a held arc, or a held arc that is freed.
@@ -457,7 +575,14 @@ export class Setup {
     }
     const angle = angleAt(now, near.at), open = now.held.find(({ to }) => to === undefined), whole = now.held.filter((arc) => arc !== open);
     const freed = open ? [] : whole.filter((arc) => isInArc(arc, angle));
-    this.answers.set('held', open ? [...whole, arcBetween(open.from, angle)] : freed.length ? whole.filter((arc) => !freed.includes(arc)) : [...whole, { from: angle }]);
+    this.answers.set(
+      'held',
+      open
+        ? [...whole, arcBetween(open.from, angle)]
+        : freed.length
+          ? whole.filter((arc) => !freed.includes(arc))
+          : [...whole, { from: angle }],
+    );
     this.changed();
   }
   // The last arc goes the other way around.
@@ -479,7 +604,8 @@ export class Setup {
       button.classList.toggle('done', isDone || (name === 'check' && Boolean(this.report)));
     }
     for (const part of document.querySelectorAll('#setup-form [data-step]')) part.hidden = part.dataset.step !== this.step;
-    for (const part of document.querySelectorAll('#setup-form [data-kind]')) part.hidden = !part.dataset.kind.split(' ').includes(now[part.closest('[data-step]').dataset.step].by || now.object.kind);
+    for (const part of document.querySelectorAll('#setup-form [data-kind]'))
+      part.hidden = !part.dataset.kind.split(' ').includes(now[part.closest('[data-step]').dataset.step].by || now.object.kind);
     for (const field of byId('setup-form').elements) this.fillField(field);
     byId('setup-freeze').dataset.count = now.image?.number || 0;
     write(byId('setup-hint'), this.busy || (this.step === 'held' && isRound(now.object) ? ARCS_HINT : HINTS[this.step]));
@@ -513,11 +639,14 @@ export class Setup {
     this.showUnit(field);
   }
   showProblems() {
-    const own = this.tried === this.step ? problemsAt(this.step, this.answers.now) : [], list = [...(this.trouble[this.step] || []), ...own];
+    const own = this.tried === this.step ? problemsAt(this.step, this.answers.now) : [],
+      list = [...(this.trouble[this.step] || []), ...own];
     if (this.step === 'image' && this.answers.now.image?.trouble && !own.length) list.push(this.answers.now.image.trouble);
     if (this.step === 'tool' && this.answers.now.tool.seen?.why && !own.length) list.push(this.answers.now.tool.seen.why);
     if (this.step === 'press' && this.identifies) list.push(...(this.fitted?.warnings || []));
-    const unlike = list.map((item) => (item.text ? item : { text: item })).filter(({ text }, i, all) => all.findIndex((other) => other.text === text) === i);
+    const unlike = list
+      .map((item) => (item.text ? item : { text: item }))
+      .filter(({ text }, i, all) => all.findIndex((other) => other.text === text) === i);
     const text = JSON.stringify(unlike);
     if (text === this.shownProblems) return;
     this.shownProblems = text;
@@ -544,7 +673,8 @@ export class Setup {
     host.hidden = !edges.length;
     if (host.childElementCount - 1 !== edges.length) {
       host.replaceChildren(host.firstElementChild, ...edges.map((_, i) => {
-        const label = document.createElement('label'), box = Object.assign(document.createElement('input'), { type: 'checkbox', name: `held.${i}` });
+        const label = document.createElement('label'),
+          box = Object.assign(document.createElement('input'), { type: 'checkbox', name: `held.${i}` });
         label.append(box, document.createTextNode(now.object.kind === 'rectangle' ? EDGE_NAMES[i] : `edge ${i + 1}`));
         return label;
       }));
@@ -574,16 +704,33 @@ export class Setup {
     }
     this.shownSentences = text;
     const { contact } = report || {};
-    const depth = contact?.largest_depth ? ` The model is made for at most ${figure(1e3 * contact.largest_depth)} mm of depth. A check may flag forces earlier.` : '';
-    write(byId('setup-contact'), contact ? `At ${figure(1e3 * contact.depth)} mm depth the force is about ${figure(contact.force)} N.${depth}` : '');
+    const depth = contact?.largest_depth
+      ? ` The model is made for at most ${figure(1e3 * contact.largest_depth)} mm of depth. A check may flag forces earlier.`
+      : '';
+    write(
+      byId('setup-contact'),
+      contact ? `At ${figure(1e3 * contact.depth)} mm depth the force is about ${figure(contact.force)} N.${depth}` : '',
+    );
   }
   showFacts() {
     const { now } = this.answers, pixel = pixelOf(now), { clear } = now.object, { seen } = now.tool;
     write(byId('setup-scale-fact'), pixel > 0 ? `${figure(1e3 * pixel)} mm per pixel` : '');
     write(byId('setup-object-fact'), clear === null ? '' : `${Math.round(100 * clear)} % of the outline lie on a clear edge.`);
-    write(byId('setup-tool-fact'), seen?.tip ? `Tip found at (${seen.tip.map((value) => value.toFixed(1)).join(', ')}) px, ${figure(1e3 * seen.width * pixel)} mm wide.` : '');
-    const { length: held } = now.held, edges = edgesOf(now).length, isOpen = held && now.held.at(-1).from !== undefined && now.held.at(-1).to === undefined;
-    write(byId('setup-held-fact'), isRound(now.object) ? `${held - (isOpen ? 1 : 0)} parts of the edge are held.${isOpen ? ' Click the other end.' : ''}` : `${held} of ${edges} edges are held.`);
+    write(
+      byId('setup-tool-fact'),
+      seen?.tip
+        ? `Tip found at (${seen.tip.map((value) => value.toFixed(1)).join(', ')}) px, ${figure(1e3 * seen.width * pixel)} mm wide.`
+        : '',
+    );
+    const { length: held } = now.held,
+      edges = edgesOf(now).length,
+      isOpen = held && now.held.at(-1).from !== undefined && now.held.at(-1).to === undefined;
+    write(
+      byId('setup-held-fact'),
+      isRound(now.object)
+        ? `${held - (isOpen ? 1 : 0)} parts of the edge are held.${isOpen ? ' Click the other end.' : ''}`
+        : `${held} of ${edges} edges are held.`,
+    );
     if (this.step === 'press') this.showPress();
   }
   showPress() {
@@ -592,7 +739,10 @@ export class Setup {
     const [level, words] = VALIDITY[validity] || ['idle', 'waiting for the first force'];
     byId('setup-validity').dataset.level = level;
     write(byId('setup-validity'), words + (CHECK_HELP[check] ? `: ${CHECK_HELP[check]}` : ''));
-    write(byId('setup-largest'), this.curve.largestValid > 0 ? `Largest valid depth so far: ${figure(1e3 * this.curve.largestValid)} mm` : '');
+    write(
+      byId('setup-largest'),
+      this.curve.largestValid > 0 ? `Largest valid depth so far: ${figure(1e3 * this.curve.largestValid)} mm` : '',
+    );
     drawCurve(byId('setup-curve'), this.curve.points);
     byId('setup-identify').hidden = !this.identifies;
     if (this.identifies) this.showReadings();
@@ -601,7 +751,8 @@ export class Setup {
     const { held, readings } = this.answers.now.press, { fitted } = this;
     write(byId('setup-held'), held ? `${figure(held.force)} N at ${figure(1e3 * held.depth)} mm are held: type the reading.` : '');
     const rows = readings.map(({ words, force, depth }, i) => `${i + 1}: ${words} for ${figure(force)} N at ${figure(1e3 * depth)} mm`);
-    if (rows.join() !== this.shownReadings) byId('setup-readings').replaceChildren(...rows.map((textContent) => Object.assign(document.createElement('li'), { textContent })));
+    if (rows.join() !== this.shownReadings)
+      byId('setup-readings').replaceChildren(...rows.map((textContent) => Object.assign(document.createElement('li'), { textContent })));
     this.shownReadings = rows.join();
     const [modulus, half] = fitted ? interval(1e-3 * fitted.modulus, 1e-3 * fitted.half) : [];
     write(byId('setup-modulus'), fitted ? `Young's modulus ${modulus} kPa ± ${half} kPa (95 %)` : '');
@@ -609,7 +760,8 @@ export class Setup {
   }
   drawImage() {
     const live = !this.isFrozen, source = live ? this.picture.canvas : this.frozen.still;
-    if (this.canvas.width !== source.width || this.canvas.height !== source.height) [this.canvas.width, this.canvas.height] = [source.width, source.height];
+    if (this.canvas.width !== source.width || this.canvas.height !== source.height)
+      [this.canvas.width, this.canvas.height] = [source.width, source.height];
     this.pen.drawImage(source, 0, 0);
     if (!live) this.drawAnswers();
   }
@@ -634,7 +786,10 @@ export class Setup {
       line([[u, v - 6 * px], [u, v + 6 * px]], colour);
     });
     const handles = (step, colour) => this.step === step && this.shownPoints(step).forEach(([u, v]) => {
-      path(Array.from({ length: 16 }, (_, i) => [u + 5 * px * Math.cos((i * Math.PI) / 8), v + 5 * px * Math.sin((i * Math.PI) / 8)]), true);
+      path(
+        Array.from({ length: 16 }, (_, i) => [u + 5 * px * Math.cos((i * Math.PI) / 8), v + 5 * px * Math.sin((i * Math.PI) / 8)]),
+        true,
+      );
       Object.assign(pen, { strokeStyle: '#000a', lineWidth: 2.3 * width });
       pen.stroke();
       Object.assign(pen, { strokeStyle: colour, lineWidth: width });
@@ -675,7 +830,10 @@ function buttonOf(words, answer, act) {
 }
 function detailsOf(text) {
   const details = document.createElement('details');
-  details.append(Object.assign(document.createElement('summary'), { textContent: 'details' }), Object.assign(document.createElement('code'), { textContent: text }));
+  details.append(
+    Object.assign(document.createElement('summary'), { textContent: 'details' }),
+    Object.assign(document.createElement('code'), { textContent: text }),
+  );
   return details;
 }
 
@@ -688,7 +846,9 @@ function forceWords({ force, sigma, depth, isTouching, unseen }) {
 
 // Force over depth: the points, and a band of one sigma around them.
 function drawCurve(canvas, points) {
-  const pen = canvas.getContext('2d'), { width, height } = canvas, tone = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+  const pen = canvas.getContext('2d'),
+    { width, height } = canvas,
+    tone = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
   pen.clearRect(0, 0, width, height);
   const deepest = Math.max(1e-4, ...points.map((p) => p.depth)), most = Math.max(1e-2, ...points.map((p) => p.force + (p.sigma || 0)));
   const x = (depth) => 44 + ((width - 54) * depth) / deepest, y = (force) => height - 24 - ((height - 36) * force) / most;

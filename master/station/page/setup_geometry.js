@@ -34,7 +34,8 @@ export function crossesItself(points) {
   return sides.some((one, i) => sides.some((other, j) => j > i + 1 && !(i === 0 && j === sides.length - 1) && meet(one, other)));
 }
 
-export const contains = (points, [u, v]) => sidesOf(points).filter(([a, b]) => (a[1] > v) !== (b[1] > v) && u < a[0] + ((v - a[1]) / (b[1] - a[1])) * (b[0] - a[0])).length % 2 === 1;
+export const contains = (points, [u, v]) =>
+  sidesOf(points).filter(([a, b]) => a[1] > v !== b[1] > v && u < a[0] + ((v - a[1]) / (b[1] - a[1])) * (b[0] - a[0])).length % 2 === 1;
 
 // Points of the closed polygon about every `spacing` px, its corners too.
 export const denser = (points, spacing) => sidesOf(points).flatMap(([a, b]) => {

@@ -36,7 +36,11 @@ export class HeldPress {
 }
 
 // What forbids the fit with a model of this kind; empty: nothing.
-export const modelProblem = (kind) => (LINEAR.includes(kind) ? '' : `The model ${kind} is not linear: its force is not proportional to the modulus. Identify the material by the guide "Identify a material".`);
+export const modelProblem = (kind) =>
+  LINEAR.includes(kind)
+    ? ''
+    : `The model ${kind} is not linear: its force is not proportional to the modulus. Identify the material by the guide ` +
+      '"Identify a material".';
 
 // A reading [N]; NaN: no number.
 export const newtons = (text, unit) => valueOf(text, 'plain') * UNITS[unit];
@@ -48,7 +52,8 @@ export function fitModulus(readings, resolution) {
   const count = readings.length, x = readings.map(({ force, modulus }) => force / modulus), y = readings.map(({ reading }) => reading);
   if (count < 2) return null;
   const xx = sum(x.map((value) => value * value)), modulus = sum(x.map((value, i) => value * y[i])) / xx;
-  const scatter = Math.sqrt(sum(x.map((value, i) => (y[i] - modulus * value) ** 2)) / (count - 1)), noise = Math.max(scatter, resolution / Math.sqrt(12));
+  const scatter = Math.sqrt(sum(x.map((value, i) => (y[i] - modulus * value) ** 2)) / (count - 1)),
+    noise = Math.max(scatter, resolution / Math.sqrt(12));
   const random = ((STUDENT[count - 2] ?? 2) * noise) / Math.sqrt(xx);
   // The errors of the estimated forces have one cause, such as the tip's place: no number of readings removes them.
   const common = (NORMAL * modulus * sum(x.map((value, i) => (value * value * readings[i].sigma) / readings[i].force))) / xx;
@@ -57,21 +62,34 @@ export function fitModulus(readings, resolution) {
 }
 
 function warningsOf({ readings, x, y, modulus, scatter, resolution }) {
-  const most = Math.max(...y), ratios = x.map((value, i) => y[i] / value), usual = median(ratios), factor = modulus / readings[0].modulus, list = [];
+  const most = Math.max(...y),
+    ratios = x.map((value, i) => y[i] / value),
+    usual = median(ratios),
+    factor = modulus / readings[0].modulus,
+    list = [];
   if (x.length < FEWEST) list.push(`${x.length} readings: take at least ${FEWEST}, at different depths.`);
-  if (factor > LARGEST_FACTOR || factor < 1 / LARGEST_FACTOR) list.push(`The result is ${figure(factor)} times the first guess: is the unit of the readings right?`);
+  if (factor > LARGEST_FACTOR || factor < 1 / LARGEST_FACTOR)
+    list.push(`The result is ${figure(factor)} times the first guess: is the unit of the readings right?`);
   const odd = ratios.findIndex((ratio) => ratio > 2 * usual || ratio < usual / 2);
   if (odd >= 0) list.push(`Reading ${odd + 1} does not fit the others: check number and unit, or remove it.`);
   if (Math.max(...x) < LEAST_SPAN * Math.min(...x)) list.push('All presses are about equally deep: press also less deeply.');
   const { start, deviation } = lineOf(x, y);
-  if (odd < 0 && x.length > 2 && Math.abs(start) > Math.max((STUDENT[x.length - 3] ?? 2) * deviation, 2 * resolution, 0.01 * most)) list.push(`Without a press the scale would show ${figure(start)} N: set it to zero with the object on it.`);
-  else if (odd < 0 && scatter > SCATTER * most) list.push(`The readings are ${figure((100 * scatter) / most)} % off a line through zero: hold still while you read, and press straight down.`);
+  if (odd < 0 && x.length > 2 && Math.abs(start) > Math.max((STUDENT[x.length - 3] ?? 2) * deviation, 2 * resolution, 0.01 * most))
+    list.push(`Without a press the scale would show ${figure(start)} N: set it to zero with the object on it.`);
+  else if (odd < 0 && scatter > SCATTER * most)
+    list.push(
+      `The readings are ${figure((100 * scatter) / most)} % off a line through zero: hold still while you read, and press straight down.`,
+    );
   return list;
 }
 
 // The line through the points: its value at 0 and the standard deviation of that.
 function lineOf(x, y) {
-  const count = x.length, mean = sum(x) / count, xx = sum(x.map((value) => (value - mean) ** 2)), slope = sum(x.map((value, i) => (value - mean) * y[i])) / xx, start = sum(y) / count - slope * mean;
+  const count = x.length,
+    mean = sum(x) / count,
+    xx = sum(x.map((value) => (value - mean) ** 2)),
+    slope = sum(x.map((value, i) => (value - mean) * y[i])) / xx,
+    start = sum(y) / count - slope * mean;
   const scatter = Math.sqrt(sum(x.map((value, i) => (y[i] - start - slope * value) ** 2)) / Math.max(1, count - 2));
   return { start, deviation: scatter * Math.sqrt(1 / count + (mean * mean) / xx) };
 }

@@ -12,7 +12,17 @@ const NUDGE = 'Arrow keys move the cross, with Shift by one pixel. Enter sets a 
 // box(from, to); preview({i, at} or {box}), null: nothing is dragged; tell(words).
 export class Pointing {
   constructor(canvas, lens, acts) {
-    Object.assign(this, { canvas, lens, acts, view: { zoom: 1, x: 0, y: 0 }, pointers: new Map(), cross: null, picked: null, corner: null, held: null });
+    Object.assign(this, {
+      canvas,
+      lens,
+      acts,
+      view: { zoom: 1, x: 0, y: 0 },
+      pointers: new Map(),
+      cross: null,
+      picked: null,
+      corner: null,
+      held: null,
+    });
     const on = (name, act) => canvas.addEventListener(name, (event) => act.call(this, event));
     on('pointerdown', this.down);
     on('pointermove', this.moves);
@@ -34,7 +44,10 @@ export class Pointing {
   }
   place({ clientX, clientY }) {
     const { box, scale, canvas } = this;
-    return [(clientX - box.x - (box.width - scale * canvas.width) / 2) / scale - 0.5, (clientY - box.y - (box.height - scale * canvas.height) / 2) / scale - 0.5];
+    return [
+      (clientX - box.x - (box.width - scale * canvas.width) / 2) / scale - 0.5,
+      (clientY - box.y - (box.height - scale * canvas.height) / 2) / scale - 0.5,
+    ];
   }
   isInside([u, v]) {
     return u >= -0.5 && v >= -0.5 && u < this.canvas.width && v < this.canvas.height;
@@ -69,7 +82,8 @@ export class Pointing {
     if (!held.isMoved) return;
     if (held.point >= 0) this.acts.preview({ i: held.point, at: this.shifted(held, at) });
     else if (this.acts.takesBox()) this.acts.preview({ box: [held.from, at] });
-    else if (this.view.zoom > 1) this.pan(event.clientX - (held.last ?? held.start).clientX, event.clientY - (held.last ?? held.start).clientY);
+    else if (this.view.zoom > 1)
+      this.pan(event.clientX - (held.last ?? held.start).clientX, event.clientY - (held.last ?? held.start).clientY);
     held.last = event;
   }
   // A point that is dragged keeps its distance from the finger.
@@ -100,7 +114,10 @@ export class Pointing {
 
   // Zoom: the place under the cursor, or between two fingers, stays.
   zoomAt(clientX, clientY, factor) {
-    const host = this.canvas.parentElement.getBoundingClientRect(), { zoom, x, y } = this.view, next = Math.min(LARGEST_ZOOM, Math.max(1, zoom * factor)), part = next / zoom;
+    const host = this.canvas.parentElement.getBoundingClientRect(),
+      { zoom, x, y } = this.view,
+      next = Math.min(LARGEST_ZOOM, Math.max(1, zoom * factor)),
+      part = next / zoom;
     const [cx, cy] = [clientX - host.x, clientY - host.y];
     this.show({ zoom: next, x: cx - part * (cx - x), y: cy - part * (cy - y) });
   }
@@ -120,7 +137,10 @@ export class Pointing {
   }
   onScreen([u, v]) {
     const { box, scale, canvas } = this;
-    return [box.x + (box.width - scale * canvas.width) / 2 + scale * (u + 0.5), box.y + (box.height - scale * canvas.height) / 2 + scale * (v + 0.5)];
+    return [
+      box.x + (box.width - scale * canvas.width) / 2 + scale * (u + 0.5),
+      box.y + (box.height - scale * canvas.height) / 2 + scale * (v + 0.5),
+    ];
   }
   wheel(event) {
     event.preventDefault();
@@ -134,7 +154,11 @@ export class Pointing {
   }
   fingers() {
     const [a, b] = [...this.pointers.values()];
-    return { x: (a.clientX + b.clientX) / 2, y: (a.clientY + b.clientY) / 2, apart: Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY) };
+    return {
+      x: (a.clientX + b.clientX) / 2,
+      y: (a.clientY + b.clientY) / 2,
+      apart: Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY),
+    };
   }
   pinchOn() {
     if (this.pointers.size < 2) return;
@@ -173,7 +197,10 @@ export class Pointing {
   nudge([du, dv], step) {
     this.showCross();
     const { width, height } = this.canvas;
-    this.cross = [Math.min(width - 1, Math.max(0, this.cross[0] + step * du)), Math.min(height - 1, Math.max(0, this.cross[1] + step * dv))];
+    this.cross = [
+      Math.min(width - 1, Math.max(0, this.cross[0] + step * du)),
+      Math.min(height - 1, Math.max(0, this.cross[1] + step * dv)),
+    ];
     if (this.picked !== null) this.acts.preview({ i: this.picked, at: this.cross });
     else if (this.corner) this.acts.preview({ box: [this.corner, this.cross] });
     this.follow();
@@ -181,9 +208,16 @@ export class Pointing {
   // The cross stays in view, and its place is reported.
   follow() {
     const host = this.canvas.parentElement.getBoundingClientRect(), [x, y] = this.onScreen(this.cross);
-    if (this.view.zoom > 1) this.pan(Math.max(0, host.x + 20 - x) - Math.max(0, x - host.right + 20), Math.max(0, host.y + 20 - y) - Math.max(0, y - host.bottom + 20));
+    if (this.view.zoom > 1)
+      this.pan(
+        Math.max(0, host.x + 20 - x) - Math.max(0, x - host.right + 20),
+        Math.max(0, host.y + 20 - y) - Math.max(0, y - host.bottom + 20),
+      );
     this.showLens(this.cross);
-    this.acts.tell(`Cross at ${Math.round(this.cross[0])}, ${Math.round(this.cross[1])} px${this.picked === null ? '' : `, point ${this.picked + 1} moves: Enter sets it down`}`);
+    this.acts.tell(
+      `Cross at ${Math.round(this.cross[0])}, ${Math.round(this.cross[1])} ` +
+      `px${this.picked === null ? '' : `, point ${this.picked + 1} moves: Enter sets it down`}`,
+    );
     this.acts.redraw();
   }
   set() {
@@ -215,7 +249,11 @@ export class Pointing {
 
   // The magnifier, in the corner of the image that is farther from `at`.
   showLens(at) {
-    const { lens, canvas } = this, pen = lens.getContext('2d'), wide = lens.width / LENS_ZOOM, [x] = this.onScreen(at), host = canvas.parentElement.getBoundingClientRect();
+    const { lens, canvas } = this,
+      pen = lens.getContext('2d'),
+      wide = lens.width / LENS_ZOOM,
+      [x] = this.onScreen(at),
+      host = canvas.parentElement.getBoundingClientRect();
     lens.hidden = !this.isInside(at);
     if (lens.hidden) return;
     this.lensAt = at;

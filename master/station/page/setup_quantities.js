@@ -18,7 +18,8 @@ export function quantity(text, kind) {
   const typed = String(text ?? '').trim(), { units, usual, accepted } = KINDS[kind];
   const wanted = `expected a number such as 8.8${usual && `, in ${usual}`}`;
   if (!typed) return { why: wanted };
-  if (/\d[.,' \u00a0]\d{3}[.,]\d|\d['\u00a0 ]\d|[.,].*[.,]/.test(typed)) return { why: `"${typed}": write it without separators of thousands` };
+  if (/\d[.,' \u00a0]\d{3}[.,]\d|\d['\u00a0 ]\d|[.,].*[.,]/.test(typed))
+    return { why: `"${typed}": write it without separators of thousands` };
   const match = typed.match(FORM);
   if (!match || !(match[2] || match[4])) return { why: `"${typed}": ${wanted}` };
   const [, sign, whole, mark, part = '', power = '', unit] = match;
@@ -28,7 +29,11 @@ export function quantity(text, kind) {
   const known = unit ? unitOf(units, unit) : usual;
   if (known === undefined) return { why: `"${unit}" is no unit of this field: expected ${accepted}` };
   const factor = units[known] ?? 1;
-  return { value: Number(`${sign}${whole || 0}.${part || 0}${power}`) * factor, unit, step: factor * 10 ** (Number(power.slice(1)) - part.length) };
+  return {
+    value: Number(`${sign}${whole || 0}.${part || 0}${power}`) * factor,
+    unit,
+    step: factor * 10 ** (Number(power.slice(1)) - part.length),
+  };
 }
 export const valueOf = (text, kind) => quantity(text, kind).value ?? NaN;
 

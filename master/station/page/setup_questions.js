@@ -12,7 +12,16 @@ const PULLED = 0.04, PULLED_PX = 10;  // from a click to the edge that was found
 const ROUND = 0.6, FLAT = 0.4;  // of the arc of a half circle
 
 // A familiar thing whose larger side is below so many metres.
-const SIZES = [[3e-3, 'a match head'], [7e-3, 'the width of a pencil'], [0.016, 'a fingernail'], [0.03, 'a coin'], [0.065, 'a matchbox'], [0.13, 'the palm of a hand'], [0.35, 'a sheet of paper'], [1, 'a pillow']];
+const SIZES = [
+  [3e-3, 'a match head'],
+  [7e-3, 'the width of a pencil'],
+  [0.016, 'a fingernail'],
+  [0.03, 'a coin'],
+  [0.065, 'a matchbox'],
+  [0.13, 'the palm of a hand'],
+  [0.35, 'a sheet of paper'],
+  [1, 'a pillow'],
+];
 const largeAs = (metres) => SIZES.find(([below]) => metres < below)?.[1] || 'a table';
 const inMm = (metres) => `${digits(1e3 * metres, 3)} mm`;
 
@@ -22,39 +31,117 @@ const ASKED = {
   scale(answers) {
     const wide = pixelOf({ ...answers, object: { ...answers.object, found: null } }) * answers.image.width;
     if (wide >= NARROW_M && wide <= WIDE_M) return [];
-    return [{ wrong: answers.scale.by === 'board' ? 'scale.square' : 'scale.length', text: `The whole image would be ${inMm(wide)} wide, about as ${wide < 1 ? 'large as' : 'wide as'} ${largeAs(wide)}. Is that right? A webcam seldom sees so ${wide < NARROW_M ? 'near' : 'far'}: check whether the length is in mm or cm.` }];
+    return [
+      {
+        wrong: answers.scale.by === 'board' ? 'scale.square' : 'scale.length',
+        text: `The whole image would be ${inMm(wide)} wide, about as ${wide < 1 ? 'large as' : 'wide as'} ${largeAs(wide)}. ` +
+          `Is that right? A webcam seldom sees so ${wide < NARROW_M ? 'near' : 'far'}: check whether the length is in mm or cm.`,
+      },
+    ];
   },
   object(answers) {
-    const { object } = answers, { larger } = spansOf(answers), thick = mm(object.thickness), ratio = thick / larger, found = [], field = 'object.thickness';
-    if (ratio < THIN) found.push({ wrong: field, text: `The object would be ${inMm(larger)} large, but only ${inMm(thick)} thick towards the camera: a sheet on its edge. Is that right?` });
-    if (object.plane === 'stress' && ratio > NEITHER) found.push({ wrong: field, text: `The object would be ${inMm(thick)} thick towards the camera, and ${inMm(larger)} large: nearly a cube, not a slab. Is that right?` });
-    if (object.plane === 'strain' && ratio < THICK) found.push({ wrong: 'object.plane', text: `You chose "thick": the object would be ${inMm(thick)} deep towards the camera, and ${inMm(larger)} large. Thick means several times as deep as wide. Is that right?` });
-    if (larger < 0.01) found.push({ wrong: 'object.kind', text: `The object would be ${inMm(larger)} large, about as large as ${largeAs(larger)}. Is that right?` });
+    const { object } = answers,
+      { larger } = spansOf(answers),
+      thick = mm(object.thickness),
+      ratio = thick / larger,
+      found = [],
+      field = 'object.thickness';
+    if (ratio < THIN)
+      found.push({
+        wrong: field,
+        text: `The object would be ${inMm(larger)} large, but only ${inMm(thick)} thick towards the camera: a sheet on its ` +
+          'edge. Is that right?',
+      });
+    if (object.plane === 'stress' && ratio > NEITHER)
+      found.push({
+        wrong: field,
+        text: `The object would be ${inMm(thick)} thick towards the camera, and ${inMm(larger)} large: nearly a cube, not a ` +
+          'slab. Is that right?',
+      });
+    if (object.plane === 'strain' && ratio < THICK)
+      found.push({
+        wrong: 'object.plane',
+        text: `You chose "thick": the object would be ${inMm(thick)} deep towards the camera, and ${inMm(larger)} large. ` +
+          'Thick means several times as deep as wide. Is that right?',
+      });
+    if (larger < 0.01)
+      found.push({
+        wrong: 'object.kind',
+        text: `The object would be ${inMm(larger)} large, about as large as ${largeAs(larger)}. Is that right?`,
+      });
     const far = farthestClick(object);
-    if (far) found.push({ wrong: 'useClicks', words: ['The line is right', 'My clicks are right'], text: `The edge that was found lies ${Math.round(far)} px from one of your clicks. Look at the image: is the drawn line the edge of the object?` });
+    if (far)
+      found.push({
+        wrong: 'useClicks',
+        words: ['The line is right', 'My clicks are right'],
+        text: `The edge that was found lies ${Math.round(far)} px from one of your clicks. Look at the image: is the drawn ` +
+          'line the edge of the object?',
+      });
     return found;
   },
   held(answers) {
     const path = pathOf(answers);
     if (!path || path.leaves.isHeld) return [];
-    return [{ wrong: 'held', text: 'The tool presses towards an edge that is not held: nothing would lie against it on the other side. Is that right?', words: ['Right', 'Hold it, too'] }];
+    return [
+      {
+        wrong: 'held',
+        text: 'The tool presses towards an edge that is not held: nothing would lie against it on the other side. Is that right?',
+        words: ['Right', 'Hold it, too'],
+      },
+    ];
   },
   material({ material: { by, modulus, poisson, tolerance } }) {
     const found = [], nu = valueOf(poisson, 'plain'), off = valueOf(tolerance, 'percent');
     if (by !== 'name' && !(kPa(modulus) >= SOFT_KPA && kPa(modulus) <= STIFF_KPA)) {
-      found.push({ wrong: 'material.modulus', text: `Young's modulus would be ${digits(kPa(modulus))} kPa. Is that right? Soft objects have ${SOFT_KPA} to ${STIFF_KPA} kPa, a gummy bear about 100 kPa: check whether the number is in kPa, Pa or MPa.` });
+      found.push({
+        wrong: 'material.modulus',
+        text: `Young's modulus would be ${digits(kPa(modulus))} kPa. Is that right? Soft objects have ${SOFT_KPA} to ` +
+          `${STIFF_KPA} kPa, a gummy bear about 100 kPa: check whether the number is in kPa, Pa or MPa.`,
+      });
     }
-    if (nu < LEAST_POISSON) found.push({ wrong: 'material.poisson', text: `Poisson's ratio would be ${nu}. Rubbers and gels have 0.49, foams about 0.3. Is that right?` });
-    if (by === 'modulus' && off < LEAST_TOLERANCE) found.push({ wrong: 'material.tolerance', text: `The modulus would be known within ${off} %. Is that right? Few laboratories reach 2 %.` });
+    if (nu < LEAST_POISSON)
+      found.push({
+        wrong: 'material.poisson',
+        text: `Poisson's ratio would be ${nu}. Rubbers and gels have 0.49, foams about 0.3. Is that right?`,
+      });
+    if (by === 'modulus' && off < LEAST_TOLERANCE)
+      found.push({
+        wrong: 'material.tolerance',
+        text: `The modulus would be known within ${off} %. Is that right? Few laboratories reach 2 %.`,
+      });
     return found;
   },
   tool(answers) {
-    const { width, shape, by, depth, seen } = answers.tool, wide = mm(width), thick = mm(answers.object.thickness), deep = by === 'whole' ? thick : mm(depth), found = [];
-    if (by === 'whole' && deep > BAR * wide) found.push({ wrong: 'tool.by', text: `The tool would be a bar of ${inMm(wide)} x ${inMm(deep)} that reaches through the whole object. Is that right? A stick reaches through a part only.` });
-    if (by === 'part' && (deep < KNIFE * wide || deep > BAR * wide)) found.push({ wrong: 'tool.depth', text: `The tip would be ${inMm(wide)} wide, and ${inMm(deep)} in the direction of the thickness. Is that right?` });
-    if (by === 'part' && deep < 0.9 * thick) found.push({ wrong: 'image', words: ['It is', 'I move the camera'], text: `The tip of ${inMm(deep)} goes behind the front edge of the object, ${inMm(thick)} thick. Is the camera at the height of the edge that you press, so that it still sees the tip? From above or below, the front edge hides it.` });
+    const { width, shape, by, depth, seen } = answers.tool,
+      wide = mm(width),
+      thick = mm(answers.object.thickness),
+      deep = by === 'whole' ? thick : mm(depth),
+      found = [];
+    if (by === 'whole' && deep > BAR * wide)
+      found.push({
+        wrong: 'tool.by',
+        text: `The tool would be a bar of ${inMm(wide)} x ${inMm(deep)} that reaches through the whole object. Is that ` +
+          'right? A stick reaches through a part only.',
+      });
+    if (by === 'part' && (deep < KNIFE * wide || deep > BAR * wide))
+      found.push({
+        wrong: 'tool.depth',
+        text: `The tip would be ${inMm(wide)} wide, and ${inMm(deep)} in the direction of the thickness. Is that right?`,
+      });
+    if (by === 'part' && deep < 0.9 * thick)
+      found.push({
+        wrong: 'image',
+        words: ['It is', 'I move the camera'],
+        text: `The tip of ${inMm(deep)} goes behind the front edge of the object, ${inMm(thick)} thick. Is the camera at the ` +
+          'height of the edge that you press, so that it still sees the tip? From above or below, the front edge hides it.',
+      });
     const { roundness } = seen;
-    if (shape === 'round' ? roundness !== null && roundness < FLAT : roundness > ROUND) found.push({ wrong: 'otherShape', words: [`It is ${shape}`, `It is ${shape === 'round' ? 'flat' : 'round'}`], text: `You chose a ${shape} end, but in the image it looks ${shape === 'round' ? 'flat' : 'round'}. Which is it?` });
+    if (shape === 'round' ? roundness !== null && roundness < FLAT : roundness > ROUND)
+      found.push({
+        wrong: 'otherShape',
+        words: [`It is ${shape}`, `It is ${shape === 'round' ? 'flat' : 'round'}`],
+        text: `You chose a ${shape} end, but in the image it looks ${shape === 'round' ? 'flat' : 'round'}. Which is it?`,
+      });
     if (seen.follow?.lost) found.push({ wrong: 'image', words: ['Go on without', 'I freeze again'], text: followWords(seen.follow) });
     return found;
   },
@@ -72,8 +159,11 @@ function farthestClick(object) {
 
 // What would help a tip that cannot be followed.
 export function followWords({ object, background, tool }) {
-  const other = object > background ? 'brighter' : 'darker', unlike = Math.abs(tool - object) < Math.abs(tool - background) ? `The tool is about as bright as the object. ` : '';
-  return `The tip would probably be lost at the first touch: the object is much ${other} than what is behind the tool now. ${unlike}Wind a strip of tape with dark and bright stripes around the tool, just above its end, or put a sheet that is as ${object > background ? 'bright' : 'dark'} as the object behind it. Then freeze again.`;
+  const other = object > background ? 'brighter' : 'darker',
+    unlike = Math.abs(tool - object) < Math.abs(tool - background) ? `The tool is about as bright as the object. ` : '';
+  return `The tip would probably be lost at the first touch: the object is much ${other} than what is behind the tool now. ` +
+    `${unlike}Wind a strip of tape with dark and bright stripes around the tool, just above its end, or put a sheet that is ` +
+    `as ${object > background ? 'bright' : 'dark'} as the object behind it. Then freeze again.`;
 }
 
 // The questions of a step without problems that nobody has answered with "right".
@@ -96,11 +186,16 @@ function heldWords(answers) {
 }
 function sizeWords(answers) {
   const { object } = answers, { larger, smaller } = spansOf(answers), thick = inMm(mm(object.thickness));
-  const sizes = { rectangle: () => `${inMm(mm(object.width))} wide and ${inMm(mm(object.height))} high`, disc: () => `a disc of ${inMm(mm(object.diameter))}` }[object.kind]?.() || `${inMm(larger)} by ${inMm(smaller)}`;
+  const sizes =
+    {
+      rectangle: () => `${inMm(mm(object.width))} wide and ${inMm(mm(object.height))} high`,
+      disc: () => `a disc of ${inMm(mm(object.diameter))}`,
+    }[object.kind]?.() || `${inMm(larger)} by ${inMm(smaller)}`;
   return `The object is ${sizes}, about as large as ${largeAs(larger)}, and ${thick} thick.`;
 }
 function toolWords({ tool, object }) {
-  const depth = tool.by === 'whole' ? `through the whole thickness of ${inMm(mm(object.thickness))}` : `${inMm(mm(tool.depth))} into the thickness`;
+  const depth =
+    tool.by === 'whole' ? `through the whole thickness of ${inMm(mm(object.thickness))}` : `${inMm(mm(tool.depth))} into the thickness`;
   return `The tool has a ${tool.shape} end, ${inMm(mm(tool.width))} wide, and reaches ${depth}.`;
 }
 

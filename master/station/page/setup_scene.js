@@ -1,11 +1,45 @@
 // The answers of the set-up: what is wrong with them, and the scene that they make. Answers are texts as typed.
-import { areaOf, centroidOf, counterClockwise, crossesItself, crossingsWith, distance, fitCircle, fitRectangle, orderCorners, refineCorners, sidesOf, simplify } from './setup_geometry.js';
+import {
+  areaOf,
+  centroidOf,
+  counterClockwise,
+  crossesItself,
+  crossingsWith,
+  distance,
+  fitCircle,
+  fitRectangle,
+  orderCorners,
+  refineCorners,
+  sidesOf,
+  simplify,
+} from './setup_geometry.js';
 import { positive, typedSigma, valueOf, within } from './setup_quantities.js';
 
 // Step: its title. The steps own the keys of the scene below.
-export const STEPS = { image: 'Image', scale: 'Scale', object: 'Object', held: 'Held edges', material: 'Material', tool: 'Tool', check: 'Check', press: 'Press' };
-const OWNERS = [['sense.camera.pixel', 'scale'], ['sense.camera.pose', 'object'], ['sense.camera', 'image'], ['object.geometry', 'object'], ['object.pose', 'object'], ['object.fixed', 'held'],
-  ['object.material', 'material'], ['tool', 'tool'], ['sense.tip', 'tool'], ['sense.contour', 'object'], ['model.plane', 'object'], ['manipulator', 'tool']];
+export const STEPS = {
+  image: 'Image',
+  scale: 'Scale',
+  object: 'Object',
+  held: 'Held edges',
+  material: 'Material',
+  tool: 'Tool',
+  check: 'Check',
+  press: 'Press',
+};
+const OWNERS = [
+  ['sense.camera.pixel', 'scale'],
+  ['sense.camera.pose', 'object'],
+  ['sense.camera', 'image'],
+  ['object.geometry', 'object'],
+  ['object.pose', 'object'],
+  ['object.fixed', 'held'],
+  ['object.material', 'material'],
+  ['tool', 'tool'],
+  ['sense.tip', 'tool'],
+  ['sense.contour', 'object'],
+  ['model.plane', 'object'],
+  ['manipulator', 'tool'],
+];
 export const stepOfKey = (key) => OWNERS.find(([start]) => key === start || key.startsWith(`${start}.`))?.[1] || 'check';
 
 const FEWEST_PX = 20;  // between the two clicks of the scale
@@ -26,10 +60,26 @@ const LEAST_ARC = 0.05;  // of a held arc [rad]
 // `held`: numbers of edges; of a disc or an outline arcs {from, to} [rad], counter-clockwise to the eye around the object's middle; one
 // without `to` waits for its other end. `confirmed`: texts of the questions that were answered with "right".
 export const emptyAnswers = () => ({
-  name: 'my-object', confirmed: [], image: null, scale: { by: 'clicks', points: [], length: '', columns: '9', rows: '6', square: '', board: null },
-  object: { kind: 'rectangle', points: [], width: '', height: '', diameter: '', sides: '', thickness: '', plane: 'stress', found: null, clear: null },
+  name: 'my-object',
+  confirmed: [],
+  image: null,
+  scale: { by: 'clicks', points: [], length: '', columns: '9', rows: '6', square: '', board: null },
+  object: {
+    kind: 'rectangle',
+    points: [],
+    width: '',
+    height: '',
+    diameter: '',
+    sides: '',
+    thickness: '',
+    plane: 'stress',
+    found: null,
+    clear: null,
+  },
   press: { held: null, reading: '', unit: 'g', resolution: '1', readings: [] },
-  held: [], material: { by: 'modulus', name: '', modulus: '', poisson: '0.49', tolerance: '5', identified: '' }, tool: { box: [], width: '', shape: 'flat', by: '', depth: '', seen: null },
+  held: [],
+  material: { by: 'modulus', name: '', modulus: '', poisson: '0.49', tolerance: '5', identified: '' },
+  tool: { box: [], width: '', shape: 'flat', by: '', depth: '', seen: null },
 });
 
 // Answers with a past for each step, so that a step can be undone alone.
@@ -62,11 +112,16 @@ export const digits = (value, count = 6) => String(Number(value.toPrecision(coun
 const length = (metres) => `${digits(1e3 * metres)} mm`;
 
 // [m/px] by the two clicks or the board; NaN: not known.
-const clickedPixel = ({ scale: { by, board, points, length: text } }) => (by === 'board' ? board?.pixel ?? NaN : points.length === 2 ? mm(text) / distance(...points) : NaN);
-// Why a board cannot be looked for; empty: it can.
-export const boardProblems = ({ scale: { columns, rows, square } }) => [
-  ...([columns, rows].every((count) => plain(count) >= 3 && Number.isInteger(plain(count))) ? [] : ['Inner corners of the board: expected whole numbers of 3 or more, one less than its squares.']),
-  positive(square, 'Edge of a square', 'length')].filter(Boolean);
+const clickedPixel = ({ scale: { by, board, points, length: text } }) =>
+  by === 'board' ? (board?.pixel ?? NaN) : points.length === 2 ? mm(text) / distance(...points) : NaN;
+// Why a search for a board is impossible; empty: it is possible.
+export const boardProblems = ({ scale: { columns, rows, square } }) =>
+  [
+    ...([columns, rows].every((count) => plain(count) >= 3 && Number.isInteger(plain(count)))
+      ? []
+      : ['Inner corners of the board: expected whole numbers of 3 or more, one less than its squares.']),
+    positive(square, 'Edge of a square', 'length'),
+  ].filter(Boolean);
 
 // The corners or clicks of the object, on the edge where the slave found it.
 const cornersOf = ({ points, found }) => (found?.length ? refineCorners(points, found) : points);
@@ -85,9 +140,17 @@ function measuredSides(object) {
   const corners = cornersOf(object);
   if (kind === 'rectangle') {
     const [a, b, c, d] = orderCorners(corners);
-    return [['width', mm(object.width), (distance(a, b) + distance(d, c)) / 2], ['height', mm(object.height), (distance(a, d) + distance(b, c)) / 2]];
+    return [
+      ['width', mm(object.width), (distance(a, b) + distance(d, c)) / 2],
+      ['height', mm(object.height), (distance(a, d) + distance(b, c)) / 2],
+    ];
   }
-  if (kind === 'polygon') return sidesIn(object.sides).map((side, i) => [`side ${i + 1}`, mm(side), corners[i] ? distance(corners[i], corners[(i + 1) % corners.length]) : NaN]);
+  if (kind === 'polygon')
+    return sidesIn(object.sides).map((side, i) => [
+      `side ${i + 1}`,
+      mm(side),
+      corners[i] ? distance(corners[i], corners[(i + 1) % corners.length]) : NaN,
+    ]);
   return [];
 }
 
@@ -102,7 +165,8 @@ export function pixelOf(answers) {
 // lens that nobody corrected, whose scale changes from the middle to the corners: a third of the 1 to 2 % of common webcams.
 const CLICK_PX = 2, FOUND_PX = 0.5, BOARD = 0.002, LENS = 0.005;
 // The sides as they were typed, [m].
-const typedSides = ({ kind, width, height, diameter, sides }) => ({ rectangle: [width, height], disc: [diameter], polygon: sidesIn(sides) }[kind] || []);
+const typedSides = ({ kind, width, height, diameter, sides }) =>
+  ({ rectangle: [width, height], disc: [diameter], polygon: sidesIn(sides) })[kind] || [];
 export function pixelToleranceOf(answers) {
   const { scale, object } = answers, sides = measuredSides(object).filter(([, metres, px]) => metres > 0 && px > 0);
   const lens = scale.by === 'board' ? 0 : LENS;
@@ -184,10 +248,13 @@ export function runsOf(held, count) {
 
 function fixedOf(answers, frame) {
   if (answers.object.kind === 'rectangle') return answers.held.map((i) => `{side: ${SIDES[i]}}`);
-  const edges = edgesOf(answers), arcs = isRound(answers.object) ? arcsOf(answers) : runsOf(answers.held, edges.length).map(([first, last]) => {
-    const from = angleFrom(frame.origin, edges[first][0]);
-    return [from, turnTo(from, angleFrom(frame.origin, edges[last].at(-1)))];
-  });
+  const edges = edgesOf(answers),
+    arcs = isRound(answers.object)
+      ? arcsOf(answers)
+      : runsOf(answers.held, edges.length).map(([first, last]) => {
+          const from = angleFrom(frame.origin, edges[first][0]);
+          return [from, turnTo(from, angleFrom(frame.origin, edges[last].at(-1)))];
+        });
   return arcs.map(([from, span]) => {
     const middle = Math.atan2(Math.sin(from + span / 2), Math.cos(from + span / 2));
     return `{arc: {centre: ${digits(middle, 9)} rad, half_angle: ${digits(span / 2, 9)} rad}}`;
@@ -210,44 +277,67 @@ export function pathOf(answers) {
   if (!seen?.tip || !outline.length) return null;
   const crossings = crossingsWith(outline, seen.tip, seen.direction);
   if (crossings.length < 2) return null;
-  const isHeld = ({ at, i }) => (isRound(answers.object) ? answers.held.some((arc) => isInArc(arc, angleAt(answers, at))) : answers.held.includes(i));
+  const isHeld = ({ at, i }) =>
+    isRound(answers.object) ? answers.held.some((arc) => isInArc(arc, angleAt(answers, at))) : answers.held.includes(i);
   const [first, last] = [crossings[0], crossings.at(-1)];
   return { enters: { at: first.at, isHeld: isHeld(first) }, leaves: { at: last.at, isHeld: isHeld(last) } };
 }
 
-// What is wrong at a step, in words; empty: nothing. `trouble`: of the frozen image and of the tool's box, as setup_tip.js tells it.
+// What is wrong at a step, in words; empty: nothing. `trouble`: of the frozen image and of the tool's box, as setup_tip.js reports it.
 const CHECKS = {
-  image: ({ image }) => (image ? [image.trouble].filter(Boolean) : ['Freeze an image first: the object untouched, the tool in view above it, and a ruler in their plane.']),
+  image: ({ image }) =>
+    image
+      ? [image.trouble].filter(Boolean)
+      : ['Freeze an image first: the object untouched, the tool in view above it, and a ruler in their plane.'],
   scale(answers) {
-    const { by, board, points, length: text } = answers.scale, found = [];
+    const { by, board, points, length: text } = answers.scale,
+      found = [];
     if (by === 'board') return board ? [] : [boardProblems(answers), ['Press "Find the board".']].find((list) => list.length);
     if (points.length < 2) return ['Click two marks of the ruler that are far apart.'];
-    const far = distance(...points), wrong = positive(text, 'Length between the two marks', 'length');
-    if (far < FEWEST_PX) found.push(`The two marks are ${Math.round(far)} px apart: expected at least ${FEWEST_PX} px. Click marks that are farther apart.`);
+    const far = distance(...points),
+      wrong = positive(text, 'Length between the two marks', 'length');
+    if (far < FEWEST_PX)
+      found.push(`The two marks are ${Math.round(far)} px apart: expected at least ${FEWEST_PX} px. Click marks that are farther apart.`);
     if (wrong) found.push(wrong);
     const wide = clickedPixel(answers) * answers.image.width;
-    if (!found.length && !(wide > NARROWEST_M && wide < WIDEST_M)) found.push(`With this length the image would show ${digits(1e3 * wide, 2)} mm from left to right. Give the length in mm.`);
+    if (!found.length && !(wide > NARROWEST_M && wide < WIDEST_M))
+      found.push(`With this length the image would show ${digits(1e3 * wide, 2)} mm from left to right. Give the length in mm.`);
     return found;
   },
   object(answers) {
-    const { object } = answers, { kind, points } = object, found = [];
+    const { object } = answers,
+      { kind, points } = object,
+      found = [];
     const name = KINDS[kind];
-    if (!isComplete(object)) return [`Click ${kind === 'rectangle' ? 'the four' : `${fewest[kind]} or more`} ${name}, in order around the object: ${points.length} so far.`];
-    if (kind !== 'disc' && crossesItself(kind === 'rectangle' ? points : outlineOf(answers))) return ['The outline crosses itself: click the points in order around the object.'];
+    if (!isComplete(object))
+      return [
+        `Click ${kind === 'rectangle' ? 'the four' : `${fewest[kind]} or more`} ${name}, in order around the object: ` +
+        `${points.length} so far.`,
+      ];
+    if (kind !== 'disc' && crossesItself(kind === 'rectangle' ? points : outlineOf(answers)))
+      return ['The outline crosses itself: click the points in order around the object.'];
     const outline = outlineOf(answers);
-    if (!outline.length || Math.abs(areaOf(outline)) < 400) return ['The outline encloses almost nothing: click points all around the object.'];
+    if (!outline.length || Math.abs(areaOf(outline)) < 400)
+      return ['The outline encloses almost nothing: click points all around the object.'];
     if (kind === 'disc') found.push(positive(object.diameter, 'Diameter', 'length'));
     if (kind === 'rectangle') found.push(positive(object.width, 'Width', 'length'), positive(object.height, 'Height', 'length'));
     const sides = sidesIn(object.sides).map(mm);
-    if (kind === 'polygon' && sides.length && (sides.length !== points.length || !sides.every((side) => side > 0))) found.push(`Sides: expected ${points.length} lengths in mm with semicolons between, in the order of your clicks, or none.`);
+    if (kind === 'polygon' && sides.length && (sides.length !== points.length || !sides.every((side) => side > 0)))
+      found.push(`Sides: expected ${points.length} lengths in mm with semicolons between, in the order of your clicks, or none.`);
     found.push(positive(object.thickness, 'Thickness', 'length'));
     const wrong = found.filter(Boolean);
     return wrong.length ? wrong : [...sizeProblems(answers), ...skewProblems(answers, outline), ...thicknessProblems(answers)];
   },
   held(answers) {
-    const edges = edgesOf(answers), { held } = answers, arcs = isRound(answers.object) && arcsOf(answers), found = [];
+    const edges = edgesOf(answers),
+      { held } = answers,
+      arcs = isRound(answers.object) && arcsOf(answers),
+      found = [];
     if (!held.length) {
-      return [`Click ${arcs ? 'the two ends of each part of the edge that is held' : 'the edges where the object is held'}: glued, clamped, or lying on the table. Without one it would move away.`];
+      return [
+        `Click ${arcs ? 'the two ends of each part of the edge that is held' : 'the edges where the object is held'}: glued, ` +
+        'clamped, or lying on the table. Without one it would move away.',
+      ];
     }
     if (arcs && held.length > arcs.length) return ['Click the other end of the held part.'];
     if (arcs ? arcs.reduce((sum, [, span]) => sum + span, 0) > 2 * Math.PI - LEAST_ARC : held.length >= edges.length) {
@@ -255,9 +345,13 @@ const CHECKS = {
     }
     if (arcs?.some?.(([, span]) => span < LEAST_ARC)) found.push('A held part is almost a point: click its two ends farther apart.');
     if (answers.object.kind === 'polygon' && !areEdgesApart(answers)) {
-      found.push('From the middle of the object, another edge is seen behind or before a held one. Hold that edge, too, or choose a simpler outline.');
+      found.push(
+        'From the middle of the object, another edge is seen behind or before a held one. Hold that edge, too, or choose a ' +
+        'simpler outline.',
+      );
     }
-    if (pathOf(answers)?.enters.isHeld) found.push('The tool would press an edge that you marked as held, and that cannot move: free this edge with a click.');
+    if (pathOf(answers)?.enters.isHeld)
+      found.push('The tool would press an edge that you marked as held, and that cannot move: free this edge with a click.');
     return found;
   },
   material({ material: { by, name, modulus, poisson, tolerance } }) {
@@ -270,25 +364,39 @@ const CHECKS = {
     return found.filter(Boolean);
   },
   tool(answers) {
-    const { box, width, by, depth, seen } = answers.tool, wrong = positive(width, 'Width of the tip', 'length');
+    const { box, width, by, depth, seen } = answers.tool,
+      wrong = positive(width, 'Width of the tip', 'length');
     if (wrong) return [wrong];
     if (!by) return ['Choose how far the tool reaches through the thickness: the force depends on it.'];
     const short = by === 'part' ? positive(depth, 'Size of the tip in the direction of the thickness', 'length') : '';
     if (short) return [short];
     const thick = mm(answers.object.thickness);
     if (by === 'part' && mm(depth) > 1.02 * thick) {
-      return [`The tip is ${digits(1e3 * mm(depth), 3)} mm deep, more than the thickness of the object, ${digits(1e3 * thick, 3)} mm: choose "through the whole thickness", or correct one of them.`];
+      return [
+        `The tip is ${digits(1e3 * mm(depth), 3)} mm deep, more than the thickness of the object, ${digits(1e3 * thick, 3)} ` +
+        'mm: choose "through the whole thickness", or correct one of them.',
+      ];
     }
     if (box.length < 2) return ['Drag a box around the tip of the tool, from one corner to the opposite one.'];
     if (!seen || seen.why) return [seen?.why || 'The tip was not searched yet.'];
-    const wide = seen.width * pixelOf(answers), outline = outlineOf(answers), found = [];
-    if (Math.abs(wide / mm(width) - 1) > TOOL_OFF) found.push(`Width of the tip: ${digits(1e3 * mm(width), 3)} mm, but the image shows ${digits(1e3 * wide, 3)} mm: correct the width, or the scale.`);
+    const wide = seen.width * pixelOf(answers),
+      outline = outlineOf(answers),
+      found = [];
+    if (Math.abs(wide / mm(width) - 1) > TOOL_OFF)
+      found.push(
+        `Width of the tip: ${digits(1e3 * mm(width), 3)} mm, but the image shows ${digits(1e3 * wide, 3)} mm: correct the ` +
+        'width, or the scale.',
+      );
     const largest = Math.max(...[0, 1].map((k) => Math.max(...outline.map((p) => p[k])) - Math.min(...outline.map((p) => p[k]))));
     if (seen.width > 0.8 * largest) found.push('The tip is nearly as wide as the object: expected at most 80 % of it.');
-    if (!pathOf(answers)) found.push('The tool does not point at the object: hold it so that it would press the object when it moves along itself, and freeze again.');
+    if (!pathOf(answers))
+      found.push(
+        'The tool does not point at the object: hold it so that it would press the object when it moves along itself, and freeze again.',
+      );
     return found;
   },
-  check: () => [], press: () => [],
+  check: () => [],
+  press: () => [],
 };
 export function problemsAt(step, answers) {
   try {
@@ -302,16 +410,31 @@ export const firstProblem = (answers) => Object.keys(STEPS).find((step) => probl
 
 function sizeProblems(answers) {
   const clicked = clickedPixel(answers), found = answers.object.found, clear = answers.object.clear;
-  const sides = measuredSides(answers.object).filter(([, metres, px]) => Math.abs(metres / (px * clicked) - 1) > SIZE_OFF)
-    .map(([name, metres, px]) => `The ${name} is ${digits(1e3 * metres, 3)} mm, but at the scale of step 2 the image shows ${digits(1e3 * px * clicked, 3)} mm: correct the ${name}, the scale, or the ${KINDS[answers.object.kind]}.`);
-  if (found && clear !== null && clear < LEAST_CLEAR) sides.push(`Only ${Math.round(100 * clear)} % of the outline lie on a clear edge: expected at least ${Math.round(100 * LEAST_CLEAR)} %. Click nearer to the edge, or light the object from the side.`);
+  const sides = measuredSides(answers.object)
+    .filter(([, metres, px]) => Math.abs(metres / (px * clicked) - 1) > SIZE_OFF)
+    .map(
+      ([name, metres, px]) =>
+        `The ${name} is ${digits(1e3 * metres, 3)} mm, but at the scale of step 2 the image shows ` +
+        `${digits(1e3 * px * clicked, 3)} mm: correct the ${name}, the scale, or the ${KINDS[answers.object.kind]}.`,
+    );
+  if (found && clear !== null && clear < LEAST_CLEAR)
+    sides.push(
+      `Only ${Math.round(100 * clear)} % of the outline lie on a clear edge: expected at least ` +
+      `${Math.round(100 * LEAST_CLEAR)} %. Click nearer to the edge, or light the object from the side.`,
+    );
   return sides;
 }
 
 function skewProblems(answers, outline) {
   if (answers.object.kind !== 'rectangle') return [];
-  const { misfit } = fitRectangle(outline, mm(answers.object.width), mm(answers.object.height), pixelOf(answers)), skew = misfit / distance(outline[0], outline[2]);
-  return skew < SKEW_OFF ? [] : [`The corners form no rectangle: they are ${Math.round(misfit)} px off. Click the corners again, or turn the camera so that it looks straight at the object.`];
+  const { misfit } = fitRectangle(outline, mm(answers.object.width), mm(answers.object.height), pixelOf(answers)),
+    skew = misfit / distance(outline[0], outline[2]);
+  return skew < SKEW_OFF
+    ? []
+    : [
+        `The corners form no rectangle: they are ${Math.round(misfit)} px off. Click the corners again, or turn the camera ` +
+        'so that it looks straight at the object.',
+      ];
 }
 
 // Larger and smaller extent of the object in the image [m].
@@ -325,10 +448,17 @@ function thicknessProblems(answers) {
   const { object } = answers, { larger, smaller } = spansOf(answers), thick = mm(object.thickness), words = `${digits(1e3 * thick, 3)} mm`;
   if (!(larger > 0)) return [];
   if (object.plane === 'strain' && thick < smaller) {
-    return [`You chose "thick", but the thickness of ${words} is less than the ${digits(1e3 * smaller, 3)} mm that the image shows: choose "thin", or correct the thickness.`];
+    return [
+      `You chose "thick", but the thickness of ${words} is less than the ${digits(1e3 * smaller, 3)} mm that the image ` +
+      'shows: choose "thin", or correct the thickness.',
+    ];
   }
-  return thick < larger * (object.plane === 'stress' ? 0.9 : 100) ? [] :
-    [`The thickness is ${words}, as much as the width: thickness is measured towards the camera. A body that is as deep as it is wide is neither thin nor thick, and its forces are flagged.`];
+  return thick < larger * (object.plane === 'stress' ? 0.9 : 100)
+    ? []
+    : [
+        `The thickness is ${words}, as much as the width: thickness is measured towards the camera. A body that is as deep ` +
+        'as it is wide is neither thin nor thick, and its forces are flagged.',
+      ];
 }
 
 // Modulus, density and tolerance by name are the slave's; Poisson's ratio is that of the field. The force of a plane body is
@@ -339,7 +469,8 @@ function materialText({ object, tool, material: { by, name, modulus, poisson, to
   if (by === 'name') return `{name: ${name}, poisson_ratio: ${plain(poisson)}}`;
   const relative = (text) => (100 * typedSigma(text, 'length')) / valueOf(text, 'length');
   const sizes = identified === modulus ? [] : [relative(object.thickness), WIDTH_SHARE * relative(tool.width)];
-  return `{young_modulus: ${digits(kPa(modulus), 9)} kPa, poisson_ratio: ${plain(poisson)}, tolerance: ${by === 'identify' ? GUESS_OFF : digits(Math.hypot(percent(tolerance), ...sizes), 3)} %}`;
+  return `{young_modulus: ${digits(kPa(modulus), 9)} kPa, poisson_ratio: ${plain(poisson)}, tolerance: ` +
+    `${by === 'identify' ? GUESS_OFF : digits(Math.hypot(percent(tolerance), ...sizes), 3)} %}`;
 }
 
 function geometryText(answers, { origin }, pixel) {
@@ -358,19 +489,28 @@ export function sceneOf(answers, cameraLines, template) {
   const centre = [((image.width - 1) / 2 - frame.origin[0]) * pixel, (frame.origin[1] - (image.height - 1) / 2) * pixel];
   const outline = simplify(outlineOf(answers), 1), size = [0, 1].map((k) => box[1][k] - box[0][k] + 1);
   const lines = [
-    '# Made by the set-up of the operator\'s page.',
+    "# Made by the set-up of the operator's page.",
     `name: ${answers.name}`,
-    'object:', '  geometry:', ...geometryText(answers, frame, pixel).map((line) => `    ${line}`),
+    'object:',
+    '  geometry:',
+    ...geometryText(answers, frame, pixel).map((line) => `    ${line}`),
     ...(Math.abs(frame.turn) > 1e-6 ? [`  pose: {rotation: [0, 0, ${digits(frame.turn, 8)} rad]}`] : []),
     `  material: ${materialText(answers)}`,
     `  fixed: [${fixedOf(answers, frame).join(', ')}]`,
-    `tool: {shape: ${tool.shape}, width: ${length(mm(tool.width))}, depth: ${tool.by === 'whole' ? 'whole' : length(mm(tool.depth))}, direction: [${digits(direction[0], 4)}, ${digits(-direction[1] || 0, 4)}]}`,
-    'sense:', '  camera:', ...cameraLines.map((line) => `    ${line}`),
+    `tool: {shape: ${tool.shape}, width: ${length(mm(tool.width))}, depth: ` +
+    `${tool.by === 'whole' ? 'whole' : length(mm(tool.depth))}, direction: [${digits(direction[0], 4)}, ` +
+    `${digits(-direction[1] || 0, 4)}]}`,
+    'sense:',
+    '  camera:',
+    ...cameraLines.map((line) => `    ${line}`),
     `    pixel: ${digits(1e3 * pixel, 8)} mm`,
     `    pixel_tolerance: ${digits(pixelToleranceOf(answers), 2)}`,
     `    pose: {translation: [${centre.map((value) => `${digits(1e3 * value, 8)} mm`).join(', ')}, 0]}`,
-    `  tip: {track: template, template: ${TEMPLATE}, anchor: [${tip.map((value, k) => `${digits(value - box[0][k], 7)} px`).join(', ')}], roi: ${Math.max(64, Math.max(...size) + 20)} px}`,
-    `  contour: {track: snake, start: {polygon: [${outline.map((p) => `[${p.map((value) => `${digits(value, 5)} px`).join(', ')}]`).join(', ')}]}}`,
+    `  tip: {track: template, template: ${TEMPLATE}, anchor: ` +
+    `[${tip.map((value, k) => `${digits(value - box[0][k], 7)} px`).join(', ')}], roi: ` +
+    `${Math.max(64, Math.max(...size) + 20)} px}`,
+    '  contour: {track: snake, start: {polygon: ' +
+    `[${outline.map((p) => `[${p.map((value) => `${digits(value, 5)} px`).join(', ')}]`).join(', ')}]}}`,
     `model: {kind: bem2d, elements: ${ELEMENTS[tool.shape]}, plane: ${object.plane}, contact: bonded, tolerance: ${PLANE_OFF} %}`,
     'manipulator: none',
   ];
@@ -401,7 +541,14 @@ export class PressCurve {
     if (!force || !model?.reference || !tip || this.last === state.sequence) return null;
     this.last = state.sequence;
     const depth = ['x', 'y', 'z'].reduce((sum, axis) => sum + (model.reference[axis] - tip[axis]) * model.normal[axis], 0);
-    const point = { depth: model.in_contact ? Math.max(0, depth) : 0, force: Math.hypot(force.x, force.y, force.z), sigma: state.sigma, valid: state.validity === 'VALIDITY_VALID', isTouching: Boolean(model.in_contact), unseen: UNSEEN_PX * pixel * stiffnessAlong(model) };
+    const point = {
+      depth: model.in_contact ? Math.max(0, depth) : 0,
+      force: Math.hypot(force.x, force.y, force.z),
+      sigma: state.sigma,
+      valid: state.validity === 'VALIDITY_VALID',
+      isTouching: Boolean(model.in_contact),
+      unseen: UNSEEN_PX * pixel * stiffnessAlong(model),
+    };
     if (model.in_contact) this.points.push(point);
     if (this.points.length > 3000) this.points.splice(0, 1000);
     return point;

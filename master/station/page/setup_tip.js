@@ -31,8 +31,11 @@ export function imageTrouble({ levels }) {
     return counts.findIndex((count) => (sum += count) >= share * levels.length);
   };
   const [low, high] = [quantile(0.02), quantile(0.98)];
-  if (high < DARK) return `The image is too dark: the brightest parts have ${high} of 255 levels, expected at least ${DARK}. Add light, or open the aperture.`;
-  if ((counts[254] + counts[255]) / levels.length > BRIGHT_SHARE) return 'The image is too bright: more than a third of it is white. Use less light, or a shorter exposure.';
+  if (high < DARK)
+    return `The image is too dark: the brightest parts have ${high} of 255 levels, expected at least ${DARK}. Add light, or ` +
+      'open the aperture.';
+  if ((counts[254] + counts[255]) / levels.length > BRIGHT_SHARE)
+    return 'The image is too bright: more than a third of it is white. Use less light, or a shorter exposure.';
   if (high - low < LEAST_SPREAD) return 'The image shows nothing: all of it has the same brightness. Is the lens covered, or out of focus?';
   return '';
 }
@@ -97,17 +100,25 @@ function axisOf(grey, place, d, length, across, width) {
 // comes as {why}.
 export function findTip(grey, box, outline, width, isRound = false) {
   const d = directionTo(box, outline), n = [Math.abs(d[1]), Math.abs(d[0])], k = d[0] ? 0 : 1;
-  const low = [0, 1].map((i) => Math.round(Math.min(box[0][i], box[1][i]))), high = [0, 1].map((i) => Math.round(Math.max(box[0][i], box[1][i])));
+  const low = [0, 1].map((i) => Math.round(Math.min(box[0][i], box[1][i]))),
+    high = [0, 1].map((i) => Math.round(Math.max(box[0][i], box[1][i])));
   const [length, across] = [high[k] - low[k] + 1, high[1 - k] - low[1 - k] + 1];
   const back = d[k] > 0 ? low[k] : high[k], side = low[1 - k];  // where the tool enters, and the left or upper side
-  if (length < 3 * SLAB_PX || across < 8) return { why: 'The box is too small: drag it around the tip, with some of the tool and of the background.' };
+  if (length < 3 * SLAB_PX || across < 8)
+    return { why: 'The box is too small: drag it around the tip, with some of the tool and of the background.' };
 
   const axis = axisOf(grey, (a, s) => [0, 1].map((i) => (i === k ? back + a * d[k] : side + s * n[i])), d, length, across, width);
-  if (!axis) return { why: `No tool is seen in the box: expected a bar about ${Math.round(width)} px wide that enters the box opposite to the object. Drag the box around the tip, or correct the tool's width.` };
+  if (!axis)
+    return {
+      why: `No tool is seen in the box: expected a bar about ${Math.round(width)} px wide that enters the box opposite to ` +
+        `the object. Drag the box around the tip, or correct the tool's width.`,
+    };
   const place = (a, s) => [axis.at[0] + a * axis.d[0] - s * axis.d[1], axis.at[1] + a * axis.d[1] + s * axis.d[0]];
-  const within = Math.max(1, Math.floor((isRound ? 0.15 : 0.35) * axis.width)), boxed = Math.floor(length * Math.hypot(1, axis.d[1 - k] / axis.d[k]));
+  const within = Math.max(1, Math.floor((isRound ? 0.15 : 0.35) * axis.width)),
+    boxed = Math.floor(length * Math.hypot(1, axis.d[1 - k] / axis.d[k]));
   // Up to the object, whose edge is some pixels wide.
-  const isFree = (a) => !contains(outline, place(a + BEYOND_PX, 0)) && place(a, 0).every((value, i) => value >= 0 && value < [grey.width, grey.height][i]);
+  const isFree = (a) =>
+    !contains(outline, place(a + BEYOND_PX, 0)) && place(a, 0).every((value, i) => value >= 0 && value < [grey.width, grey.height][i]);
   let long = boxed;
   while (long < boxed + PAST_PX && isFree(long)) ++long;
   const along = Array.from({ length: long }, (_, a) => {
@@ -116,20 +127,34 @@ export function findTip(grey, box, outline, width, isRound = false) {
     return sum / (2 * within + 1);
   });
   const end = endOf(along, long);
-  if (end === null) return { why: "The tool's end is not seen in the box: enlarge it by 10 px towards the object, but not onto the object." };
+  if (end === null)
+    return { why: "The tool's end is not seen in the box: enlarge it by 10 px towards the object, but not onto the object." };
   // The rows along a round tool end on its arc, on average before its apex.
   const tip = place(isRound ? end + (within * (within + 1)) / (3 * axis.width) : end, 0);
-  if (contains(outline, tip)) return { why: 'The tip lies on the object: in the frozen image the tool must not touch it. Lift the tool and freeze again.' };
+  if (contains(outline, tip))
+    return { why: 'The tip lies on the object: in the frozen image the tool must not touch it. Lift the tool and freeze again.' };
   const template = templateAt(grey, place, along, end, axis), entry = crossingsWith(outline, tip, axis.d)[0]?.at;
-  const follow = entry ? followOf(grey, place, { end, front: template.front, width: axis.width, isMarked: !template.beyond }, levelIn(grey, entry, axis)) : null;
+  const follow = entry
+    ? followOf(grey, place, { end, front: template.front, width: axis.width, isMarked: !template.beyond }, levelIn(grey, entry, axis))
+    : null;
   const { box: cut, beyond } = template;
-  return { tip, direction: axis.d, width: axis.width, roundness: roundnessOf(grey, place, end, along, axis.width), follow, box: cut, beyond };
+  return {
+    tip,
+    direction: axis.d,
+    width: axis.width,
+    roundness: roundnessOf(grey, place, end, along, axis.width),
+    follow,
+    box: cut,
+    beyond,
+  };
 }
 
 // How round the end of a tool is: 0 flat, 1 a half circle; null: it is too small in the image.
 function roundnessOf(grey, place, end, along, width) {
   if (width < SHAPE_PX) return null;
-  const aside = Math.round(SIDEWAYS * width), background = median(along.slice(-BACKGROUND_PX)), level = (background + along[Math.max(0, Math.floor(end) - 3)]) / 2;
+  const aside = Math.round(SIDEWAYS * width),
+    background = median(along.slice(-BACKGROUND_PX)),
+    level = (background + along[Math.max(0, Math.floor(end) - 3)]) / 2;
   const endAt = (s) => {
     for (let a = Math.ceil(end) + 2; a > end - width; a -= 0.25) {
       const [here, before] = [a, a - 0.25].map((at) => levelAt(grey, ...place(at, s)));
@@ -145,7 +170,8 @@ function roundnessOf(grey, place, end, along, width) {
 function levelIn(grey, entry, { d, width }) {
   const levels = [];
   for (let a = 4; a < 4 + Math.max(8, width); ++a) {
-    for (let s = -width / 2; s <= width / 2; s += 2) levels.push(levelAt(grey, entry[0] + a * d[0] - s * d[1], entry[1] + a * d[1] + s * d[0]));
+    for (let s = -width / 2; s <= width / 2; s += 2)
+      levels.push(levelAt(grey, entry[0] + a * d[0] - s * d[1], entry[1] + a * d[1] + s * d[0]));
   }
   return median(levels);
 }
@@ -153,19 +179,36 @@ function levelIn(grey, entry, { d, width }) {
 // Whether the tool's template is still found where the tool is once the object, of level `object`, lies behind and beside its end: the
 // correlation along the tool, as the slave searches; of a tool with marks by the tool alone. {lost, object, background, tool: levels}.
 function followOf(grey, place, { end, front, width, isMarked }, object) {
-  const half = Math.max(1, Math.floor(width / 2 + (isMarked ? -2 : SIDE_PX))), rear = Math.max(1 + SEARCH_PX, front - LENGTH_PX), rows = [], whole = width / 2;
+  const half = Math.max(1, Math.floor(width / 2 + (isMarked ? -2 : SIDE_PX))),
+    rear = Math.max(1 + SEARCH_PX, front - LENGTH_PX),
+    rows = [],
+    whole = width / 2;
   for (let a = rear; a <= front; ++a) rows.push(a);
-  const columns = Array.from({ length: 2 * half + 1 }, (_, i) => i - half), template = rows.flatMap((a) => columns.map((s) => levelAt(grey, ...place(a, s))));
-  const levels = { object, background: median(columns.map((s) => levelAt(grey, ...place(end + BACKGROUND_PX, s)))), tool: median(rows.filter((a) => a < end - 2).map((a) => levelAt(grey, ...place(a, 0)))) };
+  const columns = Array.from({ length: 2 * half + 1 }, (_, i) => i - half),
+    template = rows.flatMap((a) => columns.map((s) => levelAt(grey, ...place(a, s))));
+  const levels = {
+    object,
+    background: median(columns.map((s) => levelAt(grey, ...place(end + BACKGROUND_PX, s)))),
+    tool: median(rows.filter((a) => a < end - 2).map((a) => levelAt(grey, ...place(a, 0)))),
+  };
   const lost = DEPTHS_PX.some((depth) => {
     // One pixel of blur at the edges of the tool.
     const pressed = (a, s) => {
       const inTool = Math.min(1, Math.max(0, whole - Math.abs(s) + 0.5)) * Math.min(1, Math.max(0, end - a + 0.5));
-      return a > end - depth ? inTool * levelAt(grey, ...place(Math.min(a, end - 2), s)) + (1 - inTool) * object : levelAt(grey, ...place(a, s));
+      return a > end - depth
+        ? inTool * levelAt(grey, ...place(Math.min(a, end - 2), s)) + (1 - inTool) * object
+        : levelAt(grey, ...place(a, s));
     };
     const scores = [];
-    for (let k = -SEARCH_PX; k <= SEARCH_PX; ++k) scores.push(correlation(template, rows.flatMap((a) => columns.map((s) => pressed(a + k, s)))));
-    const best = scores.indexOf(Math.max(...scores)), isPeak = (i) => scores[i] >= (scores[i - 1] ?? -1) && scores[i] >= (scores[i + 1] ?? -1);
+    for (let k = -SEARCH_PX; k <= SEARCH_PX; ++k)
+      scores.push(
+        correlation(
+          template,
+          rows.flatMap((a) => columns.map((s) => pressed(a + k, s))),
+        ),
+      );
+    const best = scores.indexOf(Math.max(...scores)),
+      isPeak = (i) => scores[i] >= (scores[i - 1] ?? -1) && scores[i] >= (scores[i + 1] ?? -1);
     const hasEqual = scores.some((score, i) => Math.abs(i - best) > SAME_PX && isPeak(i) && score > scores[best] - EQUAL);
     return Math.abs(best - SEARCH_PX) > SAME_PX || scores[best] < LEAST_SCORE || hasEqual;
   });
@@ -184,11 +227,13 @@ function correlation(a, b) {
 // Where the tool ends: from the front of the box backwards, the first place that is half way from the background to the tool.
 function endOf(along, length) {
   const background = median(along.slice(-BACKGROUND_PX));
-  const tool = median(along.slice(0, Math.ceil(length / 2))), first = along.findLastIndex((value) => Math.abs(value - background) > Math.max(LEAST_STEP / 2, Math.abs(tool - background) / 2));
+  const tool = median(along.slice(0, Math.ceil(length / 2))),
+    first = along.findLastIndex((value) => Math.abs(value - background) > Math.max(LEAST_STEP / 2, Math.abs(tool - background) / 2));
   if (first < 2 || first > length - BACKGROUND_PX) return null;
   const near = median(along.slice(Math.max(0, first - 3), first)), level = (background + near) / 2;
   for (let a = first + 2; a > 0; --a) {
-    if ((along[a] - level) * (along[a - 1] - level) <= 0 && along[a] !== along[a - 1]) return a - 1 + (level - along[a - 1]) / (along[a] - along[a - 1]);
+    if ((along[a] - level) * (along[a - 1] - level) <= 0 && along[a] !== along[a - 1])
+      return a - 1 + (level - along[a - 1]) / (along[a] - along[a - 1]);
   }
   return null;
 }

@@ -33,10 +33,18 @@ const REASONS = {
 
 // Rejections of what was sent, by the step and the slave's words.
 const CALLS = [
-  ['outline', /no clear edge|collapsed|left its start|intersected itself/, 'No clear edge is near your clicks: click nearer to the edge, or light the object from the side.'],
+  [
+    'outline',
+    /no clear edge|collapsed|left its start|intersected itself/,
+    'No clear edge is near your clicks: click nearer to the edge, or light the object from the side.',
+  ],
   ['outline', /./, 'The slave finds no outline there: click around the object again, near its edge.'],
   ['board', /needs the part|calibration`/, 'Finding a board is not installed: run deploy/install.sh calibration, or use a ruler.'],
-  ['board', /none of \d+ images shows a board/, 'The board is not seen: expected all of it in the image, flat, without glare, and with these numbers of inner corners.'],
+  [
+    'board',
+    /none of \d+ images shows a board/,
+    'The board is not seen: expected all of it in the image, flat, without glare, and with these numbers of inner corners.',
+  ],
   ['board', /./, 'The board is not found in this image: hold it flat in the plane of the object, and freeze again.'],
   ['image', /./, "The slave's camera gives no image: check camera and cable."],
   ['use', /no new image|no image received/, "The slave's camera gives no image: check camera and cable."],
@@ -53,26 +61,76 @@ export function callWords(call, { error, reason, code }) {
 const lengthIn = (text) => text.match(/[\d.]+ ?(?:mm|um|µm|m)\b/)?.[0];
 // What is wrong with a scene, by the key and the slave's words.
 const SCENE = [
-  ['tool.width', /another width/, ({ value, expected }) => `The tip looks ${lengthIn(expected) || 'another width'} wide in the image, but you gave ${value}. Hold the tool in the plane of the ruler: one that is farther from the camera looks narrower. Or correct the width in this step.`],
-  ['sense.tip.template', /goes on beyond/, () => "The tool goes on beyond the tip that was found: drag a box with the tool's end in it, and some background before the end."],
-  ['sense.tip.anchor', /not the end of the tool/, () => 'The tool has moved since the image was frozen, or its end was found elsewhere: hold it as in the frozen image, or drag the box again.'],
-  ['sense.tip', /touches the object/, ({ message }) => `The tool touches the object in the camera's image now, ${message.match(/[\d.e-]+ mm deep/)?.[0] || 'a little'}: lift the tool, and check again.`],
+  [
+    'tool.width',
+    /another width/,
+    ({ value, expected }) =>
+      `The tip looks ${lengthIn(expected) || 'another width'} wide in the image, but you gave ${value}. Hold the tool in the ` +
+      'plane of the ruler: one that is farther from the camera looks narrower. Or correct the width in this step.',
+  ],
+  [
+    'sense.tip.template',
+    /goes on beyond/,
+    () => "The tool goes on beyond the tip that was found: drag a box with the tool's end in it, and some background before the end.",
+  ],
+  [
+    'sense.tip.anchor',
+    /not the end of the tool/,
+    () =>
+      'The tool has moved since the image was frozen, or its end was found elsewhere: hold it as in the frozen image, or ' +
+      'drag the box again.',
+  ],
+  [
+    'sense.tip',
+    /touches the object/,
+    ({ message }) =>
+      `The tool touches the object in the camera's image now, ${message.match(/[\d.e-]+ mm deep/)?.[0] || 'a little'}: lift ` +
+      'the tool, and check again.',
+  ],
   ['sense.tip', /./, () => "The tip of the tool is not found in the camera's image now: hold it as in the frozen image, and check again."],
-  ['object.geometry', /(larger|smaller) than in the scene/, ({ message }) => `In the camera's image the object is ${message.match(/[\d.]+ % (larger|smaller)/)?.[0] || 'of another size'} than you measured: measure it again, check the scale of step 2, or click nearer to its edge.`],
-  ['object.geometry', /does not fit|deviates/, () => 'The outline in the camera\'s image now is not the one that you drew: the object has moved, something covers its edge, or its shape is another one. Freeze again, and click around it.'],
-  ['sense.contour', /./, () => 'The edge of the object is not found in the camera\'s image now: click nearer to it, light the object from the side, or clear what lies beside it.'],
+  [
+    'object.geometry',
+    /(larger|smaller) than in the scene/,
+    ({ message }) =>
+      `In the camera's image the object is ${message.match(/[\d.]+ % (larger|smaller)/)?.[0] || 'of another size'} than you ` +
+      'measured: measure it again, check the scale of step 2, or click nearer to its edge.',
+  ],
+  [
+    'object.geometry',
+    /does not fit|deviates/,
+    () =>
+      "The outline in the camera's image now is not the one that you drew: the object has moved, something covers its edge, " +
+      "or its shape is another one. Freeze again, and click around it.",
+  ],
+  [
+    'sense.contour',
+    /./,
+    () =>
+      "The edge of the object is not found in the camera's image now: click nearer to it, light the object from the side, or " +
+      "clear what lies beside it.",
+  ],
   ['object.geometry', /./, () => 'The slave cannot compute an object of these sizes: check shape, sides and thickness.'],
-  ['object.material', /./, () => 'The slave does not accept this material: check modulus, Poisson\'s ratio and uncertainty.'],
-  ['object.fixed', /./, () => 'The slave does not accept these held edges: hold a longer part of the edge, and leave the one free that you press.'],
-  ['sense.camera', /image|camera/, () => "The slave's camera gives no image, or is another one than at the start: check camera and cable, and freeze again."],
+  ['object.material', /./, () => "The slave does not accept this material: check modulus, Poisson's ratio and uncertainty."],
+  [
+    'object.fixed',
+    /./,
+    () => 'The slave does not accept these held edges: hold a longer part of the edge, and leave the one free that you press.',
+  ],
+  [
+    'sense.camera',
+    /image|camera/,
+    () => "The slave's camera gives no image, or is another one than at the start: check camera and cable, and freeze again.",
+  ],
   ['tool', /./, () => 'The slave does not accept this tool: check width, end, and how far it reaches through the thickness.'],
   ['model', /./, () => 'The slave cannot compute this object: check the sizes, and thin or thick.'],
   ['name', /./, () => 'Name of the scene: expected letters, digits, - and _.'],
 ];
 // Messages without a key.
 const KEYLESS = [
-  [/collapsed|intersected itself|left its start|no clear edge/, 'sense.contour'], [/the object in the first image|the outline in the first image/, 'object.geometry'],
-  [/no (?:new )?image/, 'sense.camera'], [/tip|template/, 'sense.tip'],
+  [/collapsed|intersected itself|left its start|no clear edge/, 'sense.contour'],
+  [/the object in the first image|the outline in the first image/, 'object.geometry'],
+  [/no (?:new )?image/, 'sense.camera'],
+  [/tip|template/, 'sense.tip'],
 ];
 
 // The key of a mistake, and what a person reads: {key, text, details}.
@@ -80,5 +138,9 @@ export function mistakeWords({ key = '', value = '', message = '', expected = ''
   const owner = key && !/^sense\.contour/.test(key) ? key : KEYLESS.find(([form]) => form.test(message))?.[1] || key;
   const row = SCENE.find(([begin, form]) => (owner === begin || owner.startsWith(`${begin}.`)) && form.test(message));
   const details = [key && `${key}${value ? ` = ${value}` : ''}`, message, expected && `expected ${expected}`].filter(Boolean).join(': ');
-  return { key: owner, text: row?.[2]({ value, message, expected }) || 'The slave cannot use these answers. The details say why.', details };
+  return {
+    key: owner,
+    text: row?.[2]({ value, message, expected }) || 'The slave cannot use these answers. The details say why.',
+    details,
+  };
 }

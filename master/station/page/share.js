@@ -35,7 +35,12 @@ export class Share {
     this.body = null;
     if (perElement !== 2) return;
     const index = new Uint32Array(buffer.slice(HEAD + 12 * nodes, HEAD + 12 * nodes + 8 * elements));
-    this.body = { number, nodes, rest: planar(new Float32Array(buffer.slice(HEAD, HEAD + 12 * nodes))), lines: Array.from({ length: elements }, (_, i) => [index[2 * i], index[2 * i + 1]]) };
+    this.body = {
+      number,
+      nodes,
+      rest: planar(new Float32Array(buffer.slice(HEAD, HEAD + 12 * nodes))),
+      lines: Array.from({ length: elements }, (_, i) => [index[2 * i], index[2 * i + 1]]),
+    };
   }
   takeShape({ t, number, buffer }) {
     const { body } = this;
@@ -51,7 +56,15 @@ export class Share {
     }
     if (!slave || slave.sequence === this.states.at(-1)?.sequence) return;
     const before = this.states.at(-1), isTouching = Boolean(slave.local_model?.in_contact), validity = codeOf(slave.validity, 'VALIDITY_');
-    this.states.push({ t, sequence: slave.sequence, force: slave.force ? Math.hypot(...xyz(slave.force)) : null, sigma: slave.sigma ?? null, validity, isTouching, state });
+    this.states.push({
+      t,
+      sequence: slave.sequence,
+      force: slave.force ? Math.hypot(...xyz(slave.force)) : null,
+      sigma: slave.sigma ?? null,
+      validity,
+      isTouching,
+      state,
+    });
     if (before && isTouching !== before.isTouching) this.mark(t, isTouching ? 'contact' : 'release');
     if (before && validity !== before.validity && validity !== 'valid') this.mark(t, validity.replaceAll('_', ' '));
     if (before && state === 'ESTOP' && before.state !== 'ESTOP') this.mark(t, 'stop');
@@ -67,10 +80,22 @@ export class Share {
   // The file as text. `scene`: of the health message, or null.
   async file(scene, title) {
     if (!this.states.length) return null;
-    const end = this.states.at(-1).t, from = Math.max(this.states[0].t, end - SECONDS), during = (list) => list.filter(({ t }) => t >= from && t <= end).map((item) => ({ ...item, t: Number((item.t - from).toFixed(4)) }));
-    const shapes = during(this.shapes).map(({ t, places }) => ({ t, places: places.map((value) => Number(value.toFixed(6))) })), { body } = this;
+    const end = this.states.at(-1).t,
+      from = Math.max(this.states[0].t, end - SECONDS),
+      during = (list) => list.filter(({ t }) => t >= from && t <= end).map((item) => ({ ...item, t: Number((item.t - from).toFixed(4)) }));
+    const shapes = during(this.shapes).map(({ t, places }) => ({ t, places: places.map((value) => Number(value.toFixed(6))) })),
+      { body } = this;
     const moved = ({ places }) => Math.max(...places.map((value, i) => Math.abs(value - body.rest[i])));
-    const clip = { title, words: wordsOf(scene), states: during(this.states).map(({ isTouching, state, sequence, ...kept }) => ({ ...kept, sequence: String(sequence) })), events: during(this.events), shapes, images: [], mostMoved: Math.max(1e-6, ...shapes.map(moved)), body: body && { rest: [...body.rest], lines: body.lines, box: boxOf(body.rest) } };
+    const clip = {
+      title,
+      words: wordsOf(scene),
+      states: during(this.states).map(({ isTouching, state, sequence, ...kept }) => ({ ...kept, sequence: String(sequence) })),
+      events: during(this.events),
+      shapes,
+      images: [],
+      mostMoved: Math.max(1e-6, ...shapes.map(moved)),
+      body: body && { rest: [...body.rest], lines: body.lines, box: boxOf(body.rest) },
+    };
     const text = pageOf(clip), room = BYTES_PER_S * Math.max(1, end - from) - text.length - SPARE;
     clip.images = await within(during(this.images), room);
     return pageOf(clip);
@@ -83,12 +108,21 @@ export class Share {
 }
 
 const planar = (places) => Array.from({ length: (2 * places.length) / 3 }, (_, i) => places[3 * Math.floor(i / 2) + (i % 2)]);
-const boxOf = (rest) => [0, 1, 0, 1].map((k, i) => rest.filter((_, j) => j % 2 === k).reduce((best, value) => (i < 2 ? Math.min(best, value) : Math.max(best, value))));
+const boxOf = (rest) =>
+  [0, 1, 0, 1].map((k, i) =>
+    rest.filter((_, j) => j % 2 === k).reduce((best, value) => (i < 2 ? Math.min(best, value) : Math.max(best, value))),
+  );
 
 function wordsOf(scene) {
   if (!scene) return [];
   const { material = {}, model = {} } = scene;
-  return [`Scene: ${scene.name}`, `Object: ${scene.geometry}`, `Young's modulus: ${figure(material.young_modulus / 1e3)} kPa, Poisson's ratio ${figure(material.poisson_ratio)}`, `Model: ${model.kind}`, `Sensing: ${scene.source}`];
+  return [
+    `Scene: ${scene.name}`,
+    `Object: ${scene.geometry}`,
+    `Young's modulus: ${figure(material.young_modulus / 1e3)} kPa, Poisson's ratio ${figure(material.poisson_ratio)}`,
+    `Model: ${model.kind}`,
+    `Sensing: ${scene.source}`,
+  ];
 }
 
 // As many images, small enough, as fit into `room` [bytes].
@@ -118,12 +152,15 @@ const inScript = (text) => text.replaceAll('<', '\\u003c');
 function pageOf(clip) {
   return `<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'">
+<meta http-equiv="Content-Security-Policy"
+  content="default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'">
 <title>${clip.title.replaceAll('&', '&amp;').replaceAll('<', '&lt;')}</title><style>${STYLE}</style></head>
 <body><main><h1 id="title"></h1><p id="force" role="status"></p>
-<div class="views"><img id="picture" alt="Camera image"><canvas id="field" width="400" height="360" role="img" aria-label="The object as computed, in the colours of its displacement"></canvas></div>
+<div class="views"><img id="picture" alt="Camera image"><canvas id="field" width="400" height="360" role="img"
+  aria-label="The object as computed, in the colours of its displacement"></canvas></div>
 <div class="bar"><button id="play" type="button">Play</button><input id="place" type="range" aria-label="Time in the press, seconds"></div>
-<canvas id="curve" width="960" height="300" role="img" aria-label="Force over time, in newtons and seconds, with one standard deviation"></canvas>
+<canvas id="curve" width="960" height="300" role="img"
+  aria-label="Force over time, in newtons and seconds, with one standard deviation"></canvas>
 <ul id="words"></ul><p>Recorded with Palpate. This file loads nothing from the network.</p></main>
 <script type="application/json" id="clip">${inScript(JSON.stringify(clip))}</script>
 <script>(${String(playClip)})(JSON.parse(document.getElementById('clip').textContent));</script></body></html>

@@ -12,9 +12,15 @@ export function playClip(clip) {
   Object.assign(byId('place'), { min: 0, max: last, step: 0.01, value: 0 });
 
   // Force over time, with a band of one sigma; orange where it is not valid.
-  const curve = byId('curve'), pen = curve.getContext('2d'), [width, height] = [curve.width, curve.height], left = 56, bottom = 40, top = 14;
+  const curve = byId('curve'),
+    pen = curve.getContext('2d'),
+    [width, height] = [curve.width, curve.height],
+    left = 56,
+    bottom = 40,
+    top = 14;
   const most = Math.max(0.01, ...states.map(({ force, sigma }) => (force ?? 0) + (sigma || 0)));
-  const x = (t) => left + ((width - left - 12) * t) / (last || 1), y = (force) => height - bottom - ((height - bottom - top) * force) / most;
+  const x = (t) => left + ((width - left - 12) * t) / (last || 1),
+    y = (force) => height - bottom - ((height - bottom - top) * force) / most;
   const ticks = (end) => {
     const power = 10 ** Math.floor(Math.log10(end / 4)), step = power * [1, 2, 5, 10].find((part) => (end / 4) <= part * power);
     return Array.from({ length: Math.floor(end / step + 1e-9) + 1 }, (_, i) => i * step);
@@ -64,14 +70,26 @@ export function playClip(clip) {
   function drawField() {
     const i = newest(shapes, now);
     if (!body) return;
-    const places = i < 0 ? body.rest : shapes[i].places, canvas = byId('field'), brush = canvas.getContext('2d'), [x0, y0, x1, y1] = body.box;
-    const scale = Math.min((canvas.width - 40) / (x1 - x0), (canvas.height - 60) / (y1 - y0)), at = (node) => [20 + (places[2 * node] - x0) * scale, canvas.height - 40 - (places[2 * node + 1] - y0) * scale];
+    const places = i < 0 ? body.rest : shapes[i].places,
+      canvas = byId('field'),
+      brush = canvas.getContext('2d'),
+      [x0, y0, x1, y1] = body.box;
+    const scale = Math.min((canvas.width - 40) / (x1 - x0), (canvas.height - 60) / (y1 - y0)),
+      at = (node) => [20 + (places[2 * node] - x0) * scale, canvas.height - 40 - (places[2 * node + 1] - y0) * scale];
     brush.clearRect(0, 0, canvas.width, canvas.height);
     brush.lineWidth = 6;
     brush.lineCap = 'round';
     for (const [a, b] of body.lines) {
       const moved = Math.hypot(places[2 * a] - body.rest[2 * a], places[2 * a + 1] - body.rest[2 * a + 1]);
-      const stops = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]], part = Math.min(1, moved / clip.mostMoved) * 3.999, k = Math.floor(part);
+      const stops = [
+          [68, 1, 84],
+          [59, 82, 139],
+          [33, 145, 140],
+          [94, 201, 98],
+          [253, 231, 37],
+        ],
+        part = Math.min(1, moved / clip.mostMoved) * 3.999,
+        k = Math.floor(part);
       brush.strokeStyle = `rgb(${stops[k].map((low, c) => Math.round(low + (part - k) * (stops[k + 1][c] - low)))})`;
       brush.beginPath();
       brush.moveTo(...at(a));
@@ -87,7 +105,10 @@ export function playClip(clip) {
     const state = states[Math.max(0, newest(states, now))], i = Math.max(0, newest(images, now));
     if (images.length && i !== shown) byId('picture').src = `data:image/jpeg;base64,${images[i].jpeg}`;
     shown = i;
-    const force = state.force === null ? 'force unknown' : `${state.force.toFixed(3)} N ± ${figure(state.sigma)} N (${figure(state.force / 9.80665e-3)} g)`;
+    const force =
+      state.force === null
+        ? 'force unknown'
+        : `${state.force.toFixed(3)} N ± ${figure(state.sigma)} N (${figure(state.force / 9.80665e-3)} g)`;
     byId('force').textContent = `${now.toFixed(2)} s: ${force}, ${state.validity.replaceAll('_', ' ')}`;
     byId('force').dataset.valid = state.validity === 'valid';
     byId('place').value = now;

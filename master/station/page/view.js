@@ -42,7 +42,8 @@ export class View {
     return words;
   }
   async load(isBuiltIn) {
-    if (!isBuiltIn) return void this.say('Built without 3D. With npm: deploy/page.sh, then build again. Dragging here still moves the tool.');
+    if (!isBuiltIn)
+      return void this.say('Built without 3D. With npm: deploy/page.sh, then build again. Dragging here still moves the tool.');
     this.waiting = this.say('No shape received yet.');
     const three = await import('/lib/three.module.js');
     try {
@@ -71,7 +72,10 @@ export class View {
     const ball = new three.SphereGeometry(1, 24, 16);
     this.tip = new three.Mesh(ball, new three.MeshLambertMaterial({ transparent: true }));
     this.hand = new three.Mesh(ball, new three.MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.5 }));
-    this.spring = new three.Line(new three.BufferGeometry().setFromPoints([new three.Vector3(), new three.Vector3()]), new three.LineBasicMaterial());
+    this.spring = new three.Line(
+      new three.BufferGeometry().setFromPoints([new three.Vector3(), new three.Vector3()]),
+      new three.LineBasicMaterial(),
+    );
     this.arrow = this.makeArrow();
     const circle = Array.from({ length: 48 }, (_, i) => new three.Vector3(Math.cos((i * Math.PI) / 24), Math.sin((i * Math.PI) / 24), 0));
     this.tangent = new three.LineLoop(new three.BufferGeometry().setFromPoints(circle), new three.LineBasicMaterial());
@@ -130,7 +134,10 @@ export class View {
   }
   // The workspace of the tool from the slave's capabilities; zeros may be absent.
   takeWorkspace(capabilities) {
-    if (capabilities) this.limits = [capabilities.workspace_min, capabilities.workspace_max].map((corner) => ['x', 'y', 'z'].map((axis) => corner?.[axis] ?? 0));
+    if (capabilities)
+      this.limits = [capabilities.workspace_min, capabilities.workspace_max].map((corner) =>
+        ['x', 'y', 'z'].map((axis) => corner?.[axis] ?? 0),
+      );
     if (!this.three || !this.limits) return;
     const [low, high] = this.limits;
     this.workspace.box.min.set(...low);
@@ -167,7 +174,10 @@ export class View {
     this.shape = null;
     if (shape) {
       const end = PLACES_AT + 12 * this.body.nodes, hasTraction = shape.buffer.byteLength > end;
-      this.body.deform(new Float32Array(shape.buffer.slice(PLACES_AT, end)), hasTraction ? new Float32Array(shape.buffer.slice(end)) : null);
+      this.body.deform(
+        new Float32Array(shape.buffer.slice(PLACES_AT, end)),
+        hasTraction ? new Float32Array(shape.buffer.slice(end)) : null,
+      );
       this.shapeT = shape.t;
       this.isAnswered = shape.view.getUint32(16, true) !== FAILED;
     }
@@ -235,7 +245,11 @@ export class View {
     this.dirty = false;
     this.put();
     const { back, up, right } = this.camera.axes();
-    this.sun.position.copy(this.camera.target).addScaledVector(back, this.camera.size).addScaledVector(up, 0.7 * this.camera.size).addScaledVector(right, -0.5 * this.camera.size);
+    this.sun.position
+      .copy(this.camera.target)
+      .addScaledVector(back, this.camera.size)
+      .addScaledVector(up, 0.7 * this.camera.size)
+      .addScaledVector(right, -0.5 * this.camera.size);
     this.sun.target.position.copy(this.camera.target);
     this.sun.target.updateMatrixWorld();
     this.renderer.render(this.scene, this.camera.camera);
@@ -275,9 +289,18 @@ export class View {
     write(top, figure(full[quantity] * factor));
     write(name, `${isMoved ? 'displacement' : quantity}, ${unit}`);
     const what = isMoved ? 'moved by' : 'traction', most = largest[quantity];
-    const words = this.shapeT === null ? 'no shape for this moment' : most === null ? 'no traction: a force is unknown, or the object has no fixed nodes' : `${what} up to ${figure(most * factor)} ${unit}`;
+    const words =
+      this.shapeT === null
+        ? 'no shape for this moment'
+        : most === null
+          ? 'no traction: a force is unknown, or the object has no fixed nodes'
+          : `${what} up to ${figure(most * factor)} ${unit}`;
     const old = this.isAnswered === false ? 'the model has no solution here: its last shape; ' : '';
-    write(this.line, `${old}${words}; grey: at rest${this.body.held.length ? '; dots: fixed' : ''}; ball: measured tool; wire: commanded tool; ring: local model; outer box: workspace`);
+    write(
+      this.line,
+      `${old}${words}; grey: at rest${this.body.held.length ? '; dots: fixed' : ''}; ball: measured tool; wire: commanded ` +
+      'tool; ring: local model; outer box: workspace',
+    );
   }
   // Direction of a drag on the screen that presses the tool into the object. Empty: unknown, or in contact.
   wayToPress() {

@@ -35,24 +35,46 @@ export const minutes = (seconds, digits = 0) => {
 // A length with the unit that suits `size` [m].
 export const lengthUnit = (size) => (size < 1e-4 ? { unit: 'µm', factor: 1e6 } : { unit: 'mm', factor: 1e3 });
 // A stress with the unit that suits `size` [Pa].
-export const stressUnit = (size) => (size >= 1e6 ? { unit: 'MPa', factor: 1e-6 } : size >= 1e3 ? { unit: 'kPa', factor: 1e-3 } : { unit: 'Pa', factor: 1 });
+export const stressUnit = (size) =>
+  size >= 1e6 ? { unit: 'MPa', factor: 1e-6 } : size >= 1e3 ? { unit: 'kPa', factor: 1e-3 } : { unit: 'Pa', factor: 1 };
 
 // For each reason of the force chain: the step at which it acts, and its words.
 export const REASONS = {
-  not_following: ['sent', 'not engaged'], stale: ['estimated', 'no state for 30 ms'], unknown: ['estimated', 'the slave does not know the force'],
-  other_epoch: ['sent', 'the slave serves another engagement'], fading: ['sent', 'fading'], punctured: ['local', 'the tool broke through'],
-  blending: ['local', 'blending two local models'], beyond_model: ['local', "beyond the model's range"], passivity: ['passive', 'damped by passivity control'],
-  clamped: ['limited', 'force limit'], not_finite: ['limited', 'not a number'], bad_state: ['estimated', 'state with impossible numbers'],
-  bad_device: ['sent', 'device reading with impossible numbers'], slewed: ['sent', 'slew limit'],
-  projected: ['local', 'stiffness limited to a stable spring'], offset_jump: ['scaled', 'the slave moved the position offset'],
-  settings: ['scaled', 'reading the settings'], aged: ['estimated', 'sample too old'], ended: ['estimated', "the slave's stream ended"],
-  plane: ['local', 'outside the patch: plane'], held: ['local', 'newest received force'], arm_fault: ['estimated', "the manipulator's driver is silent or reports a fault"],
-  tared: ['estimated', 'minus the tare'], fixture: ['scaled', 'lock, box, fixture or speed limit'],
+  not_following: ['sent', 'not engaged'],
+  stale: ['estimated', 'no state for 30 ms'],
+  unknown: ['estimated', 'the slave does not know the force'],
+  other_epoch: ['sent', 'the slave serves another engagement'],
+  fading: ['sent', 'fading'],
+  punctured: ['local', 'the tool broke through'],
+  blending: ['local', 'blending two local models'],
+  beyond_model: ['local', "beyond the model's range"],
+  passivity: ['passive', 'damped by passivity control'],
+  clamped: ['limited', 'force limit'],
+  not_finite: ['limited', 'not a number'],
+  bad_state: ['estimated', 'state with impossible numbers'],
+  bad_device: ['sent', 'device reading with impossible numbers'],
+  slewed: ['sent', 'slew limit'],
+  projected: ['local', 'stiffness limited to a stable spring'],
+  offset_jump: ['scaled', 'the slave moved the position offset'],
+  settings: ['scaled', 'reading the settings'],
+  aged: ['estimated', 'sample too old'],
+  ended: ['estimated', "the slave's stream ended"],
+  plane: ['local', 'outside the patch: plane'],
+  held: ['local', 'newest received force'],
+  arm_fault: ['estimated', "the manipulator's driver is silent or reports a fault"],
+  tared: ['estimated', 'minus the tare'],
+  fixture: ['scaled', 'lock, box, fixture or speed limit'],
 };
 
 // The stages of the end-to-end latency: key, name, short name.
-export const TRACE = [['capture', 'capture, until the slave has the sample', 'capture'], ['sensing', 'vision or tactile processing', 'vision'], ['model', 'model', 'model'],
-  ['wait', 'until the state is sent', 'wait'], ['wire', 'network, by both clocks', 'network'], ['tick', 'until the haptic tick', 'tick']];
+export const TRACE = [
+  ['capture', 'capture, until the slave has the sample', 'capture'],
+  ['sensing', 'vision or tactile processing', 'vision'],
+  ['model', 'model', 'model'],
+  ['wait', 'until the state is sent', 'wait'],
+  ['wire', 'network, by both clocks', 'network'],
+  ['tick', 'until the haptic tick', 'tick'],
+];
 
 export const VALIDITY = {
   valid: ['ok', 'valid'], extrapolated: ['warn', 'extrapolated'], punctured: ['warn', 'punctured'], stale: ['bad', 'stale'],
@@ -61,7 +83,11 @@ export const VALIDITY = {
 
 // Operator state: level, and what it means.
 export const STATES = {
-  DISCONNECTED: ['bad', 'no states from the slave'], READY: ['idle', 'not engaged: engage to move the tool'], ALIGNING: ['idle', 'waiting for the slave to follow'],
-  FOLLOWING: ['ok', 'the tool follows the device'], CLUTCHED: ['idle', 'disengaged: the tool is stopped'], HOLD: ['warn', 'the tool is stopped, the force fades'],
+  DISCONNECTED: ['bad', 'no states from the slave'],
+  READY: ['idle', 'not engaged: engage to move the tool'],
+  ALIGNING: ['idle', 'waiting for the slave to follow'],
+  FOLLOWING: ['ok', 'the tool follows the device'],
+  CLUTCHED: ['idle', 'disengaged: the tool is stopped'],
+  HOLD: ['warn', 'the tool is stopped, the force fades'],
   ESTOP: ['bad', 'emergency stop, latched'],
 };

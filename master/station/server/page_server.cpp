@@ -31,7 +31,7 @@ constexpr std::string_view kSetUp = "/setup/";
 
 using Reply = http::response<http::string_body>;
 
-// Nothing but what is in the program is loaded, run or framed.
+// The page may load, run and frame only content of the program.
 void AddRules(Reply* reply) {
   reply->set("Content-Security-Policy",
              "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "

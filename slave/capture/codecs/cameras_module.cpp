@@ -51,7 +51,7 @@ class OpenCvVideoBackend final : public VideoBackend {
   }
   [[nodiscard]] std::unique_ptr<VideoStream> OpenUrl(
       const std::string& address, std::chrono::milliseconds timeout) const override {
-    // OpenCV closes a pipeline that is asked for a timeout: it knows none.
+    // OpenCV closes a pipeline when its timeout is queried, which pipelines do not have.
     if (address.find('!') != std::string::npos) {
       return Opened(cv::VideoCapture(address, cv::CAP_GSTREAMER));
     }

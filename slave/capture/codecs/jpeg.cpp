@@ -18,7 +18,7 @@ struct JpegComplaint : jpeg_error_mgr {
   char text[JMSG_LENGTH_MAX] = "";  // empty: none
   bool ends_early = false;
   bool has_one_scan = false;
-  bool has_end = true;  // the marker, without which a image may be whole all the same
+  bool has_end = true;  // the marker, without which an image may be whole all the same
 
   JpegComplaint() {
     jpeg_std_error(this);

@@ -75,8 +75,8 @@ class ResponseCheck final : public Check<FingertipSample> {
   static constexpr double kUnseenTouch = 3;
 };
 
-// Nothing touches the fingertip while its baseline is measured: else that is wrong until it is
-// measured again.
+// Checks that nothing touches the fingertip while its baseline is measured. Otherwise the baseline
+// is wrong until it is measured again.
 class RestContactCheck final : public Check<FingertipSample> {
  public:
   void Examine(const FingertipSample& sample, Findings* findings) noexcept override {

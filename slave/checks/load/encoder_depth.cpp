@@ -12,9 +12,10 @@ constexpr double kParts = 0.0012, kShare = 0.02;
 // Distance of a load from the tip [sigma]. [tuned: surface_doubts_test, an indentation not under
 // the tip]
 constexpr double kPlaceSigmas = 3;
-// From which on they disagree: by the force, by the larger side [-]. [tuned: depth late]
+// Limits of the disagreement: relative to the force, and to the larger side [-]. [tuned: depth
+// late]
 constexpr double kFlags = 0.1, kFar = 0.001;
-// That must agree again [images]. [tuned: depth late]
+// Number of images that must agree again before the flag ends. [tuned: depth late]
 constexpr int kDistrust = 3;
 
 }  // namespace

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// A nuisance parameter of a fit, zero if all is well: Wald's test tells whether it is.
+// A nuisance parameter of a fit, zero if all is well: Wald's test shows whether it is.
 struct NuisanceParameter {
   double value = 0, sigma = 0;
   double tolerance = 0;  // share of the value that the model's error explains

@@ -76,7 +76,7 @@ bool EpipolarCheck::Stamps::AreWrong() const noexcept {
          std::abs(late) > PointsLimits::kMaxLag * weight;
 }
 
-// Before anything has moved, as much as is not doubted; then what is seen, and how far pairs differ
+// Before anything has moved, as much as is not flagged; then what is seen, and how far pairs differ
 // among themselves by more than noise (R. DerSimonian, N. Laird, Controlled Clinical Trials 7,
 // 1986).
 double EpipolarCheck::Stamps::Sigma() const noexcept {

@@ -51,9 +51,9 @@ BoardImages FindBoards(const std::string& option, const std::string& pattern, co
     BoardImage& image = out.images.emplace_back();
     image.name = files[i].filename().string();
     try {
-      const cv::Mat picture = ReadImage(files[i], i + 1);
-      const std::array<int, 2> size{picture.cols, picture.rows};
-      image.corners = FindBoard(picture, board);
+      const cv::Mat pixels = ReadImage(files[i], i + 1);
+      const std::array<int, 2> size{pixels.cols, pixels.rows};
+      image.corners = FindBoard(pixels, board);
       if (!image.corners) {
         image.why_not = "the board is not completely visible";
       } else if (out.size[0] == 0) {

@@ -66,10 +66,10 @@ void RequireUsable(const CalibrateOptions& options) {
           "--size: only without --rig, which has a size");
   require(registers || (options.rig.empty() && options.size.empty() && !options.plane),
           "--rig, --size, --plane: only with --register");
-  if (has_left) BoardOf(options);  // before any picture is looked for
+  if (has_left) BoardOf(options);  // before the search for images
 }
 
-// What is read is not written over.
+// Rejects output files that would overwrite an input.
 void RequireOtherThanInputs(const CalibrateOptions& options) {
   std::vector<std::filesystem::path> inputs{options.rig, options.tip_places};
   for (const auto& [option, pattern] :

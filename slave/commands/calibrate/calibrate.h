@@ -1,5 +1,5 @@
 // `palpate-slave calibrate`: lenses and stereo rigs from images of a board, and the camera pose in
-// the slave's frame (contracts).
+// the slave's frame.
 #pragma once
 
 #include <filesystem>

@@ -33,7 +33,8 @@ void PrintMesh(const BoundaryMesh& mesh) {
                         LengthInWords(longest->length()), longest->length() / shortest->length()));
 }
 
-// What the window around the tip can follow, and whether it suits the tool's size in the picture.
+// Prints which motion the window around the tip can follow, and whether the window fits the tool's
+// size in the image.
 void PrintTip(const Scene& scene) {
   constexpr int kReach = 10;  // that the window has around the template at least [px]
   const TipTracking& tip = *scene.sense.Find<TipTracking>();
@@ -72,7 +73,7 @@ void PrintModel(const Scene& scene, Progress* progress) {
 }
 
 // The cost for an unknown image: noise takes longest.
-void PrintPictureCost(const Camera& camera) {
+void PrintImageCost(const Camera& camera) {
   constexpr int kRepeats = 5, kQuality = 80;
   cv::Mat noise(camera.size[1], camera.size[0], CV_8UC1);
   cv::randu(noise, 0, 255);
@@ -90,7 +91,7 @@ void PrintOff(const Scene& scene) {
     PrintLine("off", "contour: the object pose comes from the scene, not from the image");
   }
   const Camera& camera = *scene.sense.Find<Camera>();
-  if (camera.size[0] > 0 && camera.size[1] > 0) PrintPictureCost(camera);
+  if (camera.size[0] > 0 && camera.size[1] > 0) PrintImageCost(camera);
   const bool is_film =
       camera.source == Camera::Source::kFiles || camera.source == Camera::Source::kVideo;
   if (is_film || camera.source == Camera::Source::kStream) return;

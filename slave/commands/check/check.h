@@ -75,7 +75,7 @@ void PrintShapeCost(DeformationModel& model, const Solution& solution);
 // For membranes and volumes: prints the object, its mesh and the mesh quality, the model and a
 // contact. Throws std::invalid_argument: the scene cannot be computed.
 void PrintBody(const Scene& scene);
-// The same as the report of a scene without senses.
+// Prints the report of a scene without senses.
 void CheckBody(const Scene& scene);
 
 // Prints the report of a scene with a stereo pair or depth images: pose, detected points, accuracy

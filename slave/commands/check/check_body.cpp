@@ -7,8 +7,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/commands/check/check.h"
-#include "slave/commands/plain_words.h"
 #include "slave/commands/progress_bar.h"
+#include "slave/commands/scene_summary.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/mesh/files/mesh_file.h"
@@ -78,7 +78,7 @@ Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progr
                                      row.answers.front().full.value, LengthInWords(question.depth),
                                      LengthInWords(press.p_O.x()), LengthInWords(press.p_O.y()),
                                      LengthInWords(press.p_O.z()), tool));
-    PrintLine("in words", InPlainWords(scene, question, &model));
+    PrintLine("in words", SceneSummary(scene, question, &model));
     if (ReportCollector* report = ReportCollector::present()) {
       report->contact = {question.depth, row.answers.front().full.value,
                          study::StatedOf(row).update};

@@ -1,4 +1,5 @@
-// What a laboratory plugs in, as `check` names it: cameras, how two of them are paired, the arm.
+// Reports the devices of a laboratory for `check`: cameras, how two of them are paired, and the
+// arm.
 #include <filesystem>
 #include <system_error>
 
@@ -51,7 +52,7 @@ std::string InWords(const DepthImages& depth) {
   return InWords(depth.eye);
 }
 
-// Whether stamps of two pictures make them a pair.
+// Whether stamps of two images make them a pair.
 bool IsPairedByStamps(const StereoCameras& pair) {
   const bool has_two = pair.source == StereoCameras::Source::kCameras && pair.cameras.size() == 2;
   return pair.source == StereoCameras::Source::kStream ||
@@ -76,7 +77,7 @@ bool IsLive(const Eye& eye) {
 }
 
 bool IsLive(const SenseOptions& sense) {
-  if (TakesPictures(sense)) return true;
+  if (TakesImages(sense)) return true;
   if (const auto* depth = sense.Find<DepthImages>()) {
     return depth->source == DepthImages::Source::kEye && IsLive(depth->eye);
   }

@@ -113,7 +113,7 @@ void PrintForce(const Scene& scene, const StereoRig& rig,
 
 void PrintDots(const Scene& scene, const StereoRig& rig) {
   const auto places_O = DotPlaces(*scene.sense.Find<PointTracking>());
-  const auto seen_O = InBothPictures(scene, rig, places_O);
+  const auto seen_O = InBothImages(scene, rig, places_O);
   PrintLine(
       "dots",
       fmt::format("{} of {} with radius {} are visible to both cameras at rest{}", seen_O.size(),
@@ -158,48 +158,48 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
   }
 }
 
-// What the tracker finds in the first images.
+// Findings of the tracker in the first images.
 struct FirstLook {
-  int pictures = 0;
-  int until_rest = 0;                // pictures until the rest frame was known; 0: it was not
+  int images = 0;
+  int until_rest = 0;                // images until the rest frame was known; 0: it was not
   std::size_t points = 0, seen = 0;  // in the last one
-  double us = 0;                     // per picture, the first one apart, which makes room
+  double us = 0;                     // per image, the first one apart, which makes room
   LatencyHistogram checks;           // likewise, part of it
 };
 
 FirstLook FirstSample(const Scene& scene, const StereoRig& rig, StereoSource& source,
                       SurfacePointTracker& tracker) {
-  constexpr int kPictures = 15;
+  constexpr int kImages = 15;
   FirstLook look;
   std::chrono::duration<double, std::micro> spent(0);
-  while (look.pictures < kPictures) {
+  while (look.images < kImages) {
     const auto pair = source.Next(std::stop_token());
     if (!pair) break;
-    if (look.pictures++ == 0) RequireRigFits(scene, rig, *pair);
+    if (look.images++ == 0) RequireRigFits(scene, rig, *pair);
     const auto began = std::chrono::steady_clock::now();
     const SurfaceObservation& observation = tracker.Process(*pair);
-    if (look.pictures > 1) spent += std::chrono::steady_clock::now() - began;
-    if (look.pictures > 1) look.checks.Add(tracker.checks_us());
-    if (look.until_rest == 0 && tracker.at_rest_known()) look.until_rest = look.pictures;
+    if (look.images > 1) spent += std::chrono::steady_clock::now() - began;
+    if (look.images > 1) look.checks.Add(tracker.checks_us());
+    if (look.until_rest == 0 && tracker.at_rest_known()) look.until_rest = look.images;
     look.points = observation.points.size();
     look.seen = static_cast<std::size_t>(
         std::ranges::count_if(observation.points, [](const SurfacePoint& p) { return p.seen; }));
   }
-  look.us = look.pictures > 1 ? spent.count() / (look.pictures - 1) : 0;
+  look.us = look.images > 1 ? spent.count() / (look.images - 1) : 0;
   return look;
 }
 
 std::string SeenInWords(const Scene& scene, const SurfacePointTracker& tracker,
                         const FirstLook& look) {
   if (look.until_rest == 0) {
-    const bool are_enough = look.pictures >= tracker.rest_images();
+    const bool are_enough = look.images >= tracker.rest_images();
     return fmt::format("NOTHING yet: {}; the first {} do not{}{}", RestInWords(tracker),
-                       look.pictures, are_enough ? ": " : "", are_enough ? WhyNotFound(scene) : "");
+                       look.images, are_enough ? ": " : "", are_enough ? WhyNotFound(scene) : "");
   }
   std::string words = fmt::format(
       "{} of {} points in the last of {} images; the rest shape comes from the first {}: nothing "
       "may touch the object in them",
-      look.seen, look.points, look.pictures, look.until_rest);
+      look.seen, look.points, look.images, look.until_rest);
   const bool is_texture =
       scene.sense.Find<PointTracking>() &&
       scene.sense.Find<PointTracking>()->track == PointTracking::Track::kTexture;
@@ -225,7 +225,7 @@ void PrintRest(const RestSurface& rest) {
 }
 
 void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
-  if (TakesPictures(scene.sense)) {
+  if (TakesImages(scene.sense)) {
     PrintLine("images", "none until a driver sends them (FeedImages)");
     return;
   }
@@ -237,7 +237,7 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   const FirstLook look = FirstSample(scene, rig, *source, *tracker);
   PrintLine("detected", SeenInWords(scene, *tracker, look));
   if (tracker->rest()) PrintRest(*tracker->rest());
-  if (look.pictures < 2) return;
+  if (look.images < 2) return;
   const double rate = SensorRate(scene.sense);
   PrintLine("rate",
             fmt::format("{:.3g} us per image to find the points: {} the {:g} Hz of the images",

@@ -45,7 +45,7 @@ bool IsInside(const Lens& lens, const Vector2d& p_I, double margin) {
          p_I.y() <= lens.size[1] - 1 - margin;
 }
 
-double RadiusInPicture(const Scene& scene, const StereoRig& rig) {
+double RadiusInImage(const Scene& scene, const StereoRig& rig) {
   const Vector3d p_L =
       scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO.translation();
   return rig.left.fx * scene.sense.Find<PointTracking>()->dot_radius / p_L.norm();
@@ -66,9 +66,9 @@ std::optional<SightExpectation> ExpectedSight(const Scene& scene, const StereoRi
                           std::sqrt(std::max(0.0, spread.eigenvalues().maxCoeff()))};
 }
 
-std::vector<Vector2d> InBothPictures(const Scene& scene, const StereoRig& rig,
-                                     const std::vector<Vector2d>& places_O) {
-  const double margin = RadiusInPicture(scene, rig);
+std::vector<Vector2d> InBothImages(const Scene& scene, const StereoRig& rig,
+                                   const std::vector<Vector2d>& places_O) {
+  const double margin = RadiusInImage(scene, rig);
   std::vector<Vector2d> seen_O;
   std::ranges::copy_if(places_O, std::back_inserter(seen_O), [&](const Vector2d& p) {
     const auto seen = Sight(scene, rig, Vector3d(p.x(), p.y(), 0));

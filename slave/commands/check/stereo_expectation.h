@@ -24,8 +24,8 @@ std::optional<SightExpectation> ExpectedSight(const Scene& scene, const StereoRi
 
 // The positions (x, y of O at z = 0 [m]) that lie in both images, at least a dot's radius from the
 // edge.
-std::vector<Eigen::Vector2d> InBothPictures(const Scene& scene, const StereoRig& rig,
-                                            const std::vector<Eigen::Vector2d>& places_O);
+std::vector<Eigen::Vector2d> InBothImages(const Scene& scene, const StereoRig& rig,
+                                          const std::vector<Eigen::Vector2d>& places_O);
 
 // The force that the displacements at the positions determine for the scene's contact below home.
 struct ForceExpectation {

@@ -61,7 +61,7 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
   return displacement;
 }
 
-// The surface at the end of the scene's tactile recording, as its fingertips tell it; at rest if
+// The surface at the end of the scene's tactile recording, as its fingertips measure it; at rest if
 // the scene has none or nobody says where its fingertips are. Throws what OpenTactileRecording and
 // TactileEstimator throw; Interrupted.
 study::EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
@@ -115,7 +115,7 @@ study::ObjectHint Hint(const EvaluateOptions& options) {
   return hint;
 }
 
-// Why there is no score where one was asked for; empty: there is one.
+// Why there is no score where one was requested; empty: there is one.
 std::string NotScored(const study::MeasuredQuestion& question,
                       const study::MeasuredAnswer& answer) {
   if (answer.object.empty()) return answer.choice.why;

@@ -1,4 +1,4 @@
-// `palpate-slave evaluate`: compares the estimated shape with a measured cloud (contracts; paper B,
+// `palpate-slave evaluate`: compares the estimated shape with a measured cloud (paper B,
 // IV.C).
 #pragma once
 

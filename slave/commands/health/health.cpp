@@ -40,7 +40,7 @@ std::string ContentOf(const grpc::ByteBuffer& buffer) {
   return bytes;
 }
 
-// What answers there in place of a slave, in words.
+// Describes the program that answers at `endpoint` in place of a slave.
 std::string WhatAnswers(const Endpoint& endpoint) {
   constexpr timeval kPatience{1, 0};
   addrinfo hints{};

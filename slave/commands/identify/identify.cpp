@@ -4,7 +4,7 @@
 #include <string>
 
 #include "shared/text/text.h"
-#include "slave/commands/identify/picture_fit.h"
+#include "slave/commands/identify/image_fit.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/scene_remarks.h"
 
@@ -44,10 +44,10 @@ int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
   IdentifyReport report;
   {
     ProgressBar progress("identify", stop);
-    const auto fit_pictures = [&](const Scene& scene, const std::filesystem::path& file) {
-      return FitPictures(scene, file, stop);
+    const auto fit_images = [&](const Scene& scene, const std::filesystem::path& file) {
+      return FitImages(scene, file, stop);
     };
-    report = Identify(options, {.remark = LogRemarks, .fit_pictures = fit_pictures}, &progress);
+    report = Identify(options, {.remark = LogRemarks, .fit_images = fit_images}, &progress);
   }
   std::filesystem::create_directories(options.out);
   WriteWholeFile(options.out / "report.json", ToJson(report));

@@ -17,7 +17,7 @@ namespace palpate {
 namespace {
 
 void RefuseOptions(const ProcessOptions& options) {
-  if (options.overrides.empty() && !options.pictures && !options.frames && !options.points &&
+  if (options.overrides.empty() && !options.images && !options.frames && !options.points &&
       !options.duration) {
     return;
   }
@@ -90,9 +90,9 @@ void PrintFrames(const Scene& scene, const std::filesystem::path& out) {
       ScenePose(scene.sense.Find<StereoCameras>()->X_SL));
 }
 
-void RefusePictures(const ProcessOptions& options, const Scene& scene) {
-  if (!options.pictures && !options.frames) return;
-  throw std::invalid_argument(std::string(options.pictures ? "--pictures" : "--frames") + ": " +
+void RefuseImages(const ProcessOptions& options, const Scene& scene) {
+  if (!options.images && !options.frames) return;
+  throw std::invalid_argument(std::string(options.images ? "--pictures" : "--frames") + ": " +
                               scene.file.string() + " has no camera");
 }
 
@@ -120,20 +120,20 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
   const auto inputs = InputFilesOf(scene);
   RequireOtherThan("--out", options.out, {"states.csv", "summary.json"}, inputs);
-  if (options.pictures) RequireOtherThan("--pictures", options.out, {"pictures"}, inputs);
+  if (options.images) RequireOtherThan("--pictures", options.out, {"pictures"}, inputs);
   if (options.frames) {
     RequireOtherThan("--frames", options.out,
                      {"frames", "frames/left", "frames/right", "frames/rig.yaml"}, inputs);
   }
   if (options.points) RequireOtherThan("--points", options.out, {"points.csv"}, inputs);
   const double duration = Duration(options, scene);
-  if (!HasPictures(scene.sense)) RefusePictures(options, scene);
+  if (!HasImages(scene.sense)) RefuseImages(options, scene);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   const auto progress = [&](std::uint64_t done) {
     if (terminal && done % 50 == 0) fmt::print(stderr, "\r{}", done);
   };
   const OfflineSummary summary = RunOffline(
-      scene, {options.out, options.pictures, options.frames, progress, duration, options.points},
+      scene, {options.out, options.images, options.frames, progress, duration, options.points},
       stop);
   if (terminal) fmt::print(stderr, "\r                    \r");
   Print(summary, options.out);

@@ -13,7 +13,7 @@ struct ProcessOptions {
   std::filesystem::path scene;
   std::vector<std::string> overrides;
   std::filesystem::path out;
-  bool pictures = false;           // also write images with the detections drawn in
+  bool images = false;             // also write images with the detections drawn in
   bool frames = false;             // also write the source images
   bool points = false;             // also write the points that are followed
   std::optional<double> duration;  // of a simulated target's path [s]

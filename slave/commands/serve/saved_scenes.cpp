@@ -128,7 +128,7 @@ void SavedScenes::Link(const fs::path& folder) const {
   std::ranges::for_each(kFiles, link);
 }
 
-// Also the links that lead nowhere now.
+// Also removes links whose target no longer exists.
 void SavedScenes::RemoveOthers(const fs::path& present, const fs::path& last) const {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(scenes(), ignored)) {

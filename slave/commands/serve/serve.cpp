@@ -22,9 +22,9 @@
 #include "shared/nats/nats_connection.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
-#include "slave/commands/plain_words.h"
 #include "slave/commands/program.h"
 #include "slave/commands/running_scene.h"
+#include "slave/commands/scene_summary.h"
 #include "slave/commands/serve/setup_session.h"
 #include "slave/live/live_slave.h"
 #include "slave/recording/sense_recording.h"
@@ -97,7 +97,7 @@ class SlaveRecorder {
 void Introduce(const SlaveDescription& d) {
   spdlog::info("{}", d.scene.name);
   try {
-    spdlog::info("{}", InPlainWords(d.scene));
+    spdlog::info("{}", SceneSummary(d.scene));
   } catch (const std::exception&) {  // the object is what the cameras find, or no model takes it
   }
   for (const std::string& line : Introduction(d.sense)) spdlog::info("{}", line);
@@ -180,7 +180,7 @@ Metrics MetricsOf(const Slave& slave, const Server& server) {
 
 int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   const std::stop_token stop = signals.token();
-  // Each of eight a processor would come to keep a few pictures that nobody needs.
+  // Each of eight a processor would come to keep a few images that nobody needs.
   mallopt(M_ARENA_MAX, 4);
   CheckSetup(options);
   const bool plain = options.tls.empty();

@@ -109,7 +109,7 @@ void AddForeignNames(const DocumentNode& node, const std::string& path, const Sh
   mistakes->back().line = node.line;
 }
 
-// What a set-up cannot offer: another camera, or another client.
+// Lists the parts of a scene that a set-up cannot offer: another camera, or another client.
 std::vector<SceneMistake> ForeignParts(const Scene& scene, const SharedCamera& camera) {
   std::vector<SceneMistake> mistakes;
   const auto* used = scene.sense.Find<Camera>();
@@ -203,7 +203,7 @@ std::optional<SceneMistake> TouchAtStart(const Trial& trial) {
                       .expected = "an untouched object: lift the tool, or correct its tip"};
 }
 
-// What is wrong with a staged scene; if nothing is, the scene and its trial.
+// The mistakes of a staged scene or, without any, the scene and its trial.
 struct Examined {
   std::vector<SceneMistake> mistakes;
   FrameOpener open;  // begins with the image of the trial

@@ -107,7 +107,7 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
 
 struct Built {
   std::unique_ptr<DeformationModel> model;
-  std::unique_ptr<FieldFile> field;  // nullptr: not asked for
+  std::unique_ptr<FieldFile> field;  // nullptr: not requested
 };
 
 // `field`: the field's file, empty: none.

@@ -1,5 +1,5 @@
 // `palpate-slave solve`: contacts and loads in, forces and displacements out, as CSV files
-// (contracts, `solve`).
+// (rules: slave/solve/README.md).
 #pragma once
 
 #include <filesystem>

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// What acted on the tool during a time. Frame S; NaN: unknown.
+// A known load on the tool during an interval. Frame S; NaN: unknown.
 struct KnownLoad {
   double from = 0, until = 0;               // on the clock of the states [s]
   std::string finger;                       // empty: the first one by name
@@ -38,7 +38,7 @@ LoadTable ReadLoads(const std::filesystem::path& file);
 // in which the object pushes the tool. Throws std::invalid_argument with what is accepted.
 KnownLoad ParseLoad(const std::string& line);
 
-// Replaces what was measured while `state` was reported by `load`, the one of the number `hold`.
+// Replaces the measured force of `state` by `load`, whose number is `hold`.
 // Without a sigma a reference counts as known to 1 %: weights, springs and gauges rarely are
 // better, and neither is the time of a changing force.
 ForceRow WithLoad(ForceRow state, const KnownLoad& load, int hold);

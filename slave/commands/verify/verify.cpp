@@ -46,8 +46,8 @@ ForceSource SourceOf(const Scene& scene) {
   return source;
 }
 
-// Asks for one load after the other, and watches the slave while each is held. `rows` are written
-// after each answer.
+// Prompts for one load after the other, and records the slave's states while each is held. `rows`
+// are written after each answer.
 ForceTables AskForLoads(const VerifyOptions& options, LiveStates* live,
                         const std::stop_token& stop) {
   std::puts(
@@ -61,7 +61,7 @@ ForceTables AskForLoads(const VerifyOptions& options, LiveStates* live,
       "Directions are those in which the object pushes the tool, frame S. `at X Y Z` behind a "
       "load\n"
       "gives the known position of the tip in metres. `done` ends.");
-  constexpr double kSettling = 0.2;  // what was on its way belongs to the load before [s]
+  constexpr double kSettling = 0.2;  // states under way belong to the load before [s]
   ForceTables tables;
   std::vector<ForceRow>& rows = tables[""];
   int hold = 0;
@@ -148,7 +148,7 @@ void ForgetZ(ForceTables* tables) {
   }
 }
 
-// Where forces of a scene come from, in words, and the table of them.
+// Describes the source of a scene's forces, and their table.
 struct Run {
   std::string source;
   ForceTables tables;
@@ -168,7 +168,7 @@ Run RunScene(const VerifyOptions& options, const Scene& scene, const std::stop_t
     const std::string address = options.connect.empty() ? kUsualAddress : options.connect;
     LiveStates live(address, options.tls, options.insecure);
     if (!asks) return {"slave " + address, with_known({{"", live.Watch(options.duration, stop)}})};
-    live.Watch(0.5, stop);  // before anybody is asked: does it answer?
+    live.Watch(0.5, stop);  // checks that the slave answers before the first prompt
     return {"slave " + address, AskForLoads(options, &live, stop)};
   }
   const std::string name = options.scene.filename().string();
@@ -179,7 +179,7 @@ Run RunScene(const VerifyOptions& options, const Scene& scene, const std::stop_t
       RunOffline(scene, {.out = options.out}, stop);
     }
   } catch (const std::system_error&) {
-    throw;  // the samples are not to blame: a file cannot be written
+    throw;  // not an error of the samples: a file cannot be written
   } catch (const std::exception& refusal) {
     throw Refusal(refusal.what());
   }

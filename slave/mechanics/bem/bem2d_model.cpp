@@ -162,8 +162,8 @@ Vector2d Bem2dModel::AmplitudeOf(const PlaceForce& at) const {
   return amplitude / greens_.measure(at.place);
 }
 
-// What supports bear of a contact: E has their tractions in the rows of what is held. No stiffness
-// is known along components that are held somewhere under the contact.
+// Adds the reaction of supports to a contact: E has their tractions in the rows of fixed
+// components. The stiffness is unknown along components that are fixed somewhere under the contact.
 void Bem2dModel::AddReaction(const ContactSlot& slot, ContactResponse* response) const {
   if (slot.load >= 0 || !(slot.held[0] || slot.held[1])) return;
   Vector2d reaction = Vector2d::Zero();

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 
 constexpr int kReportEvery = 16;  // elements
 
-// What the element's Legendre modes contribute at a point.
+// Contributions of the element's Legendre modes at a point.
 using ModeBlocks = std::array<KelvinBlocks<double>, kLargestNodeCount>;
 
 void Integrate(const KelvinConstants& constants, const ElementView& view, int modes,

@@ -26,7 +26,7 @@ struct PlaneElasticity {
   static PlaneElasticity From(double nu, Plane plane);
 };
 
-// What the reference problem holds at zero displacement; everything else is free of traction.
+// Boundary conditions of the reference problem: zero displacement, and free of traction elsewhere.
 struct ReferenceProblem {
   BoundaryMesh mesh;                      // [m]
   std::vector<std::array<bool, 2>> held;  // per element: x, y

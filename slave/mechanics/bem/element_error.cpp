@@ -22,7 +22,7 @@ constexpr double kSmooth = 0.7;
 // Larger side by thickness above which a body bends [-]. [derived: 2 of squares and discs]
 constexpr double kSlender = 2.5;
 
-// The thickness is 2 A / P, of a long strip its height.
+// The thickness is 2 A / P, which is the height for a long strip.
 bool IsSlender(const BoundaryMesh& mesh) {
   Eigen::AlignedBox2d box;
   double twice_area = 0, perimeter = 0;
@@ -59,7 +59,7 @@ class MissingModes {
       }
     }
   }
-  // Two rows of element `e`.
+  // Returns the two rows of element `e`.
   [[nodiscard]] auto Of(int e) const { return c_.middleRows<2>(2 * e); }
 
  private:
@@ -77,7 +77,8 @@ class MissingModes {
   }
   [[nodiscard]] double Mode(double s) const { return ElementNodes::Legendre(local_.count, s); }
 
-  // By the nearest node of each neighbour on the same smooth side. False: there is none.
+  // Extrapolates from the nearest node of each neighbour on the same smooth side. False: there is
+  // none.
   bool FitToSide(int e) {
     const BoundaryElement& own = mesh_.elements[Index(e)];
     int found = 0;
@@ -94,7 +95,7 @@ class MissingModes {
     if (found > 0) c_.middleRows<2>(2 * e) /= found;
     return found > 0;
   }
-  // The error of an element that is a side by itself: by what its neighbours have at the common
+  // The error of an element that is a side by itself, from its neighbours' values at the common
   // corners.
   void FitToCorners(int e, const MatrixXd& sides) {
     for (const double end : {-1.0, 1.0}) {
@@ -110,7 +111,7 @@ class MissingModes {
   MatrixXd c_;
 };
 
-// What the missing mode of an element adds to the collocated equations.
+// Contribution of an element's missing mode to the collocated equations.
 MatrixXd IntegrateMode(const ReferenceProblem& problem, const std::vector<BoundaryNode>& nodes,
                        const PlaneElasticity& elasticity, int element) {
   const KelvinConstants constants(elasticity.shear_modulus, elasticity.effective_nu);
@@ -176,7 +177,8 @@ ElementError::ElementError(const ReferenceProblem& problem, const std::vector<Bo
   }
 }
 
-// One in the middle of each smooth side at least, and as many as its share of the elements.
+// Places at least one sample in the middle of each smooth side, and more in proportion to its
+// elements.
 void ElementError::ChooseProbes(const ReferenceProblem& problem) {
   const BoundaryMesh& mesh = problem.mesh;
   std::vector<int> side;  // of elements, on which the element begins

@@ -1,5 +1,5 @@
-// By how much the order of the elements falsifies a body's compliance: slender parts that bend are
-// too stiff or wild long before compact bodies are.
+// Error of a body's compliance by the order of its elements. Slender parts that bend have a large
+// error long before compact bodies do.
 //
 // Between its nodes, the zeros of Legendre's P_n, the displacement of an element departs from the
 // discrete one by c P_n(s) to first order; c follows from the neighbours' values. This departure

@@ -73,8 +73,8 @@ bool ElementPlaces::IsCoarse(double width) const {
   return lacking > kMostOff * std::max(1.0, std::log(kBody * larger_side_ / length));
 }
 
-// As if the patch, which is of whole elements, were centred at the contact's place. Unknown where a
-// support bears a part of the force.
+// Computes moment arms as if the patch of whole elements were centred at the contact. They are
+// unknown where a support carries a part of the force.
 void ElementPlaces::SetArms(const Contact& contact, int element,
                             ContactFootprint* footprint) const {
   const auto off = OffCentre(contact.p_O.head<2>(), element);

@@ -1,4 +1,4 @@
-// What a contact touches of a plane body's boundary elements (contracts, `solve`).
+// Boundary elements of a plane body that a contact touches (rules: slave/solve/README.md).
 #pragma once
 
 #include <optional>

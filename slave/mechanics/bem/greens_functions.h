@@ -23,7 +23,7 @@
 
 namespace palpate {
 
-// As a Compliance its places are the nodes, their amplitudes tractions.
+// The places of this Compliance are the nodes, and their amplitudes are tractions.
 class GreensFunctions final : public Compliance {
  public:
   // Poisson ratio in plane strain up to which a body with holes needs no equation for the holes'
@@ -39,7 +39,7 @@ class GreensFunctions final : public Compliance {
   // std::invalid_argument: fewer than three elements, elements without length, nu out of range or
   // too near 0.5 (see above), a system that is singular to working precision; Interrupted.
   explicit GreensFunctions(ReferenceProblem problem, Progress* progress = nullptr);
-  // What that takes on a machine of today, one thread, portable build.
+  // Estimates time and memory on a present machine with one thread and the portable build.
   static PrecomputeCost Estimate(int elements, ElementOrder order);
 
   // The 2x2 block of E, column-major: what node `j`'s prescribed components do at node `i`.

@@ -108,7 +108,7 @@ inline KelvinIntegrals<double> KelvinMode(const LegendreMoments& moments, std::s
   });
 }
 
-// What values on an element contribute at a point: row i for the unit force's direction,
+// Contribution of values on an element at a point: row i for the unit force's direction,
 // column j for the component of the traction or displacement, frame of the mesh.
 template <typename T>
 struct KelvinBlocks {

@@ -1,5 +1,5 @@
-// What a unit force on the free surface of a fixed body does to every place of it: the Green's
-// functions that contacts are answered with (James and Pai 2003; paper A, eqs. 5-7, in the form of
+// Response of a fixed body to a unit force on its free surface: the Green's functions that answer
+// contacts (James and Pai 2003; paper A, eqs. 5-7, in the form of
 // a compliance); and the forces that contacts must find, with the blocks of a compliance between
 // them.
 //

@@ -135,7 +135,7 @@ bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
   return true;
 }
 
-// By how much the disc of a contact gives way more than the wider one that represents it:
+// Additional compliance of a contact's disc against the wider disc that represents it:
 // nondimensional, all components.
 Matrix3d ComplianceSolver::Lacking(const ContactSlot& slot) const {
   const double nu = params_.poisson_ratio;
@@ -196,7 +196,7 @@ void ComplianceSolver::AddPrescribed(const ContactSlot& slot, const Vector3d& va
   }
 }
 
-// What unit values of a contact prescribe, a column each.
+// Fills one column per unit value that a contact prescribes.
 void ComplianceSolver::FillUnitColumns(const ContactSlot& slot, double* first) const {
   for (int c = 0; c < compliance_.components() && slot.load >= 0; ++c) {
     const auto by = loads_.unknowns_by(slot.load, c);

@@ -53,8 +53,8 @@ class ComplianceSolver {
   // requested. O(m^2) if only values changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
-  // What a moved contact costs [us]: the contacts in turn, on a solver of their own; 0: one of them
-  // has no solution.
+  // Measures the time of an update after a contact has moved [us]: the contacts in turn, on a
+  // solver of their own; 0: one of them has no solution.
   static double MeasureUpdate(Compliance& compliance, ContactPlaces& places, const Params& params,
                               const std::array<Contact, 2>& contacts);
   [[nodiscard]] const Params& params() const { return params_; }
@@ -63,7 +63,7 @@ class ComplianceSolver {
   // Why the last Respond failed, one clause.
   [[nodiscard]] std::string_view failure() const { return failure_; }
 
-  // What the contacts of the last Respond touch.
+  // The parts of the surface that the contacts of the last Respond touch.
   [[nodiscard]] std::span<const ContactSlot> slots() const { return set_.slots(); }
   // Unknown components, those of free motions included.
   [[nodiscard]] int rows() const { return set_.rows(); }

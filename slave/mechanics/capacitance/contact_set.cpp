@@ -41,7 +41,7 @@ bool ContactSet::IsSame(std::span<const Contact> contacts) const {
   });
 }
 
-// What a disc does to others nearer than its own width depends on how wide it is.
+// The effect of a disc on contacts nearer than its own width depends on that width.
 bool ContactSet::IsCrowded() const {
   for (const auto& wide : slots()) {
     if (wide.footprint.reach == 0) continue;
@@ -130,7 +130,7 @@ bool ContactSet::Number() {
   return true;
 }
 
-// What a load cannot move.
+// Finds components that a load cannot move.
 bool ContactSet::FindHeld(ContactSlot* slot) {
   slot->held = {true, true, true};
   for (const PlaceWeight& loaded : slot->footprint.places) {

@@ -31,7 +31,7 @@ double LackOfStretching(double w) {
 }
 
 // Bending alone while the press stays where that is the plate's theory and within the tolerance. A
-// scene that tells of no press is asked for loads as they come.
+// scene that states no press may be given any loads.
 ModelChoice ChoosePlate(const Scene& scene, double thickness) {
   const OperatorOptions& hand = scene.operator_options;
   constexpr double kThin = 0.5;  // largest deflection of a plate that bends only [thicknesses]

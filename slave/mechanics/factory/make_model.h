@@ -1,4 +1,4 @@
-// From a scene to the model that runs.
+// Creates the model of a scene.
 #pragma once
 
 #include <memory>
@@ -22,7 +22,7 @@ struct ModelChoice {
 
 // The decision of `kind: auto`, and its reason.
 ModelChoice ChooseModel(const Scene& scene);
-// That kind. Throws std::invalid_argument: no kind of model.
+// The kind of the scene's model. Throws std::invalid_argument: no such kind.
 const ModelKind& KindOf(const Scene& scene);
 // Whether that model finds itself where the scene's tool touches, see ShapesTool (model_kinds.h).
 bool ShapesTool(const Scene& scene);
@@ -33,14 +33,14 @@ bool IsLinear(const Scene& scene);
 // std::invalid_argument: no fixed part, impossible combination (with the reason); Interrupted.
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,
                                             Progress* progress = nullptr);
-// The same where the kind's family is known: bem2d; plate or plate-large.
+// Creates the model of a known family of kinds: bem2d; plate or plate-large.
 std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMesh& mesh,
                                             Progress* progress = nullptr);
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
                                              Progress* progress = nullptr);
 
-// What the models of volumes hold of a scene: also nodes that belong to no tetrahedron, which have
-// no stiffness of their own.
+// Nodes that the models of volumes fix: those of the scene's supports, and those without a
+// tetrahedron, which have no stiffness.
 HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh);
 
 }  // namespace palpate

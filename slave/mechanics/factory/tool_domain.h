@@ -68,7 +68,7 @@ class ToolDomain {
   // Makes the response of a contact that the tool moves kExtrapolated outside of the domain. Loads
   // and contacts at a point stay as they are. No allocation.
   void Judge(const Contact& contact, ContactResponse* response) const noexcept;
-  // What the force may be off inside, relative [-].
+  // Relative error of the force within the domain [-].
   [[nodiscard]] double error() const { return doubt_.empty() ? error_ : 0; }
   [[nodiscard]] std::string_view doubt() const { return doubt_; }  // at every place
 

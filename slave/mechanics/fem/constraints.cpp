@@ -198,7 +198,7 @@ Vector3d Constraints::Sum(int k, const NodeVector& force) const noexcept {
   Vector3d sum = Vector3d::Zero();
   for (int c = 0; c < 3; ++c) {
     if (contact.sum >= 0 && contact.blocked.v[c] == 0) {
-      // By the nodes that are free: what the others take is mixed with what supports bear.
+      // Uses the free nodes: the force on the others is mixed with that of supports.
       const auto [square, value] = Weigh(held_.sums[Index(contact.sum)], force, c);
       sum[c] = value / square;
       continue;
@@ -226,7 +226,7 @@ double Constraints::Imbalance(const NodeVector& force) const noexcept {
   return worst;
 }
 
-// What supports and contacts hold of a part.
+// Collects the motions of a part that supports and contacts prevent.
 void Constraints::HoldMotions(int part, HeldMotions* motions) const {
   for (int i = 0; i < body_.size(); ++i) {
     if (body_.part()[Index(i)] != part) continue;

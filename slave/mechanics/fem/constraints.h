@@ -19,8 +19,9 @@
 
 namespace palpate::fem {
 
-// What factors and preconditioners replace in a tangent: rows and columns of components that are
-// fixed get ones on the diagonal, and a weighted sum of a component that is fixed gets a penalty.
+// Changes that factors and preconditioners make to a tangent: rows and columns of components that
+// are fixed get ones on the diagonal, and a weighted sum of a component that is fixed gets a
+// penalty.
 struct HeldComponents {
   struct Sum {
     int node[3] = {-1, -1, -1};
@@ -45,7 +46,7 @@ class Constraints {
   // Keeps a reference to the body.
   explicit Constraints(const FemBody& body);
 
-  // Back to the supports.
+  // Removes all contacts; the supports stay.
   void Clear();
   // Each adds one contact, numbered from 0. False: a node is fixed by another contact already.
   // Nodes that move alike, whatever their weights.
@@ -63,13 +64,13 @@ class Constraints {
   // Finds the rigid motions that are free, whatever tools touch. False: more than 24 of them.
   [[nodiscard]] bool FindFreeMotions();
 
-  // What contact k is moved to. False: not zero along a component that supports fix.
+  // Prescribes the displacement of contact k. False: it is not zero along a fixed component.
   [[nodiscard]] bool Move(int k, const Eigen::Vector3d& displacement);
 
-  // lift = the least change of u that brings the contacts to `share` of where they are moved to,
-  // free of free motions. Returns its largest component.
+  // lift = the least change of u that brings the contacts to `share` of their prescribed
+  // displacement, without free motions. Returns its largest component.
   double Lift(const NodeVector& u, double share, NodeVector& lift) const noexcept;
-  // held = what of u contacts hold: the part that P removes, but for supports.
+  // held = the part of u that contacts prescribe, which P removes together with that of supports.
   void HeldPart(const NodeVector& u, NodeVector& held) const noexcept;
   void ProjectMotion(NodeVector& change) const noexcept;  // P
   void ProjectForce(NodeVector& force) const noexcept;    // P^T
@@ -90,7 +91,7 @@ class Constraints {
     for (const Guide& guide : held_.guides) action(guide.row);
     return true;
   }
-  // What contact k gives, where `force` is what nodes bear of contacts and supports together.
+  // The force of contact k, where `force` contains the nodal forces of contacts and supports.
   [[nodiscard]] Eigen::Vector3d Sum(int k, const NodeVector& force) const noexcept;
   [[nodiscard]] bool has_free_motions() const { return motion_count_ > 0; }
   // The largest part of a free motion in `force`, of the forces' sizes together.

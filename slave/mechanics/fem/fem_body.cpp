@@ -186,7 +186,8 @@ void FemBody::Number(const SolidMesh& mesh, const HeldNodes& held) {
   }
 }
 
-// By their first node to be eliminated: neighbours in memory are neighbours in space.
+// Sorts elements by their first node to be eliminated, so that neighbours in memory are neighbours
+// in space.
 void FemBody::SortElements() {
   mesh_element_.resize(tets_.size());
   std::iota(mesh_element_.begin(), mesh_element_.end(), 0);

@@ -49,7 +49,7 @@ class FemBody {
   [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
   // A node's share of the volume: a quarter of each of its elements; 0: it has none.
   [[nodiscard]] double Volume(int node) const { return volume_[static_cast<std::size_t>(node)]; }
-  // What a moving node of the body at rest resists on its own along an axis, about [E length].
+  // Approximate stiffness of one node of the body at rest along an axis [E length].
   [[nodiscard]] double Stiffness(int node) const {
     return isotropic_[static_cast<std::size_t>(pattern_.diagonal[static_cast<std::size_t>(node)])];
   }

@@ -142,7 +142,7 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
   Reset();
   Describe();
   ReportProgress(progress, "first solution", 0.8);
-  Rehearse(mesh);
+  MeasureUpdateTime(mesh);
   NotePrecompute();
   ReportProgress(progress, "ready", 1);
 }
@@ -165,8 +165,8 @@ void FemModel::Describe() {
                     : "");
 }
 
-// What a moved contact costs, on meshes where that is soon known.
-void FemModel::Rehearse(const SolidMesh& mesh) {
+// Measures the time of an update after a contact has moved, on meshes where that is quick.
+void FemModel::MeasureUpdateTime(const SolidMesh& mesh) {
   const bool in_steps = body_.law() == fem::TetElements::Law::kNeoHookean;
   if (body_.element_count() > (in_steps ? kRehearsedInSteps : kRehearsed)) return;
   const SurfaceMesh surface = SurfaceOf(mesh);
@@ -258,8 +258,8 @@ bool FemModel::SolveUnder(std::span<const Contact> contacts) {
   return Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
 }
 
-// In increments, each accepted, so that friction follows the way; cut where one has no equilibrium.
-// After the deadline the rest of the way is one increment.
+// Moves the tools in increments and accepts each, so that friction follows the path. An increment
+// without equilibrium is halved. After the deadline the rest of the path is one increment.
 bool FemModel::MoveTools(std::span<const Contact> contacts) {
   double parts = 1;
   for (std::size_t k = 0; k < contacts.size(); ++k) {

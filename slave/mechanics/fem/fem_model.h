@@ -93,7 +93,7 @@ class FemModel final : public VolumeModel {
   bool Prescribe(std::span<const Contact> contacts, double part);
   void SetGravity();
   void Describe();
-  void Rehearse(const SolidMesh& mesh);
+  void MeasureUpdateTime(const SolidMesh& mesh);
   [[nodiscard]] const fem::NodeVector& reaction() const {
     return stepper_ ? stepper_->reaction() : equilibrium_->reaction();
   }

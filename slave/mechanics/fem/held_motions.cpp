@@ -7,7 +7,8 @@
 namespace palpate::fem {
 namespace {
 
-constexpr double kHolds = 1e-13;  // eigenvalue, of the largest: rounding leaves 1e-15
+constexpr double kHolds =
+    1e-13;  // smallest eigenvalue, relative to the largest; rounding makes 1e-15
 
 }  // namespace
 

@@ -149,8 +149,8 @@ void LinearSolver::Prepare(const BlockMatrix& A, const HeldComponents& held, Kin
   PrepareGrids(A, held);
 }
 
-// Of a factor the components that it holds or leaves free in error cost a few iterations, which
-// make it older.
+// Components that a factor wrongly fixes or frees cost a few iterations. They count towards the
+// factor's age.
 void LinearSolver::FollowHeld(const BlockMatrix& A, const HeldComponents& held) noexcept {
   if (kind_ == Kind::kDiagonal ||
       (kind_ == Kind::kGrids && !grids_->Renew(A, held.free, held.guides))) {
@@ -218,7 +218,7 @@ void LinearSolver::ContinueNext(const BlockMatrix& A, const HeldComponents& held
   excess_ = 0;
 }
 
-// In single precision if that is asked for and possible, else in double.
+// Factors in single precision if that is requested and possible, else in double precision.
 bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
   if (!upper_) return false;  // too large
   young_iterations_ = -1;

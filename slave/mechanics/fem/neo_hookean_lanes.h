@@ -42,7 +42,7 @@ PALPATE_INLINE Lanes3x3 CofactorOf(const Lanes3x3& F) {
   return C;
 }
 
-// From H = F - I: strains of 1e-18 keep their digits.
+// Evaluates the law from H = F - I, so that strains of 1e-18 keep their digits.
 PALPATE_INLINE NeoHookeanPoint NeoHookeanAt(const NeoHookeanModuli& law, const Lanes3x3& H) {
   const Lanes3x3 minors = CofactorOf(H);
   const Double8 trace = H[0][0] + H[1][1] + H[2][2];

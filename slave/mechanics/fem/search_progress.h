@@ -35,7 +35,7 @@ class SearchProgress {
     if (digits <= 0) return;
     done_ = std::max(done_, std::clamp(std::log(first_ / residual) / digits, 0., 1.));
   }
-  // The same for a linear system on the way.
+  // Reports the residual of an inner linear system.
   void ReachInner(double residual, double target) noexcept {
     if (linear_) Reach(residual, target);
   }
@@ -43,7 +43,7 @@ class SearchProgress {
   [[nodiscard]] bool Continue() noexcept {
     return ReportProgress("finding the equilibrium", done_);
   }
-  // The same while a factor is made, of which `done` is there.
+  // Reports that the share `done` of a factor is computed.
   [[nodiscard]] bool ContinueFactor(double done) noexcept {
     return ReportProgress("factoring the stiffness", done);
   }

@@ -21,7 +21,7 @@ struct LaneQuaternion {
   Double8 s, x, y, z;
 };
 
-// The same for one element, from scratch, for whatever F: Davenport's eigenvector.
+// Computes the rotation of one element for any F without a start value: Davenport's eigenvector.
 // Returns s, x, y, z.
 Eigen::Vector4d SignedPolarQuaternion(const Eigen::Matrix3d& F) noexcept;
 

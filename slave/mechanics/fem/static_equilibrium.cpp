@@ -25,7 +25,7 @@ constexpr double kForSteps = 0.6;     // of the deadline; the rest is for what f
 constexpr double kIndependent = 1e-2;
 constexpr double kMostAhead = 3;  // of a former motion, in the one that is predicted [-]
 constexpr double kSufficient = 1e-4;
-// Where a factor makes digits cheap, the residual is driven this far below what is asked for.
+// Where a factor makes digits cheap, the residual is driven this far below the requested one.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
 // Growth of the residual by what tools touch after a step from which on that is most of it: the
 // next step needs no tangent of its own.
@@ -33,7 +33,7 @@ constexpr double kByContact = 2;
 constexpr double kRounding = 4e-16;  // of the diagonal's forces
 constexpr double kStalled = 0.5;
 
-// What rounding leaves of forces that should cancel.
+// Rounding error of forces that cancel in exact arithmetic.
 double RoundingFloor(const BlockMatrix& A, const NodeVector& u) {
   double square = 0;
   for (int i = 0; i < A.pattern().rows(); ++i) {
@@ -171,8 +171,8 @@ bool StaticEquilibrium::SolveInParts(const NodeVector& f_ext,
   return true;
 }
 
-// By the combination of the last motions that moves the contacts most nearly as they move now: what
-// a motion shares with newer ones is removed from it first.
+// Predicts by the combination of the last motions that fits the present motion of the contacts
+// best. Each motion is first made orthogonal to newer ones.
 void StaticEquilibrium::Predict(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
   constraints.Lift(u_, 1, lift_);
@@ -289,7 +289,7 @@ double StaticEquilibrium::FreeResidual(const Constraints& constraints) noexcept 
   return size;
 }
 
-// From u_, whose contacts move by `part` of what they still have to.
+// Iterates from u_ while the contacts move by `part` of their remaining displacement.
 bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noexcept {
   if (!is_current_) Update(With::kTangent);
   progress_.LimitTo(0);
@@ -328,8 +328,8 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double part) noe
   return false;
 }
 
-// What a step leads to at the tools: which nodes touch now, and their friction. True: the tools
-// move nodes on.
+// Updates the contact of the tools after a step: touching nodes and their friction. True: the tools
+// move further nodes.
 bool StaticEquilibrium::Touch(const Constraints& constraints) noexcept {
   if (tools_->Judge(u_, reaction_, AimOf(), true)) solver_.HoldOthers();
   tools_->Load(f_base_, &f_ext_);

@@ -29,7 +29,7 @@ class StaticEquilibrium {
   // Keeps a reference to the body.
   StaticEquilibrium(FemBody& body, const Params& params);
 
-  // As after construction: at rest.
+  // Returns to the state after construction: at rest.
   void Reset() noexcept;
   // Call when contacts hold other components.
   void Renew() noexcept {
@@ -40,9 +40,9 @@ class StaticEquilibrium {
   // parts where all at once does not converge. False: not found, or stopped; the last equilibrium
   // is kept.
   bool Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept;
-  // The same with tools, in increments of their way, each from the last one alone. Begin; then
-  // Increment with all that acts at its end and tools that have begun it, which are judged between
-  // the steps; false: not found, the last equilibrium is kept. End after the last one.
+  // Solves with tools in increments of their path. Call Begin, then Increment with all loads at the
+  // end of the increment, and End after the last one. The contact of the tools is updated between
+  // the steps. False: no equilibrium was found, and the last one is kept.
   void Begin() noexcept;
   bool Increment(const NodeVector& f_ext, const Constraints& constraints,
                  ToolContacts& tools) noexcept;
@@ -56,8 +56,8 @@ class StaticEquilibrium {
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
   [[nodiscard]] double residual() const { return relative_residual_; }  // reached
   [[nodiscard]] bool ended_early() const { return ended_early_; }       // by the deadline
-  // What the residual left by the last query of the neo-Hookean law still changes, to first order:
-  // of the displacements, and of what nodes bear of contacts and supports.
+  // First-order errors by the residual of the last query with the neo-Hookean law: of the
+  // displacements, and of the nodal forces of contacts and supports.
   [[nodiscard]] const NodeVector& displacement_error() const { return x_; }
   [[nodiscard]] const NodeVector& reaction_error() const { return trial_; }
   // Counts of the last query: steps of Newton's method, iterations of their linear systems.
@@ -98,7 +98,7 @@ class StaticEquilibrium {
   bool has_tangent_ = false;     // and so is the tangent
   bool tangent_serves_ = false;  // for one more step although it is not
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
-  // What a query moved: all nodes, and what contacts held of that.
+  // Motion of a query: of all nodes, and of the nodes that contacts prescribe.
   struct Motion {
     NodeVector body, contacts;
     std::array<Eigen::Vector3d, kMostWays> ways;  // of tools

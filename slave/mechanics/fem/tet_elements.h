@@ -58,7 +58,7 @@ class TetElements {
 
   // Rotations start from those of the last evaluation. Allocation-free.
   ElementSummary Evaluate(const NodeVector& u, WorkerTeam& team) noexcept;
-  // The same of the neo-Hookean law, and adds its tangent in one pass, on one thread.
+  // Evaluates the neo-Hookean law and adds its tangent in one pass, on one thread.
   ElementSummary EvaluateWithTangent(const NodeVector& u, std::span<const GroupBlocks> blocks,
                                      const TangentTarget& tangent) noexcept;
   // Rotations are the identity again.

@@ -39,7 +39,7 @@ class TimeStepper {
   void TakeBack() noexcept;
 
   [[nodiscard]] const NodeVector& displacement() const { return now_.u; }
-  // What supports and contacts add, on nodes that move; f_int - f_ext on the others.
+  // Forces of supports and contacts on moving nodes; f_int - f_ext on the others.
   [[nodiscard]] const NodeVector& reaction() const { return reaction_; }
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
   [[nodiscard]] double energy() const { return now_.energy; }  // elastic and kinetic

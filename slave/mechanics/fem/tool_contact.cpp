@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRim = 1e-9;       // of a flat tool's extent
-constexpr double kMargin = 2;       // of nodes that are looked at, from the tool [edges]
+constexpr double kMargin = 2;       // of nodes that are examined, from the tool [edges]
 constexpr double kMostTurning = 3;  // stiffness of turning friction, of a node's own
 constexpr int kMostChanges = 25;    // of an increment, then nodes stay as they are
 // Judgements after which friction changes by half and does not turn between steps: slower, and it
@@ -73,7 +73,7 @@ bool ToolContact::IsUnderFace(const Vector3d& from_apex) const noexcept {
          (across - x * along).norm() <= half_width;
 }
 
-// What faces the tool, as the body is deformed, within what the increment can bring to it.
+// Whether a node of the deformed body faces the tool and can reach it in this increment.
 bool ToolContact::IsNear(const TouchableNode& at, const Vector3d& moved) const noexcept {
   if (at.normal.dot(placement_.normal) <= 0) return false;
   const double margin = kMargin * at.edge + (displacement_ - accepted_displacement_).norm();
@@ -82,7 +82,7 @@ bool ToolContact::IsNear(const TouchableNode& at, const Vector3d& moved) const n
     const Vector3d from = x - CentreNear(x);
     return placement_.normal.dot(from) < 0 && from.norm() <= tool_.radius + margin;
   }
-  // By the accepted state: a node at the rim does not come and go within one increment.
+  // Uses the accepted state, so that a node at the rim does not change within one increment.
   if (!IsUnderFace(at.rest + moved - accepted_displacement_ - placement_.p)) return false;
   const double height = placement_.normal.dot(x - placement_.p - displacement_);
   return std::abs(height) <= 0.5 * placement_.width + margin;

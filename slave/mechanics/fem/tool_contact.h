@@ -59,16 +59,16 @@ class ToolContact {
   static constexpr int kNoTool = -1, kTaken = -2;  // the latter: held by another contact
   // Makes nodes that touch this tool its own.
   void Claim(int me, std::vector<int>* owner) const noexcept;
-  // What the nodes do next, where they have moved by `u` and bear `reaction` beside the tool's own
-  // friction. `slack`: of forces by the largest, of gaps by the depth [-]. `me`: this tool's
-  // number. True: some node changed.
+  // Updates which nodes touch and stick, after the displacements `u` and with the nodal forces
+  // `reaction`, without the tool's own friction. `slack`: of forces by the largest, of gaps by the
+  // depth [-]. `me`: this tool's number. True: some node changed.
   bool Judge(const NodeVector& u, const NodeVector& reaction, double slack, bool steps, int me,
              std::vector<int>* owner) noexcept;
   // The forces that nodes have at the end of an increment, which is accepted.
   void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
 
   void AddTouched(std::vector<TouchedNode>* touched) const noexcept;
-  // Of the increment, and `way` as what its nodes that touch move, whether they stick or slip.
+  // Displacement of the tool, hence of its touching nodes, in this increment; they stick or slip.
   [[nodiscard]] Eigen::Vector3d way() const { return displacement_ - accepted_displacement_; }
   void Carry(const Eigen::Vector3d& way, NodeVector* moved) const noexcept;
   // Adds `times` what turning friction is to the tangent.
@@ -76,8 +76,9 @@ class ToolContact {
   // Friction on nodes that slip: f_ext = base + friction on all nodes within reach.
   void Load(const NodeVector& base, NodeVector* f_ext) const noexcept;
 
-  // Of the accepted state: the tool's force on the body, its moment about the displaced apex, how
-  // many nodes touch, and the farthest of them from the apex.
+  // The following four are of the accepted state: the tool's force on the body, its moment about
+  // the displaced apex, the number of touching nodes, and the distance of the farthest one from the
+  // apex.
   [[nodiscard]] const Eigen::Vector3d& force() const { return force_; }
   [[nodiscard]] const Eigen::Vector3d& moment() const { return moment_; }
   [[nodiscard]] bool is_disc() const { return tool_.shape == Tool::Shape::kFlat; }

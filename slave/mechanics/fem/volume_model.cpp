@@ -145,7 +145,7 @@ std::string_view VolumeModel::DoubtOf(std::span<const Contact> contacts) {
   if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;
   if (ended_early()) return "the deadline came before the residual";
   if (gained_energy()) return "the time step gained energy";
-  // In equilibrium under nothing, what is left of strain is the residual's.
+  // Without any load the remaining strain is an error of the residual.
   const bool acts = traits_.is_dynamic || traits_.weighs ||
                     std::ranges::any_of(contacts, [](const Contact& contact) {
                       return contact.prescribed_O != Vector3d::Zero();

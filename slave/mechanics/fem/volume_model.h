@@ -1,5 +1,5 @@
-// What every model that solves for all nodes of a meshed volume answers, flags and refuses: one
-// rule for every element, law and solver.
+// Base class of models that solve for all nodes of a meshed volume. It answers, flags and refuses
+// by one rule for every element, law and solver.
 #pragma once
 
 #include <optional>
@@ -18,11 +18,11 @@
 
 namespace palpate {
 
-// Places and widths: contracts, `solve`. A contact that prescribes displacements holds the nodes of
-// its patch, or the weighted point of the triangle there, and reports what that takes; on supports
-// it must be zero and reports the reaction (in motion: its elastic part). In statics an object
-// without fixed boundary takes balanced loads (to 1e-6) and moves without mean displacement and
-// rotation.
+// Rules for positions and widths: slave/solve/README.md. A contact that prescribes displacements
+// holds the nodes of its patch, or the weighted point of the triangle there, and reports what that
+// takes; on supports it must be zero and reports the reaction (in motion: its elastic part). In
+// statics an object without fixed boundary takes balanced loads (to 1e-6) and moves without mean
+// displacement and rotation.
 //
 // kExtrapolated: elements inside out (their number is in info().remark), elements that lock, a
 // deadline before the residual, the linear law out of range, a step of time that gained energy from
@@ -74,14 +74,14 @@ class VolumeModel : public DeformationModel {
   [[nodiscard]] virtual const fem::ToolContact* ToolOf(std::size_t /*contact*/) const {
     return nullptr;
   }
-  // A deadline came before the residual that was asked for.
+  // A deadline came before the residual that was requested.
   [[nodiscard]] virtual bool ended_early() const { return false; }
 
   [[nodiscard]] std::span<const ContactPlace> places() const { return contacts_.places(); }
   [[nodiscard]] const Inversion& inversion() const { return inversion_; }
   // Four nodes without a pressure of their own are too stiff near nu = 0.5.
   [[nodiscard]] bool locks() const;
-  // What info().remark says of the model apart from its last answer.
+  // Sets the part of info().remark that does not depend on the last answer.
   void SetRemark(std::string remark);
 
   const Traits traits_;

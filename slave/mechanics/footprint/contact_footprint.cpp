@@ -172,7 +172,7 @@ void SurfaceFootprints::FindDisc(const Contact& contact, PatchBasis basis,
   }
 }
 
-// From the first width on that may hold three pieces.
+// Searches from the first width that may contain three pieces.
 bool SurfaceFootprints::FindWiderDisc(const Contact& contact, PatchBasis basis,
                                       ContactFootprint* footprint) {
   const auto& corners = surface_.triangles[Index(footprint->at.triangle)];

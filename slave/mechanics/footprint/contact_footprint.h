@@ -1,5 +1,5 @@
-// What a contact touches of a triangulated surface, and with what shares (contracts, `solve`): the
-// one rule of all models of volumes.
+// Parts of a triangulated surface that a contact touches, with their shares (rules:
+// slave/solve/README.md). All models of volumes use this rule.
 #pragma once
 
 #include <optional>
@@ -30,7 +30,7 @@ struct PlaceWeight {
   double weight = 0;  // share [-]
 };
 
-// What one contact touches.
+// The places that one contact touches.
 //
 // A load's force is shared out by the weights, which sum to one, and the displacement reported is
 // the mean by the same weights (the work is then force times displacement). So is a contact that
@@ -117,8 +117,8 @@ class SurfaceFootprints {
                                                        const Eigen::Vector3d& p_O) const;
   // Mean of the normals of the triangles there, unit; zero where they cancel.
   [[nodiscard]] Eigen::Vector3d NormalAt(const SurfacePlace& place) const;
-  // From the place over connected triangles that face the same way: a part of the surface beyond a
-  // gap or a step is not touched.
+  // Collects connected triangles of the same orientation around the place. A part of the surface
+  // beyond a gap or a step is not touched.
   void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);
   // Adds what of a triangle lies within `radius` of p_O; false: nothing.
   bool AddShare(int triangle, const Eigen::Vector3d& p_O, double radius);

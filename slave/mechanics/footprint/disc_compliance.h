@@ -10,7 +10,7 @@ namespace palpate {
 struct DiscCompliance {
   double normal = 0, across = 0;  // along the surface's normal; along the surface
 
-  // By components; `n`: the unit normal.
+  // The compliance in components; `n`: the unit normal.
   [[nodiscard]] Eigen::Matrix3d Around(const Eigen::Vector3d& n) const {
     return across * Eigen::Matrix3d::Identity() + (normal - across) * n * n.transpose();
   }

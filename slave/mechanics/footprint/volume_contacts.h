@@ -1,5 +1,5 @@
-// Where contacts act on a meshed volume: the nodes that each loads or moves (contracts, `solve`).
-// The one rule of all models that solve for every node.
+// Where contacts act on a meshed volume: the nodes that each loads or moves (rules:
+// slave/solve/README.md). The one rule of all models that solve for every node.
 #pragma once
 
 #include <span>
@@ -32,7 +32,7 @@ class VolumeContacts {
   VolumeContacts(const SolidMesh& mesh, int nodes_per_element, const HeldNodes& held,
                  double length_unit, double force_unit);
 
-  // What differs from the last set: nothing, loads alone, or what is prescribed where.
+  // Difference from the last set: none, loads alone, or the prescribed displacements.
   enum class Change { kNone, kLoads, kHolds };
   // Finds the places. False: failure() is the reason: a number that is not finite or beyond a
   // million units, no surface or element there, a contact that rests by half or more on nodes that

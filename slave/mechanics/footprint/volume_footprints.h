@@ -1,5 +1,5 @@
-// What contacts touch of a body of four-node or ten-node tetrahedra (contracts, `solve`): the one
-// rule of all models of volumes.
+// Nodes of a body of four-node or ten-node tetrahedra that contacts touch (rules:
+// slave/solve/README.md). All models of volumes use this rule.
 #pragma once
 
 #include <string_view>

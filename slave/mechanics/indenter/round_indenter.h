@@ -12,7 +12,7 @@
 // pulled lets go, until all that touch are pushed: a linear complementarity problem. Where the
 // stiffness has no positive entry off its diagonal, what lets go never comes back (Chandrasekaran,
 // Opsearch 7, 1970); a body that bends may press places against the tool again, so those that let
-// go are looked at once more. Works on any DeformationModel that moves single places.
+// go are examined once more. Works on any DeformationModel that moves single places.
 #pragma once
 
 #include <span>

@@ -16,7 +16,7 @@ class OneThread {
   int before_;
 };
 
-// As many threads as before this library was loaded, which set one.
+// Restores the number of threads that the program had before this library set it to one.
 void RestoreThreads() noexcept;
 
 }  // namespace palpate::blas

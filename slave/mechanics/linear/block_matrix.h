@@ -76,7 +76,7 @@ class BlockMatrix {
 
   // y = A x on the moving nodes; zero on those after them.
   void Multiply(const NodeVector& x, NodeVector& y) const noexcept;
-  // The same of four vectors, in hardly more than the time of one: reading A is what takes it.
+  // Multiplies four vectors in hardly more time than one, because reading A takes most of it.
   void Multiply(const std::array<const NodeVector*, 4>& x,
                 const std::array<NodeVector*, 4>& y) const noexcept;
   // A row of A x.

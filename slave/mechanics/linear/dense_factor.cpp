@@ -37,7 +37,8 @@ struct Columns {  // [begin, end), whole lanes
 // The diagonal entry while it is at least a tenth of the largest one below it, else that one:
 // compliances keep their diagonal, and nothing is swapped.
 PALPATE_INLINE int ChoosePivot(const RowMajor& a, int k, int order) noexcept {
-  std::array<double, 4> largest{};  // four at a time: a single one would wait for itself
+  std::array<double, 4>
+      largest{};  // four independent maxima: a single one would serialise the loop
   int i = k;
   for (; i + 4 <= order; i += 4) {
     for (std::size_t r = 0; r < largest.size(); ++r) {
@@ -161,7 +162,7 @@ PALPATE_DISPATCHED void SolveInPlace(const Factors& lu, int order, const int* pi
     ForwardSubstitute(b, k0, k1, factors, all);
     SubtractPanel(b, k1, order, factors, k0, all);
   }
-  for (int k1 = order; k1 > 0; k1 -= kPanel) {  // the one that is not full has no rows above it
+  for (int k1 = order; k1 > 0; k1 -= kPanel) {  // the incomplete panel has no rows above it
     const int k0 = std::max(k1 - kPanel, 0);
     const Factors factors{lu.data + k0, lu.pitch};
     BackSubstitute(b, k0, k1, factors, all);

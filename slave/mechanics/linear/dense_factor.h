@@ -29,7 +29,8 @@ class DenseFactor {
   [[nodiscard]] int order() const { return order_; }
   [[nodiscard]] int stride() const { return stride_; }
 
-  // In place, O(n^3). False: a pivot is below 1e-13 of the largest one so far, or not finite.
+  // Factorises in place, O(n^3). False: a pivot is below 1e-13 of the largest one so far, or not
+  // finite.
   bool Factorise() noexcept;
   // The rows of `b` become those of A^-1 b, all of its columns; O(n^2) for each eight of them.
   void Solve(const RowMajor& b) const noexcept;

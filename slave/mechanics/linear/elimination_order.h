@@ -1,4 +1,4 @@
-// In which order the nodes of a graph are eliminated so that factors stay sparse.
+// Finds an order of elimination of a graph's nodes that keeps factors sparse.
 #pragma once
 
 #include <vector>

@@ -20,8 +20,8 @@ using Double8 [[gnu::vector_size(64)]] = double;
 using Mask8 [[gnu::vector_size(64)]] = long long;
 inline constexpr int kLanes = 8;
 
-// By value: clang takes what a reference names for aligned as its type would be by itself, which
-// faults where the loader picks the baseline.
+// Passes by value: clang assumes that a reference has the alignment of its type, which faults where
+// the loader selects the baseline.
 PALPATE_INLINE Double4 Load4(const double* p) {
   return *reinterpret_cast<const Double4*>(p);
 }

@@ -15,7 +15,7 @@ using Doubles4 [[gnu::vector_size(32)]] = double;
 
 constexpr int kWidth = 6;  // columns at a time
 
-// From anywhere.
+// Loads from an address of any alignment.
 template <typename Line, typename Scalar>
 PALPATE_INLINE Line Load(const Scalar* p) {
   Line line;

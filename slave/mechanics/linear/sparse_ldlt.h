@@ -33,19 +33,20 @@ class SparseLdlt {
   // Takes memory for the factor. What is below does not allocate, but for a block of right sides.
   void Allocate(const Matrix& upper);
   // False: a pivot is zero or not finite, or negative where the matrix must be `definite`; or
-  // stopped by `go_on`, which hears what share is done.
+  // stopped by `go_on`, which receives the share that is done.
   bool Factorize(
       const Matrix& upper, bool definite,
       const std::function<bool(double)>& go_on = [](double) { return true; });
-  // The same in parts: Begin takes the values, each Continue does `flops` of the work or a little
-  // more.
+  // Factorises in parts: Begin takes the values, and each Continue does `flops` of the work or a
+  // little more.
   enum class Progress { kMore, kDone, kFailed };
   void Begin(const Matrix& upper, bool definite);
   Progress Continue(double flops);
 
   // x becomes A^-1 x.
   void Solve(Vector* x);
-  // The same of each column. The digits of one depend on how many are solved together.
+  // Solves for each column. The last digits depend on the number of columns that are solved
+  // together.
   void Solve(Eigen::Ref<Columns> x);
   [[nodiscard]] int negative_pivots() const {
     return static_cast<int>((pivots_.array() < 0).count());

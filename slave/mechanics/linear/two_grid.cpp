@@ -47,7 +47,7 @@ PALPATE_INLINE Float4 Product(const int* column, const float* values, int first,
   return sum0 + sum1 + sum2;
 }
 
-// From z = 0: (D + L) z = r, and what is left of r.
+// Solves (D + L) z = r from z = 0, and computes the remaining residual.
 PALPATE_DISPATCHED void SweepForward(const int* begin, const int* column, const int* diagonal,
                                      const float* values, const float* inverse, int rows,
                                      const float* r, float* z, float* left) {
@@ -312,7 +312,7 @@ bool TwoGrid::GuideRow(const BlockMatrix& A, const Guide& guide) noexcept {
   return true;
 }
 
-// What couples free components, brought near one.
+// Copies the coupling of free components, scaled to about one.
 void TwoGrid::CopyFree(const BlockMatrix& A) noexcept {
   for (int i = 0; i < pattern_.rows(); ++i) {
     const double* row = At(free_, i).v;

@@ -38,8 +38,8 @@ class TwoGrid {
   // Allocation-free.
   bool Factor(const BlockMatrix& A, const NodeVector& free,
               std::span<const Guide> guides = {}) noexcept;
-  // The same with the coarse grid of the last Factor, which serves for like matrices and others
-  // that are fixed.
+  // Factors with the coarse grid of the last Factor, which suits similar matrices and other fixed
+  // components.
   bool Renew(const BlockMatrix& A, const NodeVector& free, std::span<const Guide> guides) noexcept;
   // z = M^-1 r on the free components of the pattern's rows, zero elsewhere. Allocation-free.
   void Solve(const NodeVector& r, NodeVector& z) noexcept;

@@ -66,7 +66,7 @@ void RequireResolution(double resolution, double volume) {
                               Brief(least) + " m (4 million tetrahedra)");
 }
 
-// The program that is asked for, or TetGen before Gmsh.
+// The requested program, otherwise TetGen before Gmsh.
 std::pair<Program, std::filesystem::path> Choose(Program wanted) {
   for (const auto& [program, name] :
        {std::pair{Program::kTetgen, "tetgen"}, std::pair{Program::kGmsh, "gmsh"}}) {
@@ -101,7 +101,7 @@ void AppendPoints(const std::vector<Vector3d>& points, std::string* text) {
   }
 }
 
-// A surface divided anew at about its own edges would only lose volume where it bends.
+// A surface divided again at about its own edges would only lose volume where it bends.
 constexpr double kMuchLonger = 1.5;
 
 double LongestEdge(const SurfaceMesh& surface) {
@@ -167,8 +167,8 @@ void WriteTetgenInput(const std::filesystem::path& file, const SurfaceMesh& surf
 }
 
 // Gmsh's .geo beside its surface as `surface.msh`. `edge` > 0 asks for edges of that length, and
-// divides the surface anew if it has much longer ones; 0 leaves them to the program and the surface
-// as it is.
+// divides the surface again if it has much longer ones; 0 leaves them to the program and the
+// surface as it is.
 void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surface, double edge) {
   if (!WriteGmsh(file.parent_path() / "surface.msh", surface)) {
     throw std::runtime_error(file.string() + " cannot be written");

@@ -14,7 +14,11 @@
 namespace palpate {
 
 struct FillOptions {
-  enum class Program : std::uint8_t { kFirstFound, kTetgen, kGmsh };  // TetGen is looked for first
+  enum class Program : std::uint8_t {
+    kFirstFound,
+    kTetgen,
+    kGmsh
+  };  // the search begins with TetGen
 
   double resolution = 0;  // edge of a tetrahedron [m]; 0: left to the program
   Program program = Program::kFirstFound;

@@ -11,7 +11,7 @@ using Eigen::Vector2d;
 
 constexpr double kUnit = 1 / (16 * std::numbers::pi);
 
-// What the formulas are made of, for a load at p and a place x:
+// Terms of the formulas for a load at p and a point x:
 //   R1^2 = |x - p|^2,   R2^2 = R1^2 + (1 - p^2)(1 - r^2),   Poisson's kernel (1 - p^2 r^2) / R2^2.
 struct Pair {
   Pair(const Vector2d& p, const Vector2d& x)

@@ -18,7 +18,7 @@ struct Disc {
 
 // Deflection at `x`, |x| <= 1, under a load of one at `p`. Zero on the rim. Symmetric in both.
 double Deflection(const Eigen::Vector2d& p, const Eigen::Vector2d& x) noexcept;
-// The same under a load over a disc; exact inside the disc, outside it and on its edge.
+// Deflection under a load over a disc; exact inside the disc, outside it and on its edge.
 double Deflection(const Disc& load, const Eigen::Vector2d& x) noexcept;
 
 }  // namespace palpate::plate

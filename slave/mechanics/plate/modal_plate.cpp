@@ -85,7 +85,7 @@ void ModalPlate::ListPlaces() {
   sought_.resize(pressed_.bodies().size());
 }
 
-// By points at the contacts' centres.
+// Compares points at the contacts' centres.
 void ModalPlate::CompareShortWaves() {
   const auto contacts = static_cast<Index>(presses_.size());
   const auto centre = [this](Index s) -> const Eigen::Vector2d& {
@@ -276,7 +276,8 @@ void ModalPlate::Comply() noexcept {
   }
 }
 
-// As at a contact that stood there, of the width of the one that is nearest in short waves.
+// The deflection under a contact at `x` with the width of the contact that is nearest in short
+// waves.
 double ModalPlate::Deflection(const Eigen::Vector2d& x) noexcept {
   modes_.Evaluate(x, point_);
   double w = point_.dot(amplitudes_);

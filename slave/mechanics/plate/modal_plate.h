@@ -25,7 +25,7 @@
 
 namespace palpate::plate {
 
-// What stretching does to the shapes beyond a plate's modes, by comparison with a press at the
+// Effect of stretching on the shapes beyond a plate's modes, by comparison with a load at the
 // centre that is solved without modes.
 //
 // Around a small load the plate looks the same wherever it is pressed: the tension there comes from
@@ -43,8 +43,8 @@ class ShortWaves {
   // For contacts of one radius and face on a plate with modes of this order, up to deflections of
   // about 200 thicknesses. Tens of milliseconds. Throws std::runtime_error: no convergence.
   ShortWaves(int order, double nu, double prestress, double load_radius, Face face = Face::kEven);
-  // The same, computed once for all equal plates of this program; the sixteen that were last
-  // requested are kept. Thread-safe.
+  // Returns the short waves of a plate. They are computed once for all equal plates of this
+  // program; the sixteen that were requested last are kept. Thread-safe.
   static std::shared_ptr<const ShortWaves> Of(int order, double nu, double prestress,
                                               double load_radius, Face face = Face::kEven);
 
@@ -98,7 +98,7 @@ class ModalPlate {
     // does not touch.
     double stiffness = 0;
   };
-  // Of a contact, at the solution.
+  // The answer of a contact at the solution.
   [[nodiscard]] Answer AnswerOf(std::size_t contact) const noexcept;
   // At a position, in the frame of Place(). No allocation.
   [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
@@ -113,9 +113,9 @@ class ModalPlate {
   void AddForces(double share) noexcept;
   bool SeekForces(double share) noexcept;
   void NoteDeflections() noexcept;
-  // What the shapes beyond the modes add at a place.
+  // Deflection by the shapes beyond the modes at a place.
   [[nodiscard]] double ShortWavesAt(Eigen::Index place) const noexcept;
-  // Of the forces, what shares the short waves of a contact.
+  // Part of the forces that shares the short waves of a contact.
   [[nodiscard]] double ForceNear(std::size_t contact) const noexcept;
   [[nodiscard]] std::size_t ContactOf(Eigen::Index place) const {
     return contact_of_[static_cast<std::size_t>(place)];

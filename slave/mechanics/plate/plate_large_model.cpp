@@ -204,8 +204,8 @@ void PlateLargeModel::Reset() {
   Hide();
 }
 
-// Also under a press at the centre the shape is that of the modes, so that it does not jump when
-// the press moves on.
+// The shape is that of the modes under a load at the centre, too, so that it does not jump when the
+// load moves.
 double PlateLargeModel::DisplacementAt(const Vector2d& x) noexcept {
   if (central_ != nullptr && !shaped_) {
     modal_.Solve(values_);

@@ -1,5 +1,5 @@
-// What von Karman's plate leaves out, measured against rubber sheets as solids: how far its answers
-// may be trusted, by place, depth and thickness.
+// Errors of von Karman's plate against rubber sheets as solids: the range of its answers by
+// position, depth and thickness.
 //
 // The solid: neo-Hookean, nu 0.45, clamped at radius a, under an even round load of a / 10; t of
 // a / 80 to a / 10, w up to a / 4 at the centre and to a / 8 beside it, up to 0.8 of the radius
@@ -16,9 +16,9 @@ struct Indentation {
   double slenderness = 0;  // t / a
 };
 
-// By how much of the solid's force the plate's is high at the same deflection:
+// Excess of the plate's force at the same deflection, relative to the solid's force:
 //   7.2 (t/a)^2 / (1 - p^2)^2 + (1.95 + 90 t/a) (w/a)^2 / (1 - p^2)^(3/4).
-// Where that is below 0.15, within 0.03 of what was measured.
+// Where it is below 0.15, it is within 0.03 of the measured one.
 double ExcessAtDepth(const Indentation& indentation) noexcept;
 
 // Where at the centre that is `excess`, by the radius; 0: nowhere, the plate is too thick.

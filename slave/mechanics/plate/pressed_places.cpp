@@ -176,8 +176,8 @@ void PressedPlaces::Seek(const Eigen::VectorXd& free, std::span<const double> va
   }
 }
 
-// From the present forces towards those that are wanted, as far as none would pull; what would is
-// let go. True: all the way.
+// Moves from the present forces towards the requested ones until one would pull, and releases that
+// place. True: it reached the requested forces.
 bool PressedPlaces::Approach(Eigen::VectorXd* forces) {
   const auto count = static_cast<int>(touching_.size());
   double way = 1, largest = 0;

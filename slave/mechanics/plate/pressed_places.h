@@ -66,12 +66,12 @@ class PressedPlaces {
   // distinguished, or one that cannot move. No allocation for known sizes.
   bool Solve(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& free,
              std::span<const double> values, Eigen::VectorXd* forces) noexcept;
-  // As solved.
+  // Solution of the last Solve.
   [[nodiscard]] double deflection(std::size_t body) const { return depths_[body]; }
   // d load / d deflection of one body while the prescribed values of the others stay; 0: it does
   // not touch.
   [[nodiscard]] double Stiffness(std::size_t body) const noexcept;
-  // The same of an even load at `place`; 0: it cannot move.
+  // d load / d deflection of an even load at `place`; 0: it cannot move.
   [[nodiscard]] double StiffnessAt(const Eigen::MatrixXd& compliance,
                                    Eigen::Index place) const noexcept;
 

@@ -110,8 +110,9 @@ void RoundPress::Divide(double load_radius) {
   polynomials_ = Interpolate(nodes, rule_.points);
 }
 
-// What does not change: both operators of the slope and of psi, the load, the deflection at the
-// centre. The slope is held at the centre and the rim, psi at the centre: a one on the diagonal.
+// Assembles the constant parts: both operators of the slope and of psi, the load, the deflection at
+// the centre. The slope is fixed at the centre and the rim, psi at the centre: a one on the
+// diagonal.
 void RoundPress::AssembleLinear(double nu, double load_radius, double prestress, Face face) {
   const double D = 1 / (12 * (1 - nu * nu));
   const auto last = static_cast<int>(radius_.size()) - 1;

@@ -61,7 +61,7 @@ class BandedSymmetric {
   [[nodiscard]] double& at(int i, int j) { return rows_[Place(i, j)]; }
   // Row and column `i` become those of the identity.
   void Hold(int i);
-  // In place. False: a pivot vanishes or is not finite. O(size band^2), no allocation.
+  // Factorises in place. False: a pivot vanishes or is not finite. O(size band^2), no allocation.
   bool Factorise() noexcept;
   // Overwrites the right-hand side. O(size band).
   void Solve(Eigen::Ref<Eigen::VectorXd> x) const noexcept;

@@ -25,7 +25,8 @@
 
 namespace palpate {
 
-// What a term with this time keeps over a step, and what it takes of what is added evenly in it.
+// Shares of a term with this relaxation time after a step: of its former value, and of an increment
+// that is added evenly during the step.
 struct PronyStep {
   double fade = 1, rise = 1;
 
@@ -39,7 +40,7 @@ struct PronyStep {
 // A force and its moment.
 using Wrench = Eigen::Matrix<double, 6, 1>;
 
-// What one contact remembers.
+// Relaxation state of one contact.
 struct RelaxationMemory {
   Wrench elastic = Wrench::Zero();  // F_e at the end of the last step
   std::array<Wrench, Material::kMostRelaxationTerms> terms{};
@@ -55,7 +56,7 @@ class PronySeries {
 
   // F at the end of the next step, at which F_e is `elastic`.
   Wrench Advance(const Wrench& elastic, RelaxationMemory* memory) const;
-  // The same of a force whose moment is not known: that is left as it is.
+  // Advances a force whose moment is unknown: the moment stays as it is.
   Eigen::Vector3d Advance(const Eigen::Vector3d& elastic, RelaxationMemory* memory) const;
   // F right after F_e jumps to `elastic`.
   Wrench Jump(const Wrench& elastic, RelaxationMemory* memory) const;

@@ -49,7 +49,8 @@ void RelaxingModel::Start(std::span<const Contact> contacts) {
   }
 }
 
-// The same contact, else the nearest one that it may have slid from; nullptr: it is new.
+// Finds the same contact in the history, else the nearest one that it may have slid from; nullptr:
+// it is new.
 RelaxingModel::History* RelaxingModel::Earlier(const Contact& contact, std::size_t number) {
   if (number < known_.size() && !known_[number].taken && known_[number].contact.IsAt(contact)) {
     return &known_[number];

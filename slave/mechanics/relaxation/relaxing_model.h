@@ -27,7 +27,7 @@ class RelaxingModel final : public DeformationModel {
                 double step);
 
   void Reset() override;
-  // What acts at rest jumps to its value.
+  // Contacts that act at rest reach their values at once.
   void Start(std::span<const Contact> contacts) override;
   void Prefetch(std::span<const Contact> contacts) override { elastic_->Prefetch(contacts); }
   [[nodiscard]] std::string_view failure() const override { return elastic_->failure(); }

@@ -37,7 +37,7 @@ Corners ReadBinary(FileCursor* cursor) {
   corners.reserve(3 * count);
   while (corners.size() < 3 * count) {
     const std::size_t begin = cursor->position();
-    cursor->Seek(begin + 12);  // behind the normal, which the corners' order tells too
+    cursor->Seek(begin + 12);  // behind the normal, which the corners' order shows too
     for (int i = 0; i < 3; ++i) corners.push_back(cursor->Point<float>());
     cursor->Seek(begin + kTriangle);
   }

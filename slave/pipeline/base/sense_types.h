@@ -1,5 +1,5 @@
-// What a sensing pipeline takes and reports, as plain values: for code that uses a slave without
-// any pipeline.
+// Inputs and reports of a sensing pipeline as plain values, for code that uses a slave without a
+// pipeline.
 #pragma once
 
 #include <cstdint>

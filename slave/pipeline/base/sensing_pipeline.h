@@ -57,7 +57,7 @@ inline BoundaryShape ShapeAsOf(const ContactEstimate& estimated, int nodes_per_e
 }
 
 // The last image and how to draw the results into it: cheap to copy, expensive to draw.
-struct SeenPicture {
+struct OverlaidImage {
   Time sensed_at{};
   cv::Mat plain;  // 8 bit
   std::function<cv::Mat()> draw;
@@ -120,13 +120,13 @@ class SensingPipeline {
   [[nodiscard]] virtual bool HasOutgrownPatch() const noexcept = 0;
   // The learnt part of it. Only the known fields of the curve are set.
   virtual void LearnLaw(PatchLaw* law) noexcept = 0;
-  // As of the last estimate; patches are of the surface where it was found.
+  // The motion at the last estimate. Patches refer to the surface where it was found.
   [[nodiscard]] virtual SurfaceMotion motion() const noexcept = 0;
-  // As of the last estimate.
+  // The shape at the last estimate.
   virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // `full_scale`: the largest force that the device can render, at the tool [N]. nullopt: no
   // camera, or no image yet.
-  [[nodiscard]] virtual std::optional<SeenPicture> Image(double full_scale) const = 0;
+  [[nodiscard]] virtual std::optional<OverlaidImage> Image(double full_scale) const = 0;
 
   // Builds the parts that depend on changed settings, which may take long; the result may be null.
   // Throws std::invalid_argument naming the key; Interrupted, if `progress` (may be null) requests
@@ -147,7 +147,7 @@ class SensingPipeline {
   // Receiver of streamed samples; null: none.
   [[nodiscard]] virtual TactileInbox* inbox() = 0;
   // Receiver of streamed images; null: none.
-  [[nodiscard]] virtual ImageInbox* pictures() = 0;
+  [[nodiscard]] virtual ImageInbox* image_inbox() = 0;
   // Time of the acquired sample. For the thread that acquires.
   [[nodiscard]] virtual Time sensed_at() const = 0;
   // Status of live cameras; nullopt: none. Thread-safe.

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/pipeline/base/overlay_words.h"
+#include "slave/pipeline/base/overlay_text.h"
 
 namespace palpate {
 namespace {
@@ -47,15 +47,15 @@ cv::Mat Draw(const CameraOverlay& overlay, const cv::Mat& image) {
   if (overlay.tip.found)
     cv::drawMarker(drawn, tip, kTipColour, cv::MARKER_CROSS, 13, 1, cv::LINE_AA);
   if (!overlay.force) {
-    DrawWords("force unknown", kForceColour, &drawn);
+    DrawText("force unknown", kForceColour, &drawn);
     return drawn;
   }
   if (overlay.force_I.norm() > 1) {
     const cv::Point end = Round(overlay.tip.p_I + overlay.force_I);
     cv::arrowedLine(drawn, tip, end, kForceColour, 2, cv::LINE_AA, 0, 0.2);
   }
-  DrawWords(fmt::format("{:.3g} N  score {:.2f}", overlay.force->norm(), overlay.tip.score),
-            kForceColour, &drawn);
+  DrawText(fmt::format("{:.3g} N  score {:.2f}", overlay.force->norm(), overlay.tip.score),
+           kForceColour, &drawn);
   return drawn;
 }
 

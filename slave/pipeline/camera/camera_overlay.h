@@ -1,4 +1,4 @@
-// What the slave detects in an image, drawn into it for people.
+// Draws the slave's detections into an image.
 #pragma once
 
 #include <optional>

@@ -250,7 +250,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   return shape;
 }
 
-std::optional<SeenPicture> CameraSense::Image(double full_scale) const {
+std::optional<OverlaidImage> CameraSense::Image(double full_scale) const {
   if (seen_.image.empty()) return std::nullopt;
   const CameraObservation& shown = estimator_->observation();
   CameraOverlay overlay{
@@ -259,8 +259,8 @@ std::optional<SeenPicture> CameraSense::Image(double full_scale) const {
     overlay.force_I = ForceArrow(estimator_->view(), estimate_.p_S_tip, *estimate_.force,
                                  full_scale, seen_.image.rows);
   }
-  return SeenPicture{seen_.sensed_at, seen_.image,
-                     [image = seen_.image, overlay] { return Draw(overlay, image); }};
+  return OverlaidImage{seen_.sensed_at, seen_.image,
+                       [image = seen_.image, overlay] { return Draw(overlay, image); }};
 }
 
 void CameraSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {

@@ -34,7 +34,7 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return estimator_->motion(); }
   // Vertices of the boundary. Forces of the tool act on the two vertices at the contact point.
   BoundaryShape Shape(bool nodal_forces) override;
-  [[nodiscard]] std::optional<SeenPicture> Image(double full_scale) const override;
+  [[nodiscard]] std::optional<OverlaidImage> Image(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override;
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
@@ -48,7 +48,7 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
-  [[nodiscard]] ImageInbox* pictures() override { return nullptr; }
+  [[nodiscard]] ImageInbox* image_inbox() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return next_.sensed_at; }
   [[nodiscard]] std::optional<CameraHealth> health() const override;
 

@@ -1,5 +1,5 @@
-// From one image to one contact estimate: frame -> observation -> contact -> response. Only this
-// class combines images and forces.
+// Computes one contact estimate from one image: frame -> observation -> contact -> response. Only
+// this class combines images and forces.
 #pragma once
 
 #include <memory>
@@ -16,10 +16,10 @@
 #include "slave/contact/boundary_contact.h"
 #include "slave/pipeline/base/estimate_builder.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/pipeline/camera/first_picture.h"
 #include "slave/pipeline/camera/indentation_forecast.h"
 #include "slave/pipeline/camera/object_registration_monitor.h"
 #include "slave/pipeline/camera/puncture_cue.h"
+#include "slave/pipeline/camera/register_object.h"
 #include "slave/pipeline/camera/touch_model.h"
 #include "slave/pipeline/manipulator_agreement/manipulator_agreement.h"
 #include "slave/scene/scene.h"
@@ -28,7 +28,7 @@
 
 namespace palpate {
 
-// What one image shows of the tip.
+// Observation of the tip in one image.
 struct CameraObservation {
   TipObservation tip;
   cv::Rect search_window;  // of the tip, for overlays [px]
@@ -107,7 +107,7 @@ class Estimator {
     double sigma = 0;           // including the compensated image motion [px]
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the same [px^2]
   };
-  // What the model solved last for the tool.
+  // Last solution of the model for the tool.
   struct Press {
     BoundaryPlace place;
     Eigen::Vector3d displacement_O{0, 0, 0};  // [m]

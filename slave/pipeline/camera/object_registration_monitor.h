@@ -48,7 +48,7 @@ class ObjectRegistrationMonitor {
                       const std::vector<Eigen::Vector3d>& along_y, const Patch& patch) noexcept;
   void ForgetIndentation() noexcept { has_indentation_ = false; }
 
-  // What an image shows, as Measure found it.
+  // Result of Measure for one image.
   struct Match {
     ObjectSighting sighting;
     Vector x = Vector::Zero();

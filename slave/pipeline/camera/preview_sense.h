@@ -35,9 +35,9 @@ class PreviewSense final : public SensingPipeline {
   void LearnLaw(PatchLaw* /*law*/) noexcept override {}
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return {}; }
   BoundaryShape Shape(bool /*nodal_forces*/) override { return ShapeAsOf(estimate_, 2); }
-  [[nodiscard]] std::optional<SeenPicture> Image(double /*full_scale*/) const override {
+  [[nodiscard]] std::optional<OverlaidImage> Image(double /*full_scale*/) const override {
     if (shown_.image.empty()) return std::nullopt;
-    return SeenPicture{shown_.sensed_at, shown_.image, [image = shown_.image] { return image; }};
+    return OverlaidImage{shown_.sensed_at, shown_.image, [image = shown_.image] { return image; }};
   }
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& /*changed*/,
                                                        Progress* /*progress*/) const override {
@@ -59,7 +59,7 @@ class PreviewSense final : public SensingPipeline {
     return nullptr;
   }
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
-  [[nodiscard]] ImageInbox* pictures() override { return nullptr; }
+  [[nodiscard]] ImageInbox* image_inbox() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return next_.sensed_at; }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
 

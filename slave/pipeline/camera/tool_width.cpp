@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-// What the ends of a patch carry less, constant, linear, quadratic [elements]. [tuned:
+// Width by which the ends of a patch carry less: constant, linear, quadratic [elements]. [tuned:
 // tool_width_test, the division does not matter]
 constexpr std::array<double, 3> kEnds{0.28, 0.11, 0.06};
 // One sigma of what is left, see tool_width.h: of the next order in the length of an element [-].

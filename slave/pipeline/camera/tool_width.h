@@ -1,12 +1,11 @@
-// What whole boundary elements in the place of a flat tool and of a held arc do to its force,
-// compensated.
+// Corrects the force for whole boundary elements in place of a flat tool and of a fixed arc.
 //
 // A patch holds each element whose midpoint the tool covers: it is as wide as these are, not as the
 // tool, and a little less, since the elements at its ends carry less than the traction there, which
 // is singular. It is taken for L - a h wide, h the length of an element; a was fitted to quadratic
 // finite elements graded towards a bonded tool's ends, on blocks, wedges and discs with 1.5 to 10
 // elements under the tool. Of a plane body the compliance goes with the logarithm of the width
-// (Johnson 1985, 2.5); how fast, two patches tell. The support carries the same force over its own
+// (Johnson 1985, 2.5); two patches give the rate. The support carries the same force over its own
 // length, so a disc's held arc, which is of whole elements too, counts as fast with the other sign:
 // 0.86 times so over 59 discs.
 //

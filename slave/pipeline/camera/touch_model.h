@@ -35,7 +35,7 @@ struct TouchModel final : PreparedModel {
                                         const Eigen::Vector3d& displacement_O) noexcept {
     return Solve(place, displacement_O, &asked_);
   }
-  // The same for the tool as it is: `pressed` becomes its solution.
+  // Solves for the present tool: `pressed` becomes its solution.
   [[nodiscard]] ContactResponse Press(const BoundaryPlace& place,
                                       const Eigen::Vector3d& displacement_O) noexcept {
     return Solve(place, displacement_O, &pressed);

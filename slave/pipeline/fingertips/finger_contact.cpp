@@ -45,7 +45,7 @@ FingerContact::FingerContact(const Tactile& tactile)
   contact_.wants_stiffness = false;
 }
 
-void FingerContact::LetGo() noexcept {
+void FingerContact::EndContact() noexcept {
   has_place_ = has_force_ = acts_ = is_beyond_model_ = false;
   misplaced_ = {};
 }
@@ -63,14 +63,14 @@ void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF
   const double depth = has_place_ ? DepthAtPlace(X_OF) : 0;
   const bool stays = holds_ && has_place_ && depth > 0;
   if (!touch.touching && !stays) {
-    LetGo();
+    EndContact();
     if (centre && centre->inside) {
       misplaced_ = "the pose puts the fingertip inside the object, but no force is measured";
     }
     return;
   }
   if (touch.touching && !FindPlace(surface, X_OF, touch) && !stays) {
-    LetGo();
+    EndContact();
     misplaced_ = "the fingertip is in contact, but no surface is within the gate";
     return;
   }
@@ -85,11 +85,11 @@ void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF
   }
 }
 
-// Deeper than a radius behind the surface no pose is believed; a force that goes on there, as of
+// Deeper than a radius behind the surface no pose is accepted; a force that goes on there, as of
 // something very soft, still acts where it did.
 void FingerContact::KeepPlace(const Isometry3d& X_OF, const FingerTouch& touch,
                               double largest_force) noexcept {
-  if (!touch.touching || !has_place_) return LetGo();
+  if (!touch.touching || !has_place_) return EndContact();
   TakeForce(X_OF, touch, largest_force);
   ActByForce();
 }

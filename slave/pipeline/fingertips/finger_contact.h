@@ -28,8 +28,8 @@ class FingerContact {
   // `X_OF`: where the fingertip is; forces beyond `largest_force` [N] do not act. Allocation-free.
   void Update(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
               const FingerTouch& touch, double largest_force) noexcept;
-  // Nothing is known of where the fingertip is, or it touches nothing.
-  void LetGo() noexcept;
+  // Ends the contact: the fingertip's position is unknown, or it touches nothing.
+  void EndContact() noexcept;
   // The force of the fingertip acts instead of its displacement, if it is known.
   void ActByForce() noexcept;
 

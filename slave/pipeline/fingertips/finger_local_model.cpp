@@ -67,7 +67,7 @@ void FingerLocalModel::Render(TactileBody& body, const Isometry3d& X_SO, const I
   const Matrix3d& R = X_SO.linear();
   LocalModel next;
   next.normal = R * place_.n_O;
-  // From where the sphere reaches deepest to the apex of the pad.
+  // The vector from the deepest point of the sphere to the apex of the pad.
   const Vector3d to_apex = radius_ * (next.normal - X_SF.linear().col(2));
   next.reference = X_SO * place_.p_O + to_apex;
   const Matrix3d K_S =
@@ -136,7 +136,7 @@ Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Ve
   Matrix3d K;
   try {
     K = body.stiffness->At(triangle, weights, radius);
-  } catch (const std::exception&) {  // out of memory for what is computed when first asked for
+  } catch (const std::exception&) {  // out of memory for what is computed when first requested
     K = DiscStiffness(material_, radius, n);
   }
   const double along = n.dot(K * n);

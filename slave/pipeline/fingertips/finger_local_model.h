@@ -40,8 +40,8 @@ class FingerLocalModel {
   void Update(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
               bool in_contact, const std::optional<MeasuredForce>& measured,
               LocalModel* model) noexcept;
-  // The same between samples, without learning, and fast: `model` is unchanged while the stiffness
-  // there is not computed yet.
+  // Updates the local model between samples, quickly and without learning. `model` is unchanged
+  // while the stiffness there is not computed yet.
   void Follow(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
               bool in_contact, LocalModel* model) noexcept;
   // The surface around the fingertip and its compliance at the full depth, and the force-depth

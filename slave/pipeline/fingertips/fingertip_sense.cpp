@@ -1,4 +1,4 @@
-// What a run over fingertips comes to: a row per sample and fingertip, and where forces were off.
+// Results of a run over fingertips: a row per sample and fingertip, and the errors of the forces.
 #include "slave/pipeline/fingertips/fingertip_sense.h"
 
 #include <cmath>
@@ -73,7 +73,8 @@ class FingertipOfflineReport final : public OfflineReport {
   }
 
  private:
-  // What the model has at the true depth is what the master would render of the first fingertip.
+  // The model's force at the true depth is the force that the master would render of the first
+  // fingertip.
   void Compare(const Truth& truth) {
     const TactileEstimator& estimator = sense_.estimator();
     for (int i = 0; i < estimator.finger_count(); ++i) {
@@ -87,7 +88,7 @@ class FingertipOfflineReport final : public OfflineReport {
   const FingertipSense& sense_;
 };
 
-constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
+constexpr double kPoseResolution = 10e-6;  // of the measured position of a fingertip [m]
 
 std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const SenseInputs& inputs) {
   if (inputs.player != nullptr) return inputs.player->OpenFingertips();

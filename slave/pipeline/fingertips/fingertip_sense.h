@@ -17,7 +17,7 @@ class FingertipSense final : public SensingPipeline {
   // Loads the network, precomputes the object's model, opens the source; the first samples are the
   // baseline, so until they are known the force is unknown. Throws as MakeSensingPipeline does.
   FingertipSense(const Scene& scene, const SenseInputs& inputs);
-  // The same with another source and other senses than the scene's.
+  // Creates it with another source and other senses than the scene's.
   FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);
 
   bool Acquire(const std::stop_token& stop) override;
@@ -35,7 +35,7 @@ class FingertipSense final : public SensingPipeline {
   }
   void LearnLaw(PatchLaw* law) noexcept override { estimator_.LearnLaw(law); }
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return {}; }
-  [[nodiscard]] std::optional<SeenPicture> Image(double /*full_scale*/) const override {
+  [[nodiscard]] std::optional<OverlaidImage> Image(double /*full_scale*/) const override {
     return std::nullopt;
   }
   BoundaryShape Shape(bool nodal_forces) override { return estimator_.Shape(nodal_forces); }
@@ -49,7 +49,7 @@ class FingertipSense final : public SensingPipeline {
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override;
-  [[nodiscard]] ImageInbox* pictures() override { return nullptr; }
+  [[nodiscard]] ImageInbox* image_inbox() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return next_.sensed_at; }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return std::nullopt; }
 

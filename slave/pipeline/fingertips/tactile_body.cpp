@@ -72,7 +72,8 @@ std::vector<ContactStiffness::Companion> CompanionsOf(const Scene& scene,
   return companions;
 }
 
-// What the local model of the first finger needs where it is about to press, and beside it.
+// Computes the stiffness that the local model of the first finger needs at and beside its next
+// contact.
 void PrefetchStiffness(const Scene& scene, TactileBody* body) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   if (tactile.fingers.empty() || !tactile.fingers.front().has_pose) return;

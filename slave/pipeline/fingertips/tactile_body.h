@@ -32,7 +32,7 @@ struct TactileBody final : PreparedModel {
   std::vector<std::uint32_t> skin_triangles;
   std::vector<std::uint32_t> skin_held;  // its fixed nodes, by their number in `skin`
   double larger_side = 0;                // of the bounding box [m]
-  double largest_force = 0;              // that is believed: E times the larger side squared [N]
+  double largest_force = 0;              // that is accepted: E times the larger side squared [N]
   bool moves_in_time = false;            // a Respond is one sample's period
 };
 

@@ -32,8 +32,8 @@ Isometry3d Carried(const Finger& finger, const Vector3d& way) {
   return X_SF;
 }
 
-// What a recording does not have reads 0, at rest and in contact: to a network that takes it that
-// is a wrong number, and nobody would notice. Throws std::runtime_error naming the column.
+// A signal that a recording lacks would read 0 at rest and in contact, an undetected error of a
+// network that uses it. Throws std::runtime_error naming the column.
 void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
   const bool takes_all =
       tactile.channels.are_electrodes() && network.info().inputs > kElectrodeCount;

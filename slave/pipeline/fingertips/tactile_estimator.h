@@ -1,5 +1,5 @@
-// From one tactile sample to one contact estimate: counts -> force and contact point -> point on
-// the object -> deformation (paper B, figure 2).
+// Computes one contact estimate from one tactile sample: counts -> force and contact point -> point
+// on the object -> deformation (paper B, figure 2).
 #pragma once
 
 #include <array>
@@ -40,7 +40,7 @@ struct TactileSenses {
   std::shared_ptr<const ForceNetwork> network;  // null: forces stay unknown
   std::shared_ptr<const Localiser> localiser;
 };
-// As defined in the scene. Throws std::runtime_error or std::invalid_argument: see
+// Loads the senses of a scene. Throws std::runtime_error or std::invalid_argument: see
 // LoadForceNetwork, MakeLocaliser; a network for another sample rate; a carried state that the
 // network does not have; a recording without the pac0 or pdc that it needs.
 TactileSenses LoadSenses(const Scene& scene);

@@ -1,4 +1,4 @@
-// The object's surface as fingertips deform it, for those who watch it.
+// The object's surface as fingertips deform it, for observers.
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -12,9 +12,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Shares of a contact's force among the nodes, as DeformationModel spreads a load (contracts,
-// `solve`): over the triangles of a patch, a third of each one's share per node, or over the
-// triangle of a point.
+// Shares of a contact's force among the nodes, as DeformationModel spreads a load (rules:
+// slave/solve/README.md): over the triangles of a patch, a third of each one's share per node, or
+// over the triangle of a point.
 void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vector3d& force_O,
             std::vector<Vector3d>* f_O) {
   const Contact& contact = finger.contact();
@@ -34,7 +34,7 @@ void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vecto
   for (const int t : patch.triangles) add(t, Vector3d::Constant(Area(surface, t) / area / 3));
 }
 
-// nullopt: a fingertip touches with a force that nobody knows.
+// nullopt: the force of a touching fingertip is unknown.
 std::optional<std::vector<Vector3d>> NodalForces(const TactileEstimator& estimator) {
   const TouchedObject& object = estimator.object();
   const SurfaceMesh& surface = object.body()->surface;

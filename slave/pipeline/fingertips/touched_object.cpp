@@ -31,7 +31,7 @@ TouchedObject::TouchedObject(const Scene& scene)
 
 void TouchedObject::Adopt(std::unique_ptr<TactileBody> body) noexcept {
   body_ = std::move(body);
-  for (FingerContact& finger : fingers_) finger.LetGo();
+  for (FingerContact& finger : fingers_) finger.EndContact();
   contacts_.clear();
   solution_ = {};
   acting_.clear();
@@ -50,7 +50,7 @@ std::optional<double> TouchedObject::DepthOf(const Isometry3d& X_SF) const noexc
 
 void TouchedObject::Touch(std::size_t i, const Isometry3d* X_SF,
                           const FingerTouch& touch) noexcept {
-  if (!body_ || X_SF == nullptr) return fingers_[i].LetGo();
+  if (!body_ || X_SF == nullptr) return fingers_[i].EndContact();
   fingers_[i].Update(*body_->contact, X_SO_.inverse() * *X_SF, touch, body_->largest_force);
 }
 

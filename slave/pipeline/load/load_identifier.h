@@ -1,4 +1,4 @@
-// From measured points of a surface to the load that explains them, through the object's model.
+// Finds the load that explains measured points of a surface by the object's model.
 #pragma once
 
 #include <memory>

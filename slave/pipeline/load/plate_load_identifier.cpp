@@ -18,8 +18,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// What a plate works out for a tool that it has not met, and its memory for a press beside the
-// centre.
+// Computes a plate's response to a new tool in advance, and allocates memory for a contact beside
+// the centre.
 void WarmUp(PlateSurface& plate, const PlateSurface::Tool& tool) {
   const Contact contact = PlateSurface::ToolContact(
       Contact::Kind::kDisplacement, {plate.radius() / 2, 0}, tool, -plate.thickness());
@@ -110,9 +110,9 @@ double PlateLoadIdentifier::LawsShare(const SurfaceLoad& load) const noexcept {
                            .slenderness = plate_->thickness() / a});
 }
 
-// By how much the points scatter, in their sigmas: as they do in this image, if less than stated as
-// far as there are enough of them to say so, else as at rest. What they scatter beyond their noise
-// at rest neighbours share: it does not average out as fast.
+// Scatter of the points in their sigmas. It is that of this image, if it is smaller than stated and
+// there are enough points to show it, else that at rest. Scatter beyond the noise at rest is common
+// to neighbours, so it averages out more slowly.
 double PlateLoadIdentifier::ScatterOf(const FitSample& sample) noexcept {
   const PlateFit& fit = *sample.plate;
   const double residual = fit.load.residual;

@@ -37,8 +37,8 @@ RobustPlateFit::RobustPlateFit(PlateSurface& plate, const PlateSurface::Tool& to
   if (tighter.plate != nullptr) tighter.plate->Solve({&none, 1}, &tight_);
 }
 
-// As many rows for the same points, so that nothing is allocated when some hide. Of more points
-// than are used, visible ones at equal steps of their order.
+// Keeps one row per point, so that nothing is allocated when points are hidden. If there are too
+// many points, it uses visible ones at equal steps of their order.
 void RobustPlateFit::Read(const std::vector<SurfacePoint>& points_O) {
   visible_.clear();
   visible_.reserve(points_O.size());
@@ -91,8 +91,8 @@ PlateFit RobustPlateFit::Fit(const std::vector<SurfacePoint>& points_O) noexcept
   return fit;
 }
 
-// With the rim where it was last, and if that does not explain the points, with a free one. What
-// has slid has moved its rim.
+// Fits with the rim at its last position and, if that does not explain the points, with a free rim.
+// A membrane that has slid has moved its rim.
 PlateFit RobustPlateFit::FitRim(double slide) noexcept {
   const bool slid = slide > 0;
   const Vector3d offset = slid ? rim_motion_ : Vector3d::Zero();

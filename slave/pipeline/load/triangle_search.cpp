@@ -41,7 +41,8 @@ PointGreens::PointGreens(const SurfaceMesh& surface, double load, double patch)
   FindPatches(patch);
 }
 
-// As the models spread a load, so that the same load through the model moves the points alike.
+// Distributes a load as the models do, so that the same load in the model gives equal
+// displacements.
 void PointGreens::FindPatches(double patch) {
   SurfaceFootprints footprints(surface_);
   for (const int node : nodes_) {

@@ -207,9 +207,8 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
   load->Take(checks_.Examine(sample));
 }
 
-// What the model makes of the load beyond its linear part is taken off the measured displacements,
-// and the load fitted again. The change of the load falls to zero by secants: of no load it is the
-// first fit.
+// Subtracts the nonlinear part of the model's response from the measured displacements and fits the
+// load again, until the load no longer changes (secant method, from the first fit).
 void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcept {
   double last = 0, last_change = load->force;
   converged_ = load->force == 0;

@@ -112,9 +112,9 @@ std::optional<Matrix3d> ContactStiffness::Alone(const Contact& contact) const {
   return Symmetric(response.stiffness_O, response.validity);
 }
 
-// What one finger feels of a hand is no potential's force: the matrix is not symmetric. What is
-// stated is right for presses along the normal, and symmetric. nullopt: the patches overlap, or it
-// is none either.
+// The force on one finger of several has no potential, so its matrix is not symmetric. The result
+// is symmetric, and exact for displacements along the normal. nullopt: the patches overlap, or the
+// result is no stiffness.
 std::optional<Matrix3d> ContactStiffness::Together(const Contact& contact) const {
   const double by = kSmall * patch_width_;
   std::vector<Contact> contacts{contact};

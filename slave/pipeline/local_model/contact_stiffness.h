@@ -25,14 +25,14 @@ Eigen::Matrix3d DiscStiffness(const Material& material, double radius,
 // R^1/2 d^3/2: a = 2/3 (R d)^1/2 [m].
 double DiscOfSphere(double sphere_radius, double depth) noexcept;
 
-// The mesh tells how the body gives way as a whole: the stiffness of patches of nodes that it
+// The mesh shows how the body gives way as a whole: the stiffness of patches of nodes that it
 // resolves, by Green's functions (fem-green), on its surface nodes. What a fingertip's smaller
 // contact gives way besides is the half-space's: compliances add,
 //
 //   K^-1 = K_mesh(a_patch)^-1 + K_disc(a)^-1 - K_disc(a_patch)^-1.
 //
-// Where the mesh cannot tell (on supports, a body without fixed nodes, a surface without a volume,
-// nu near 1/2) the half-space answers alone. Small strain. Nodes are computed when first asked for
+// Where the mesh cannot show (on supports, a body without fixed nodes, a surface without a volume,
+// nu near 1/2) the half-space answers alone. Small strain. Nodes are computed when first requested
 // and kept; small meshes ahead of time. Not thread-safe.
 //
 // Other fingers of the hand press, too, and hold against what this one leans, or lean with it:

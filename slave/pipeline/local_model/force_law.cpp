@@ -77,7 +77,7 @@ double ForceLaw::AtPlace(double x) const noexcept {
   return low + (at - below) * (ValueOf(below + 1) - low);
 }
 
-// From the middle of what presses outwards, to where the force ends.
+// Searches outwards from the middle of the pressed range for the depth at which the force ends.
 double ForceLaw::Surface() const noexcept {
   const int middle = static_cast<int>(std::lround(line_.x / line_.n / spacing_)) + kPlaces / 2;
   for (int place = middle; place > middle - kPlaces; --place) {

@@ -21,7 +21,7 @@ constexpr double kStiffest = 1e12;  // [N/m]
 constexpr double kSoftest = 1e-5;   // a direction in which nothing resists [N/m]
 constexpr int kOwnNodes = 16;       // of those next to the place
 
-// What a node of stiffness `K` gives way, in the patch's directions [m/N]; false: not known.
+// Sets the compliance of a node of stiffness `K` in the patch's directions [m/N]; false: unknown.
 bool SetNode(const Matrix3d& K, const Vector3d& n, int node, SurfacePatch* patch) {
   const double along = n.dot(K * n);
   if (!(along > kSoftest) || !(along < kStiffest) || !K.allFinite()) return false;

@@ -43,10 +43,10 @@ class ArmConsistencyCheck {
   }
 
  private:
-  // Share of the offset, per image. [-] [tuned: PicturesThatAreOneLatePartByAStepThoughBothAgree]
+  // Share of the offset, per image. [-] [tuned: ImagesThatAreOneLatePartByAStepThoughBothAgree]
   static constexpr double kFollow = 0.03;
   // Lest a lag be taken for registration. [-] [tuned:
-  // PicturesThatAreOneLatePartByAStepThoughBothAgree]
+  // ImagesThatAreOneLatePartByAStepThoughBothAgree]
   static constexpr double kFollowSlowly = kFollow / 4;
   std::optional<Eigen::Vector3d> offset_;
   Eigen::Vector3d p_S_reported_{0, 0, 0};

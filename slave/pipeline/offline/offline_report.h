@@ -53,7 +53,7 @@ struct ErrorBudget {
 // Samples in contact are those in which truth or estimate exceed 1 % of the true peak. Unknown
 // forces cannot be compared.
 ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared);
-// As summary.json has it; null where nothing in contact was compared. `samples`: the name of the
+// The entry of summary.json; null where nothing in contact was compared. `samples`: the name of the
 // key that counts them, contact_`samples`.
 nlohmann::ordered_json ToJson(const ErrorBudget& budget, const std::string& samples);
 
@@ -126,7 +126,7 @@ class OfflineReport {
   // writable; std::invalid_argument: other samples are there.
   virtual void OpenFrames(const std::filesystem::path& /*folder*/) {}
   virtual void WriteFrame(const std::filesystem::path& /*folder*/) const {}
-  // From here on Add writes the points that are followed. Throws std::runtime_error: not writable;
+  // Makes Add write the tracked points from now on. Throws std::runtime_error: not writable;
   // std::invalid_argument: this sense follows none.
   virtual void OpenPoints(const std::filesystem::path& /*file*/) {
     throw std::invalid_argument("--points: only for a stereo pair or depth images");

@@ -45,8 +45,8 @@ std::unique_ptr<PlateSurface> MakeFinerPlate(const Scene& scene, const MembraneG
   return MakePlate(finer, membrane, progress);
 }
 
-// By how much the tension differs that dents are held against [N/m]: half of the tension that
-// matters to the plate, N0 + 16 D / a^2.
+// Difference of tension for the comparison of indentations [N/m]: half of the tension that matters
+// to the plate, N0 + 16 D / a^2.
 double OtherTension(const Scene& scene, const MembraneGeometry& membrane) {
   const double a = membrane.radius, t = membrane.thickness,
                nu = scene.object.material.poisson_ratio;

@@ -1,4 +1,4 @@
-// What a run over points comes to: where their places and their forces were off.
+// Results of a run over points: errors of their positions and of the forces.
 #include <cmath>
 #include <limits>
 #include <map>
@@ -30,7 +30,7 @@ void AddLine(const ErrorOfPoints& error, const char* what, std::vector<std::stri
                                1e3 * error.rms(), 1e3 * error.peak(), error.count()));
 }
 
-// What the steps of paper C's figures 5 and 6 came to.
+// Adds the results of the steps of paper C's figures 5 and 6.
 void AddLines(const std::vector<PressStep>& steps, std::vector<std::string>* lines) {
   if (steps.empty()) return;
   lines->push_back(fmt::format("  {:>10} {:>12} {:>13} {:>12} {:>7} {:>21}", "depth [mm]",
@@ -104,7 +104,7 @@ class Comparison {
   ErrorOfPoints displacement_, place_;
 };
 
-// What is followed, a row per point that is seen.
+// File of the tracked points, a row per visible point.
 class PointsFile {
  public:
   explicit PointsFile(const std::filesystem::path& file) : file_(file), stream_(file) {
@@ -174,9 +174,9 @@ class PointsOfflineReport final : public OfflineReport {
   }
   void WriteFrame(const std::filesystem::path& folder) const override {
     const StereoPair& pair = sense_.pair();
-    const auto write = [&](const char* side, const cv::Mat& picture) {
-      if (picture.empty()) return;
-      WriteWholeFile(folder / side / fmt::format("{:06}.png", pair.sequence), EncodePng(picture));
+    const auto write = [&](const char* side, const cv::Mat& image) {
+      if (image.empty()) return;
+      WriteWholeFile(folder / side / fmt::format("{:06}.png", pair.sequence), EncodePng(image));
     };
     write("left", pair.left);
     write("right", pair.right);
@@ -218,7 +218,7 @@ class PointsOfflineReport final : public OfflineReport {
  private:
   PointsSense& sense_;
   std::optional<Comparison> comparison_;          // where the truth is known
-  std::optional<PointsFile> points_;              // where it was asked for
+  std::optional<PointsFile> points_;              // where it was requested
   std::map<std::string, std::uint64_t> reasons_;  // why pairs are not `valid`
   TrackingCounts tally_;
   bool was_placed_ = false;  // the contact, once

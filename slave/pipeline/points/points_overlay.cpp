@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/pipeline/base/overlay_words.h"
+#include "slave/pipeline/base/overlay_text.h"
 
 namespace palpate {
 namespace {
@@ -24,7 +24,7 @@ cv::Point Round(const Eigen::Vector2d& p) {
   return {static_cast<int>(std::lround(near.x())), static_cast<int>(std::lround(near.y()))};
 }
 
-std::string ForceInWords(const PointsOverlay& overlay) {
+std::string ForceText(const PointsOverlay& overlay) {
   if (!overlay.force) return "force unknown";
   return fmt::format("{:.3g} N +- {:.2g}  {}", *overlay.force, overlay.sigma, overlay.validity);
 }
@@ -40,7 +40,7 @@ PointsOverlay MakePointsOverlay(const SurfacePointTracker& tracker, const Surfac
                                 const ContactEstimate& estimate) {
   PointsOverlay overlay;
   for (std::size_t i = 0; i < seen.points.size(); ++i) {
-    const Eigen::Vector2d p_I = tracker.PlaceInPicture(i);
+    const Eigen::Vector2d p_I = tracker.PlaceInImage(i);
     if (p_I.allFinite()) {
       overlay.seen_I.push_back(p_I);
       continue;
@@ -65,13 +65,13 @@ PointsOverlay MakePointsOverlay(const SurfacePointTracker& tracker, const Surfac
   const auto aside =
       tracker.Project(estimate.p_S_contact + kShortStep * estimate.force->unitOrthogonal());
   if (!ahead || !aside) return overlay;
-  // As long as the same force would be drawn across the line of sight, foreshortened.
+  // The arrow has the length of the same force across the line of sight, foreshortened.
   const double full_length = (*aside - *overlay.place_I).norm();
   if (full_length > 0) overlay.along_I = (*ahead - *overlay.place_I) / full_length;
   return overlay;
 }
 
-cv::Mat AsPicture(const cv::Mat& image) {
+cv::Mat AsImage(const cv::Mat& image) {
   if (image.depth() != CV_16U) return image;
   cv::Mat grey;
   cv::normalize(image, grey, 0, 255, cv::NORM_MINMAX, CV_8U, image > 0);
@@ -79,37 +79,37 @@ cv::Mat AsPicture(const cv::Mat& image) {
 }
 
 cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale) {
-  cv::Mat picture;
-  cv::cvtColor(AsPicture(image), picture, cv::COLOR_GRAY2BGR);
+  cv::Mat drawn;
+  cv::cvtColor(AsImage(image), drawn, cv::COLOR_GRAY2BGR);
   const int radius = std::max(2, static_cast<int>(std::lround(overlay.radius_px)));
   for (const Eigen::Vector2d& p : overlay.seen_I) {
     const cv::Point centre = Round(p);
     if (overlay.windows) {
-      cv::rectangle(picture, centre - cv::Point(radius, radius), centre + cv::Point(radius, radius),
+      cv::rectangle(drawn, centre - cv::Point(radius, radius), centre + cv::Point(radius, radius),
                     kSeenColour, 1);
     } else {
-      cv::circle(picture, centre, radius + 2, kSeenColour, 1, cv::LINE_AA);
+      cv::circle(drawn, centre, radius + 2, kSeenColour, 1, cv::LINE_AA);
     }
-    cv::drawMarker(picture, centre, kSeenColour, cv::MARKER_CROSS, 5, 1);
+    cv::drawMarker(drawn, centre, kSeenColour, cv::MARKER_CROSS, 5, 1);
   }
   for (const Eigen::Vector2d& p : overlay.lost_I) {
-    cv::drawMarker(picture, Round(p), kLostColour, cv::MARKER_TILTED_CROSS, 2 * radius, 1,
+    cv::drawMarker(drawn, Round(p), kLostColour, cv::MARKER_TILTED_CROSS, 2 * radius, 1,
                    cv::LINE_AA);
   }
   if (overlay.place_I) {
     const double share = ShareOf(overlay, full_scale);
     const Eigen::Vector2d force_I = 0.2 * image.rows * share * overlay.along_I;
     const cv::Point place = Round(*overlay.place_I);
-    cv::drawMarker(picture, place, kLoadColour, cv::MARKER_CROSS, 21, 2, cv::LINE_AA);
+    cv::drawMarker(drawn, place, kLoadColour, cv::MARKER_CROSS, 21, 2, cv::LINE_AA);
     const int ring = static_cast<int>(std::lround(kRing * image.rows * share));
-    if (ring > 1) cv::circle(picture, place, ring, kLoadColour, 2, cv::LINE_AA);
+    if (ring > 1) cv::circle(drawn, place, ring, kLoadColour, 2, cv::LINE_AA);
     if (force_I.norm() > 3) {
-      cv::arrowedLine(picture, place, Round(*overlay.place_I + force_I), kLoadColour, 2,
-                      cv::LINE_AA, 0, 0.2);
+      cv::arrowedLine(drawn, place, Round(*overlay.place_I + force_I), kLoadColour, 2, cv::LINE_AA,
+                      0, 0.2);
     }
   }
-  DrawWords(ForceInWords(overlay), kLoadColour, &picture);
-  return picture;
+  DrawText(ForceText(overlay), kLoadColour, &drawn);
+  return drawn;
 }
 
 }  // namespace palpate

@@ -28,8 +28,8 @@ PointsOverlay MakePointsOverlay(const SurfacePointTracker& tracker, const Surfac
                                 const ContactEstimate& estimate);
 
 // `image` unchanged; depth (16 bit) stretched to 8-bit grey, black without a measurement.
-cv::Mat AsPicture(const cv::Mat& image);
-// A copy of AsPicture(`image`) in colour with the points, the position of the load and its force as
+cv::Mat AsImage(const cv::Mat& image);
+// A copy of AsImage(`image`) in colour with the points, the position of the load and its force as
 // a number. The force is also drawn relative to `full_scale` (the largest force that the device can
 // render, at the tool [N]) as an arrow and as a ring, because most of it points away from the
 // cameras.

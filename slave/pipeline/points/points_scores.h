@@ -1,5 +1,5 @@
-// What a run over points is judged by: errors of their places, how many were followed, and presses
-// that halt at depth after depth.
+// Scores of a run over points: errors of their positions, the number of tracked points, and
+// contacts that pause at depth after depth.
 #pragma once
 
 #include <algorithm>
@@ -87,8 +87,8 @@ class PressSteps {
   void Add(const Eigen::Vector3d& displacement_error) { points_.push_back(displacement_error); }
   // `force`: size [N]; nullopt: unknown.
   void Add(double depth, double true_force, const std::optional<double>& force);
-  // Those that lasted for three pairs or more with a known force, up to the deepest: on the way
-  // back a press does not halt, but it ends somewhere.
+  // Steps of three pairs or more with a known force, up to the deepest one. On the way back the
+  // tool does not pause.
   [[nodiscard]] std::vector<PressStep> steps() const;
 
  private:
@@ -96,7 +96,7 @@ class PressSteps {
   std::vector<Eigen::Vector3d> points_;
 };
 
-// As summary.json has them.
+// The entry of summary.json.
 nlohmann::ordered_json ToJson(const std::vector<PressStep>& steps);
 
 }  // namespace palpate

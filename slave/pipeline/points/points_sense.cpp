@@ -36,7 +36,7 @@ SurfaceMesh FollowedSurface(const Scene& scene) {
   return surface != nullptr ? std::move(*surface) : SurfaceMesh{};
 }
 
-// What of a rig decides how well it sees depth.
+// The properties of a rig that determine its depth resolution.
 std::string InWords(const StereoRig& rig) {
   return fmt::format("stereo pair, baseline {:.3g} mm, focal length {:.0f} px, {} x {} px",
                      1e3 * rig.baseline(), rig.left.fx, rig.left.size[0], rig.left.size[1]);
@@ -113,7 +113,7 @@ const ContactEstimate& PointsSense::EstimateContact(const TipReading& encoders) 
   before_rest_.sample = seen_->sequence;
   before_rest_.sensed_at = seen_->sensed_at;
   before_rest_.p_S_tip = before_rest_.p_S_contact = encoders.p_S_tip;
-  // The cells of a depth picture are not known before the rest frame.
+  // The cells of a depth image are not known before the rest frame.
   sees_rest_ =
       scene_.sense.Find<DepthImages>() || std::ranges::any_of(seen_->points, &SurfacePoint::seen);
   return before_rest_;
@@ -141,12 +141,12 @@ BoundaryShape PointsSense::Shape(bool nodal_forces) {
   return shape;
 }
 
-std::optional<SeenPicture> PointsSense::Image(double full_scale) const {
+std::optional<OverlaidImage> PointsSense::Image(double full_scale) const {
   if (shown_.left.empty()) return std::nullopt;
-  return SeenPicture{shown_.sensed_at, AsPicture(shown_.left),
-                     [left = shown_.left, overlay = overlay_, full_scale] {
-                       return DrawPoints(left, overlay, full_scale);
-                     }};
+  return OverlaidImage{shown_.sensed_at, AsImage(shown_.left),
+                       [left = shown_.left, overlay = overlay_, full_scale] {
+                         return DrawPoints(left, overlay, full_scale);
+                       }};
 }
 
 void PointsSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {

@@ -29,7 +29,7 @@ class PointsSense final : public SensingPipeline {
   // Opens the source, precomputes the model; the first pairs are the rest frame, so until it is
   // known the force is unknown. Throws as MakeSensingPipeline does.
   PointsSense(const Scene& scene, const SenseInputs& inputs);
-  // The same with another source than the scene's.
+  // Creates it with another source than the scene's.
   PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source);
 
   // Throws std::runtime_error also if the first images do not fit the rig.
@@ -54,7 +54,7 @@ class PointsSense final : public SensingPipeline {
     return estimate_->validity == Validity::kExtrapolated ? why() : std::string_view();
   }
   // The left image.
-  [[nodiscard]] std::optional<SeenPicture> Image(double full_scale) const override;
+  [[nodiscard]] std::optional<OverlaidImage> Image(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override {
     return estimator_ ? MakeLoadIdentifier(changed, progress) : nullptr;
@@ -65,7 +65,7 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
-  [[nodiscard]] ImageInbox* pictures() override { return nullptr; }
+  [[nodiscard]] ImageInbox* image_inbox() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return next_.sensed_at; }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
 

@@ -112,7 +112,7 @@ void SurfaceEstimator::SetEstimate(bool shows_tool) noexcept {
   SetMoment(shows_tool);
 }
 
-// The load is even over the tool's patch: its centre, which the points tell, is where its force
+// The load is even over the tool's patch: its centre, which the points show, is where its force
 // acts. Another load than the tip's says nothing of the tool.
 void SurfaceEstimator::SetMoment(bool shows_tool) noexcept {
   estimate_.moment.reset();
@@ -141,8 +141,8 @@ ToolReading SurfaceEstimator::ToolAt(const Vector3d& p_S_tip, double lag) noexce
   return tool;
 }
 
-// What the load that explains the points says of the press that the tip's depth alone would be. The
-// tip's depth is of another moment than the picture: what it moved since the last one is an error.
+// Compares the load that explains the points with the force by the tip's depth alone. The depth is
+// of another instant than the image: the motion since the last image is an error.
 void SurfaceEstimator::Learn() noexcept {
   const Vector3d p_O_tip = X_OS_ * estimate_.p_S_tip;
   Vector3d p_O, n_O;

@@ -1,4 +1,4 @@
-// From one observation of the surface to one contact estimate: position of the load, load and
+// Computes one contact estimate from one observation of the surface: position of the load, load and
 // deformed shape by least squares over all visible points with the object's model (paper C, 4).
 #pragma once
 

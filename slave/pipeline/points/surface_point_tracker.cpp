@@ -25,7 +25,7 @@ namespace {
 
 const Eigen::Vector2d kUnseen = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
 
-// What the two kinds that look with a pair of cameras share.
+// Base class of the two trackers that use a pair of cameras.
 class PairPointTracker : public SurfacePointTracker {
  public:
   PairPointTracker(const Scene& scene, const StereoRig& rig)
@@ -73,7 +73,7 @@ class DotPointTracker final : public PairPointTracker {
     SurfacePointTracker::Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return dots_.at_rest_known(); }
-  [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
+  [[nodiscard]] Eigen::Vector2d PlaceInImage(std::size_t i) const noexcept override {
     const auto& dots = dots_.left().dots();
     return i < dots.size() && dots[i].seen ? dots[i].dot.centre : kUnseen;
   }
@@ -96,7 +96,7 @@ class TexturePointTracker final : public PairPointTracker {
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
     try {
       return Checked(texture_->Process(pair.left, pair.right), pair);
-    } catch (const std::exception&) {  // the first pictures cannot be used
+    } catch (const std::exception&) {  // the first images cannot be used
       return Checked({}, pair);
     }
   }
@@ -105,7 +105,7 @@ class TexturePointTracker final : public PairPointTracker {
     SurfacePointTracker::Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return texture_->started(); }
-  [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
+  [[nodiscard]] Eigen::Vector2d PlaceInImage(std::size_t i) const noexcept override {
     const auto& windows = texture_->left_windows();
     return i < windows.size() && windows[i].seen() ? windows[i].warp.p : kUnseen;
   }
@@ -140,7 +140,7 @@ class DepthPointTracker final : public SurfacePointTracker {
     SurfacePointTracker::Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return depths_.at_rest_known(); }
-  [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
+  [[nodiscard]] Eigen::Vector2d PlaceInImage(std::size_t i) const noexcept override {
     const bool seen = i < checked().points.size() && checked().points[i].seen;
     return seen ? depths_.place(i) : kUnseen;
   }
@@ -230,10 +230,10 @@ std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
 }
 
 std::string RestInWords(const SurfacePointTracker& tracker) {
-  const int pictures = tracker.rest_images();
-  return pictures == 1
+  const int images = tracker.rest_images();
+  return images == 1
              ? "the rest shape needs one image of the untouched object"
-             : fmt::format("the rest shape needs {} images of the untouched object", pictures);
+             : fmt::format("the rest shape needs {} images of the untouched object", images);
 }
 
 double FarthestDepth(const Scene& scene) {
@@ -286,8 +286,8 @@ StereoRig RigOf(const Scene& scene) {
 
 void RequireRigFits(const Scene& scene, const StereoRig& rig, const StereoPair& pair) {
   if (!scene.sense.Find<StereoCameras>()) return;
-  const auto require = [&](const char* side, const cv::Mat& picture, const Lens& lens) {
-    const std::array<int, 2> size{picture.cols, picture.rows};
+  const auto require = [&](const char* side, const cv::Mat& image, const Lens& lens) {
+    const std::array<int, 2> size{image.cols, image.rows};
     if (size == lens.size) return;
     throw std::runtime_error(
         fmt::format("{}: the {} images are {} px: expected {} px, the size in {}",

@@ -1,4 +1,4 @@
-// From a pair of images, or a depth image, to points of the surface: dots, texture or depth, as the
+// Finds points of the surface in a pair of images or a depth image: dots, texture or depth, as the
 // scene defines.
 #pragma once
 
@@ -29,7 +29,7 @@ class SurfacePointTracker {
   virtual void Reset();
   [[nodiscard]] virtual bool at_rest_known() const = 0;
   // Position of point `i` of the last observation in the left image [px]; not finite: not visible.
-  [[nodiscard]] virtual Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept = 0;
+  [[nodiscard]] virtual Eigen::Vector2d PlaceInImage(std::size_t i) const noexcept = 0;
   // Projection of p_S [m] into the left image [px], inside or not; nullopt: behind the camera.
   [[nodiscard]] virtual std::optional<Eigen::Vector2d> Project(
       const Eigen::Vector3d& p_S) const noexcept = 0;
@@ -39,8 +39,7 @@ class SurfacePointTracker {
   [[nodiscard]] virtual int rest_images() const = 0;
   // Time of the checks of the last image, part of Process [us].
   [[nodiscard]] double checks_us() const { return checks_us_; }
-  // What the surface at rest is like against the scene's body; nullopt: not known yet, or not
-  // compared.
+  // The surface at rest compared with the scene's body; nullopt: not known yet, or not compared.
   [[nodiscard]] const std::optional<RestSurface>& rest() const { return rest_; }
   // Name of the stage in reports: dots, texture, depth.
   [[nodiscard]] virtual std::string stage() const = 0;

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <numbers>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
@@ -111,4 +111,4 @@ bool MembraneFace::Find(const Vector2d& p_O, Stencil* stencil) const noexcept {
   return true;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

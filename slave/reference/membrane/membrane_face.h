@@ -8,7 +8,7 @@
 
 #include "slave/reference/membrane/neo_hookean_disc.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 class MembraneFace {
  public:
@@ -53,4 +53,4 @@ class MembraneFace {
   double unit_ = 1;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -6,42 +6,43 @@
 
 #include "slave/reference/membrane/pressed_membrane.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The first of the two rungs around `depth`, of two or more.
+// The first of the two depth steps around `depth`, of two or more.
 std::size_t Below(const MembranePress& press, double depth) {
-  const auto above = std::ranges::upper_bound(press.rungs, depth, {},
-                                              [](const auto& rung) { return rung->depth; });
-  const auto index = static_cast<std::size_t>(above - press.rungs.begin());
-  return std::clamp<std::size_t>(index, 1, press.rungs.size() - 1) - 1;
+  const auto above = std::ranges::upper_bound(
+      press.depth_steps, depth, {}, [](const auto& depth_step) { return depth_step->depth; });
+  const auto index = static_cast<std::size_t>(above - press.depth_steps.begin());
+  return std::clamp<std::size_t>(index, 1, press.depth_steps.size() - 1) - 1;
 }
 
 double Chord(const MembranePress& press, std::size_t i) {
-  const MembraneRung &a = *press.rungs[i], &b = *press.rungs[i + 1];
+  const MembraneDepthStep &a = *press.depth_steps[i], &b = *press.depth_steps[i + 1];
   return (b.force - a.force) / (b.depth - a.depth);
 }
 
-// A rung, or for i < 0 what pulling would do: the opposite, since a plate has no side.
+// A depth step, or for i < 0 what pulling would do: the opposite, since a plate has no side.
 double DepthOf(const MembranePress& press, int i) {
-  return i < 0 ? -DepthOf(press, -i) : press.rungs[static_cast<std::size_t>(i)]->depth;
+  return i < 0 ? -DepthOf(press, -i) : press.depth_steps[static_cast<std::size_t>(i)]->depth;
 }
 double ForceOf(const MembranePress& press, int i) {
-  return i < 0 ? -ForceOf(press, -i) : press.rungs[static_cast<std::size_t>(i)]->force;
+  return i < 0 ? -ForceOf(press, -i) : press.depth_steps[static_cast<std::size_t>(i)]->force;
 }
 
-// At a rung: that of the polynomial through it and up to two rungs on either side.
-double Slope(const MembranePress& press, std::size_t rung) {
-  const int at = static_cast<int>(rung), last = static_cast<int>(press.rungs.size()) - 1;
+// At a depth step: that of the polynomial through it and up to two depth steps on either side.
+double Slope(const MembranePress& press, std::size_t depth_step) {
+  const int at = static_cast<int>(depth_step),
+            last = static_cast<int>(press.depth_steps.size()) - 1;
   const int first = std::max(at - 2, -last), end = std::min(at + 2, last);
   double slope = 0;
   for (int i = first; i <= end; ++i) {
     if (i == at) continue;
     const double from_at = DepthOf(press, i) - DepthOf(press, at);
-    double weight = 1 / from_at;  // Lagrange's polynomial of rung i, its slope at this one
+    double weight = 1 / from_at;  // Lagrange's polynomial of depth step i, its slope at this one
     for (int j = first; j <= end; ++j) {
       if (j == i || j == at) continue;
       weight *= (DepthOf(press, at) - DepthOf(press, j)) / (DepthOf(press, i) - DepthOf(press, j));
@@ -58,14 +59,14 @@ double Limited(double slope, double chord) {
   return share * chord;
 }
 
-// Weights of the rungs from one before `below` to two after it, between it and the next one at the
-// part t of the way: a cubic with the slopes, at either end, of the parabola through that rung
-// and its neighbours (at the first and the last rung, through the three nearest).
+// Weights of the depth steps from one before `below` to two after it, between it and the next one
+// at the part t of the way: a cubic with the slopes, at either end, of the parabola through that
+// depth step and its neighbours (at the first and the last depth step, through the three nearest).
 
 using Weights = std::array<double, 4>;
 
 void AddSlope(const MembranePress& press, int at, int below, double factor, Weights* weights) {
-  const int last = static_cast<int>(press.rungs.size()) - 1;
+  const int last = static_cast<int>(press.depth_steps.size()) - 1;
   const int first = std::clamp(at - 1, 0, std::max(0, last - 2)), end = std::min(first + 2, last);
   for (int i = first; i <= end; ++i) {
     if (i == at) continue;
@@ -100,9 +101,9 @@ Vector2d Carried(const Vector2d& point, double p, double q, double rim) {
 }  // namespace
 
 double ForceAt(const MembranePress& press, double depth) noexcept {
-  if (press.rungs.size() < 2 || !(depth > 0)) return 0;
+  if (press.depth_steps.size() < 2 || !(depth > 0)) return 0;
   const std::size_t i = Below(press, depth);
-  const MembraneRung &a = *press.rungs[i], &b = *press.rungs[i + 1];
+  const MembraneDepthStep &a = *press.depth_steps[i], &b = *press.depth_steps[i + 1];
   const double h = b.depth - a.depth, t = (depth - a.depth) / h, u = 1 - t;
   const double chord = Chord(press, i);
   if (t > 1) return b.force + (depth - b.depth) * chord;
@@ -113,19 +114,20 @@ double ForceAt(const MembranePress& press, double depth) noexcept {
 
 Vector3d DisplacementAt(const MembranePress& press, const Vector2d& p_O, double depth) noexcept {
   MembraneFace::Stencil stencil;
-  if (press.rungs.size() < 2 || !(depth > 0) || !press.face->Find(p_O, &stencil)) {
+  if (press.depth_steps.size() < 2 || !(depth > 0) || !press.face->Find(p_O, &stencil)) {
     return Vector3d::Zero();
   }
   const std::size_t i = Below(press, depth);
-  const double from = press.rungs[i]->depth, to = press.rungs[i + 1]->depth;
+  const double from = press.depth_steps[i]->depth, to = press.depth_steps[i + 1]->depth;
   const Weights weights = WeightsAt(press, i, std::min((depth - from) / (to - from), 1.0));
   Vector3d displacement = Vector3d::Zero();
   for (std::size_t r = 0; r < weights.size(); ++r) {
-    if (weights[r] == 0) continue;  // also where there is no such rung
-    const MembraneRung& rung = *press.rungs[i + r - 1];
+    if (weights[r] == 0) continue;  // also where there is no such depth step
+    const MembraneDepthStep& depth_step = *press.depth_steps[i + r - 1];
     for (std::size_t k = 0; k < stencil.nodes.size(); ++k) {
       const auto n = static_cast<std::size_t>(stencil.nodes[k]);
-      displacement += weights[r] * stencil.weights[k] * rung.displacements_O[n].cast<double>();
+      displacement +=
+          weights[r] * stencil.weights[k] * depth_step.displacements_O[n].cast<double>();
     }
   }
   return displacement;
@@ -156,4 +158,4 @@ Vector3d DisplacementOf(const Indentation& indentation, const Vector2d& p_O) noe
   return u_O;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -9,7 +9,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::MatrixXd;
@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 constexpr double kGrowth = 0.45;  // of an element's size per distance from where it bends
 
-// Ends of `count` intervals of [0, 1] as long as `size` asks, up to a common factor.
+// Ends of `count` intervals of [0, 1] as long as `size` requires, up to a common factor.
 std::vector<double> Divide(int count, const std::function<double(double)>& size) {
   constexpr int kSteps = 2000;
   std::vector<double> sum(kSteps + 1, 0.0);
@@ -226,4 +226,4 @@ bool NeoHookeanDisc::Linearise(const VectorXd& u, VectorXd* forces, Matrix* stif
   return true;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -8,7 +8,7 @@
 
 #include "slave/reference/solid/neo_hookean_body.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Hexahedra for a round plate under a round tool: cubic along the plate and through it.
 //
@@ -116,4 +116,4 @@ class NeoHookeanDisc {
   Eigen::VectorXd free_;  // 0 for components that the mirror planes fix, else 1
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

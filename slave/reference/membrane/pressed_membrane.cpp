@@ -12,7 +12,7 @@
 
 #include "slave/reference/membrane/neo_hookean_disc.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::MatrixXd;
@@ -146,7 +146,7 @@ struct PressedMembrane::Continuation {
   NeoHookeanDisc solid;
   NeoHookeanDisc::Matrix stiffness;
   SparseLdlt<double> factor;
-  // What the tool may push: of an even one its whole face, of a rigid one each node below it.
+  // Loads of the tool: one on the whole face of an even tool, one per node below a rigid tool.
   MatrixXd loads;  // a column per load of one, along -z
   std::vector<int>
       touched;          // per load: the unknown, along z, that follows the tool while it pushes
@@ -246,7 +246,7 @@ std::optional<PressedMembrane::Continuation::State> PressedMembrane::Continuatio
   return std::nullopt;
 }
 
-// Also what loads of one do.
+// Also computes the displacements under unit loads.
 bool PressedMembrane::Continuation::Linearise(const VectorXd& u) {
   VectorXd forces;
   if (!solid.Linearise(u, &forces, &stiffness) || !factor.Factorize(stiffness, false)) return false;
@@ -269,18 +269,18 @@ bool PressedMembrane::Continuation::Reach(double depth, int halvings) {
 
 void PressedMembrane::Continuation::Record() {
   const State& state = states.back();
-  auto rung = std::make_shared<MembraneRung>();
-  rung->depth = state.depth * length;
-  rung->force = -state.forces.sum() * force_unit;
-  rung->displacements_O.reserve(sources.size());
+  auto depth_step = std::make_shared<MembraneDepthStep>();
+  depth_step->depth = state.depth * length;
+  depth_step->force = -state.forces.sum() * force_unit;
+  depth_step->displacements_O.reserve(sources.size());
   for (const auto& source : sources) {
     const int column = mesh.column(source.circle, source.ray);
     Vector3d u = Vector3d::Zero();
     if (column < mesh.free_columns()) u = state.u.segment<3>(solid.unknown(column, 0, 0));
     const Vector3d u_O = press.face->Turned({source.x * u.x(), source.y * u.y(), u.z()});
-    rung->displacements_O.emplace_back((length * u_O).cast<float>());
+    depth_step->displacements_O.emplace_back((length * u_O).cast<float>());
   }
-  press.rungs.push_back(std::move(rung));
+  press.depth_steps.push_back(std::move(depth_step));
 }
 
 PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Material& material,
@@ -295,7 +295,7 @@ PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Materia
 PressedMembrane::~PressedMembrane() = default;
 
 bool PressedMembrane::Deepen(double depth) {
-  if (!(depth > continuation_->press.rungs.back()->depth &&
+  if (!(depth > continuation_->press.depth_steps.back()->depth &&
         depth <= kDeepest * continuation_->length)) {
     return false;
   }
@@ -312,4 +312,4 @@ const MembranePress& PressedMembrane::press() const {
   return continuation_->press;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -23,10 +23,10 @@
 #include "slave/reference/membrane/membrane_face.h"
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // The membrane under the tool at one depth. Frame O; immutable once made.
-struct MembraneRung {
+struct MembraneDepthStep {
   double depth = 0;  // way of the tool beyond the first touch, along -z [m]
   double force = 0;  // of the tool on the membrane along z [N]: negative pushes
   std::vector<Eigen::Vector3f> displacements_O;  // of the inner face's nodes [m]
@@ -36,16 +36,16 @@ struct MembraneRung {
 struct MembranePress {
   std::vector<Eigen::Vector2d> nodes_O;       // of the inner face (towards -z), at rest [m]
   std::vector<std::array<int, 3>> triangles;  // of the inner face
-  std::vector<std::shared_ptr<const MembraneRung>> rungs;  // depths rising, from zero
-  std::shared_ptr<const MembraneFace> face;                // interpolates between the nodes
+  std::vector<std::shared_ptr<const MembraneDepthStep>> depth_steps;  // depths rising, from zero
+  std::shared_ptr<const MembraneFace> face;  // interpolates between the nodes
 };
 
 // Force along z [N] at `depth` by monotone cubics between steps; beyond the last one extrapolated
 // from the last two. Zero at depth <= 0.
 double ForceAt(const MembranePress& press, double depth) noexcept;
 // Displacement of the inner face's point that rests at p_O [m], frame O, at `depth`: by cubics
-// between rungs, of the mesh's own order in space; beyond the last rung as at it. Zero outside the
-// rim.
+// between depth steps, of the mesh's own order in space; beyond the last depth step as at it. Zero
+// outside the rim.
 Eigen::Vector3d DisplacementAt(const MembranePress& press, const Eigen::Vector2d& p_O,
                                double depth) noexcept;
 
@@ -109,4 +109,4 @@ double ForceOf(const Indentation& indentation) noexcept;
 // Displacement of the inner face's point that rests at p_O [m].
 Eigen::Vector3d DisplacementOf(const Indentation& indentation, const Eigen::Vector2d& p_O) noexcept;
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

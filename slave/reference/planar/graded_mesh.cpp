@@ -13,7 +13,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -33,7 +33,7 @@ Point Circumcentre(const Point& a, const Point& b, const Point& c) {
   return a + Point(v.y() * uu - u.y() * vv, u.x() * vv - v.x() * uu) / d;
 }
 
-// Halves segments until each is as short as the field asks.
+// Halves segments until each is as short as the field requires.
 void SampleBoundary(const SizeField& size, std::vector<Point>& points,
                     std::vector<Segment>& segments) {
   for (std::size_t s = 0; s < segments.size();) {
@@ -251,4 +251,4 @@ double Area(const TriangleMesh& mesh) {
   return twice / 2;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

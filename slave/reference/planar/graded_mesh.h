@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // A straight piece of the boundary between two points. `tag` is the caller's; halves inherit it.
 struct Segment {
@@ -48,4 +48,4 @@ double Area(const TriangleMesh& mesh);
 // Twice the signed area of a, b, c; positive counter-clockwise.
 double Orientation(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c);
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

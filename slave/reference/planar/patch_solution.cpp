@@ -7,7 +7,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -158,4 +158,4 @@ TaggedOutline Divide(const TrueBody& body, int loop, std::pair<double, double> p
   return outline;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -12,7 +12,7 @@
 #include "slave/reference/planar/plane_elasticity.h"
 #include "slave/reference/planar/true_body.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // A body's edges for meshing: divided at the ends of the tool's contact, each piece marked as
 // fixed, moved or free.
@@ -62,4 +62,4 @@ double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
                         const BoundaryPlace& place, double width, const Eigen::Vector2d& way_O,
                         const Fineness& fineness = {});
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -9,7 +9,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
@@ -282,4 +282,4 @@ ElasticSolution SolveElastic(const QuadraticMesh& mesh, const PlaneMaterial& mat
   return solution;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -17,7 +17,7 @@
 #include "slave/reference/planar/graded_mesh.h"
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Nodes: the corners (numbered as in the TriangleMesh), then the edges' middles.
 struct QuadraticMesh {
@@ -55,4 +55,4 @@ struct ElasticSolution {
 ElasticSolution SolveElastic(const QuadraticMesh& mesh, const PlaneMaterial& material,
                              const Prescribed& prescribed, const Fields& values);
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -9,7 +9,7 @@
 #include "slave/mesh/index.h"
 #include "slave/reference/planar/patch_solution.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 constexpr double kPerWidth = 24;   // elements across the tool
@@ -211,4 +211,4 @@ PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displac
   return at;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

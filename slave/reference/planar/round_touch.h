@@ -10,7 +10,7 @@
 #include "slave/reference/planar/patch_solution.h"
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // `nodes`: that may touch, relative to the first contact point of the apex, at rest [m].
 struct RoundTouch {
@@ -41,4 +41,4 @@ RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_
 PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O,
                        double tilt);
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

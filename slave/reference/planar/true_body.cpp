@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -232,4 +232,4 @@ std::pair<double, double> TrueBody::Patch(const BoundaryPlace& place, double wid
   return {std::max(from, place.s - half), std::min(to, place.s + half)};
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -11,7 +11,7 @@
 
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // A point on the boundary: loop 0 is the outer one, then the holes; `s` is the arc length from the
 // first corner of the loop [m], the body on the left.
@@ -74,4 +74,4 @@ class TrueBody {
   Eigen::Isometry2d X_SO_ = Eigen::Isometry2d::Identity();
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

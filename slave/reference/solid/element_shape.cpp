@@ -8,7 +8,7 @@
 
 #include "shared/geometry/symmetric_eigen.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::MatrixXd;
@@ -128,4 +128,4 @@ PlacedElement::PlacedElement(const ElementShape& shape, const MatrixXd& places,
   }
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

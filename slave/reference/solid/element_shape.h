@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // On the reference element: the cube [0, 1]^dims, or the simplex where the coordinates' sum is at
 // most 1. Nodes lie at `lattice` / degree, the last coordinate running first. Gauss's rule has
@@ -34,4 +34,4 @@ struct PlacedElement {
   Eigen::VectorXd weights;    // volume of each point
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

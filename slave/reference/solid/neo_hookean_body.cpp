@@ -11,7 +11,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Matrix3d;
@@ -263,4 +263,4 @@ void NeoHookeanBody::AddStiffness(std::size_t element, const Work& work, Matrix*
   }
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

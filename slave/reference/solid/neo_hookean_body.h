@@ -11,7 +11,7 @@
 #include "slave/mechanics/linear/sparse_ldlt.h"
 #include "slave/reference/solid/element_shape.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Nearly incompressible rubber, stretched at rest or not:
 //
@@ -54,7 +54,7 @@ class NeoHookeanBody {
   [[nodiscard]] int size() const { return 3 * static_cast<int>(upper_.size()); }
   // Elastic forces at displacements u. False: an element is turned inside out.
   bool Forces(const Eigen::VectorXd& u, Eigen::VectorXd* forces) const;
-  // Also their derivatives, upper triangle, with the pattern of EmptyMatrix().
+  // Also computes their derivatives: the upper triangle, with the pattern of EmptyMatrix().
   bool Linearise(const Eigen::VectorXd& u, Eigen::VectorXd* forces, Matrix* stiffness) const;
   [[nodiscard]] Matrix EmptyMatrix() const;
   // Rows and columns of unknowns that are not `free` (0 or 1, each) become those of the identity.
@@ -78,4 +78,4 @@ class NeoHookeanBody {
   std::vector<std::vector<int>> positions_;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -27,7 +27,7 @@ struct OgdenTerm {
   double share = 1;     // share of the initial shear modulus
   double exponent = 2;  // not 0
 };
-// Options of `fem` and of the models derived from it (contracts, model options).
+// Options of `fem` and of the models derived from it (deploy/scenes/README.md, model).
 struct FemOptions {
   enum class Element : std::uint8_t { kTet4, kTet10 } element = Element::kTet4;
   enum class Law : std::uint8_t {

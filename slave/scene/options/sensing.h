@@ -222,9 +222,9 @@ class SenseOptions {
 // Whether a stereo pair or depth camera tracks points in space.
 bool HasStereoOrDepth(const SenseOptions& sense);
 // Whether the scene has a camera of any kind.
-bool HasPictures(const SenseOptions& sense);
+bool HasImages(const SenseOptions& sense);
 // Whether the images come from a driver (FeedImages).
-bool TakesPictures(const SenseOptions& sense);
+bool TakesImages(const SenseOptions& sense);
 // Rate of the images or samples of the first sensing [Hz]; 0: no sensing.
 double SensorRate(const SenseOptions& sense);
 

@@ -32,8 +32,8 @@ constexpr int kFirstByte = 3;    // time for it, before the system hands a conne
 // Between two connections: gRPC opens one in less than a millisecond, in the threads that also read
 // the operator's commands.
 constexpr std::chrono::milliseconds kBetween(1);
-// What a client sends at most before it has the server's settings [bytes]: the initial window of
-// 65 535 bytes (RFC 9113, 6.9.2), and headers.
+// Largest amount that a client sends before it has the server's settings [bytes]: the initial
+// window of 65 535 bytes (RFC 9113, 6.9.2), and headers.
 constexpr int kMostUnread = 80 * 1024;
 constexpr int kDescriptors = 4;          // for each connection; it uses two
 constexpr std::size_t kLogEvery = 1000;  // closed connections per line of the log
@@ -201,7 +201,7 @@ void Acceptor::CutUntrusted() {
   });
 }
 
-// Also discards what nobody has read, if the system can do that.
+// Also discards unread data, if the system can do that.
 void Acceptor::Close(int fd, TurnedAway why) {
   sockaddr nowhere{};
   nowhere.sa_family = AF_UNSPEC;

@@ -34,7 +34,7 @@ class Acceptor {
     double rate = 1e6;               // of all connections together [bytes/s]
     double burst = 0;                // of all connections together [bytes]; its owner sets it
   };
-  // What the service knows about the client of a connection with a stream.
+  // The client of a connection with a stream.
   struct Client {
     // It may send beyond Limits::rate [bytes/s]; of the streams of a connection the largest counts.
     double rate = 0;

@@ -22,7 +22,7 @@ constexpr std::chrono::milliseconds kPatience(50);
 constexpr std::chrono::milliseconds kPaceWait(5);  // until a stream asks again whether it may send
 
 void RequireCamera(const Slave& slave) {
-  if (!HasPictures(slave.Describe().scene.sense)) {
+  if (!HasImages(slave.Describe().scene.sense)) {
     throw RejectedCall(v1::ERROR_REASON_NO_CAMERA, "the scene has no camera");
   }
 }
@@ -44,7 +44,7 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Pre
     refused_.Add("a stream of " + Message::descriptor()->name(), ClientOf(*context), why);
     return Error(v1::ERROR_REASON_TOO_MANY, why);
   }
-  const auto box = publisher_.Subscribe();  // its states tell when there is something new
+  const auto box = publisher_.Subscribe();  // its states show when there is something new
   Message message;
   double bytes = 0;  // of the previous message
   while (!box->closed()) {
@@ -145,22 +145,21 @@ grpc::Status TeleoperationService::WatchPatch(grpc::ServerContext* context,
       });
 }
 
-std::shared_ptr<const JpegPicture> TeleoperationService::Encoded(Time sensed_at, bool overlays,
-                                                                 int quality) {
+std::shared_ptr<const EncodedImage> TeleoperationService::Encoded(Time sensed_at, bool overlays,
+                                                                  int quality) {
   const std::scoped_lock one_at_a_time(encoding_);
-  for (const EncodedPicture& known : encoded_) {
+  for (const CachedImage& known : encoded_) {
     const bool is_asked = known.overlays == overlays && known.quality == quality;
-    if (is_asked && known.picture->sensed_at >= sensed_at) return known.picture;
+    if (is_asked && known.image->sensed_at >= sensed_at) return known.image;
   }
-  std::optional<JpegPicture> picture = slave_.Image(overlays, quality);
-  if (!picture) return nullptr;
-  std::erase_if(encoded_, [&](const EncodedPicture& known) {
-    return known.picture->sensed_at < picture->sensed_at;
+  std::optional<EncodedImage> image = slave_.Image(overlays, quality);
+  if (!image) return nullptr;
+  std::erase_if(encoded_, [&](const CachedImage& known) {
+    return known.image->sensed_at < image->sensed_at;
   });
   if (encoded_.size() >= kMostEncoded) encoded_.pop_back();
-  encoded_.push_front(
-      {overlays, quality, std::make_shared<const JpegPicture>(std::move(*picture))});
-  return encoded_.front().picture;
+  encoded_.push_front({overlays, quality, std::make_shared<const EncodedImage>(std::move(*image))});
+  return encoded_.front().image;
 }
 
 grpc::Status TeleoperationService::WatchImages(grpc::ServerContext* context,
@@ -176,10 +175,10 @@ grpc::Status TeleoperationService::WatchImages(grpc::ServerContext* context,
   return Watch(context, prepare, &bulk_pace_, writer,
                [&](const SlaveState& state, v1::ImageState* message) {
                  if (state.sensed_at == sensed_at) return false;
-                 const auto picture = Encoded(state.sensed_at, request->overlays(), quality);
-                 if (!picture) return false;  // nothing seen yet
+                 const auto image = Encoded(state.sensed_at, request->overlays(), quality);
+                 if (!image) return false;  // nothing seen yet
                  sensed_at = state.sensed_at;
-                 ToProto(*picture, state.sequence, message);
+                 ToProto(*image, state.sequence, message);
                  return true;
                });
 }

@@ -4,10 +4,11 @@
 
 #include "slave/reference/planar/true_body.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
-constexpr std::uint32_t kTargetDraw = 0x7461;  // apart from what else the seed draws
+constexpr std::uint32_t kTargetStream =
+    0x7461;  // separates the target's random numbers from others of the seed
 
 // The same everywhere, unlike std::uniform_real_distribution.
 double Uniform(std::mt19937& random) {
@@ -19,7 +20,7 @@ double Uniform(std::mt19937& random) {
 Embryo::Embryo(const EmbryoSite& options, std::uint32_t seed, double radius,
                const Eigen::Vector2d& direction_O)
     : options_(options), seed_(seed) {
-  std::seed_seq sequence{seed, kTargetDraw};
+  std::seed_seq sequence{seed, kTargetStream};
   std::mt19937 random(sequence);
   const double along = kTargetAlong * (2 * Uniform(random) - 1);
   const double across = kTargetAcross * (2 * Uniform(random) - 1);
@@ -47,4 +48,4 @@ Eigen::Vector3d TargetOf(const Scene& scene) {
   return {p_S.x(), p_S.y(), 0};
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -8,7 +8,7 @@
 
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 class Embryo {
  public:
@@ -45,4 +45,4 @@ class Embryo {
 // where the scene has none.
 Eigen::Vector3d TargetOf(const Scene& scene);
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

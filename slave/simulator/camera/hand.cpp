@@ -6,7 +6,7 @@
 
 #include <opencv2/core.hpp>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 constexpr std::uint32_t kHandDraw = 0x6861;  // apart from what else the seed draws
@@ -83,4 +83,4 @@ void Hand::Light(double t, cv::Mat* seen) const {
   }
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -9,7 +9,7 @@
 
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Every disturbance is a sum of two sines at frequencies that the seed draws; at time 0 the tool is
 // straight and where the script has it, and the exposure is the usual one. Tremor of 8
@@ -39,4 +39,4 @@ class Hand {
   double shadow_heading_, shadow_period_;  // [rad], [s]
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

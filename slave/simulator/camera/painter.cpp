@@ -15,7 +15,7 @@
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/observation.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -37,7 +37,8 @@ Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO)
   return X;
 }
 
-// Of the hand's camera, which nobody knows: no other distortion than the radial one of third order.
+// The true lens of a hand-held scene, which the slave does not know: its only distortion is radial,
+// of third order.
 Lens UnknownLens(const Camera& camera, double shift) {
   const double width = camera.size[0], height = camera.size[1];
   const double corner = 0.5 * std::hypot(width, height);  // at 45 degrees from the axis
@@ -102,7 +103,7 @@ Painter::Layer::Layer(const cv::Rect& part, const std::vector<std::vector<Point>
       grey(part.size(), CV_32F, cv::Scalar(level)),
       alpha(CoverageOf(polygons, part)) {}
 
-// Nodes of the pressed body's mesh in the picture [px].
+// Nodes of the pressed body's mesh in the image [px].
 std::vector<Point> Painter::NodesOf(const Pose& pose) const {
   const PatchSolution& c = *pose.contact;
   std::vector<Point> nodes;
@@ -182,7 +183,7 @@ void Painter::FillMesh(const QuadraticMesh& mesh, const std::vector<Point>& at) 
   }
 }
 
-// A bar from the tip backwards, longer than any way out of the picture.
+// A bar from the tip backwards, longer than any way out of the image.
 void Painter::PaintTool(const Pose& pose) {
   const double length =
       pixel_ * (2.0 * (size_.width + size_.height) + (X_IO_ * pose.p_O_tip).norm());
@@ -247,7 +248,7 @@ Microscope::Microscope(const Scene& scene, const TrueBody& body, const Eigen::Af
   Scatter(*scene.site.embryo, scene.site.seed);
 }
 
-// Two walls, from the ends of the held arc outwards beyond the picture.
+// Two walls, from the ends of the held arc outwards beyond the image.
 void Microscope::PaintCapillary(const FixedArc& arc, double radius, const Eigen::Affine2d& X_IO) {
   const Eigen::Vector2d out(std::cos(arc.centre), std::sin(arc.centre)), aside(-out.y(), out.x());
   const double length = 1e3 * radius;
@@ -308,9 +309,9 @@ void Microscope::Show(cv::Mat* seen) {
     particle.p_I.x() = Wrapped(particle.p_I.x(), size_.width);
     particle.p_I.y() = Wrapped(particle.p_I.y(), size_.height);
   }
-  const double phase = 2 * std::numbers::pi * static_cast<double>(pictures_++) / kFocusPeriod;
+  const double phase = 2 * std::numbers::pi * static_cast<double>(images_++) / kFocusPeriod;
   const double sigma = defocus_ * 0.5 * (1 - std::cos(phase));
   if (sigma > kLeastDefocus) cv::GaussianBlur(*seen, *seen, {}, sigma);
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

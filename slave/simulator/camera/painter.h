@@ -22,7 +22,7 @@
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/stereo/lens_warp.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Further contents of a microscope image: the glass capillary that holds the embryo, debris that
 // drifts in the liquid, and a varying focus.
@@ -56,7 +56,7 @@ class Microscope {
   double defocus_;
   cv::Mat glass_;  // CV_32F, light that is let through
   std::vector<Particle> debris_;
-  std::uint64_t pictures_ = 0;
+  std::uint64_t images_ = 0;
 };
 
 // Contents of the image. Frame O [m].
@@ -84,7 +84,7 @@ class Painter {
   // A part of the image: grey where `alpha` (0 to 1, coverage) is the opacity.
   struct Layer {
     Layer() = default;
-    // What the polygons surround, in one grey level.
+    // The area inside the polygons, in one grey level.
     Layer(const cv::Rect& part, const std::vector<std::vector<Eigen::Vector2d>>& polygons,
           float level);
     cv::Rect window;
@@ -117,4 +117,4 @@ class Painter {
   std::optional<LensWarp> lens_;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -11,7 +11,7 @@ namespace {
 
 // Way from home to the true surface, straight ahead [m].
 double GapAhead(const Scene& scene, const Eigen::Vector2d& direction_S) {
-  const site::TrueBody body(scene);
+  const simulation::TrueBody body(scene);
   const Eigen::Vector2d home_O =
       body.X_SO().inverse() * Eigen::Vector2d(scene.manipulator.home.head<2>());
   if (body.Contains(home_O)) {
@@ -36,7 +36,7 @@ PressMotion ScriptedPress(const Scene& scene) {
   Eigen::Vector2d direction = scene.tool->direction.normalized();
   double way = 0;
   if (scene.site.embryo) {
-    const Eigen::Vector2d to_target = (site::TargetOf(scene) - motion.home).head<2>();
+    const Eigen::Vector2d to_target = (simulation::TargetOf(scene) - motion.home).head<2>();
     way = to_target.norm();
     direction = to_target / way;
   }

@@ -24,12 +24,12 @@
 namespace palpate {
 namespace {
 
-using site::BoundaryPlace;
+using simulation::BoundaryPlace;
 
 constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts of the larger side
 constexpr double kGoesAhead = 0.7;  // cosine to where it points
 constexpr double kFarthest = 1e6;   // tips farther away are no tips, in parts of the larger side
-constexpr int kStepsPerPicture = 16;  // of a script: the tool's path is followed, not jumped
+constexpr int kStepsPerImage = 16;  // of a script: the tool's path is followed, not jumped
 
 // See SiteOptions.
 double LampLight(double span, Time now) {
@@ -37,15 +37,15 @@ double LampLight(double span, Time now) {
   return span > 0 && std::fmod(SecondsBetween(Time{}, now) / span, 2) >= 1 ? kDim : 1;
 }
 
-cv::Mat Shifted(const cv::Mat& picture, const Eigen::Vector2d& shift) {
+cv::Mat Shifted(const cv::Mat& image, const Eigen::Vector2d& shift) {
   const cv::Matx23d warp(1, 0, shift.x(), 0, 1, shift.y());
   cv::Mat shifted;
-  cv::warpAffine(picture, shifted, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  cv::warpAffine(image, shifted, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
   return shifted;
 }
 
 // Force of the tool on the body, parts of E t [m].
-Eigen::Vector2d ForceOf(const site::Pose& pose) {
+Eigen::Vector2d ForceOf(const simulation::Pose& pose) {
   if (pose.contact->round) {
     return Touched(*pose.contact->round, pose.displacement_O, pose.tilt).total();
   }
@@ -66,10 +66,10 @@ struct SimulatedSite::State {
         view(*scene.sense.Find<Camera>(), scene.sense.Find<Camera>()->size[0],
              scene.sense.Find<Camera>()->size[1]),
         straightening(StraighteningOf(*scene.sense.Find<Camera>())),
-        picture_rate(scene.sense.Find<Camera>()->rate),
+        image_rate(scene.sense.Find<Camera>()->rate),
         motion(scene.site.motion),
         p_S_tip(scene.manipulator.home),
-        p_S_pictured(p_S_tip) {
+        p_S_imaged(p_S_tip) {
     if (scene.site.embryo) {
       embryo.emplace(*scene.site.embryo, scene.site.seed, 0.5 * body.larger_side(), direction_O);
     }
@@ -103,26 +103,26 @@ struct SimulatedSite::State {
     return ahead_of_tool ? *ahead_of_tool : body.Nearest(p_O);
   }
   void Move(const Eigen::Vector3d& p_S);
-  void Begin(const Eigen::Vector2d& from, site::Pose* next);
-  [[nodiscard]] bool IsInside(const site::Pose& next) const;
+  void Begin(const Eigen::Vector2d& from, simulation::Pose* next);
+  [[nodiscard]] bool IsInside(const simulation::Pose& next) const;
   [[nodiscard]] bool Breaks(double next_depth) const;
-  // The picture is taken: what to paint.
-  site::Pose Expose();
+  // The image is taken: what to paint.
+  simulation::Pose Expose();
   // By how much all of it is elsewhere [px].
-  Eigen::Vector2d ShiftInPicture();
+  Eigen::Vector2d ShiftInImage();
 
-  const site::TrueBody body;
+  const simulation::TrueBody body;
   const Eigen::Vector2d direction_O;  // along which the tool points
   const double force_scale;           // E t [N/m]
   const Tool tool;
-  site::SolutionsAhead ahead;
-  site::Painter painter;  // TakePicture's thread only
+  simulation::SolutionsAhead ahead;
+  simulation::Painter painter;  // TakeImage's thread only
   const CameraView view;
   const ImageFilter straightening;  // as every source does it; empty: no lens
 
-  std::optional<site::Embryo> embryo;
-  std::optional<site::Hand> hand;
-  const double picture_rate;  // [Hz]
+  std::optional<simulation::Embryo> embryo;
+  std::optional<simulation::Hand> hand;
+  const double image_rate;  // [Hz]
   const SiteOptions::Motion motion;
   const Time begin = Clock::now();
 
@@ -133,11 +133,11 @@ struct SimulatedSite::State {
 
   std::mutex mutex;  // guards what others read
   Eigen::Vector3d p_S_tip;
-  site::Pose pose;
+  simulation::Pose pose;
   double depth = 0;
   bool punctured = false;
   Eigen::Vector3d p_S_moved{0, 0, 0};  // of the body, with this pose
-  Eigen::Vector3d p_S_pictured;        // tip in the last picture
+  Eigen::Vector3d p_S_imaged;          // tip in the last image
   Eigen::Vector2d velocity_S{0, 0};    // between the last two [m/s]
 };
 
@@ -146,7 +146,7 @@ bool SimulatedSite::State::Breaks(double next_depth) const {
 }
 
 // Whether some of the tool's end is where the body rests.
-bool SimulatedSite::State::IsInside(const site::Pose& next) const {
+bool SimulatedSite::State::IsInside(const simulation::Pose& next) const {
   if (next.tilt == 0) return body.Contains(next.p_O_tip);
   const Eigen::Rotation2Dd turn(next.tilt);
   const Eigen::Vector2d d = turn * direction_O, across(-d.y(), d.x());
@@ -161,7 +161,7 @@ bool SimulatedSite::State::IsInside(const site::Pose& next) const {
 }
 
 // Out of contact so far, on the way from `from`.
-void SimulatedSite::State::Begin(const Eigen::Vector2d& from, site::Pose* next) {
+void SimulatedSite::State::Begin(const Eigen::Vector2d& from, simulation::Pose* next) {
   const Eigen::Vector2d& to = next->p_O_tip;
   next->contact = nullptr;
   const auto entry = hand && IsInside(*next) ? body.Nearest(to) : body.Entry(from, to);
@@ -181,7 +181,7 @@ void SimulatedSite::State::Begin(const Eigen::Vector2d& from, site::Pose* next) 
 void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   const Eigen::Vector3d moved = Moved();
   const Eigen::Vector2d to = ToBody(p_S - moved), from = pose.p_O_tip;
-  site::Pose next{to, pose.contact, {0, 0}};
+  simulation::Pose next{to, pose.contact, {0, 0}};
   next.t = Now();
   if (hand) next.tilt = hand->Tilt(next.t);
   bool through = punctured;
@@ -208,25 +208,25 @@ void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   punctured = through;
 }
 
-site::Pose SimulatedSite::State::Expose() {
-  site::Pose seen;
+simulation::Pose SimulatedSite::State::Expose() {
+  simulation::Pose seen;
   {
     const std::lock_guard lock(mutex);
-    velocity_S = picture_rate * (p_S_tip - p_S_pictured).head<2>();
-    p_S_pictured = p_S_tip;
+    velocity_S = image_rate * (p_S_tip - p_S_imaged).head<2>();
+    p_S_imaged = p_S_tip;
     seen = pose;
   }
   if (!seen.contact || !seen.contact->round) return seen;
   if (seen.displacement_O.isZero(0)) {
     seen.contact = nullptr;
   } else {
-    seen.contact = std::make_shared<site::PatchSolution>(
+    seen.contact = std::make_shared<simulation::PatchSolution>(
         SecantAt(*seen.contact, seen.displacement_O, seen.tilt));
   }
   return seen;
 }
 
-Eigen::Vector2d SimulatedSite::State::ShiftInPicture() {
+Eigen::Vector2d SimulatedSite::State::ShiftInImage() {
   const std::lock_guard lock(mutex);
   return view.ToImage(p_S_moved) - view.ToImage(Eigen::Vector3d::Zero());
 }
@@ -244,7 +244,7 @@ void SimulatedSite::MoveTool(const Eigen::Vector3d& p_S_tip, Patience /*patience
 
 Truth SimulatedSite::truth() const {
   Truth truth;
-  site::Pose pose;
+  simulation::Pose pose;
   const auto& embryo = state_->embryo;
   {
     const std::lock_guard lock(state_->mutex);
@@ -273,21 +273,21 @@ std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene,
     return std::make_unique<CameraSource>(rate, fmt::format("simulated camera at {:g} Hz", rate),
                                           [this, lamp = scene.site.lamp] {
                                             const double light = LampLight(lamp, Clock::now());
-                                            cv::Mat picture = TakePicture();
-                                            if (light < 1) picture *= light;
-                                            return Frame{std::move(picture)};
+                                            cv::Mat image = TakeImage();
+                                            if (light < 1) image *= light;
+                                            return Frame{std::move(image)};
                                           });
   }
   const auto move = [this, motion = ScriptedPress(scene), rate](double t) {
-    for (int step = kStepsPerPicture - 1; step >= 0; --step) {
-      const double at = std::max(0.0, t - step / (kStepsPerPicture * rate));
+    for (int step = kStepsPerImage - 1; step >= 0; --step) {
+      const double at = std::max(0.0, t - step / (kStepsPerImage * rate));
       SetTime(state_->hand ? at : t);
       MoveTool(motion.Tip(at) + HandOffset(at));
     }
   };
   return std::make_unique<CameraSource>(
       rate, fmt::format("simulated camera, scripted contact, {:g} Hz", rate),
-      [this] { return Frame{TakePicture()}; },
+      [this] { return Frame{TakeImage()}; },
       CameraSource::Script{ScriptedPress(scene).duration(), move,
                            [this](double t) { return state_->hand ? state_->hand->Delay(t) : 0; }});
 }
@@ -301,10 +301,10 @@ void SimulatedSite::SetTime(double t) {
   state_->scripted_t = t;
 }
 
-cv::Mat SimulatedSite::TakePicture() {
-  cv::Mat picture = state_->painter.Paint(state_->Expose());
-  if (!state_->motion.amplitude.isZero(0)) picture = Shifted(picture, state_->ShiftInPicture());
-  return state_->straightening ? state_->straightening(picture) : picture;
+cv::Mat SimulatedSite::TakeImage() {
+  cv::Mat image = state_->painter.Paint(state_->Expose());
+  if (!state_->motion.amplitude.isZero(0)) image = Shifted(image, state_->ShiftInImage());
+  return state_->straightening ? state_->straightening(image) : image;
 }
 
 }  // namespace palpate

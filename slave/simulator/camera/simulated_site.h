@@ -47,7 +47,7 @@ class SimulatedSite final : public SimulatedEnvironment {
   // Takes an image of the present state, with the scene's lens if there is one, and undistorted as
   // a FrameSource does it: 8 bit grey. Thread-safe against MoveTool; call from one thread. The same
   // calls in the same order give the same images. A millisecond or two.
-  cv::Mat TakePicture();
+  cv::Mat TakeImage();
 
  private:
   struct State;

@@ -5,7 +5,7 @@
 #include <exception>
 #include <utility>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 // Places closer than this part of the larger side share a solution (0.02 mm on the 88 mm block):
@@ -54,4 +54,4 @@ void SolutionsAhead::Contact::Add(std::shared_ptr<const PatchSolution> solved) {
   complete = true;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

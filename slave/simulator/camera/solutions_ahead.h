@@ -7,7 +7,7 @@
 #include "slave/reference/planar/round_touch.h"
 #include "slave/simulator/environment/solved_ahead.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Solves contacts in advance: while the tool approaches, a separate thread computes the solution
 // for the expected contact point, so that the start of contact costs nothing.
@@ -45,4 +45,4 @@ class SolutionsAhead {
   SolvedAhead<Contact> contacts_;  // last: its thread uses everything above
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

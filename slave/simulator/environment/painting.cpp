@@ -11,7 +11,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 constexpr double kOne = 65536;  // 16.16 fixed point
@@ -45,8 +45,8 @@ std::uint32_t StepToFixed(double texels) {
       static_cast<std::int64_t>(std::clamp(texels, -1e4, 1e4) * kOne));
 }
 
-constexpr int kNoiseMargin = 256;        // of places where a picture's noise may begin [px]
-constexpr double kFlickerPeriod = 41.3;  // [pictures]
+constexpr int kNoiseMargin = 256;        // of places where an image's noise may begin [px]
+constexpr double kFlickerPeriod = 41.3;  // [images]
 
 // Brightest at the upper left, `fall` darker at the lower right.
 cv::Mat Light(const cv::Size& size, double fall) {
@@ -281,9 +281,9 @@ cv::Mat Exposure::Expose(const cv::Mat& seen) {
   const int left = static_cast<int>(random_() % kNoiseMargin);
   const int top = static_cast<int>(random_() % kNoiseMargin);
   const cv::Mat noise = noise_({left, top, seen.cols, seen.rows});
-  cv::Mat picture;
-  cv::Mat(gain_ * seen.mul(light_) + noise).convertTo(picture, CV_8U);
-  return picture;
+  cv::Mat image;
+  cv::Mat(gain_ * seen.mul(light_) + noise).convertTo(image, CV_8U);
+  return image;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -14,7 +14,7 @@
 
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Speckle that repeats without a seam, and triangles filled with it: what makes a painted body move
 // visibly with its material.
@@ -31,7 +31,7 @@ class Texture {
   // positions of the corners on the texture [texels].
   void Fill(cv::Mat& canvas, const std::array<Eigen::Vector2d, 3>& at,
             const std::array<Eigen::Vector2d, 3>& from) const;
-  // The facets of a surface that face the camera, clockwise in the picture; nullopt: a corner that
+  // The facets of a surface that face the camera, clockwise in the image; nullopt: a corner that
   // is not seen, and no facet with it.
   void FillFacets(cv::Mat& canvas, const std::vector<std::array<int, 3>>& facets,
                   const std::vector<std::optional<Eigen::Vector2d>>& at,
@@ -78,4 +78,4 @@ class Exposure {
   std::uint64_t instants_ = 0;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -106,7 +106,8 @@ class SimulatedEnvironment : public GroundTruth {
   // Moves the tool's tip here, S [m]. Thread-safe. Positions that are not finite are ignored. A
   // simulator is moved with one patience only.
   virtual void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) = 0;
-  // Of the tip from its script, where a hand guides it (`site.hand`), `t` [s] after the start [m].
+  // Offset of the tip from its script where a hand guides it (`site.hand`), `t` [s] after the start
+  // [m].
   [[nodiscard]] virtual Eigen::Vector3d HandOffset(double /*t*/) const {
     return Eigen::Vector3d::Zero();
   }

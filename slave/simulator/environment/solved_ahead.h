@@ -12,9 +12,9 @@
 #include <thread>
 #include <utility>
 
-namespace palpate::site {
+namespace palpate::simulation {
 
-// What a contact has in common with others. Guarded by the lock of SolvedAhead.
+// The shared part of a contact. Guarded by the lock of SolvedAhead.
 struct ContactAhead {
   bool begun = false;
   bool complete = false;  // no further step follows
@@ -31,7 +31,7 @@ class SolvedAhead {
 
   explicit SolvedAhead(Choice choice)
       : choice_(std::move(choice)), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
-  // Works on the newest wish; keeps this number of contacts.
+  // Works on the newest request; keeps this number of contacts.
   explicit SolvedAhead(std::size_t kept)
       : kept_(kept),
         choice_([this] {
@@ -103,4 +103,4 @@ class SolvedAhead {
   std::jthread thread_;  // last: it uses everything above
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

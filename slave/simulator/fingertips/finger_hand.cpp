@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Isometry3d;
@@ -109,4 +109,4 @@ FingerHand MakeFingerHand(const Tactile& tactile, const Isometry3d& X_SO) {
   return hand;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -9,7 +9,7 @@
 #include "slave/scene/scene.h"
 #include "slave/simulator/fingertips/pressed_body.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // A fingertip's outside as a rigid body: half sphere and cylinder behind it (paper B, equation 4),
 // closed by another half sphere at the far end.
@@ -51,4 +51,4 @@ struct FingerHand {
 
 FingerHand MakeFingerHand(const Tactile& tactile, const Eigen::Isometry3d& X_SO);
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

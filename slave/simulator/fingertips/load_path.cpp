@@ -6,7 +6,7 @@
 #include <exception>
 #include <limits>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector3d;
@@ -20,57 +20,62 @@ double MonotoneSlope(double before, double h_before, double after, double h_afte
 }
 
 struct Bracket {
-  std::size_t below = 0;  // rungs below and below + 1
+  std::size_t below = 0;  // depth steps below and below + 1
   double part = 0;        // of the way between them
 };
 
-Bracket Around(const Rungs& rungs, double s) {
+Bracket Around(const DepthSteps& depth_steps, double s) {
   const auto above = std::ranges::upper_bound(
-      rungs, s, {}, [](const std::shared_ptr<const LoadStep>& rung) { return rung->s; });
-  const auto index = static_cast<std::size_t>(above - rungs.begin());
-  const std::size_t below = std::clamp<std::size_t>(index, 1, rungs.size() - 1) - 1;
-  return {below, (s - rungs[below]->s) / (rungs[below + 1]->s - rungs[below]->s)};
+      depth_steps, s, {},
+      [](const std::shared_ptr<const LoadStep>& depth_step) { return depth_step->s; });
+  const auto index = static_cast<std::size_t>(above - depth_steps.begin());
+  const std::size_t below = std::clamp<std::size_t>(index, 1, depth_steps.size() - 1) - 1;
+  return {below, (s - depth_steps[below]->s) / (depth_steps[below + 1]->s - depth_steps[below]->s)};
 }
 
-const FingerTouch& At(const Rungs& rungs, std::size_t rung, int finger) {
-  return rungs[rung]->touches[static_cast<std::size_t>(finger)];
+const FingerTouch& At(const DepthSteps& depth_steps, std::size_t depth_step, int finger) {
+  return depth_steps[depth_step]->touches[static_cast<std::size_t>(finger)];
 }
 
-// One component of the force over the rungs.
+// One component of the force over the depth steps.
 class ForceCurve {
  public:
-  ForceCurve(const Rungs& rungs, int finger, int component)
-      : rungs_(rungs), finger_(finger), component_(component) {}
+  ForceCurve(const DepthSteps& depth_steps, int finger, int component)
+      : depth_steps_(depth_steps), finger_(finger), component_(component) {}
 
   [[nodiscard]] double Value(const Bracket& at) const {
     const double f0 = F(at.below), f1 = F(at.below + 1), h = Step(at.below);
-    if (at.part > 1) return f1 + (at.part - 1) * (f1 - f0);  // beyond the last rung
+    if (at.part > 1) return f1 + (at.part - 1) * (f1 - f0);  // beyond the last depth step
     const double t = at.part, u = 1 - t;
     return u * u * ((1 + 2 * t) * f0 + t * h * Slope(at.below)) +
            t * t * ((1 + 2 * u) * f1 - u * h * Slope(at.below + 1));
   }
 
  private:
-  [[nodiscard]] double F(std::size_t i) const { return At(rungs_, i, finger_).force_O[component_]; }
-  [[nodiscard]] double Step(std::size_t i) const { return rungs_[i + 1]->s - rungs_[i]->s; }
+  [[nodiscard]] double F(std::size_t i) const {
+    return At(depth_steps_, i, finger_).force_O[component_];
+  }
+  [[nodiscard]] double Step(std::size_t i) const {
+    return depth_steps_[i + 1]->s - depth_steps_[i]->s;
+  }
   [[nodiscard]] double Chord(std::size_t i) const { return (F(i + 1) - F(i)) / Step(i); }
   [[nodiscard]] double Slope(std::size_t i) const {
     if (i == 0) return 0;  // the first touch is soft
-    if (i + 1 == rungs_.size()) return Chord(i - 1);
+    if (i + 1 == depth_steps_.size()) return Chord(i - 1);
     return MonotoneSlope(Chord(i - 1), Step(i - 1), Chord(i), Step(i));
   }
 
-  const Rungs& rungs_;
+  const DepthSteps& depth_steps_;
   int finger_, component_;
 };
 
-constexpr std::size_t kKept = 8;  // ladders
-// Rungs beyond the first touch, in finger radii: force grows there like depth^1.5, so they begin
-// near each other; then one every kEvery.
-constexpr std::array kFirstRungs{0.02, 0.05, 0.09, 0.14, 0.20, 0.28, 0.38, 0.50};
+constexpr std::size_t kKept = 8;  // series
+// Depth steps beyond the first touch, in finger radii: force grows there like depth^1.5, so they
+// begin near each other; then one every kEvery.
+constexpr std::array kFirstDepthSteps{0.02, 0.05, 0.09, 0.14, 0.20, 0.28, 0.38, 0.50};
 constexpr double kEvery = 0.14;    // radii
 constexpr int kMostHalvings = 4;   // of a step that finds no equilibrium
-constexpr double kSameWay = 1e-6;  // radii: rungs nearer than this are one
+constexpr double kSameWay = 1e-6;  // radii: depth steps nearer than this are one
 
 // Two unit vectors across `axis`.
 std::array<Vector3d, 2> Across(const Vector3d& axis) {
@@ -80,16 +85,16 @@ std::array<Vector3d, 2> Across(const Vector3d& axis) {
 
 }  // namespace
 
-TouchBetween TouchAt(const Rungs& rungs, int finger, double s) noexcept {
-  if (rungs.size() < 2 || !(s > rungs.front()->s)) return {};
-  const Bracket at = Around(rungs, s);
-  const FingerTouch& a = At(rungs, at.below, finger);
-  const FingerTouch& b = At(rungs, at.below + 1, finger);
+TouchBetween TouchAt(const DepthSteps& depth_steps, int finger, double s) noexcept {
+  if (depth_steps.size() < 2 || !(s > depth_steps.front()->s)) return {};
+  const Bracket at = Around(depth_steps, s);
+  const FingerTouch& a = At(depth_steps, at.below, finger);
+  const FingerTouch& b = At(depth_steps, at.below + 1, finger);
   if (!a.touching && !b.touching) return {};
   TouchBetween result;
   FingerTouch& touch = result.touch;
   touch.touching = true;
-  for (int c = 0; c < 3; ++c) touch.force_O[c] = ForceCurve(rungs, finger, c).Value(at);
+  for (int c = 0; c < 3; ++c) touch.force_O[c] = ForceCurve(depth_steps, finger, c).Value(at);
   const auto between = [&](const auto& from, const auto& to, double part) {
     return from + part * (to - from);
   };
@@ -97,20 +102,21 @@ TouchBetween TouchAt(const Rungs& rungs, int finger, double s) noexcept {
   touch.p_F = !a.touching ? b.p_F : !b.touching ? a.p_F : Vector3d(between(a.p_F, b.p_F, part));
   touch.radius = between(a.radius, b.radius, part);
   touch.depth = between(a.depth, b.depth, at.part);
-  result.slope =
-      (b.force_O.norm() - a.force_O.norm()) / (rungs[at.below + 1]->s - rungs[at.below]->s);
+  result.slope = (b.force_O.norm() - a.force_O.norm()) /
+                 (depth_steps[at.below + 1]->s - depth_steps[at.below]->s);
   return result;
 }
 
-void DisplacementsAt(const Rungs& rungs, double s, std::vector<Vector3d>* displacement_O) {
-  if (rungs.empty()) return;
-  const std::size_t count = rungs.front()->displacements_O.size();
+void DisplacementsAt(const DepthSteps& depth_steps, double s,
+                     std::vector<Vector3d>* displacement_O) {
+  if (depth_steps.empty()) return;
+  const std::size_t count = depth_steps.front()->displacements_O.size();
   displacement_O->assign(count, Vector3d::Zero());
-  if (rungs.size() < 2 || !(s > rungs.front()->s)) return;
-  const Bracket at = Around(rungs, s);
+  if (depth_steps.size() < 2 || !(s > depth_steps.front()->s)) return;
+  const Bracket at = Around(depth_steps, s);
   const auto part = static_cast<float>(std::min(at.part, 1.0));
-  const auto& a = rungs[at.below]->displacements_O;
-  const auto& b = rungs[at.below + 1]->displacements_O;
+  const auto& a = depth_steps[at.below]->displacements_O;
+  const auto& b = depth_steps[at.below + 1]->displacements_O;
   for (std::size_t i = 0; i < count; ++i) {
     (*displacement_O)[i] = (a[i] + part * (b[i] - a[i])).cast<double>();
   }
@@ -120,7 +126,7 @@ LoadPathCache::LoadPathCache(const TrueObject& object, double deepest)
     : object_(object),
       deepest_(deepest),
       beside_O_(Across(object.hand().approach_O)),
-      ladders_(kKept) {}
+      all_series_(kKept) {}
 
 LoadPathCache::Key LoadPathCache::KeyOf(const Vector3d& h_O) const {
   constexpr double kFarthest = 1e6;
@@ -131,13 +137,13 @@ LoadPathCache::Key LoadPathCache::KeyOf(const Vector3d& h_O) const {
   return {multiple(beside_O_[0]), multiple(beside_O_[1])};
 }
 
-// Every finger's first touch is a rung of its own: forces have a kink there.
+// Every finger's first touch is a depth step of its own: forces have a kink there.
 std::vector<double> LoadPathCache::WaysOf(const Vector3d& lateral_O, const RestBody& body) const {
   const FingerHand& hand = object_.hand();
   std::vector<double> ways;
   for (std::size_t f = 0; f < hand.fingers.size(); ++f) {
     const double touch = hand.FirstTouch(f, lateral_O, body.touchable_O);
-    // What an opposite finger met before home lies behind it.
+    // A contact that an opposite finger made before home lies behind it.
     const bool is_behind = hand.fingers[f].sense < 0 && touch < 0;
     if (std::isfinite(touch) && !is_behind) ways.push_back(touch);
   }
@@ -145,9 +151,9 @@ std::vector<double> LoadPathCache::WaysOf(const Vector3d& lateral_O, const RestB
   const double radius = hand.shape.radius;
   const double first = *std::ranges::min_element(ways);
   std::erase_if(ways, [&](double way) { return way > first + deepest_; });
-  for (const double part : kFirstRungs) ways.push_back(first + part * radius);
-  for (double depth = (kFirstRungs.back() + kEvery) * radius; depth < deepest_ + kEvery * radius;
-       depth += kEvery * radius) {
+  for (const double part : kFirstDepthSteps) ways.push_back(first + part * radius);
+  for (double depth = (kFirstDepthSteps.back() + kEvery) * radius;
+       depth < deepest_ + kEvery * radius; depth += kEvery * radius) {
     ways.push_back(first + depth);
   }
   std::ranges::sort(ways);
@@ -156,95 +162,96 @@ std::vector<double> LoadPathCache::WaysOf(const Vector3d& lateral_O, const RestB
   return ways;
 }
 
-std::shared_ptr<LoadPathCache::Ladder> LoadPathCache::Wanted(const Key& key) {
-  return ladders_.Want([&](const Ladder& ladder) { return ladder.key == key; },
-                       [&] { return std::make_shared<Ladder>(*this, key); });
+std::shared_ptr<LoadPathCache::DepthSeries> LoadPathCache::Wanted(const Key& key) {
+  return all_series_.Want([&](const DepthSeries& series) { return series.key == key; },
+                          [&] { return std::make_shared<DepthSeries>(*this, key); });
 }
 
-double LoadPathCache::Distance(const Ladder& ladder, const Key& key) {
-  return std::hypot(ladder.key.first - key.first, ladder.key.second - key.second);
+double LoadPathCache::Distance(const DepthSeries& series, const Key& key) {
+  return std::hypot(series.key.first - key.first, series.key.second - key.second);
 }
 
-const LoadPathCache::Ladder& LoadPathCache::Known(
-    const Ladder& wanted, const std::deque<std::shared_ptr<Ladder>>& ladders) {
+const LoadPathCache::DepthSeries& LoadPathCache::Known(
+    const DepthSeries& wanted, const std::deque<std::shared_ptr<DepthSeries>>& all_series) {
   if (wanted.is_known()) return wanted;
-  const Ladder* nearest = &wanted;
-  for (const std::shared_ptr<Ladder>& ladder : ladders) {
-    if (!ladder->is_known()) continue;
-    if (!nearest->is_known() || Distance(*ladder, wanted.key) < Distance(*nearest, wanted.key)) {
-      nearest = ladder.get();
+  const DepthSeries* nearest = &wanted;
+  for (const std::shared_ptr<DepthSeries>& series : all_series) {
+    if (!series->is_known()) continue;
+    if (!nearest->is_known() || Distance(*series, wanted.key) < Distance(*nearest, wanted.key)) {
+      nearest = series.get();
     }
   }
   return *nearest;
 }
 
 double LoadPathCache::Expect(const Key& key) {
-  const std::shared_ptr<Ladder> ladder = Wanted(key);
-  return ladders_.Await([&] { return ladder->is_known() || ladder->complete; },
-                        [&] { return ladder->first(); });
+  const std::shared_ptr<DepthSeries> series = Wanted(key);
+  return all_series_.Await([&] { return series->is_known() || series->complete; },
+                           [&] { return series->first(); });
 }
 
 double LoadPathCache::ExpectNow(const Key& key) {
-  const std::shared_ptr<Ladder> wanted = Wanted(key);
-  return ladders_.NowOfAll([&](const auto& ladders) { return Known(*wanted, ladders).first(); });
+  const std::shared_ptr<DepthSeries> wanted = Wanted(key);
+  return all_series_.NowOfAll(
+      [&](const auto& all_series) { return Known(*wanted, all_series).first(); });
 }
 
 SolvedPress LoadPathCache::Await(const Key& key, double s) {
-  const std::shared_ptr<Ladder> ladder = Wanted(key);
-  return ladders_.Await([&] { return ladder->Reaches(s); }, [&] { return ladder->At(s, true); });
+  const std::shared_ptr<DepthSeries> series = Wanted(key);
+  return all_series_.Await([&] { return series->Reaches(s); }, [&] { return series->At(s, true); });
 }
 
 SolvedPress LoadPathCache::Find(const Key& key, double s) {
-  const std::shared_ptr<Ladder> wanted = Wanted(key);
-  return ladders_.NowOfAll([&](const auto& ladders) {
+  const std::shared_ptr<DepthSeries> wanted = Wanted(key);
+  return all_series_.NowOfAll([&](const auto& all_series) {
     if (wanted->Reaches(s)) return wanted->At(s, true);
-    const Ladder& known = Known(*wanted, ladders);
+    const DepthSeries& known = Known(*wanted, all_series);
     const double depth = s - known.first();
-    const Ladder *nearest = nullptr, *deepest = &known;
-    for (const std::shared_ptr<Ladder>& ladder : ladders) {
-      if (ladder->depth() > deepest->depth()) deepest = ladder.get();
-      if (!(ladder->depth() >= depth)) continue;
-      if (!nearest || Distance(*ladder, key) < Distance(*nearest, key)) nearest = ladder.get();
+    const DepthSeries *nearest = nullptr, *deepest = &known;
+    for (const std::shared_ptr<DepthSeries>& series : all_series) {
+      if (series->depth() > deepest->depth()) deepest = series.get();
+      if (!(series->depth() >= depth)) continue;
+      if (!nearest || Distance(*series, key) < Distance(*nearest, key)) nearest = series.get();
     }
-    const Ladder& used = nearest ? *nearest : *deepest;
+    const DepthSeries& used = nearest ? *nearest : *deepest;
     return used.At(used.first() + depth, false);
   });
 }
 
-LoadPathCache::Ladder::Ladder(const LoadPathCache& cache, const Key& place)
+LoadPathCache::DepthSeries::DepthSeries(const LoadPathCache& cache, const Key& place)
     : of(cache),
       object(cache.object_),
       key(place),
       lateral_O(kRaster * (place.first * cache.beside_O_[0] + place.second * cache.beside_O_[1])) {}
 
-double LoadPathCache::Ladder::first() const {
+double LoadPathCache::DepthSeries::first() const {
   return ways.empty() ? std::numeric_limits<double>::infinity() : ways.front();
 }
 
-bool LoadPathCache::Ladder::Reaches(double s) const {
-  const Rungs& rungs = *solved.rungs;
-  return complete || (rungs.size() > 2 && rungs[rungs.size() - 2]->s >= s);
+bool LoadPathCache::DepthSeries::Reaches(double s) const {
+  const DepthSteps& depth_steps = *solved.depth_steps;
+  return complete || (depth_steps.size() > 2 && depth_steps[depth_steps.size() - 2]->s >= s);
 }
 
-double LoadPathCache::Ladder::depth() const {
-  const Rungs& rungs = *solved.rungs;
-  return rungs.size() < 2 ? -1 : rungs.back()->s - rungs.front()->s;
+double LoadPathCache::DepthSeries::depth() const {
+  const DepthSteps& depth_steps = *solved.depth_steps;
+  return depth_steps.size() < 2 ? -1 : depth_steps.back()->s - depth_steps.front()->s;
 }
 
-SolvedPress LoadPathCache::Ladder::At(double s, bool is_solved) const {
-  return {solved.body, solved.rungs, s, is_solved};
+SolvedPress LoadPathCache::DepthSeries::At(double s, bool is_solved) const {
+  return {solved.body, solved.depth_steps, s, is_solved};
 }
 
-bool LoadPathCache::Ladder::Press(double from, double to, int halvings) {
+bool LoadPathCache::DepthSeries::Press(double from, double to, int halvings) {
   if (body->Press(object.hand().Placements(lateral_O, to))) return true;
   if (halvings == 0) return false;
   const double middle = 0.5 * (from + to);
   return Press(from, middle, halvings - 1) && Press(middle, to, halvings - 1);
 }
 
-LoadPathCache::Step LoadPathCache::Ladder::Solve() noexcept {
+LoadPathCache::Step LoadPathCache::DepthSeries::Solve() noexcept {
   try {
-    if (is_known()) return SolveRung();
+    if (is_known()) return SolveDepthStep();
     const auto rest = object.BodyFor(lateral_O);
     return {rest, of.WaysOf(lateral_O, *rest), nullptr};
   } catch (const std::exception&) {
@@ -252,12 +259,12 @@ LoadPathCache::Step LoadPathCache::Ladder::Solve() noexcept {
   }
 }
 
-LoadPathCache::Step LoadPathCache::Ladder::SolveRung() {
+LoadPathCache::Step LoadPathCache::DepthSeries::SolveDepthStep() {
   const SiteMesh& mesh = solved.body->mesh;
-  const std::size_t rung = solved.rungs->size();  // this thread alone changes them
+  const std::size_t depth_step = solved.depth_steps->size();  // this thread alone changes them
   auto grown = std::make_shared<LoadStep>();
-  grown->s = ways[rung];
-  if (rung == 0) {
+  grown->s = ways[depth_step];
+  if (depth_step == 0) {
     const Material& material = object.material();
     body = std::make_unique<PressedBody>(
         mesh, solved.body->held, material.young_modulus, material.poisson_ratio,
@@ -266,7 +273,7 @@ LoadPathCache::Step LoadPathCache::Ladder::SolveRung() {
     grown->displacements_O.assign(mesh.nodes.size(), Eigen::Vector3f::Zero());
     return {nullptr, {}, grown};
   }
-  if (!Press(ways[rung - 1], grown->s, kMostHalvings)) return {};
+  if (!Press(ways[depth_step - 1], grown->s, kMostHalvings)) return {};
   for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
     grown->touches[f] = body->TouchOf(static_cast<int>(f));
   }
@@ -276,20 +283,20 @@ LoadPathCache::Step LoadPathCache::Ladder::SolveRung() {
   return {nullptr, {}, grown};
 }
 
-void LoadPathCache::Ladder::Add(const Step& step) {
+void LoadPathCache::DepthSeries::Add(const Step& step) {
   if (step.body) {
     solved.body = step.body;
     ways = step.ways;
     complete = ways.empty();
     return;
   }
-  if (step.rung) {
-    auto rungs = std::make_shared<Rungs>(*solved.rungs);
-    rungs->push_back(step.rung);
-    solved.rungs = std::move(rungs);
+  if (step.depth_step) {
+    auto depth_steps = std::make_shared<DepthSteps>(*solved.depth_steps);
+    depth_steps->push_back(step.depth_step);
+    solved.depth_steps = std::move(depth_steps);
   }
-  complete = !step.rung || solved.rungs->size() == ways.size();
+  complete = !step.depth_step || solved.depth_steps->size() == ways.size();
   if (complete) body.reset();
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

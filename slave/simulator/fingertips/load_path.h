@@ -15,15 +15,15 @@
 #include "slave/simulator/fingertips/pressed_body.h"
 #include "slave/simulator/fingertips/true_object.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
-// One step of a ladder. Immutable once made.
+// One step of a series. Immutable once made.
 struct LoadStep {
   double s = 0;  // motion along the approach [m]
   std::array<FingerTouch, kMaxFingers> touches{};
   std::vector<Eigen::Vector3f> displacements_O;  // of all nodes [m]
 };
-using Rungs = std::vector<std::shared_ptr<const LoadStep>>;  // s rising
+using DepthSteps = std::vector<std::shared_ptr<const LoadStep>>;  // s rising
 
 // Interpolated load of one finger at `s`: forces by monotone cubics between steps (Fritsch and
 // Carlson 1980), the rest linear. No contact before the first step; beyond the last one, force and
@@ -32,17 +32,18 @@ struct TouchBetween {
   FingerTouch touch;
   double slope = 0;
 };
-TouchBetween TouchAt(const Rungs& rungs, int finger, double s) noexcept;
+TouchBetween TouchAt(const DepthSteps& depth_steps, int finger, double s) noexcept;
 
-// Displacement of every node, linear between rungs, zero before the first; beyond the last one as
-// at it.
-void DisplacementsAt(const Rungs& rungs, double s, std::vector<Eigen::Vector3d>* displacement_O);
+// Displacement of every node, linear between depth steps, zero before the first; beyond the last
+// one as at it.
+void DisplacementsAt(const DepthSteps& depth_steps, double s,
+                     std::vector<Eigen::Vector3d>* displacement_O);
 
 // Known contacts at one position. Steps and body belong together.
 struct SolvedPress {
   std::shared_ptr<const RestBody> body;
-  std::shared_ptr<const Rungs> rungs = std::make_shared<Rungs>();
-  double s = 0;        // way in `rungs` [m]
+  std::shared_ptr<const DepthSteps> depth_steps = std::make_shared<DepthSteps>();
+  double s = 0;        // way in `depth_steps` [m]
   bool solved = true;  // false: that of another position or depth, because this one is not solved
 };
 
@@ -65,7 +66,7 @@ class LoadPathCache {
   double Expect(const Key& key);
   // The same without waiting: at a new position that of the nearest known one.
   double ExpectNow(const Key& key);
-  // The ladder here, as far as way `s` at least if there is one so far, waiting for it if need be
+  // The series here, as far as way `s` at least if there is one so far, waiting for it if need be
   // (a third of a second or so per millimetre of depth). May be shorter where no equilibrium was
   // found.
   SolvedPress Await(const Key& key, double s);
@@ -74,20 +75,21 @@ class LoadPathCache {
   SolvedPress Find(const Key& key, double s);
 
  private:
-  // A ladder gets its body and ways first, then rungs; neither: the body takes no deeper press.
+  // A series gets its body and ways first, then depth steps; neither: the body takes no deeper
+  // press.
   struct Step {
     std::shared_ptr<const RestBody> body;
     std::vector<double> ways;
-    std::shared_ptr<const LoadStep> rung;
+    std::shared_ptr<const LoadStep> depth_step;
   };
-  struct Ladder : ContactAhead {
-    Ladder(const LoadPathCache& cache, const Key& place);
+  struct DepthSeries : ContactAhead {
+    DepthSeries(const LoadPathCache& cache, const Key& place);
     [[nodiscard]] Step Solve() noexcept;
     void Add(const Step& step);
-    [[nodiscard]] Step SolveRung();
+    [[nodiscard]] Step SolveDepthStep();
     bool Press(double from, double to, int halvings);
-    // One rung more than `s` lies below: the cubics use it, and answers must not depend on how far
-    // the thread has come.
+    // One depth step more than `s` lies below: the cubics use it, and answers must not depend on
+    // how far the thread has come.
     [[nodiscard]] bool Reaches(double s) const;
     // Way beyond the first contact that is solved [m]; -1: none.
     [[nodiscard]] double depth() const;
@@ -102,21 +104,21 @@ class LoadPathCache {
     Key key;
     Eigen::Vector3d lateral_O;
     SolvedPress solved;
-    std::vector<double> ways;           // of the rungs, rising
+    std::vector<double> ways;           // of the depth steps, rising
     std::unique_ptr<PressedBody> body;  // the thread's only
   };
   [[nodiscard]] std::vector<double> WaysOf(const Eigen::Vector3d& lateral_O,
                                            const RestBody& body) const;
-  std::shared_ptr<Ladder> Wanted(const Key& key);
-  static double Distance(const Ladder& ladder, const Key& key);
-  // `wanted`, or else the nearest of `ladders` whose body is known.
-  static const Ladder& Known(const Ladder& wanted,
-                             const std::deque<std::shared_ptr<Ladder>>& ladders);
+  std::shared_ptr<DepthSeries> Wanted(const Key& key);
+  static double Distance(const DepthSeries& series, const Key& key);
+  // `wanted`, or else the nearest of `all_series` whose body is known.
+  static const DepthSeries& Known(const DepthSeries& wanted,
+                                  const std::deque<std::shared_ptr<DepthSeries>>& all_series);
 
   const TrueObject& object_;
   double deepest_;
   std::array<Eigen::Vector3d, 2> beside_O_;  // unit vectors across the approach
-  SolvedAhead<Ladder> ladders_;              // last: its thread uses everything above
+  SolvedAhead<DepthSeries> all_series_;      // last: its thread uses everything above
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -11,7 +11,7 @@
 #include "slave/reference/solid/neo_hookean_body.h"
 #include "slave/simulator/fingertips/finger_hand.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Isometry3d;
@@ -198,8 +198,8 @@ bool PressedBody::Solver::Balance(double residual) {
   return false;
 }
 
-// As far as no element turns inside out and, once all that fingers hold is in place, the residual
-// lessens.
+// Shortens the step until no element is inverted and, once all prescribed nodes are in place, the
+// residual falls.
 bool PressedBody::Solver::Step(const VectorXd& step, bool is_fixed_moving) {
   const double before = forces.cwiseProduct(free).norm();
   double length = 1;
@@ -332,4 +332,4 @@ std::vector<Vector3d> PressedBody::Displacements() const {
   return displacements;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -15,7 +15,7 @@
 
 #include "slave/simulator/fingertips/site_mesh.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Pose of a finger and its direction of motion.
 struct FingerPlacement {
@@ -23,7 +23,7 @@ struct FingerPlacement {
   Eigen::Vector3d approach_O{0, 0, 0};  // unit vector of its motion; zero: stationary
 };
 
-// What one finger does to the body. Frame O.
+// Contact of one finger with the body. Frame O.
 struct FingerTouch {
   bool touching = false;
   Eigen::Vector3d force_O{0, 0, 0};  // of the finger on the body [N]
@@ -56,4 +56,4 @@ class PressedBody {
   std::unique_ptr<Solver> solver_;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -8,7 +8,7 @@
 
 #include "slave/tactile/localise/electrode_layout.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector3d;
@@ -66,13 +66,13 @@ SkinSurface MakeSkinSurface() {
   return skin;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation
 
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using site::SkinSurface;
+using simulation::SkinSurface;
 using Field = std::array<double, SkinSurface::kCount>;
 
 // Fitted to seed 001's recording of a ring finger on a foam bar ("foam": five fingers of which one
@@ -134,7 +134,7 @@ float Rounded(double counts) noexcept {
 
 // Strain of the gap at every point of the skin under `load`, as if skin did not creep.
 void Press(const SkinSurface& skin, const FingertipLoad& load, Field* strain) noexcept {
-  const Vector3d n = FingerSurface{site::kSkinRadius}.Normal(load.p_F);
+  const Vector3d n = FingerSurface{simulation::kSkinRadius}.Normal(load.p_F);
   const double size = load.f_F.stableNorm();
   const Vector3d f = load.f_F * (size > kLargestForce ? kLargestForce / size : 1);
   const double normal = std::max(-f.dot(n), 0.0);
@@ -159,7 +159,7 @@ bool Usable(const FingertipLoad& load) noexcept {
 }  // namespace
 
 struct SimulatedFingertip::Skin {
-  explicit Skin(std::uint32_t seed) : surface(site::MakeSkinSurface()), random(seed) {
+  explicit Skin(std::uint32_t seed) : surface(simulation::MakeSkinSurface()), random(seed) {
     for (double& rest : rests) {
       rest = std::clamp(kElectrodeRest + kElectrodeSpread * normal(random), kLeastRest, kMostRest);
     }

@@ -38,7 +38,7 @@ class SimulatedFingertip {
 
 }  // namespace palpate
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // The skin of the simulated fingertip as points with an area. Frame F. The electrodes' positions on
 // the skin come first and have no area; the others share the half sphere at the tip and the
@@ -58,4 +58,4 @@ SkinSurface MakeSkinSurface();
 
 inline constexpr double kSkinRadius = 7e-3;  // of sphere and cylinder (paper B, equation 4) [m]
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

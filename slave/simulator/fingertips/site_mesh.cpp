@@ -12,7 +12,7 @@
 
 #include "slave/mechanics/object_mesh.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector3d;
@@ -208,4 +208,4 @@ SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t most_tets) {
   return Subdivided(refined, 1);
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

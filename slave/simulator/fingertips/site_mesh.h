@@ -26,7 +26,7 @@ struct SiteResolution {
 
 }  // namespace palpate
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 struct SiteMesh {
   std::vector<Eigen::Vector3d> nodes;  // p_O [m]
@@ -55,4 +55,4 @@ SolidMesh OwnMesh(const Geometry& geometry);
 // files are not refined: of them the truth has the mesh that `fem` has, with another law.
 SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t most_tets);
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

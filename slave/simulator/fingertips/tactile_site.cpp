@@ -19,11 +19,11 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using site::LoadPathCache;
+using simulation::LoadPathCache;
 
 constexpr double kFriction = 1;        // of the skin on the object [-]
 constexpr double kFarthest = 1e6;      // hands farther from home are none [m]
-constexpr double kLeastDepth = 0.01;   // a ladder reaches so far at least [m]
+constexpr double kLeastDepth = 0.01;   // a series reaches so far at least [m]
 constexpr double kDepthReserve = 1.5;  // and so many times operator.press.depth
 constexpr double kMostOfBody = 0.6;    // but not farther into the body than this part of it
 
@@ -32,11 +32,12 @@ struct HandState {
   Vector3d h_O{0, 0, 0};  // displacement from home
   double s = 0;           // of it along the approach
   bool pressing = false;
-  Vector3d slip_O{0, 0, 0};  // sideways since the contact stuck
-  site::SolvedPress press;   // without rungs while nothing touches
+  Vector3d slip_O{0, 0, 0};       // sideways since the contact stuck
+  simulation::SolvedPress press;  // without depth steps while nothing touches
 };
 
-double DeepestOf(const Scene& scene, const site::TrueObject& object, const site::RestBody& body) {
+double DeepestOf(const Scene& scene, const simulation::TrueObject& object,
+                 const simulation::RestBody& body) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Vector3d& p_O : body.surface.nodes) {
     const double along = p_O.dot(object.hand().approach_O);
@@ -60,15 +61,15 @@ struct TactileSite::State {
         home_body(object.BodyFor(Vector3d::Zero())),
         period(1 / scene.sense.Find<Tactile>()->rate),
         press_depth(scene.operator_options.press_depth),
-        skin_scale(site::kSkinRadius / scene.sense.Find<Tactile>()->finger_radius),
+        skin_scale(simulation::kSkinRadius / scene.sense.Find<Tactile>()->finger_radius),
         tangential_part(2 * (1 - object.material().poisson_ratio) /
                         (2 - object.material().poisson_ratio)),
-        ladders(object, DeepestOf(scene, object, *home_body)) {
+        all_series(object, DeepestOf(scene, object, *home_body)) {
     hand_now.press.body = home_body;
     for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
       fingertips.emplace_back(scene.site.seed + static_cast<std::uint32_t>(f));
     }
-    home_gap = ladders.Expect(ladders.KeyOf(Vector3d::Zero()));
+    home_gap = all_series.Expect(all_series.KeyOf(Vector3d::Zero()));
   }
 
   [[nodiscard]] Isometry3d PoseOf(std::size_t f, const HandState& hand) const {
@@ -81,7 +82,7 @@ struct TactileSite::State {
   void Move(const Vector3d& h_O, Patience patience);
   void Stick(HandState* hand);
   [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
-                                  const site::TouchBetween& between) const;
+                                  const simulation::TouchBetween& between) const;
   [[nodiscard]] FingerTruth TruthOf(std::size_t f, const HandState& hand) const;
   // How the finger nearest to `p_O` moves with the hand.
   [[nodiscard]] double SenseNear(const Vector3d& p_O, const HandState& hand) const;
@@ -91,26 +92,26 @@ struct TactileSite::State {
     return hand_now;
   }
 
-  const site::TrueObject object;
-  const std::shared_ptr<const site::RestBody> home_body;
+  const simulation::TrueObject object;
+  const std::shared_ptr<const simulation::RestBody> home_body;
   const double period, press_depth, skin_scale, tangential_part;
   double home_gap = 0;
   std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
   std::uint64_t sequence = 0;                  // likewise
 
   std::mutex moving;                 // one mover at a time; guards what follows
-  LoadPathCache::Key pressed{0, 0};  // ladder of the press that goes on
+  LoadPathCache::Key pressed{0, 0};  // series of the press that goes on
   Vector3d anchor_O{0, 0, 0};        // where beside the approach it stuck
 
   mutable std::mutex mutex;  // guards what others read
   HandState hand_now;
 
-  LoadPathCache ladders;
+  LoadPathCache all_series;
 };
 
 // Force of finger `f` on the object, across the approach [N].
 Vector3d TactileSite::State::Sideways(std::size_t f, const HandState& hand,
-                                      const site::TouchBetween& between) const {
+                                      const simulation::TouchBetween& between) const {
   const double stiffness = tangential_part * std::max(between.slope, 0.0);
   const Vector3d force = object.hand().fingers[f].sense * stiffness * hand.slip_O;
   const double most = kFriction * between.touch.force_O.norm();
@@ -120,7 +121,7 @@ Vector3d TactileSite::State::Sideways(std::size_t f, const HandState& hand,
 // The contact is dragged along where friction does not hold the first finger.
 void TactileSite::State::Stick(HandState* hand) {
   const Vector3d lateral_O = hand->h_O - hand->s * object.hand().approach_O;
-  const auto between = site::TouchAt(*hand->press.rungs, 0, hand->press.s);
+  const auto between = simulation::TouchAt(*hand->press.depth_steps, 0, hand->press.s);
   const double stiffness = tangential_part * between.slope;
   Vector3d slip_O = lateral_O - anchor_O;
   const double most = stiffness > 0 ? kFriction * between.touch.force_O.norm() / stiffness : 0;
@@ -135,10 +136,10 @@ void TactileSite::State::Move(const Vector3d& h_O, Patience patience) {
   next.s = h_O.dot(object.hand().approach_O);
   next.press.body = now().press.body;
   const bool was_pressing = now().pressing;
-  if (!was_pressing) pressed = ladders.KeyOf(h_O);
+  if (!was_pressing) pressed = all_series.KeyOf(h_O);
   const bool waits = patience == Patience::kWaits;
-  if (next.s > (waits ? ladders.Expect(pressed) : ladders.ExpectNow(pressed))) {
-    next.press = waits ? ladders.Await(pressed, next.s) : ladders.Find(pressed, next.s);
+  if (next.s > (waits ? all_series.Expect(pressed) : all_series.ExpectNow(pressed))) {
+    next.press = waits ? all_series.Await(pressed, next.s) : all_series.Find(pressed, next.s);
     next.pressing = true;
     if (!was_pressing) anchor_O = h_O - next.s * object.hand().approach_O;
     Stick(&next);
@@ -151,7 +152,8 @@ FingerTruth TactileSite::State::TruthOf(std::size_t f, const HandState& hand) co
   FingerTruth truth;
   truth.X_SF = PoseOf(f, hand);
   truth.p_S_contact = truth.X_SF * Vector3d(0, 0, -object.hand().shape.radius);
-  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.press.s);
+  const auto between =
+      simulation::TouchAt(*hand.press.depth_steps, static_cast<int>(f), hand.press.s);
   if (!between.touch.touching) return truth;
   truth.in_contact = true;
   truth.p_S_contact = truth.X_SF * between.touch.p_F;
@@ -174,7 +176,8 @@ double TactileSite::State::SenseNear(const Vector3d& p_O, const HandState& hand)
 
 FingerReading TactileSite::State::ReadingOf(std::size_t f, const HandState& hand) {
   const FingerTruth truth = TruthOf(f, hand);
-  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.press.s);
+  const auto between =
+      simulation::TouchAt(*hand.press.depth_steps, static_cast<int>(f), hand.press.s);
   FingertipLoad load;
   load.p_F = skin_scale * between.touch.p_F;
   load.f_F = truth.X_SF.linear().transpose() * truth.force;
@@ -256,9 +259,9 @@ TactileFrame TactileSite::TakeSample(Time now) {
 
 SurfaceMesh TactileSite::TrueSurface() const {
   const HandState hand = state_->now();
-  const site::RestBody& body = *hand.press.body;
+  const simulation::RestBody& body = *hand.press.body;
   std::vector<Vector3d> displacement_O(body.mesh.nodes.size(), Vector3d::Zero());
-  site::DisplacementsAt(*hand.press.rungs, hand.press.s, &displacement_O);
+  simulation::DisplacementsAt(*hand.press.depth_steps, hand.press.s, &displacement_O);
   double largest = 0;
   for (const Vector3d& u : displacement_O) largest = std::max(largest, u.norm());
   SurfaceMesh deformed = body.surface;
@@ -266,7 +269,7 @@ SurfaceMesh TactileSite::TrueSurface() const {
     Vector3d p_O = body.surface.nodes[i];
     if (largest > 0) {
       const Vector3d& u = displacement_O[Index(body.node_of[i])];
-      // What is pressed in goes sideways with its finger, as far as it is pressed in.
+      // The indented surface moves sideways with its finger, in proportion to its depth.
       p_O += u + u.norm() / largest * state_->SenseNear(p_O, hand) * hand.slip_O;
     }
     deformed.nodes[i] = state_->object.X_SO() * p_O;

@@ -17,7 +17,7 @@
 #include "slave/mechanics/object_mesh.h"
 #include "slave/mesh/index.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Isometry3d;
@@ -96,7 +96,7 @@ Eigen::AlignedBox3d BoundsOf(const Region& region) {
   return {ball->centre - reach, ball->centre + reach};
 }
 
-// What lies ahead of `p_O`; towards the middle of the object if nothing does.
+// The surface ahead of `p_O`; if there is none, the one towards the middle of the object.
 RayHit Ahead(const SurfaceMesh& surface, const Vector3d& p_O, const Vector3d& direction_O,
              Vector3d* place_O) {
   Vector3d d = direction_O;
@@ -262,4 +262,4 @@ std::shared_ptr<const RestBody> TrueObject::Finish(SiteMesh mesh) const {
   return body;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -17,7 +17,7 @@
 #include "slave/simulator/fingertips/pressed_body.h"
 #include "slave/simulator/fingertips/site_mesh.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Where straight lines cross a closed surface.
 struct RayHit {
@@ -73,4 +73,4 @@ class TrueObject {
   std::shared_ptr<const RestBody> file_body_;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -11,7 +11,7 @@
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/dots/dot_layout.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
@@ -133,4 +133,4 @@ const cv::Mat& TexturedMembrane::Paint(const Indentation& indentation) {
   return seen_;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

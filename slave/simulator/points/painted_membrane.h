@@ -14,7 +14,7 @@
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/stereo/rig.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // The inner face of a membrane before one camera.
 struct MembraneView {
@@ -25,7 +25,7 @@ struct MembraneView {
   Eigen::Isometry3d X_CO = Eigen::Isometry3d::Identity();  // p_C = X_CO p_O
   double radius = 0, thickness = 0;                        // [m]
 
-  // Where the inner face's point that rests at p_O [m] is, frame O [m].
+  // Returns the present position of the inner face's point that rests at p_O [m], frame O [m].
   [[nodiscard]] Eigen::Vector3d Place(const Eigen::Vector2d& p_O,
                                       const Indentation& indentation) const;
   // Plain rubber within the clamp, CV_32F of the lens's size, each pixel by its exact share.
@@ -71,7 +71,8 @@ class TexturedMembrane {
 
   // `exposure` must outlive this.
   TexturedMembrane(const MembraneView& view, std::uint32_t seed, const Exposure& exposure);
-  // As DottedMembrane's. The face is drawn in facets, finest in the middle between centre and rim.
+  // Paints like DottedMembrane::Paint. The face consists of facets, which are finest in the middle
+  // between centre and rim.
   const cv::Mat& Paint(const Indentation& indentation);
 
  private:
@@ -86,4 +87,4 @@ class TexturedMembrane {
   cv::Mat ground_, seen_;  // CV_32F
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

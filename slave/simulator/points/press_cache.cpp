@@ -8,15 +8,15 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
-constexpr std::array kFirstRungs{0.05, 0.1};  // in press depths, beside every fifth
+constexpr std::array kFirstDepthSteps{0.05, 0.1};  // in press depths, beside every fifth
 constexpr double kEvery = 0.2;
-constexpr double kLinear = 0.1;       // of the thickness: so far the first rung may be
+constexpr double kLinear = 0.1;       // of the thickness: so far the first depth step may be
 constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one
 constexpr int kElsewhere = 7;         // elements across, where the tool is not at home
-constexpr int kNice = 5;              // of the thread that solves what nobody asked for yet
+constexpr int kNice = 5;              // of the thread that solves in advance
 
 std::vector<double> Depths(const PressCache::Plan& plan) {
   const double first = kLinear * plan.geometry.thickness;
@@ -27,7 +27,7 @@ std::vector<double> Depths(const PressCache::Plan& plan) {
     const double depth = part * plan.press_depth;
     if (depth > 1.01 * first && depth < 0.99 * depths[1]) depths.push_back(depth);
   };
-  for (const double part : kFirstRungs) add(part);
+  for (const double part : kFirstDepthSteps) add(part);
   for (int k = 1; kEvery * k < PressCache::kDeeper; ++k) add(kEvery * k);
   std::ranges::sort(depths);
   return depths;
@@ -58,7 +58,7 @@ bool IsOn(double radius, double line, double rim) {
 PressCache::PressCache(const Plan& plan)
     : plan_(plan),
       depths_(Depths(plan)),
-      ladders_(MakeLadders()),
+      all_series_(MakeAllSeries()),
       focus_(std::min(plan.home_radius, farthest())),
       solved_([this] { return Next(); }) {}
 
@@ -70,23 +70,23 @@ std::unique_ptr<PressedMembrane> PressCache::Make(double radius) const {
                                            plan_.face);
 }
 
-std::vector<std::shared_ptr<PressCache::Ladder>> PressCache::MakeLadders() const {
-  std::vector<std::shared_ptr<Ladder>> ladders;
+std::vector<std::shared_ptr<PressCache::DepthSeries>> PressCache::MakeAllSeries() const {
+  std::vector<std::shared_ptr<DepthSeries>> all_series;
   for (const double radius : Radii(plan_)) {
-    ladders.push_back(std::make_shared<Ladder>(*this, radius));
-    if (radius == plan_.home_radius) ladders.back()->membrane = Make(radius);
+    all_series.push_back(std::make_shared<DepthSeries>(*this, radius));
+    if (radius == plan_.home_radius) all_series.back()->membrane = Make(radius);
   }
-  return ladders;
+  return all_series;
 }
 
 PressCache::Around PressCache::FindAround(double radius) const {
-  const auto above = std::ranges::lower_bound(ladders_, radius, {},
-                                              [](const auto& ladder) { return ladder->radius; });
-  const std::size_t last = ladders_.size() - 1;
-  const auto index = std::min(static_cast<std::size_t>(above - ladders_.begin()), last);
+  const auto above = std::ranges::lower_bound(all_series_, radius, {},
+                                              [](const auto& series) { return series->radius; });
+  const std::size_t last = all_series_.size() - 1;
+  const auto index = std::min(static_cast<std::size_t>(above - all_series_.begin()), last);
   const double rim = plan_.geometry.radius;
-  if (IsOn(radius, ladders_[index]->radius, rim) || index == 0) return {index, index};
-  if (IsOn(radius, ladders_[index - 1]->radius, rim)) return {index - 1, index - 1};
+  if (IsOn(radius, all_series_[index]->radius, rim) || index == 0) return {index, index};
+  if (IsOn(radius, all_series_[index - 1]->radius, rim)) return {index - 1, index - 1};
   return {index - 1, index};
 }
 
@@ -98,7 +98,8 @@ void PressCache::SolveEverywhere() {
   solved_.Change([&] { everywhere_ = true; });
 }
 
-PressCache::Presses PressCache::Between(const Ladder& below, const Ladder& above, double radius) {
+PressCache::Presses PressCache::Between(const DepthSeries& below, const DepthSeries& above,
+                                        double radius) {
   const double way = above.radius - below.radius;
   const double part = way > 0 ? std::clamp((radius - below.radius) / way, 0.0, 1.0) : 0;
   return {{Indentation::Part{below.press, below.radius, 1 - part},
@@ -108,7 +109,7 @@ PressCache::Presses PressCache::Between(const Ladder& below, const Ladder& above
 PressCache::Presses PressCache::Await(double radius, double depth) {
   Expect(radius);
   const Around around = FindAround(radius);
-  const Ladder &below = *ladders_[around.below], &above = *ladders_[around.above];
+  const DepthSeries &below = *all_series_[around.below], &above = *all_series_[around.above];
   return solved_.Await([&] { return below.Reaches(depth) && above.Reaches(depth); },
                        [&] { return Between(below, above, radius); });
 }
@@ -116,24 +117,24 @@ PressCache::Presses PressCache::Await(double radius, double depth) {
 PressCache::Presses PressCache::Find(double radius, double depth) {
   Expect(radius);
   const Around around = FindAround(radius);
-  Ladder &below = *ladders_[around.below], &above = *ladders_[around.above];
+  DepthSeries &below = *all_series_[around.below], &above = *all_series_[around.above];
   return solved_.Now([&] {
     if (below.Reaches(depth) && above.Reaches(depth)) return Between(below, above, radius);
-    for (Ladder* ladder : {&below, &above}) {
-      if (!ladder->Reaches(depth)) ladder->missed = true;
+    for (DepthSeries* series : {&below, &above}) {
+      if (!series->Reaches(depth)) series->missed = true;
     }
     return Nearest(around, radius, depth);
   });
 }
 
 PressCache::Presses PressCache::Nearest(const Around& around, double radius, double depth) const {
-  const Ladder *below = nullptr, *above = nullptr, *deepest = ladders_.front().get();
-  for (std::size_t k = 0; k < ladders_.size(); ++k) {
-    const Ladder& ladder = *ladders_[k];
-    if (ladder.depth() > deepest->depth()) deepest = &ladder;
-    if (!ladder.Reaches(depth)) continue;
-    if (k <= around.below) below = &ladder;
-    if (k >= around.above && !above) above = &ladder;
+  const DepthSeries *below = nullptr, *above = nullptr, *deepest = all_series_.front().get();
+  for (std::size_t k = 0; k < all_series_.size(); ++k) {
+    const DepthSeries& series = *all_series_[k];
+    if (series.depth() > deepest->depth()) deepest = &series;
+    if (!series.Reaches(depth)) continue;
+    if (k <= around.below) below = &series;
+    if (k >= around.above && !above) above = &series;
   }
   if (!below) below = above ? above : deepest;
   if (!above) above = below;
@@ -142,34 +143,34 @@ PressCache::Presses PressCache::Nearest(const Around& around, double radius, dou
   return presses;
 }
 
-// The two around the tool, the less deep one first; then, if asked for, the others from there.
-std::shared_ptr<PressCache::Ladder> PressCache::Next() {
+// The two around the tool, the less deep one first; then, if requested, the others from there.
+std::shared_ptr<PressCache::DepthSeries> PressCache::Next() {
   // 0: the calling thread (setpriority(2), Linux).
   if (everywhere_ && !is_nice_) is_nice_ = setpriority(PRIO_PROCESS, 0, kNice) == 0;
   const Around around = FindAround(focus_);
-  std::shared_ptr<Ladder> next;
+  std::shared_ptr<DepthSeries> next;
   std::pair<bool, double> first;
-  for (std::size_t k = 0; k < ladders_.size(); ++k) {
-    const Ladder& ladder = *ladders_[k];
+  for (std::size_t k = 0; k < all_series_.size(); ++k) {
+    const DepthSeries& series = *all_series_[k];
     const bool is_around = k == around.below || k == around.above;
-    if (ladder.complete || !(is_around || everywhere_)) continue;
-    const std::pair rank(!is_around, is_around ? ladder.depth() : std::abs(ladder.radius - focus_));
+    if (series.complete || !(is_around || everywhere_)) continue;
+    const std::pair rank(!is_around, is_around ? series.depth() : std::abs(series.radius - focus_));
     if (next && rank >= first) continue;
-    next = ladders_[k];
+    next = all_series_[k];
     first = rank;
   }
   return next;
 }
 
-// Two rungs lie beyond the one above `depth`: ForceAt uses them, and answers must not depend on how
-// far the thread has come.
-bool PressCache::Ladder::Reaches(double depth) const {
-  return complete ||
-         (press->rungs.size() > 3 && press->rungs[press->rungs.size() - 3]->depth >= depth);
+// Two depth steps lie beyond the one above `depth`: ForceAt uses them, and answers must not depend
+// on how far the thread has come.
+bool PressCache::DepthSeries::Reaches(double depth) const {
+  return complete || (press->depth_steps.size() > 3 &&
+                      press->depth_steps[press->depth_steps.size() - 3]->depth >= depth);
 }
 
-// The press with one rung more; the same one: the membrane takes no deeper press.
-PressCache::Press PressCache::Ladder::Solve() noexcept {
+// The press with one depth step more; the same one: the membrane takes no deeper press.
+PressCache::Press PressCache::DepthSeries::Solve() noexcept {
   try {
     if (missed && !announced) {
       spdlog::info(
@@ -188,11 +189,11 @@ PressCache::Press PressCache::Ladder::Solve() noexcept {
   }
 }
 
-void PressCache::Ladder::Add(Press deeper) {
+void PressCache::DepthSeries::Add(Press deeper) {
   const double before = depth();
   press = std::move(deeper);
   complete = depth() <= before || depth() >= of.depths_.back() * (1 - 1e-9);
   if (complete) membrane.reset();
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

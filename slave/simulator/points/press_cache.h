@@ -15,7 +15,7 @@
 #include "slave/scene/scene.h"
 #include "slave/simulator/environment/solved_ahead.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 class PressCache {
  public:
@@ -39,7 +39,7 @@ class PressCache {
   explicit PressCache(const Plan& plan);
 
   // The largest radius at which contacts are solved [m].
-  [[nodiscard]] double farthest() const { return ladders_.back()->radius; }
+  [[nodiscard]] double farthest() const { return all_series_.back()->radius; }
   // Requests a contact at `radius` (0 to farthest()). Short.
   void Expect(double radius);
   // From now on contacts are solved at all radii, those nearest to the tool first; by a thread with
@@ -59,13 +59,13 @@ class PressCache {
 
  private:
   using Press = std::shared_ptr<const MembranePress>;
-  struct Ladder : ContactAhead {
-    Ladder(const PressCache& cache, double at) : of(cache), radius(at) {}
+  struct DepthSeries : ContactAhead {
+    DepthSeries(const PressCache& cache, double at) : of(cache), radius(at) {}
     Press Solve() noexcept;
     void Add(Press deeper);
     // With the lock held:
     [[nodiscard]] double depth() const {
-      return press->rungs.empty() ? 0 : press->rungs.back()->depth;
+      return press->depth_steps.empty() ? 0 : press->depth_steps.back()->depth;
     }
     [[nodiscard]] bool Reaches(double depth) const;
 
@@ -81,20 +81,21 @@ class PressCache {
   };
 
   [[nodiscard]] std::unique_ptr<PressedMembrane> Make(double radius) const;
-  [[nodiscard]] std::vector<std::shared_ptr<Ladder>> MakeLadders() const;
+  [[nodiscard]] std::vector<std::shared_ptr<DepthSeries>> MakeAllSeries() const;
   [[nodiscard]] Around FindAround(double radius) const;
-  [[nodiscard]] static Presses Between(const Ladder& below, const Ladder& above, double radius);
+  [[nodiscard]] static Presses Between(const DepthSeries& below, const DepthSeries& above,
+                                       double radius);
   // With the lock held:
   [[nodiscard]] Presses Nearest(const Around& around, double radius, double depth) const;
-  [[nodiscard]] std::shared_ptr<Ladder> Next();
+  [[nodiscard]] std::shared_ptr<DepthSeries> Next();
 
   const Plan plan_;
-  const std::vector<double> depths_;              // of the rungs beyond zero, rising
-  std::vector<std::shared_ptr<Ladder>> ladders_;  // radii rising; which ones never changes
+  const std::vector<double> depths_;                      // of the depth steps beyond zero, rising
+  std::vector<std::shared_ptr<DepthSeries>> all_series_;  // radii rising; which ones never changes
   // With the lock held:
   double focus_;  // requested radius
   bool everywhere_ = false, is_nice_ = false;
-  SolvedAhead<Ladder> solved_;  // last: its thread uses everything above
+  SolvedAhead<DepthSeries> solved_;  // last: its thread uses everything above
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

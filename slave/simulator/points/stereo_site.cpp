@@ -25,7 +25,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// What is before the cameras; camera 0 is the left one.
+// The scene before the cameras; camera 0 is the left one.
 class Stage {
  public:
   virtual ~Stage() = default;
@@ -41,7 +41,7 @@ class Stage {
   [[nodiscard]] virtual Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
     return Vector3d::Zero();
   }
-  // The world as it will be painted from here on, `seconds` after the first pictures.
+  // The world as it will be painted from here on, `seconds` after the first images.
   virtual void Hold(double seconds) = 0;
   virtual const cv::Mat& Paint(std::size_t eye) = 0;
 };
@@ -52,7 +52,7 @@ class MembraneStage final : public Stage {
  public:
   // `make` gives the painter of one eye, from its view.
   template <typename Make>
-  MembraneStage(const Scene& scene, const site::MembraneResolution& resolution,
+  MembraneStage(const Scene& scene, const simulation::MembraneResolution& resolution,
                 const StereoRig& rig, const Make& make)
       : membrane_(scene, resolution),
         painters_{make(View(scene, rig.left, Isometry3d::Identity())),
@@ -64,36 +64,36 @@ class MembraneStage final : public Stage {
   void SolveEverywhere() override { membrane_.SolveEverywhere(); }
   [[nodiscard]] Truth truth() const override {
     const auto now = membrane_.now();
-    const Vector3d f_O(0, 0, -site::ForceOf(now.indentation));
+    const Vector3d f_O(0, 0, -simulation::ForceOf(now.indentation));
     return {now.p_S_tip, now.in_contact, membrane_.X_SO().linear() * f_O, now.indentation.depth,
             now.solved};
   }
   [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override {
-    return site::DisplacementOf(membrane_.now().indentation, p_O);
+    return simulation::DisplacementOf(membrane_.now().indentation, p_O);
   }
   void Hold(double) override { held_ = membrane_.now().indentation; }
   const cv::Mat& Paint(std::size_t eye) override { return painters_[eye].Paint(held_); }
 
  private:
-  [[nodiscard]] site::MembraneView View(const Scene& scene, const Lens& lens,
-                                        const Isometry3d& X_CL) const {
+  [[nodiscard]] simulation::MembraneView View(const Scene& scene, const Lens& lens,
+                                              const Isometry3d& X_CL) const {
     const auto& geometry = std::get<MembraneGeometry>(scene.object.geometry);
     const Isometry3d X_LO = scene.sense.Find<StereoCameras>()->X_SL.inverse() * membrane_.X_SO();
     return {lens, X_CL * X_LO, geometry.radius, geometry.thickness};
   }
 
-  site::TrueMembrane membrane_;
+  simulation::TrueMembrane membrane_;
   std::array<Painter, 2> painters_;
-  site::Indentation held_;
+  simulation::Indentation held_;
 };
 
 class TargetStage final : public Stage {
  public:
   static constexpr float kBeyond = 60;  // grey level
 
-  TargetStage(const Scene& scene, const StereoRig& rig, const site::Exposure& exposure)
+  TargetStage(const Scene& scene, const StereoRig& rig, const simulation::Exposure& exposure)
       : exposure_(exposure),
-        target_(site::TexturedTarget::Shape{.seed = scene.site.seed + 7}),
+        target_(simulation::TexturedTarget::Shape{.seed = scene.site.seed + 7}),
         lenses_{rig.left, rig.right},
         X_CS_{scene.sense.Find<StereoCameras>()->X_SL.inverse(),
               rig.X_RL * scene.sense.Find<StereoCameras>()->X_SL.inverse()},
@@ -132,24 +132,25 @@ class TargetStage final : public Stage {
 
  private:
   [[nodiscard]] Isometry3d Pose(double seconds) const {
-    return X_SO_ * Eigen::Translation3d(site::HeartPath(seconds, pace_));
+    return X_SO_ * Eigen::Translation3d(simulation::HeartPath(seconds, pace_));
   }
 
-  const site::Exposure& exposure_;
-  site::TexturedTarget target_;
+  const simulation::Exposure& exposure_;
+  simulation::TexturedTarget target_;
   std::array<Lens, 2> lenses_;
   std::array<Isometry3d, 2> X_CS_;
   Isometry3d X_SO_;
   double pace_;
   cv::Mat seen_;  // CV_32F
 
-  mutable std::mutex mutex_;  // guards what others read; written by TakePictures's thread only
+  mutable std::mutex mutex_;  // guards what others read; written by TakeImages's thread only
   Truth truth_;
   TargetTruth now_;
 };
 
-std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolution& resolution,
-                                 const StereoRig& rig, const site::Exposure& exposure) {
+std::unique_ptr<Stage> MakeStage(const Scene& scene,
+                                 const simulation::MembraneResolution& resolution,
+                                 const StereoRig& rig, const simulation::Exposure& exposure) {
   using Track = PointTracking::Track;
   const PointTracking& points = *scene.sense.Find<PointTracking>();
   const auto* geometry = std::get_if<MembraneGeometry>(&scene.object.geometry);
@@ -161,19 +162,20 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolut
     return std::make_unique<TargetStage>(scene, rig, exposure);
   }
   if (points.track == Track::kTexture) {
-    return std::make_unique<MembraneStage<site::TexturedMembrane>>(
-        scene, resolution, rig, [&](const site::MembraneView& view) {
-          return site::TexturedMembrane(view, scene.site.seed, exposure);
+    return std::make_unique<MembraneStage<simulation::TexturedMembrane>>(
+        scene, resolution, rig, [&](const simulation::MembraneView& view) {
+          return simulation::TexturedMembrane(view, scene.site.seed, exposure);
         });
   }
   if (!geometry) {
     throw std::invalid_argument(
         "object.geometry: the simulator for sense.points.track = dots expects a membrane");
   }
-  const site::PrintedDots dots = site::DotsOn(points);
-  return std::make_unique<MembraneStage<site::DottedMembrane>>(
-      scene, resolution, rig,
-      [&](const site::MembraneView& view) { return site::DottedMembrane(view, dots, exposure); });
+  const simulation::PrintedDots dots = simulation::DotsOn(points);
+  return std::make_unique<MembraneStage<simulation::DottedMembrane>>(
+      scene, resolution, rig, [&](const simulation::MembraneView& view) {
+        return simulation::DottedMembrane(view, dots, exposure);
+      });
 }
 
 constexpr double kTargetSeconds = 10;  // of a textured target's path without a duration
@@ -214,7 +216,7 @@ std::vector<Vector3d> ScriptedTips(const Scene& scene) {
 }  // namespace
 
 struct StereoSite::State {
-  State(const Scene& true_scene, const site::MembraneResolution& resolution)
+  State(const Scene& true_scene, const simulation::MembraneResolution& resolution)
       : scene(true_scene),
         rig(SimulatedRig(scene)),
         exposure(scene.site, rig.left.size),
@@ -222,12 +224,12 @@ struct StereoSite::State {
 
   const Scene scene;
   const StereoRig rig;
-  site::Exposure exposure;  // TakePictures's thread only
+  simulation::Exposure exposure;  // TakeImages's thread only
   const std::unique_ptr<Stage> stage;
-  std::uint64_t pictures = 0;  // pairs taken; TakePictures's thread only
+  std::uint64_t images = 0;  // pairs taken; TakeImages's thread only
 };
 
-StereoSite::StereoSite(const Scene& scene, const site::MembraneResolution& resolution) try
+StereoSite::StereoSite(const Scene& scene, const simulation::MembraneResolution& resolution) try
     : state_(std::make_unique<State>(scene, resolution)) {
 } catch (const std::invalid_argument& mistake) {
   if (scene.file.empty()) throw;
@@ -263,15 +265,15 @@ Vector3d StereoSite::TrueDisplacement(const Eigen::Vector2d& p_O) const {
   return state_->stage->TrueDisplacement(p_O);
 }
 
-StereoPictures StereoSite::TakePictures() {
+StereoImages StereoSite::TakeImages() {
   State& state = *state_;
   state.exposure.Advance();
-  state.stage->Hold(static_cast<double>(state.pictures++) /
+  state.stage->Hold(static_cast<double>(state.images++) /
                     state.scene.sense.Find<StereoCameras>()->rate);
-  StereoPictures pictures;
-  pictures.left = state.exposure.Expose(state.stage->Paint(0));
-  pictures.right = state.exposure.Expose(state.stage->Paint(1));
-  return pictures;
+  StereoImages images;
+  images.left = state.exposure.Expose(state.stage->Paint(0));
+  images.right = state.exposure.Expose(state.stage->Paint(1));
+  return images;
 }
 
 std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene,
@@ -279,7 +281,7 @@ std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene,
   using PairSource = SimulatedSource<StereoSource, StereoPair>;
   const double rate = scene.sense.Find<StereoCameras>()->rate;
   const auto take = [this] {
-    auto [left, right] = TakePictures();
+    auto [left, right] = TakeImages();
     return StereoPair{.left = std::move(left), .right = std::move(right)};
   };
   if (!run) {

@@ -17,17 +17,17 @@
 
 namespace palpate {
 
-struct StereoPictures {
+struct StereoImages {
   cv::Mat left, right;  // 8 bit grey
 };
 
 // What is simulated follows from the scene:
 // - a membrane, under a flat round tool of the scene's width, and under the tension at rest that
-//   the scene tells its model (`model.prestress`), for want of another: dark dots (`track: dots`)
-//   or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place on the
-//   membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O = 0.
-//   Presses are solved ahead (PressCache) and blended in between (Indentation),
-//   exactly at the radius of manipulator.home, elsewhere within 0.6 % of the force.
+//   the scene states to its model (`model.prestress`), for want of another: dark dots (`track:
+//   dots`) or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place
+//   on the membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O
+//   = 0. Presses are solved ahead (PressCache) and blended in between (Indentation), exactly at the
+//   radius of manipulator.home, elsewhere within 0.6 % of the force.
 // - anything else with `track: texture`: the textured target of paper C's second experiment on its
 //   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
 //   on by 1 / rate from one pair of images to the next.
@@ -36,7 +36,7 @@ class StereoSite final : public SimulatedEnvironment {
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
   // pair (SimulatedRig), no points or no tool, an object that cannot carry the
   // points, dots beyond the rim.
-  explicit StereoSite(const Scene& scene, const site::MembraneResolution& resolution = {});
+  explicit StereoSite(const Scene& scene, const simulation::MembraneResolution& resolution = {});
   ~StereoSite() override;
 
   // Patience::kWaits: short, unless the contact is deeper than what is solved so far. A target is
@@ -58,7 +58,7 @@ class StereoSite final : public SimulatedEnvironment {
                                          const std::optional<ScriptedRun>& run) override;
   // Both cameras at once; noise, blur and light as in the scene's `site`. One thread; the same
   // calls in the same order give the same images.
-  StereoPictures TakePictures();
+  StereoImages TakeImages();
   // The pair as it really is.
   [[nodiscard]] const StereoRig& rig() const;
 

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <optional>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 constexpr double kTexelsPerGrain = 5;
@@ -56,4 +56,4 @@ void TexturedTarget::Draw(const Lens& lens, const Eigen::Isometry3d& X_CB, cv::M
   texture_.FillFacets(canvas, triangles_, p_I, on_texture_);
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

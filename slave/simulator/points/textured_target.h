@@ -13,7 +13,7 @@
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/stereo/rig.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // (10 cos t, 10 sin t, 10 (cos t + sin t)) mm with t = `pace` x seconds: at most 17.3 mm/s with
 // pace 1. (The paper says 50 mm/s: pace 3 has 52.)
@@ -47,4 +47,4 @@ class TexturedTarget {
   std::vector<std::array<int, 3>> triangles_;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

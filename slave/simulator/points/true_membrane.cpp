@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <variant>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
@@ -70,8 +70,9 @@ void TrueMembrane::Move(const Vector3d& p_S_tip, Patience patience) {
     indentation.parts = presses.parts;
     next.solved = presses.solved && radius <= presses_.farthest();
     for (const Indentation::Part& part : indentation.parts) {
-      const auto& rungs = part.press->rungs;
-      next.solved = next.solved && !rungs.empty() && rungs.back()->depth >= indentation.depth;
+      const auto& depth_steps = part.press->depth_steps;
+      next.solved =
+          next.solved && !depth_steps.empty() && depth_steps.back()->depth >= indentation.depth;
     }
   } else if (radius < kNear * rim_) {
     presses_.Expect(pressed);
@@ -85,4 +86,4 @@ TrueMembrane::Now TrueMembrane::now() const {
   return now_;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -12,7 +12,7 @@
 #include "slave/simulator/environment/simulated_environment.h"
 #include "slave/simulator/points/press_cache.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 class TrueMembrane {
  public:
@@ -47,4 +47,4 @@ class TrueMembrane {
   PressCache presses_;
 };
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -72,7 +72,7 @@ void Record(const Scene& scene, SimulatedEnvironment& environment, const RecordO
   const ScriptedRun run{.duration = options.duration, .presses = options.presses};
   const auto* tactile = scene.sense.Find<Tactile>();
   SamplesFile file(options.folder);
-  const auto picture = [](const auto& sample, v1::SimulatedSample* message) {
+  const auto image = [](const auto& sample, v1::SimulatedSample* message) {
     *message->mutable_images() = ToMessage(sample);
   };
   const auto touch = [&](const TactileFrame& frame, v1::SimulatedSample* message) {
@@ -89,10 +89,10 @@ void Record(const Scene& scene, SimulatedEnvironment& environment, const RecordO
     count = RecordFrom(*source, environment, scene, stop, &file, touch);
   } else if (HasStereoOrDepth(scene.sense)) {
     const auto source = environment.OpenPair(scene, run);
-    count = RecordFrom(*source, environment, scene, stop, &file, picture);
+    count = RecordFrom(*source, environment, scene, stop, &file, image);
   } else {
     const auto source = environment.OpenCamera(scene, run);
-    count = RecordFrom(*source, environment, scene, stop, &file, picture);
+    count = RecordFrom(*source, environment, scene, stop, &file, image);
   }
   file.Close();
   spdlog::info("{} samples in {}", count, file.name());

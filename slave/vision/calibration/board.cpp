@@ -32,7 +32,7 @@ bool FindCorners(const cv::Mat& grey, const cv::Size& size, Corners* corners) {
       !cv::findChessboardCornersSB(grey, size, *corners, cv::CALIB_CB_NORMALIZE_IMAGE)) {
     return false;
   }
-  // A window that reaches a neighbour's edges is drawn to them, a small one hears the noise.
+  // A window that reaches a neighbour's edges is drawn to them, a small one is sensitive to noise.
   const double nearest = NearestNeighbours(*corners, static_cast<std::size_t>(size.width));
   const int half = static_cast<int>(std::clamp(std::lround(0.22 * nearest), 2L, 7L));
   const cv::TermCriteria settled(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 50, 1e-3);

@@ -53,7 +53,7 @@ double RmsOf(const Way& way, const Guess& guess, const Points& p_S, const Indice
 
 // Least median of squares over random subsets (fixed seed), then those within three robust sigma
 // (Rousseeuw and Leroy, Robust Regression and Outlier Detection, 1987, ch. 5). All of them where
-// too few are usable to tell an outlier.
+// too few are usable to detect an outlier.
 Indices AgreeingPlaces(const Way& way, const Points& p_S) {
   constexpr int kSubsets = 400;
   const std::size_t count = way.usable.size();
@@ -247,7 +247,7 @@ CameraRegistration Register(const Way& way, const std::vector<TipPlace>& places)
 // look alike from afar; each refined.
 std::vector<Guess> LensPoses(const Lens& lens, const std::vector<TipPlace>& places,
                              const Points& p_S, const Indices& which) {
-  // About the positions' mean: far from the origin, rotation and translation are hard to tell
+  // About the positions' mean: far from the origin, rotation and translation are hard to separate
   // apart.
   const Eigen::Vector3d mean = CloudOf(p_S, which).mean;
   std::vector<cv::Point3d> objects;

@@ -93,7 +93,7 @@ class CellShift {
 // rest: the slope of the surface across the cell cancels pixel by pixel. The cell's point at rest
 // is where its middle ray meets the plane through its rest depths; it moves along that ray.
 //
-// A depth image does not tell which piece of the surface it sees, only where the surface is: a
+// A depth image does not show which piece of the surface it sees, only where the surface is: a
 // point's covariance is that of its way from rest along the normal, and a cell's width along the
 // surface.
 //

@@ -72,7 +72,7 @@ struct Ellipse {
   }
 };
 
-// Light dots are looked at as dark ones of the negative.
+// Light dots are examined as dark ones of the negative.
 struct Negative {
   double sign, offset;
   explicit Negative(DotTone tone) noexcept
@@ -111,7 +111,7 @@ struct Directions {
   }
 };
 
-// Also the mean level well inside the dot.
+// Also computes the mean grey level well inside the dot.
 bool FitGround(const Window& w, double threshold, GroundRing* ground, double* inside) noexcept {
   const Ellipse outer(w.axes, w.reach + kRing), edge(w.axes, w.reach);
   const Ellipse core(w.axes, -std::min(2.0, w.axes.shorter / 2));

@@ -22,7 +22,7 @@ constexpr double kGate = 0.35;
 constexpr double kShift = 2;         // of the whole array, in spacings [-]
 constexpr double kAreaRatio = 2.5;   // of a dot's areas in two images [-]
 constexpr std::size_t kAnchors = 5;  // [-] [tuned: MissingAndSpuriousDotsDoNotMixIdentities]
-constexpr int kRounds = 12;          // of neighbours that tell where the next ones are
+constexpr int kRounds = 12;          // of neighbours that show where the next ones are
 
 // So many more dots make a shift more likely than none: spurious ones may look as if they belonged.
 int Slack(std::size_t dots) {
@@ -34,8 +34,8 @@ bool Alike(double area, double other) {
 }
 
 // Extrapolates a point from its neighbours' motion: least squares of an affine map, the nearer ones
-// weigh more. Collinear neighbours, or fewer than three, tell no motion across their line: there
-// they shift as one.
+// weigh more. Collinear neighbours, or fewer than three, determine no motion across their line:
+// there they shift as one.
 class AffineMotion {
  public:
   explicit AffineMotion(const Eigen::Vector2d& point) : point_(point) {}
@@ -152,7 +152,7 @@ int DotArray::Identify(std::span<const Dot> dots, std::span<const Eigen::Vector2
   return most;
 }
 
-// From the anchor and its neighbours outwards: those that are found tell where the next ones are.
+// From the anchor and its neighbours outwards: those that are found show where the next ones are.
 int DotArray::Grow(const Image& image, std::size_t anchor, const Eigen::Vector2d& shift,
                    std::vector<int>* picks) const {
   Places expected(size(), Eigen::Vector2d::Constant(std::nan("")));

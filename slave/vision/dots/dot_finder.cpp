@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-// Darkest and lightest level are looked for on a raster, in a square about as wide as two dots.
+// Darkest and lightest level are found on a raster, in a square about as wide as two dots.
 // [px], [raster] [tuned: CentroidsOfEllipsesWithoutNoiseAreExact]
 constexpr int kRaster = 4, kSquare = 9;
 // Around the region of a dot, so that its own window shows ground on all sides [px]. [tuned:

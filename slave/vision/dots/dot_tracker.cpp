@@ -46,7 +46,7 @@ bool DotTracker::SearchFirst(const cv::Mat& image) {
   return false;
 }
 
-// Those dots of the image that are the array's near `places`.
+// Assigns the dots of the image to dots of the array near `places`.
 bool DotTracker::Search(std::span<const Eigen::Vector2d> places, double least_seen) {
   array_.Identify(all_, places, areas_, &picks_);
   seen_ = 0;

@@ -38,7 +38,7 @@ namespace {
 
 // Accepted values, beyond what any rig has [by definition]: size of an image [px] and of a file
 // [bytes].
-constexpr int kLargestPicture = 16384;
+constexpr int kLargestImage = 16384;
 constexpr std::uintmax_t kLargestFile = 1 << 20;  // [by definition]
 // Focal length [px], distance of the cameras [m], and the largest centre of an image [px],
 // distortion [-] and rms [px]. [by definition]
@@ -149,8 +149,8 @@ class RigReader {
   }
   int Pixels(const YAML::Node& map, const char* key, const std::string& name) const {
     const double value = Number(Child(map, key, name), name);
-    if (!(value >= 1 && value <= kLargestPicture) || value != std::floor(value)) {
-      Refuse(fmt::format("{} = {}: expected 1 to {} pixels", name, value, kLargestPicture));
+    if (!(value >= 1 && value <= kLargestImage) || value != std::floor(value)) {
+      Refuse(fmt::format("{} = {}: expected 1 to {} pixels", name, value, kLargestImage));
     }
     return static_cast<int>(value);
   }

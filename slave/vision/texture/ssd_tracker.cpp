@@ -14,7 +14,7 @@ namespace {
 using Freedom = PatchAligner::Freedom;
 
 constexpr int kSmallestEdge = 9;      // of a window [px] [tuned: WhatCannotBeIsRefusedAtOnce]
-constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse place is not believed
+constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse position is rejected
 constexpr int kNearby = 12;           // searched where the way down misled [px]
 constexpr int kSearchesPerImage = 4;
 
@@ -127,7 +127,7 @@ void SsdTracker::Accept(TrackedWindow& window, const PatchAligner::Match& match)
   window.covariance = match.covariance;
 }
 
-// The window as it looks now, looked for in the image before, starting where it is now.
+// Searches the present window in the previous image, from its present position.
 bool SsdTracker::ReturnsToStart(const PatchWarp& now, const PatchWarp& before) noexcept {
   if (!Cut(back_, now)) return false;
   const int top = now_.levels() - 1, near = std::min(1, top);
@@ -184,7 +184,7 @@ const std::vector<TrackedWindow>& SsdTracker::Track(const cv::Mat& image) noexce
   }
   for (std::size_t i = 0; i < windows_.size(); ++i) {
     TrackedWindow& window = windows_[i];
-    // A image that could not be read is jumped over: the image before is the last good one.
+    // An image that could not be read is jumped over: the image before is the last good one.
     const bool follows =
         window.seen() || (window.state == WindowState::kBadImage && memories_[i].lost_for == 0);
     if (window.state == WindowState::kNoTexture || !follows) continue;

@@ -1,4 +1,4 @@
-// coverage: whether the sigma that a sense tells is what it says: how often the truth lies within
+// coverage: whether the sigma that a sense states is right: how often the truth lies within
 // one and two of it, on presses drawn at random.
 #include <cmath>
 #include <cstdint>

@@ -56,7 +56,7 @@ std::string Vector(double x, double y, double z) {
   return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", x, y, z);
 }
 
-void AddPictures(Dice* dice, Overrides* scene) {
+void AddImages(Dice* dice, Overrides* scene) {
   scene->push_back(fmt::format("site.noise={:.3g}", dice->Between(0.7, 4)));
   scene->push_back(fmt::format("site.blur={:.3g}", dice->Between(0.5, 1)));
 }
@@ -105,7 +105,7 @@ Overrides Planar(Dice* dice, const StatedMaterial& stated, double wide) {
   const auto off = [&] { return pixel * dice->Between(-1, 1); };
   const double off_x = off();
   scene.push_back("site.misplacement=" + Vector(off_x, off()));
-  AddPictures(dice, &scene);
+  AddImages(dice, &scene);
   return scene;
 }
 
@@ -134,7 +134,7 @@ Overrides Membrane(Dice* dice, const StatedMaterial& stated, double wide) {
     scene.push_back("sense.points.spacing=" + Vector(0.38 * radius, 0.256 * radius));
     scene.push_back(fmt::format("sense.points.radius={:.9g}", 0.05 * radius));
   }
-  AddPictures(dice, &scene);
+  AddImages(dice, &scene);
   return scene;
 }
 
@@ -211,7 +211,7 @@ RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number) 
   }
   press.modulus_error = stated.tolerance * NormalQuantile(Spread(seed, number));
   scene.object.material.young_modulus *= 1 + press.modulus_error;
-  // What a scene tells of tension at rest is taken for half sure.
+  // The tension at rest that a scene states is off by kTensionStated (relative, one sigma).
   const double tension = scene.model.prestress;
   scene.model.prestress *= std::max(0.1, 1 + kTensionStated * dice.Normal());
   if (tension > 0) scene.name += " tight";

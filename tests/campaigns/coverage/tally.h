@@ -1,4 +1,4 @@
-// How often the truth lies within the sigma that an estimate tells, and whose error it was.
+// How often the truth lies within the sigma that an estimate states, and whose error it was.
 #pragma once
 
 #include <array>

@@ -19,13 +19,13 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // --- membranes
 double OnSolidMembrane(const Scene& scene, const PressSpec& question, const Press& press) {
   constexpr int kSteps = 6;
-  site::PressedMembrane membrane(std::get<MembraneGeometry>(scene.object.geometry),
-                                 scene.object.material, question.width, press.p_O.head<2>(), {}, 0,
-                                 site::FaceOf(scene.tool.value_or(Tool{})));
+  simulation::PressedMembrane membrane(std::get<MembraneGeometry>(scene.object.geometry),
+                                       scene.object.material, question.width, press.p_O.head<2>(),
+                                       {}, 0, simulation::FaceOf(scene.tool.value_or(Tool{})));
   for (int i = 1; i <= kSteps; ++i) {
     if (!membrane.Deepen(question.depth * i / kSteps)) return kUnknown;
   }
-  return -membrane.press().rungs.back()->force;
+  return -membrane.press().depth_steps.back()->force;
 }
 
 // --- volumes

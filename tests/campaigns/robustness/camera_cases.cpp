@@ -1,4 +1,4 @@
-// What one camera must bear, and under what it may doubt.
+// Disturbances that one camera must tolerate, and those under which it may flag a force.
 #include <cmath>
 #include <numbers>
 #include <variant>
@@ -29,10 +29,10 @@ void AddLight(CaseTable* table) {
   table->Add("glint on the shaft - standing", "px", {2, 4}, {8},
              [](double s) { return GlintStanding(s, 20); });
   table->Add("glint beside the contact", "px", {2, 4}, {8}, [](double s) {
-    return [s](const View& view, cv::Mat& picture) {
+    return [s](const View& view, cv::Mat& image) {
       View beside = view;
       beside.shaft_I = {-view.shaft_I.y(), view.shaft_I.x()};
-      GlintStanding(s, view.width)(beside, picture);
+      GlintStanding(s, view.width)(beside, image);
     };
   });
 }
@@ -118,10 +118,10 @@ void AddMotion(CaseTable* table) {
 }
 
 void AddTime(CaseTable* table) {
-  table->Add("pictures come twice", Demand::kFlag, Shows(Doubled()));
+  table->Add("images come twice", Demand::kFlag, Shows(Doubled()));
   table->Add("frozen from rest on", Demand::kFlag, Shows(Frozen(When::kAtRest)));
   table->Add("frozen while pressed", Demand::kFlag, Shows(Frozen(When::kPressed)));
-  table->Add("late", "pictures", {}, {1, 5},
+  table->Add("late", "images", {}, {1, 5},
              [](double s) { return Shows(Late(static_cast<std::size_t>(s))); });
   table->Add("lost", "in 20", {1}, {6}, [](double s) {
     Alteration alteration;

@@ -50,9 +50,9 @@ class CameraStage final : public Stage {
   }
 
   // An object that moves under a tool at rest is, for the two of them, a tool that moves the
-  // other way: the site is moved so, and its picture moved back.
+  // other way: the site is moved so, and its image moved back.
   std::vector<Shot> Record(const std::function<Vector2d(const Moment&)>& moves) const {
-    constexpr int kSteps = 8;  // between two pictures: the tool's way is followed, not jumped
+    constexpr int kSteps = 8;  // between two images: the tool's way is followed, not jumped
     SimulatedSite site(scene());
     std::vector<Shot> shots;
     Vector3d last = TipAt(0);
@@ -62,7 +62,7 @@ class CameraStage final : public Stage {
       const Vector3d next = TipAt(i) - moved;
       for (int k = 1; k <= kSteps; ++k) site.MoveTool(last + (next - last) * k / kSteps);
       last = next;
-      Shot shot{site.TakePicture(), {}, {}, site.truth()};
+      Shot shot{site.TakeImage(), {}, {}, site.truth()};
       shot.truth.p_S_tip = TipAt(i);
       if (moves) Bump(moved_I, When::kAlways)({}, shot.left);
       shots.push_back(std::move(shot));
@@ -87,7 +87,7 @@ std::unique_ptr<Stage> MakeCameraStage(const std::string& name, Extent extent) {
   const Counts counts =
       extent == Extent::kQuick ? Counts{4, 24, 6, 10, 3} : Counts{6, 62, 20, 62, 10};
   Scene scene = Shipped(name, {});
-  if (scene.site.embryo) {  // what disturbs the picture is the point here, not what breaks
+  if (scene.site.embryo) {  // what disturbs the image is the point here, not what breaks
     scene.site.embryo.reset();
     scene.operator_options.press_depth = 100e-6;
   }

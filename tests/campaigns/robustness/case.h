@@ -18,13 +18,13 @@ namespace palpate::robustness {
 
 // Changes of everything between the world and a sense; what is empty changes nothing.
 struct Alteration {
-  // Into each picture, last of all.
+  // Into each image, last of all.
   Paint paint;
   // Which sample is shown instead of this moment's; stamps go on.
   std::function<std::size_t(const Moment&)> shows;
-  // Where the picture is as it was in the first one: `mask` (CV_8U) is to be set there.
+  // Where the image is as it was in the first one: `mask` (CV_8U) is to be set there.
   std::function<void(const Moment&, cv::Mat& mask)> stale;
-  // How far the object has moved as a whole, in pixels of the picture; whole ones are painted
+  // How far the object has moved as a whole, in pixels of the image; whole ones are painted
   // without loss. One camera only.
   std::function<Eigen::Vector2d(const Moment&)> object_moves;
   // From when on left becomes right.
@@ -33,9 +33,9 @@ struct Alteration {
   std::function<void(const Moment&, TactileFrame&)> touch;
   // Whether this sample is lost on its way; the run is shorter for the sense.
   std::function<bool(const Moment&)> loses;
-  // What the scene tells the sense, which is not so.
+  // What the scene states wrongly to the sense.
   std::function<void(Scene&)> tell;
-  // How far beside the tip's place the arm says it is [px], or [m] where there are no pictures.
+  // How far beside the tip's place the arm says it is [px], or [m] where there are no images.
   double arm_error = 0;
 };
 
@@ -67,9 +67,9 @@ std::vector<Case> FingertipCases();
 // --- Alteration::shows
 // Nothing new from `when` on.
 std::function<std::size_t(const Moment&)> Frozen(When when);
-// Every other picture is the one before again.
+// Every other image is the one before again.
 std::function<std::size_t(const Moment&)> Doubled();
-// Every fifth picture is one of `samples` before.
+// Every fifth image is one of `samples` before.
 std::function<std::size_t(const Moment&)> NowAndThenOld(std::size_t samples);
 // Everything `samples` late; `side` < 0: both of a pair.
 std::function<std::size_t(const Moment&)> Late(std::size_t samples, int side = -1);

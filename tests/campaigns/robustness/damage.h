@@ -1,4 +1,4 @@
-// What lens, sensor, shutter and line do to pictures beyond light and blur, and things that come
+// What lens, sensor, shutter and line do to images beyond light and blur, and things that come
 // into view: as paint.h has it.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace palpate::robustness {
 // A soft patch of 45 px over the tip's place at full depth: blurred by `blur` [px], its contrast
 // lower by `veil` [-].
 Paint Smudge(double blur, double veil);
-Paint Dust(int count);           // dark specks of 2 to 5 px all over the picture, standing still
+Paint Dust(int count);           // dark specks of 2 to 5 px all over the image, standing still
 Paint Breathing(double factor);  // zoom about the middle, growing over the run to `factor`
 Paint TurnSlowly(double degrees);
 Paint LoseFocus(double sigma);  // growing over the run [px]
@@ -24,9 +24,8 @@ Paint Fog(double veil);         // the same of the half beside the tip's place a
 // A drop of 40 px radius beside the tip's place at full depth: it pulls what is seen through it
 // outwards, by up to `pull` [px].
 Paint Droplet(double pull);
-Paint Ghost(double share);  // a reflection in glass: the picture once more, 14 px aside [-]
-Paint HeatHaze(
-    double sigma);  // what is seen shimmers: shifted by places, anew in each picture [px]
+Paint Ghost(double share);     // a reflection in glass: the image once more, 14 px aside [-]
+Paint HeatHaze(double sigma);  // parts are shifted differently in each image [px]
 
 // --- in the sensor
 Paint Wobble(double px);                  // each row aside, as a wave of 120 rows that runs
@@ -39,7 +38,7 @@ Paint Quantised(int levels);         // so many grey levels are left
 Paint RollingGain(double strength);  // one bright and one dark half, wandering down
 // As many rows as `count` below the tip's place at full depth repeat the one there.
 Paint StuckRows(int count);
-Paint DeadClusters(int count);  // black, of 3 to 7 px, all over the picture
+Paint DeadClusters(int count);  // black, of 3 to 7 px, all over the image
 Paint Moire(double levels);     // waves of 2.7 px and of 31 px multiplied, standing
 Paint Inverted();
 
@@ -49,7 +48,7 @@ Paint OneSided(double strength);  // so much lighter at one side, darker at the 
 // --- on the line
 enum class Part { kUpper, kLower };
 Paint PartlyGrey(Part part, double share);
-// Where the picture is as it was in the first one: `share` of it; of one eye, side < 0: of both; or
+// Where the image is as it was in the first one: `share` of it; of one eye, side < 0: of both; or
 // so many of its blocks of 16 px.
 using Mask = std::function<void(const Moment&, cv::Mat&)>;
 Mask PartlyOld(Part part, double share, int side = -1);
@@ -60,7 +59,7 @@ Paint Resized(double factor);
 // --- in view
 Paint SecondTool(double aside);  // what is seen of the tool once more, so far across [px]
 Paint Neighbour(double beside);  // a plain square, so far from the tip's place at full depth [px]
-Paint Rain(int count);           // bright streaks of 30 px, elsewhere in each picture
+Paint Rain(int count);           // bright streaks of 30 px, elsewhere in each image
 Paint Insect(double size);       // dark, with legs; crawls over tool and object
 Paint MovingWire(double width);  // crosses the shaft and the object from one side to the other
 

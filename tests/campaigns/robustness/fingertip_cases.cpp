@@ -1,4 +1,4 @@
-// What fingertips must bear, and under what they may doubt.
+// Disturbances that fingertips must tolerate, and those under which they may flag a force.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -157,7 +157,7 @@ void AddSamples(CaseTable* table) {
              }));
 }
 
-// One electrode tells what it read `samples` before.
+// One electrode repeats its reading of `samples` before.
 Alteration ElectrodeLate(std::size_t electrode, std::size_t samples) {
   return Reads(OfFirst([=, read = std::make_shared<std::vector<float>>()](const Moment& moment,
                                                                           FingerReading& reading) {
@@ -284,7 +284,7 @@ void AddUnseenToo(CaseTable* table) {
                std::swap(first.pac, last.pac);
                std::swap(first.pdc, last.pdc);
              }));
-  // Wet skin: each electrode tells its neighbours', too.
+  // Wet skin: each electrode also reads its neighbours' signals.
   table->Add("electrodes leak", "%", {}, {5, 20, 60}, [](double s) {
     return Reads(OfEach([s, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
                                                              FingerReading& reading) {

@@ -1,4 +1,4 @@
-// robustness: what the senses tell when light, lens, time, geometry or the world are not as they
+// robustness: what the senses report when light, lens, time, geometry or the world are not as they
 // should be. Every case has a severity and a demand, listed beforehand; none may be silently wrong.
 #include <algorithm>
 #include <cstdio>
@@ -57,7 +57,7 @@ class Suite {
   explicit Suite(const Options& options) : options_(options), only_(options.only) {
     if (options.out.empty()) return;
     std::filesystem::create_directories(options.out);
-    // What a full run has found is kept; a quick one begins anew.
+    // What a full run has found is kept; a quick one starts again.
     if (!options.full) std::filesystem::remove(table());
     rows_ = ReadRows(table());
   }

@@ -1,4 +1,4 @@
-// Where in a run a sample is, and what of the true world its picture shows: what alterations
+// Where in a run a sample is, and what of the true world its image shows: what alterations
 // go by.
 #pragma once
 
@@ -29,7 +29,7 @@ struct Moment {
   }
 };
 
-// A moment and what is where in its picture [px].
+// A moment and what is where in its image [px].
 struct View : Moment {
   Eigen::Vector2d tip_I{0, 0};      // the tool's tip; of pairs: the place that is pressed
   Eigen::Vector2d pressed_I{0, 0};  // where the tip is at full depth

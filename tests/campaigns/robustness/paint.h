@@ -1,6 +1,6 @@
-// What can go wrong with a picture between the world and the cameras: light, things in the way,
+// What can go wrong with an image between the world and the cameras: light, things in the way,
 // blur, noise, compression, a camera that moves. Each takes its severity and gives what paints it
-// into pictures of 8 bit grey; the same moment is always painted the same way.
+// into images of 8 bit grey; the same moment is always painted the same way.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ Paint OnSide(int side, Paint paint);   // of a pair: only there
 Paint From(When when, Paint paint);
 
 // --- light
-Paint Flicker(double strength);  // of the whole picture, +-`strength` [-] from picture to picture
+Paint Flicker(double strength);  // of the whole image, +-`strength` [-] from image to image
 Paint Vignette(double fall);     // so much darker in the corners [-]
 Paint Gain(double factor);
 Paint Gamma(double exponent);
@@ -33,18 +33,18 @@ Paint GlintOnShaft(double radius, double along);
 Paint GlintStanding(double radius, double along);
 
 // --- things in the way
-// A straight wire of `width` [px] across the whole picture, `degrees` from the x axis of the
-// picture, passing the tip's place at full depth at `off` [px] along the shaft.
+// A straight wire of `width` [px] across the whole image, `degrees` from the x axis of the
+// image, passing the tip's place at full depth at `off` [px] along the shaft.
 Paint Wire(double width, double degrees, double off, double grey = 30);
 // A plain patch over `share` of the tool's width along the whole shaft, moving with it.
 Paint CoveredSide(double share);
 // A plain patch across the shaft, from `from` to `to` [px] beyond the tip's place at full depth;
 // it does not move.
 Paint CoveredPiece(double from, double to);
-// A large smooth blob that comes into the picture and stays; it reaches `reach` [px] beyond the
+// A large smooth blob that comes into the image and stays; it reaches `reach` [px] beyond the
 // tip's place along the shaft: below 0 it ends before the tip.
 Paint Hand(double reach, When when);
-// Plain discs of `radius` [px] around places of the picture [px].
+// Plain discs of `radius` [px] around places of the image [px].
 Paint Patches(std::vector<Eigen::Vector2d> at_I, double radius, double grey = 200);
 
 // --- blur, noise, compression
@@ -54,11 +54,11 @@ Paint Noise(double sigma);                        // [grey levels]
 Paint Jpeg(int quality);                          // 1 to 100
 
 // --- the camera moves
-Paint Bump(const Eigen::Vector2d& by, When when);  // the picture is `by` [px] elsewhere
-Paint Shake(double sigma);                         // per axis, anew in each picture [px]
+Paint Bump(const Eigen::Vector2d& by, When when);  // the image is `by` [px] elsewhere
+Paint Shake(double sigma);                         // per axis, drawn for each image [px]
 Paint Drift(const Eigen::Vector2d& by);            // evenly, over the whole run [px]
-Paint Zoom(double factor, When when);              // about the picture's middle
-Paint Turn(double degrees, When when);             // about the picture's middle
+Paint Zoom(double factor, When when);              // about the image's middle
+Paint Turn(double degrees, When when);             // about the image's middle
 // Barrel (or < 0 pincushion) distortion that is not in the scene: so far inwards in the corners
 // [px].
 Paint Barrel(double px);

@@ -1,4 +1,4 @@
-// What two cameras must bear, and under what they may doubt.
+// Disturbances that two cameras must tolerate, and those under which they may flag a force.
 #include <array>
 #include <cmath>
 #include <memory>
@@ -30,7 +30,7 @@ double Radians(double degrees) {
   return degrees * std::numbers::pi / 180;
 }
 
-// The cameras of the shipped membrane, for what is drawn where in space.
+// The cameras of the shipped membrane, to project points in space into images.
 struct CameraPair {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/rubber-membrane.yaml"));
   StereoRig rig = SimulatedRig(scene);
@@ -54,15 +54,15 @@ const CameraPair& TheCameraPair() {
 // what is seen where its ray meets the plane, moved by the bulge there.
 Paint Dome(double height) {
   return [height, maps = std::make_shared<std::array<cv::Mat, 2>>()](const View& view,
-                                                                     cv::Mat& picture) {
+                                                                     cv::Mat& image) {
     cv::Mat& from = (*maps)[static_cast<std::size_t>(view.side)];
-    if (from.size() != picture.size()) {
+    if (from.size() != image.size()) {
       const CameraPair& cameras = TheCameraPair();
       const double radius = std::get<MembraneGeometry>(cameras.scene.object.geometry).radius;
       const Isometry3d X_SC = cameras.X_CS(view.side).inverse();
-      from.create(picture.size(), CV_32FC2);
-      for (int y = 0; y < picture.rows; ++y) {
-        for (int x = 0; x < picture.cols; ++x) {
+      from.create(image.size(), CV_32FC2);
+      for (int y = 0; y < image.rows; ++y) {
+        for (int x = 0; x < image.cols; ++x) {
           const auto ray = RayOf(cameras.lens(view.side), {x, y});
           const Vector3d d = X_SC.linear() * Vector3d(ray->x(), ray->y(), 1);
           const Vector3d p = X_SC.translation() - X_SC.translation().z() / d.z() * d;
@@ -76,14 +76,14 @@ Paint Dome(double height) {
       }
     }
     cv::Mat bulged;
-    cv::remap(picture, bulged, from, cv::Mat(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
-    picture = bulged;
+    cv::remap(image, bulged, from, cv::Mat(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+    image = bulged;
   };
 }
 
 // Five of the dots, or of the places where they would be, behind plain discs.
 Paint CoveredDots(int count) {
-  return [count](const View& view, cv::Mat& picture) {
+  return [count](const View& view, cv::Mat& image) {
     const CameraPair& cameras = TheCameraPair();
     const auto layout = DotPlaces(*cameras.scene.sense.Find<PointTracking>());
     std::vector<Vector2d> at;
@@ -92,11 +92,11 @@ Paint CoveredDots(int count) {
       at.push_back(
           cameras.ImageOf(view.side, cameras.scene.object.X_SO * Vector3d(p_O.x(), p_O.y(), 0)));
     }
-    Patches(at, 14)(view, picture);
+    Patches(at, 14)(view, image);
   };
 }
 
-void AddPictures(CaseTable* table) {
+void AddImages(CaseTable* table) {
   table->Add("flicker", "%", {10, 20}, {40}, [](double s) { return Flicker(s / 100); });
   table->Add("vignette", "%", {20}, {50}, [](double s) { return Vignette(s / 100); });
   table->Add("one eye darker", "%", {20}, {50},
@@ -113,8 +113,7 @@ void AddPictures(CaseTable* table) {
   table->Add("dots covered in one eye", "of 31", {5}, {12},
              [](double s) { return OnSide(1, CoveredDots(static_cast<int>(s))); });
   table->Add("glint at the contact", "px", {4}, {12, 30}, [](double s) {
-    return
-        [s](const View& view, cv::Mat& picture) { Patches({view.tip_I}, s, 255)(view, picture); };
+    return [s](const View& view, cv::Mat& image) { Patches({view.tip_I}, s, 255)(view, image); };
   });
   table->Add("wire in front", "px", {2}, {6}, [](double s) { return Wire(s, 35, 0); });
 }
@@ -138,10 +137,10 @@ void AddMotion(CaseTable* table) {
   table->Add("one camera turned at rest", "deg", {}, {0.5, 2},
              [](double s) { return OnSide(1, Turn(s, When::kAtRest)); });
   table->Add("rig shakes", "px", {0.5}, {3}, [](double s) {
-    return [s](const View& view, cv::Mat& picture) {  // both cameras alike
+    return [s](const View& view, cv::Mat& image) {  // both cameras alike
       View left = view;
       left.side = 0;
-      Shake(s)(left, picture);
+      Shake(s)(left, image);
     };
   });
   table->Add("cameras shake - each for itself", "px", {}, {0.5, 2},
@@ -154,9 +153,9 @@ void AddMotion(CaseTable* table) {
 }
 
 void AddTime(CaseTable* table) {
-  table->Add("right picture late", "pairs", {}, {1, 5},
+  table->Add("right image late", "pairs", {}, {1, 5},
              [](double s) { return Shows(Late(static_cast<std::size_t>(s), 1)); });
-  table->Add("left picture late", "pairs", {}, {1, 5},
+  table->Add("left image late", "pairs", {}, {1, 5},
              [](double s) { return Shows(Late(static_cast<std::size_t>(s), 0)); });
   table->Add("right camera frozen from rest on", Demand::kFlag, Shows([](const Moment& moment) {
                return moment.side == 1 ? Frozen(When::kAtRest)(moment) : moment.index;
@@ -202,39 +201,38 @@ void AddGeometry(CaseTable* table) {
   });
 }
 
-// --- depth pictures: 16 bit, 0 is no measurement
+// --- depth images: 16 bit, 0 is no measurement
 constexpr const char* kDepth = "rubber-membrane-depth";
 
-// Where there is no measurement: discs of 20 px, `share` of the picture in all, elsewhere in each
-// picture unless they stand.
+// Where there is no measurement: discs of 20 px, `share` of the image in all, at new
+// positions in each image unless they are fixed.
 Paint Holes(double share, bool standing) {
-  return [=](const View& view, cv::Mat& picture) {
+  return [=](const View& view, cv::Mat& image) {
     constexpr double kRadius = 20;
     std::mt19937_64 random(standing ? 1 : view.index + 1);
     const double area = std::numbers::pi * kRadius * kRadius;
-    const auto count = static_cast<int>(share * static_cast<double>(picture.total()) / area);
-    std::uniform_real_distribution<double> x(0, picture.cols), y(0, picture.rows);
+    const auto count = static_cast<int>(share * static_cast<double>(image.total()) / area);
+    std::uniform_real_distribution<double> x(0, image.cols), y(0, image.rows);
     for (int i = 0; i < count; ++i) {
       const cv::Point at(static_cast<int>(x(random)), static_cast<int>(y(random)));
-      cv::circle(picture, at, static_cast<int>(kRadius), cv::Scalar(0), -1);
+      cv::circle(image, at, static_cast<int>(kRadius), cv::Scalar(0), -1);
     }
   };
 }
 
-// Each depth `factor` as far and `offset` [counts] farther.
+// Multiplies each depth by `factor` and adds `offset` [counts].
 Paint Rescaled(double factor, double offset, When when) {
-  return From(when, [=](const View&, cv::Mat& picture) {
-    picture.convertTo(picture, CV_16U, factor, offset);
-  });
+  return From(when,
+              [=](const View&, cv::Mat& image) { image.convertTo(image, CV_16U, factor, offset); });
 }
 
 Paint NoisyDepth(double counts) {
-  return [counts](const View& view, cv::Mat& picture) {
-    cv::Mat noise(picture.size(), CV_32F), noisy;
+  return [counts](const View& view, cv::Mat& image) {
+    cv::Mat noise(image.size(), CV_32F), noisy;
     cv::RNG(view.index + 1).fill(noise, cv::RNG::NORMAL, 0, counts);
-    picture.convertTo(noisy, CV_32F);
+    image.convertTo(noisy, CV_32F);
     noisy += noise;
-    noisy.convertTo(picture, CV_16U);
+    noisy.convertTo(image, CV_16U);
   };
 }
 
@@ -252,7 +250,7 @@ void AddDepth(CaseTable* table) {
   table->Add("depth camera bumped at rest", "px", {}, {3, 10, 20}, [](double s) {
     return Bump({s, 0}, When::kAtRest);
   });
-  table->Add("depth late", "pictures", {}, {1, 5},
+  table->Add("depth late", "images", {}, {1, 5},
              [](double s) { return Shows(Late(static_cast<std::size_t>(s))); });
   table->Add("depth frozen from rest on", Demand::kFlag, Shows(Frozen(When::kAtRest)));
   table->Add("depth frozen while pressed", Demand::kFlag, Shows(Frozen(When::kPressed)));
@@ -264,7 +262,7 @@ void AddDepth(CaseTable* table) {
 std::vector<Case> PairCases() {
   CaseTable table;
   table.Add("undisturbed", Demand::kRight, {});
-  AddPictures(&table);
+  AddImages(&table);
   AddMotion(&table);
   AddTime(&table);
   AddGeometry(&table);

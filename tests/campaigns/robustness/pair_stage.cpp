@@ -31,8 +31,8 @@ class PairStage final : public Stage {
     for (std::size_t i = 0; i < script_.count; ++i) {
       const double z = home_O.z() - counts.WayAt(i) * (home_O.z() + depth);
       site.MoveTool(X_SO * Vector3d(home_O.x(), home_O.y(), z));
-      StereoPictures pictures = site.TakePictures();
-      shots.push_back({pictures.left, pictures.right, {}, site.truth()});
+      StereoImages images = site.TakeImages();
+      shots.push_back({images.left, images.right, {}, site.truth()});
     }
     pressed_S_ = X_SO * Vector3d(home_O.x(), home_O.y(), 0);
     Keep(std::move(shots));
@@ -56,7 +56,7 @@ class PairStage final : public Stage {
   Vector3d pressed_S_{0, 0, 0};
 };
 
-// What a depth camera of the same membrane's inner side would tell, straight from the true surface.
+// The image of a depth camera of the same membrane's inner side, from the true surface.
 class DepthStage final : public Stage {
  public:
   DepthStage(const std::string& name, Scene scene, Scene site_scene, const Counts& counts)
@@ -88,17 +88,17 @@ class DepthStage final : public Stage {
  private:
   [[nodiscard]] cv::Mat Image(const StereoSite& site, std::mt19937* random) const {
     NormalNoise noise;
-    cv::Mat picture(kHeight, kWidth, CV_16U);
+    cv::Mat image(kHeight, kWidth, CV_16U);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         const Vector2d ray((x - camera_.cx) / camera_.fx, (y - camera_.cy) / camera_.fy);
         double z = kDistance;
         for (int k = 0; k < 2; ++k) z = kDistance + site.TrueDisplacement(z * ray).z();
-        picture.at<std::uint16_t>(y, x) =
+        image.at<std::uint16_t>(y, x) =
             cv::saturate_cast<std::uint16_t>((z + camera_.sigma * noise(*random)) / camera_.unit);
       }
     }
-    return picture;
+    return image;
   }
 
   const DepthImages& camera_;

@@ -14,7 +14,7 @@ namespace palpate::robustness {
 
 class CaseTable {
  public:
-  // At the severities of `right` the force stays right; at those of `doubt` it may be doubted.
+  // At the severities of `right` the force stays right; at those of `doubt` it may be flagged.
   // `make`: severity -> Alteration, or -> Paint.
   template <typename Make>
   void Add(const std::string& name, const std::string& unit, std::initializer_list<double> right,

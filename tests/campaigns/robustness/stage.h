@@ -17,7 +17,7 @@
 namespace palpate::robustness {
 
 struct Shot {
-  cv::Mat left, right;  // pictures; of one camera: left alone
+  cv::Mat left, right;  // images; of one camera: left alone
   TactileFrame touch;
   Truth truth;
 };
@@ -39,7 +39,7 @@ class Stage {
   [[nodiscard]] double rate() const { return rate_; }  // of the samples [Hz]
   [[nodiscard]] double peak() const { return peak_; }  // the largest true force [N]
 
-  // Edge of a pixel where the tool is [m]; 1: no pictures.
+  // Edge of a pixel where the tool is [m]; 1: no images.
   [[nodiscard]] virtual double pixel() const { return 1; }
 
   // The run as it is; while the object moves too, if it does.

@@ -24,7 +24,7 @@ struct Counts {
   [[nodiscard]] double WayAt(std::size_t index) const;
 };
 
-// One camera; two; depth pictures of the same membrane; fingertips.
+// One camera; two; depth images of the same membrane; fingertips.
 std::unique_ptr<Stage> MakeCameraStage(const std::string& name, Extent extent);
 std::unique_ptr<Stage> MakePairStage(const std::string& name, const Overrides& overrides,
                                      Extent extent);
@@ -32,7 +32,7 @@ std::unique_ptr<Stage> MakeDepthStage(const std::string& name, Extent extent);
 std::unique_ptr<Stage> MakeTouchStage(const std::string& name, const std::string& scene,
                                       const Overrides& overrides, Extent extent);
 
-// The same of any scene, with as many samples as `counts`. Depth pictures
+// The same of any scene, with as many samples as `counts`. Depth images
 // are of a scene with a pair, which they take the place of.
 std::unique_ptr<Stage> MakeCameraStage(Scene scene, const Counts& counts);
 std::unique_ptr<Stage> MakePairStage(Scene scene, const Counts& counts);

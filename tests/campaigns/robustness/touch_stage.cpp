@@ -1,4 +1,4 @@
-// A press that fingertips feel.
+// A simulated contact of fingertips.
 #include <memory>
 #include <utility>
 

@@ -97,14 +97,14 @@ class AlteredSamples final : public SamplePlayer {
     const Moment moment{stage_.script(), index_, side};
     const Moment shown{moment.script, ShownAt(moment), side};
     const Shot& shot = shots_[shown.index];
-    cv::Mat picture = (side == 0 ? shot.left : shot.right).clone();
-    if (alteration_.stale && !picture.empty()) {
-      cv::Mat mask(picture.size(), CV_8U, cv::Scalar(0));
+    cv::Mat image = (side == 0 ? shot.left : shot.right).clone();
+    if (alteration_.stale && !image.empty()) {
+      cv::Mat mask(image.size(), CV_8U, cv::Scalar(0));
       alteration_.stale(shown, mask);
-      (side == 0 ? shots_.front().left : shots_.front().right).copyTo(picture, mask);
+      (side == 0 ? shots_.front().left : shots_.front().right).copyTo(image, mask);
     }
-    if (alteration_.paint && !picture.empty()) alteration_.paint(stage_.ViewOf(shown), picture);
-    return picture;
+    if (alteration_.paint && !image.empty()) alteration_.paint(stage_.ViewOf(shown), image);
+    return image;
   }
 
   Stage& stage_;

@@ -51,7 +51,7 @@ TEST_F(PointerTest, GoesWhereThePageAimsNoFasterThanItMay) {
   EXPECT_LT(stage.fastest, 1.22 * kSpeed);
 }
 
-// A page that was loaded anew aims at zero again, wherever the hand is.
+// A page that was loaded again aims at zero, wherever the tool is.
 TEST_F(PointerTest, EngagingMovesNothing) {
   stage.Run(2, {0, 0, 0}, true);
   const Eigen::Vector3d before = stage.Run(2, kAim, true).p_M;

@@ -37,8 +37,8 @@ Walk WalkFor(PressScript& script, double seconds, double gap) {
 
 class PressScriptGapTest : public testing::TestWithParam<double> {};
 
-// Reference: what was asked for. The peak of a minimum-jerk ramp is exact; ticks lie at most half a
-// millisecond from it, which costs less than 1e-5 of it on the shortest ramp here.
+// Reference: the requested depth. The peak of a minimum-jerk ramp is exact; ticks lie at most half
+// a millisecond from it, which costs less than 1e-5 of it on the shortest ramp here.
 TEST_P(PressScriptGapTest, PressesToTheDepthAtTheSpeedAndHoldsAThirdOfTheContact) {
   PressScript script(0.005, 0.020, 0.01);
   const Walk walk = WalkFor(script, 8, GetParam());

@@ -30,7 +30,7 @@ std::vector<double> Press(SimHand& hand, double K, double seconds, double force_
 
 class SimHandWallTest : public testing::TestWithParam<double> {};
 
-// Reference: the depth asked for. The correction's pole lies at 8 k / (k + K) per second; for
+// Reference: the depth requested. The correction's pole lies at 8 k / (k + K) per second; for
 // K = 1000 N/m, the hold of 1 s closes the gap of K / (k + K) to exp(-3.6) of it: 0.08 mm.
 TEST_P(SimHandWallTest, ReachesTheDepthInSpiteOfTheForce) {
   SimHand hand(kDepth, 0.020);

@@ -11,8 +11,8 @@ Eigen::Vector3d Along(double x) {
   return {x, 0, 0};
 }
 
-// Jitter makes samples late, never the output go backwards on a rising force: the play-out time
-// only steps back by what the delay estimate has just grown, once.
+// Jitter delays samples, but the output never goes backwards on a rising force: the play-out time
+// steps back only once, by the growth of the delay estimate.
 TEST(DelayedLinearTest, JitterNeitherStallsNorOvershoots) {
   DelayedLinear shown;
   const double period = 1.0 / 60;

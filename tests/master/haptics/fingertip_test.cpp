@@ -38,10 +38,10 @@ const std::vector<Eigen::Vector3d> kNormals{{0, 0, 1},  {0, 0, -1}, {-1, 0, 0}, 
 
 class AnyDirectionTest : public testing::TestWithParam<Eigen::Vector3d> {};
 
-// Reference: what the hand was asked for: each 4 s the depth, along the plane's normal and nowhere
-// else, in a hand's frame that is turned against the slave's. Tolerance: 2 % of the depth are left
-// to the hand's own correction, as against a wall of springs; sideways a line is followed to
-// rounding (1e-7 m: shear springs of 120 N/m meet an entry known to 1e-10).
+// Reference: the motion of the simulated operator: each 4 s the depth, along the plane's normal and
+// nowhere else, in a hand's frame that is turned against the slave's. Tolerance: 2 % of the depth
+// are left to the hand's own correction, as against a wall of springs; sideways a line is followed
+// to rounding (1e-7 m: shear springs of 120 N/m meet an entry known to 1e-10).
 TEST_P(AnyDirectionTest, TheHandPressesAlongTheNormalAndRetreatsEveryFourSeconds) {
   VirtualSlave::Options options = Foam(GetParam());
   options.transform.R_SM =
@@ -73,9 +73,9 @@ INSTANTIATE_TEST_SUITE_P(Normals, AnyDirectionTest, testing::ValuesIn(kNormals))
 class SlowStatesTest : public testing::TestWithParam<std::tuple<double, double>> {};
 
 // Reference: the law of the wall. However late the 100 Hz states are, though one in twenty is lost
-// and their force lags by a quarter of a second more, the hand feels exactly K d + shear at its own
-// depth: it cannot oscillate, reaches the depth, does not pass it, nothing is damped, and the port
-// gives out nothing.
+// and their force lags by a quarter of a second more, the master renders exactly K d + shear at its
+// own depth: it cannot oscillate, reaches the depth, does not pass it, nothing is damped, and the
+// port gives out nothing.
 TEST_P(SlowStatesTest, TheForceIsTheLawAtTheHandsOwnPlace) {
   VirtualSlave::Options options = Foam({1, 2, 3});
   std::tie(options.K, options.delay) = GetParam();

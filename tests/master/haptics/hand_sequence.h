@@ -1,5 +1,5 @@
-// States, patches, settings, wishes and deaths in any order at the haptic loop: what the hand feels
-// meanwhile.
+// States, patches, settings, requests and deaths in any order at the haptic loop: the rendered
+// force meanwhile.
 #pragma once
 
 #include "tests/support/choices.h"

@@ -309,7 +309,7 @@ TEST_F(HapticLoopTest, AnOffsetThatMovesWithinAnEpochIsNotFollowed) {
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kOffsetJump));
 }
 
-// A slave that was started anew while it stood under an emergency stop tells the used epoch with an
+// A slave that was started again during an emergency stop reports the used epoch with an
 // offset of its own: once the stop is over the hand engages as ever.
 TEST_F(HapticLoopTest, AfterAStopASlaveThatWasStartedAnewIsFollowed) {
   bool stops = true;
@@ -327,7 +327,7 @@ TEST_F(HapticLoopTest, AfterAStopASlaveThatWasStartedAnewIsFollowed) {
 }
 
 // Settings that were not read are not gone by: no force, the tool rests, until they are read and
-// the operator has engaged anew, by the new ones.
+// the operator has engaged again, by the new ones.
 TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew) {
   rig_.slave.lie = [](SlaveState* state) { state->settings_revision = 7; };
   rig_.Run(puppet_, 0.06);
@@ -457,7 +457,7 @@ TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsReportedAndLetsTheHandGo) {
   EXPECT_EQ(rig_.state(), kEstop);
 }
 
-// The state that came last, before the line broke, tells of an older stop, which was reset since.
+// The state that came last, before the link broke, reports an older stop, which was reset since.
 TEST_F(HapticLoopTest, AStopIsNotTakenForReportedByTheStateOfAnOlderOne) {
   rig_.slave.forced_phase = Phase::kEstop;
   rig_.Run(puppet_, 0.1);

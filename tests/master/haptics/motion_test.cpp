@@ -14,8 +14,8 @@ HapticLoop::Options With(const MotionOptions& motion) {
   return options;
 }
 
-// A device that is mounted with other axes feels and moves the same tool. Reference: the same run
-// with a device oriented as M.
+// A device that is mounted with other axes moves the same tool and renders its force. Reference:
+// the same run with a device oriented as M.
 TEST(LoopMotionTest, MappedAxesChangeNothingForTheOperator) {
   MotionOptions mapped;
   mapped.axes = AxisMap::Parse("-z,x,-y");

@@ -79,8 +79,8 @@ TEST_F(PassivityControlTest, EnergiesNeverFallAndCloseWithTheWork) {
 }
 
 // Reference: f = K x wound up by the hand itself leaves W >= f^2 / 2 K: never touched up to K_max,
-// from the first tick on. What nobody wound up gives at most what is lent, W_0, and where the force
-// falls at 200 N/s while the hand gives way at 1 m/s, a tenth of it: sqrt(2 W_0 200).
+// from the first tick on. What nobody wound up gives at most the energy credit W_0, and where the
+// force falls at 200 N/s while the hand gives way at 1 m/s, a tenth of it: sqrt(2 W_0 200).
 TEST_F(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
   constexpr double kSlew = 200;
   double sent = 0;
@@ -144,8 +144,8 @@ TEST_F(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
   EXPECT_EQ(port.balance(), 0);
 }
 
-// A debt outlives the contact that made it. Moving freely pays it as slowly as W_0 is lent anew,
-// and saves nothing.
+// A debt outlives the contact that made it. Free motion reduces it as slowly as the credit W_0 is
+// renewed, and saves nothing.
 TEST_F(PassivityControlTest, ADebtIsPaidByFreeMotion) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, 1e-4, 0}, {0, 1, 0}, 1e9);  // pushed out: 0.1 mJ

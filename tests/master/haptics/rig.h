@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// A device that goes where the test moves it.
+// A device whose position the test sets.
 class Puppet final : public TestDevice {
  public:
   DeviceReading reading;
@@ -25,7 +25,7 @@ class Puppet final : public TestDevice {
   void Guide(const DeviceGuide& next) noexcept override { guide = next; }
 };
 
-// Laws are looked at without the slew limit, which puppets that jump would meet.
+// Tests of force laws run without the slew limit, which devices that jump would meet.
 inline constexpr double kNoSlewLimit = 1e6;  // [N/ms]
 
 class Rig {
@@ -40,7 +40,7 @@ class Rig {
     requests.render = options.render;
   }
 
-  // One millisecond with `device`; what was recorded of it.
+  // Runs one tick with `device` and returns its record.
   const TickRecord& Tick(Device& device) {
     now += kHapticPeriod;
     slave.Step(now, &commands, &states);
@@ -51,7 +51,7 @@ class Rig {
     }
     return loop.record();
   }
-  // `seconds` of it; `each` sees every tick.
+  // Runs `seconds` of ticks and calls `each` with every record.
   void Run(Device& device, double seconds,
            const std::function<void(const TickRecord&)>& each = {}) {
     const Time end = now + Seconds(seconds);
@@ -60,7 +60,7 @@ class Rig {
       if (each) each(record);
     }
   }
-  // `seconds` of it with the switch closed, and open.
+  // Runs `seconds` with the switch closed, and with it open.
   void Engage(Puppet& puppet, double seconds) {
     puppet.reading.engaged = true;
     Run(puppet, seconds);
@@ -69,8 +69,8 @@ class Rig {
     puppet.reading.engaged = false;
     Run(puppet, seconds);
   }
-  // Moves `puppet` straight to `p_M` at 20 mm/s, as a hand goes: what it presses in, it has paid
-  // for.
+  // Moves `puppet` straight to `p_M` at 20 mm/s, so that the energy of a press is supplied
+  // by the operator.
   void Glide(Puppet& puppet, const Eigen::Vector3d& p_M) {
     constexpr double kStep = 20e-6;  // [m]
     const Eigen::Vector3d way = p_M - puppet.reading.p_M;

@@ -27,7 +27,7 @@ class VirtualSlave {
     double clock_offset = 1000;       // slave's clock minus master's [s]
     double sensor_rate = 60;          // [Hz]
     int window = 1;                   // samples that an estimate is the mean of: a network's lag
-    bool several = false;             // two fingertips; the second feels half of the first's force
+    bool several = false;             // two fingertips; the second has half of the first's force
     double state_rate = 500;          // [Hz]
     TeleopTransform transform;        // scales and rotation
   };

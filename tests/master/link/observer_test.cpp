@@ -147,7 +147,7 @@ TEST_F(ObserverTest, MeshesThatCannotBeAreCountedReportedAndNeverHandedOn) {
 
 TEST_F(ObserverTest, ImagesComeWithOverlaysAndNobodyMakesThemForNobody) {
   slave_.TakeSample();
-  EXPECT_EQ(slave_.pictures_taken(), 0);
+  EXPECT_EQ(slave_.images_taken(), 0);
   Observer observer(Line(), {});
   observer.Need(User::kPage, kImages);
   ASSERT_TRUE(SensingUntil([&] { return observer.image() && observer.image()->number > 2; }));

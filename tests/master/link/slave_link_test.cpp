@@ -456,7 +456,7 @@ TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedReportedAndNeverHandedOn) {
   EXPECT_TRUE(loop_.Until([&] { return peer.opened > 1; })) << "they do not keep the line alive";
 }
 
-// What the master goes by is read before each stream and again when a state tells of a change.
+// The settings are read before each stream and again when a state reports a change.
 TEST_F(SlaveLinkTest, SettingsAreReadBeforeTheStreamAndWhenTheyChange) {
   slave_.set_settings_revision(4);
   StartedLink link(To(server_->address()), loop_);

@@ -130,7 +130,7 @@ TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
   EXPECT_EQ(states.size(), 167U);
 }
 
-// What the slave tells once, its scene and what its mesh is made of.
+// What the slave sends once: its scene and the topology of its mesh.
 TEST_F(SessionRecordingTest, APartByItselfKnowsSceneAndTopology) {
   std::mt19937 random(3);
   {

@@ -1,4 +1,4 @@
-// A cube between two fingers, as a slave might tell of it: displacements made up, not computed.
+// A cube between two fingers, as a slave might report it: displacements made up, not computed.
 #pragma once
 
 #include <cmath>

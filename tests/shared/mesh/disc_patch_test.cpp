@@ -89,7 +89,7 @@ TEST(FindPlaceTest, FindsTheNearestPointOfTheSurface) {
   EXPECT_GT(found, 40);
 }
 
-// Reference: contracts, of equally near ones the larger index.
+// Reference: slave/solve/README.md, of equally near ones the larger index.
 TEST(FindPlaceTest, GivesAnEdgeToTheTriangleWithTheLargerIndex) {
   const SurfaceMesh s = Box(1);
   for (int t = 0; t < static_cast<int>(s.triangles.size()); ++t) {

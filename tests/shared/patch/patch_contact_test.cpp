@@ -50,7 +50,7 @@ TEST(PatchContactTest, TheLawScalesTheForceByDepth) {
   for (const double depth : {1e-3, 4.2e-3, 10e-3, 15e-3}) {
     const double ratio = 1 + std::min(depth / plane.full_depth, 1.0);
     EXPECT_NEAR(Press(&contact, 0, depth).y(), ratio * kK * depth, 1e-4) << depth;
-    contact.LetGo();
+    contact.EndContact();
   }
 }
 
@@ -58,7 +58,7 @@ TEST(PatchContactTest, BesideThePatchNothingIsServed) {
   PatchContact contact = On(Roof(kK, 0, 3));
   EXPECT_TRUE(Press(&contact, 0.03, 2e-3).isZero(0));
   EXPECT_FALSE(contact.serves());
-  contact.LetGo();
+  contact.EndContact();
   EXPECT_GT(Press(&contact, 0.01, 2e-3).y(), 0);
   EXPECT_TRUE(contact.serves());
 }
@@ -165,7 +165,7 @@ TEST(PatchContactTest, AnotherPatchOrLawComesWithoutAStep) {
   EXPECT_NEAR(last.y(), 2 * kK * 2e-3, 1e-3);
 }
 
-// Reference: uniform motion. The law tells of where the surface was 0.2 s ago, and how it goes on.
+// Reference: uniform motion. The law is of the surface's position 0.2 s ago and of its velocity.
 TEST(PatchContactTest, ASurfaceThatMovesIsCarriedOn) {
   const SurfacePatch plane = Plane(kK);
   PatchLaw law = Law(plane, 1);

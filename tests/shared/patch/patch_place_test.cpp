@@ -44,7 +44,7 @@ TEST(PatchPlaceTest, TheNearestPlaceOfASquareIsTheClampedPoint) {
   }
 }
 
-// Reference: a ridge lies on both lines; the nearer face tells the side. Inside is below.
+// Reference: a ridge lies on both lines; the nearer face decides the side. Inside is below.
 TEST(PatchPlaceTest, OverARidgeIsOutsideAndUnderItIsInside) {
   const SurfacePatch roof = Roof(500, 0, 3, 0.5);
   EXPECT_NEAR(NearestPlace(roof, {0, 0.001, 0}).height, 0.001, 1e-9);

@@ -61,7 +61,7 @@ class McapTest : public ::testing::Test {
     std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
   }
 
-  // In memory where the system has such a place: a file is written anew thousands of times.
+  // In memory where the system has such a place: a file is written thousands of times.
   static std::filesystem::path Base() {
     const std::filesystem::path memory = "/dev/shm";
     return exists(memory) ? memory : std::filesystem::temp_directory_path();

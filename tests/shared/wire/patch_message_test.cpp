@@ -63,7 +63,7 @@ v1::SurfacePatch Message() {
   return message;
 }
 
-// Reference: the issue, at most 64 kB once and 256 bytes per update; float is what is sent.
+// Reference: proto/README.md, at most 64 kB once and 256 bytes per update; float is what is sent.
 TEST(PatchMessageTest, TheLargestFitsAndComesBackAsItWent) {
   const v1::SurfacePatch message = Message();
   EXPECT_LE(message.ByteSizeLong(), kMaxPatchBytes);

@@ -107,7 +107,7 @@ SlaveState LargestPlanarState() {
   return state;
 }
 
-// Reference: contracts, at most 256 bytes for one contact.
+// Reference: proto/README.md, at most 256 bytes for one contact.
 TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
   SlaveState state = LargestPlanarState();
   state.moment.reset();

@@ -30,7 +30,7 @@ Scene SceneWith(Camera::Source source, const std::string& pattern, const Scratch
   return scene;
 }
 
-// Images 0, 1, ... whose grey level tells their number.
+// Images 0, 1, ... whose grey level is their number.
 void WriteNumbered(const Scratch& scratch, int count) {
   for (int k = 0; k < count; ++k) {
     const cv::Mat image(24, 32, CV_8UC1, cv::Scalar(k));
@@ -93,7 +93,7 @@ TEST_F(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsReported) {
   while (const auto frame = source->Next({})) {
     EXPECT_EQ(frame->sequence, ++count);
     if (count == 1) start = frame->sensed_at;
-    // The grey level tells the number, images come at 100 Hz; stamps are whole nanoseconds.
+    // The grey level is the number, images come at 100 Hz; stamps are whole nanoseconds.
     const double number = frame->image.at<std::uint8_t>(0, 0);
     EXPECT_NEAR(SecondsBetween(start, frame->sensed_at), number / 100, 1e-8) << number;
   }

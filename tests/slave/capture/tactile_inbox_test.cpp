@@ -37,7 +37,7 @@ Tactile Scened(const std::vector<std::string>& names, double rate = 100) {
   return tactile;
 }
 
-// Counts that tell when they were taken: electrode i reads 1000 t + i.
+// Counts that encode their time: electrode i reads 1000 t + i.
 FingerReading Reading(double t) {
   FingerReading reading;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
@@ -118,8 +118,8 @@ TEST(TactileInboxTest, SamplesAtTheScenesRateAreTheFrames) {
   }
 }
 
-// Reference: counts are linear in time, so resampled ones tell their frame's time; the first delay
-// of 2 ms counts as none. Tolerance: a float of 1000 counts rounds to 6e-5 counts, 6e-8 s.
+// Reference: counts are linear in time, so resampled ones encode their frame's time; the first
+// delay of 2 ms counts as none. Tolerance: a float of 1000 counts rounds to 6e-5 counts, 6e-8 s.
 class OtherRateTest : public ::testing::TestWithParam<double> {};
 
 TEST_P(OtherRateTest, IsResampledToTheScenesRate) {

@@ -35,7 +35,7 @@ std::string Counts(double base) {
   }
   return text;
 }
-// One finger without a name, a sample at each of `times` whose counts tell its time: 1000 t + i.
+// One finger without a name, a sample at each of `times` whose counts encode its time: 1000 t + i.
 std::string Recording(const std::vector<double>& times) {
   std::string text = "t,pac0,pdc," + Electrodes("E") + "\n";
   for (const double t : times) {
@@ -179,7 +179,7 @@ TEST(RecordedTactileTest, SamplesAtAboutTheScenesRateAreTakenAsTheyAre) {
   }
 }
 
-// Missing samples are the fingertip's business; the stamps tell it of them.
+// The fingertip handles missing samples, which it detects by the timestamps.
 TEST(RecordedTactileTest, PausesLongerThanThreePeriodsAreGaps) {
   const Scratch scratch;
   const std::vector<double> t{0, 0.01, 0.02, 0.049, 0.059, 0.1, 0.11};

@@ -134,7 +134,7 @@ TEST_F(CalibrateTest, ExchangedSidesAreReportedAndCorrected) {
   EXPECT_EQ(rows, 9);
 }
 
-// One pair whose right picture is of another instant, one picture that is none, one without a
+// One pair whose right image is of another instant, one image that is none, one without a
 // board, one without a partner, one file without a number: the rest give the very rig that they
 // give alone.
 TEST_F(CalibrateTest, WhatIsBadIsNamedAndLeftOut) {
@@ -260,8 +260,8 @@ std::string PlacesThroughALens(const Lens& lens, const Eigen::Isometry3d& X_SC) 
   return rows;
 }
 
-// Reference: the lens that saw the places: Z / f per pixel, the picture's centre where the straight
-// picture's centre looks, up in the picture against y of the camera.
+// Reference: the lens that saw the places: Z / f per pixel, the image's centre where the straight
+// image's centre looks, up in the image against y of the camera.
 TEST_F(CalibrateTest, RegistersACameraWithALensAboveThePlane) {
   StereoRig camera;
   camera.left = {800, 800, 322, 236, {-0.3, 0.1, 0, 0, 0}, {640, 480}};

@@ -66,14 +66,14 @@ TEST(CheckStereoTest, WhatMovesAsAWholeTellsNoForce) {
   EXPECT_THAT(output, Not(HasSubstr(" N for ")));
 }
 
-// The simulated pair's pictures of the membrane at rest, as files.
+// The simulated pair's images of the membrane at rest, as files.
 class CheckFilesTest : public ::testing::Test {
  protected:
   CheckFilesTest() {
     const Scene scene = LoadScene(kScenes / "rubber-membrane.yaml");
     StereoSite site(scene);
     for (int i = 0; i < kPairs; ++i) {
-      const StereoPictures pair = site.TakePictures();
+      const StereoImages pair = site.TakeImages();
       WriteWholeFile(folder_.path() / ("left" + std::to_string(i) + ".png"), EncodePng(pair.left));
       WriteWholeFile(folder_.path() / ("right" + std::to_string(i) + ".png"),
                      EncodePng(pair.right));

@@ -148,7 +148,7 @@ TEST_F(UniformTensionTest, OfAClosedSurfaceMovesTheNodes) {
   ExpectClosedForm(SceneOf("{mesh: ball.msh, unit: m}"));
 }
 
-// Two pictures of one surface differ by their noise: 1 mm in leaves of 10 mm.
+// Two images of one surface differ by their noise: 1 mm in leaves of 10 mm.
 TEST_F(EvaluateTest, ShapeUnderTheRightLoadsScoresHighAndTheOneAtRestDoesNot) {
   // Pulled up by 1 N over a patch: the top bulges by more than a leaf.
   const auto loads = Write("loads.csv", "case,x,y,z,fx,fy,fz,width\na,0.03,0.03,0.06,0,0,2,0.03\n");

@@ -184,7 +184,7 @@ std::string Altered(const path& file, const std::string& from, const std::string
 }
 
 // Twenty-two wrong units on published data, each of which the right unit turns into a fit; and a
-// compression test that is called a relaxation. Without a scene nothing tells rubber in MPa that is
+// compression test that is called a relaxation. Without a scene nothing shows rubber in MPa that is
 // called kPa: it is as soft as brain.
 TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
   const path data = SourcePath("/../shared/data");
@@ -450,9 +450,9 @@ TEST_F(IdentifyCommand, RefusesWithASentence) {
 }
 
 // A block of 127 kPa, pressed before a camera, its true force known: the modulus comes out of the
-// pictures, whatever the scene says of it. Tolerance: what model and cameras are off by in the
+// images, whatever the scene says of it. Tolerance: what model and cameras are off by in the
 // force.
-TEST_F(IdentifyCommand, PicturesAndAKnownForceTellTheModulus) {
+TEST_F(IdentifyCommand, ImagesAndAKnownForceTellTheModulus) {
   const path block = SourcePath("/deploy/scenes/silicone-block.yaml");
   const path out = folder_ / "block";
   RunOffline(LoadScene(block, {"operator.press={depth: 4 mm, speed: 40 mm/s}"}),
@@ -477,13 +477,13 @@ TEST_F(IdentifyCommand, PicturesAndAKnownForceTellTheModulus) {
   EXPECT_GT(fit.at("pressed").get<int>(), 20);
 }
 
-TEST_F(IdentifyCommand, SaysWhatForcesOfPicturesMustBe) {
+TEST_F(IdentifyCommand, SaysWhatForcesOfImagesMustBe) {
   const auto refusal = [&](const std::string& text, bool recorded = true) {
     IdentifyRequest options;
     options.data = {"pictures=" + Write("forces.csv", text).string()};
     options.scene = SourcePath("/deploy/scenes/silicone-block.yaml");
-    const std::string picture = Write("1.png", "not looked at").string();
-    if (recorded) options.overrides = {"sense.camera={file: '" + picture + "', pixel: 0.35 mm}"};
+    const std::string image = Write("1.png", "not looked at").string();
+    if (recorded) options.overrides = {"sense.camera={file: '" + image + "', pixel: 0.35 mm}"};
     return Refusal(options);
   };
   EXPECT_THAT(refusal("a,b\n1,2\n"), HasSubstr("forces.csv:1: no column force"));

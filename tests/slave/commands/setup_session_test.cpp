@@ -100,9 +100,9 @@ TEST_F(SetupSessionTest, WithoutASceneItShowsImagesAndEstimatesNothing) {
   EXPECT_EQ(slave.Status().phase, Phase::kSetup);
   EXPECT_EQ(slave.Compose(Clock::now()).phase, Phase::kSetup);
   EXPECT_FALSE(slave.Compose(Clock::now()).force);
-  const auto picture = slave.Image(false, 80);
-  ASSERT_TRUE(picture);
-  EXPECT_EQ(picture->width, 640);
+  const auto image = slave.Image(false, 80);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->width, 640);
   EXPECT_EQ(slave.Describe().scene.name, "");
   EXPECT_THAT(slave.Describe().setup_camera, HasSubstr("size: [640, 480]"));
 }
@@ -266,7 +266,7 @@ TEST_F(SetupSessionTest, AGoodSceneIsCheckedSavedUsedAndGivesTheForcesOfTheSaved
   EXPECT_NEAR(peak / true_peak, 1, 0.1);
 }
 
-// Encoders that are 5 mm off are not looked at; with a manipulator they are.
+// Encoders that are 5 mm off are not checked; with a manipulator they are.
 TEST_F(SetupSessionTest, WithoutAManipulatorTheForcesAreTheSameAndNoEncoderIsCompared) {
   const auto folder = saved_.path() / "scenes";
   Use(Proposal());

@@ -362,8 +362,8 @@ object:
 model: {kind: fem, time: dynamic, step: 20 ms}
 )";
 
-// Reference: contracts, `solve`: linear between rows, the value at the end of a step, one row per
-// step and place, with `t`.
+// Reference: slave/solve/README.md: linear between rows, the value at the end of a step, one row
+// per step and place, with `t`.
 TEST_F(SolveTest, AHistoryGivesOneRowPerStepAndPlace) {
   options_.scene = Write("cube.yaml", kCube);
   options_.loads = Write("loads.csv",

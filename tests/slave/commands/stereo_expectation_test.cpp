@@ -55,16 +55,17 @@ TEST(StereoExpectationTest, DepthIsAsUncertainAsTheDisparity) {
 }
 
 // Reference: u = 319.5 + 800 (x +- 30 mm) / 250 mm; the dot's radius of 2 mm is 6.3 px. The left
-// picture's right edge, 639 px, is at x = 69.8 mm, the right one's left edge at x = -69.8 mm.
-TEST(StereoExpectationTest, DotsCountWhereBothPicturesShowThemWhole) {
+// image's right edge, 639 px, is at x = 69.8 mm, the right one's left edge at x = -69.8 mm.
+TEST(StereoExpectationTest, DotsCountWhereBothImagesShowThemWhole) {
   const std::vector<Vector2d> places{{0, 0},       {0.067, 0},  {0.0685, 0}, {-0.067, 0},
                                      {-0.0685, 0}, {0, 0.0720}, {0, 0.0735}, {0.2, 0}};
-  const auto seen = InBothPictures(MembraneScene(), ParallelRig(), places);
+  const auto seen = InBothImages(MembraneScene(), ParallelRig(), places);
   EXPECT_EQ(seen, (std::vector<Vector2d>{{0, 0}, {0.067, 0}, {-0.067, 0}, {0, 0.0720}}));
 }
 
-// Reference: a thousand presses whose dots are moved by noise of that size, each fitted anew: the
-// spread of a normal sample of 1000 is known to 2.2 % (one sigma), so 10 % is more than four.
+// Reference: a thousand presses whose dots are moved by noise of that size, each with a fit of its
+// own: the spread of a normal sample of 1000 is known to 2.2 % (one sigma), so 10 % is more than
+// four.
 TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) {
   Scene scene = MembraneScene();
   scene.model.kind = "plate";  // the quickest, where it holds: well below half the thickness
@@ -114,7 +115,7 @@ TEST(StereoExpectationTest, WithoutAMembraneUnderHomeNoForceIsExpected) {
   EXPECT_FALSE(ExpectedForce(scene, ParallelRig(), {{0, 0}}));
 }
 
-// Two dots tell two unknowns at most: place and force are three.
+// Two dots determine two unknowns at most: position and force are three.
 TEST(StereoExpectationTest, TooFewDotsTellNoForce) {
   const auto expected = ExpectedForce(MembraneScene(), ParallelRig(), {{0, 0}, {0.01, 0}});
   EXPECT_EQ(expected.value().validity, Validity::kFailed);

@@ -43,7 +43,7 @@ TEST(StopOnSignalTest, WhatTakesTooLongToEndIsEnded) {
       testing::ExitedWithCode(kFailed), "stopped before completion");
 }
 
-// A recording's pictures wait to be packed where processors are busy.
+// A recording's images wait to be packed where processors are busy.
 TEST(StopOnSignalTest, ARecordingIsWrittenToItsEnd) {
   EXPECT_EXIT(
       {

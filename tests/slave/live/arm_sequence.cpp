@@ -60,7 +60,7 @@ class CheckedArm final : public Manipulator {
   [[nodiscard]] const std::string& complaint() const { return complaint_; }
   [[nodiscard]] std::optional<Vector3d> target() const { return target_; }
 
-  bool by_operator = false;  // who tells it now; else the port itself, on its retreat
+  bool by_operator = false;  // commands it now; else the port itself, on its retreat
 
  private:
   const Rules* rules_;
@@ -172,7 +172,7 @@ class Sequence {
     const double estimate = contact_.force ? contact_.force->norm() : 0;
     const double force = std::max(estimate, contact_.force_by_now);
     const double depth = std::max(contact_.depth, contact_.depth_by_now);
-    // Where the guard does not end, it is looked for at a twentieth less.
+    // Where the guard does not end, it is evaluated at a twentieth less.
     if (force > kForceGuard || depth > kDepthGuard) {
       rules_.is_guarded = true;
     } else if (contact_.force && force <= 0.95 * kForceGuard && depth <= 0.95 * kDepthGuard) {

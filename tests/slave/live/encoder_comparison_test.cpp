@@ -1,5 +1,5 @@
 // A live slave before a camera that shows a free tool, while the object or the camera moves. The
-// manipulator's encoders tell which of the two it is.
+// manipulator's encoders show which of the two it is.
 #include <algorithm>
 #include <cmath>
 #include <memory>

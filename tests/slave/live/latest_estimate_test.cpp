@@ -14,14 +14,14 @@ using testing::IsEmpty;
 
 constexpr double kRate = 60;  // [Hz]
 
-SlaveStatus StatusAfter(double silence, double nap) {
+SlaveStatus StatusAfter(double silence, double idle_wait) {
   LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
   ContactEstimate estimate;
   estimate.validity = Validity::kValid;
   estimate.force = Eigen::Vector3d::Zero();
   estimate.sensed_at = Clock::now() - Seconds(silence);
   newest.Put(estimate);
-  newest.SetNap(nap);
+  newest.SetIdleWait(idle_wait);
   SlaveStatus status;
   newest.Describe(&status);
   return status;
@@ -85,7 +85,7 @@ TEST(LatestEstimateTest, NoKindOfAlarmCrowdsOutAnother) {
               ElementsAre("presses are 20 mm deep (raised 20 times)", "the stop is not saved"));
 }
 
-// Nobody reads, so that it is looked at rarely.
+// It is rarely checked, because nobody reads.
 TEST(LatestEstimateTest, ARestIsNoSilence) {
   const SlaveStatus status = StatusAfter(10, 20);
   EXPECT_EQ(status.validity, Validity::kValid);

@@ -1,5 +1,5 @@
 // From the photon on: a lamp whose switching everybody can compute from the clock alone lights the
-// camera's pictures, and the traces' word for when a picture was taken is held against it.
+// camera's images, and the traces' word for when an image was taken is held against it.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -16,8 +16,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kSpan = 0.05;  // of the lamp, three pictures [s]
-constexpr std::size_t kPictures = 60;
+constexpr double kSpan = 0.05;  // of the lamp, three images [s]
+constexpr std::size_t kImages = 60;
 constexpr double kPatience = 60;  // [s]
 
 bool IsDimAt(Time at) {
@@ -38,38 +38,38 @@ struct Sighting {
 std::vector<Sighting> Watch(Slave* slave) {
   std::vector<Sighting> seen;
   Time last{};
-  for (const Time begin = Clock::now(); seen.size() < kPictures;) {
+  for (const Time begin = Clock::now(); seen.size() < kImages;) {
     if (SecondsBetween(begin, Clock::now()) > kPatience) break;
     slave->WaitForNewer(last, std::chrono::milliseconds(50));
-    const auto picture = slave->Image(false, 90);
+    const auto image = slave->Image(false, 90);
     for (const SampleTrace& trace : slave->TracesSince(last)) {
       last = trace.sensed_at;
       EXPECT_LE(trace.sensed_at, trace.acquired_at);
       EXPECT_LE(trace.acquired_at, trace.processed_at);
       EXPECT_LE(trace.processed_at, trace.solved_at);
-      if (!picture || picture->sensed_at != trace.sensed_at) continue;
-      seen.push_back({LevelOf(picture->jpeg), IsDimAt(trace.sensed_at)});
+      if (!image || image->sensed_at != trace.sensed_at) continue;
+      seen.push_back({LevelOf(image->jpeg), IsDimAt(trace.sensed_at)});
     }
   }
   return seen;
 }
 
-// Reference: the lamp, by the clock. A stamp of another picture - the one before, say - would be
+// Reference: the lamp, by the clock. A stamp of another image - the one before, say - would be
 // wrong for one in three; a busy machine that stops a thread between stamp and exposure may make a
 // few so.
-TEST(LightTest, ATraceSaysWhenTheLightWasThatItsPictureShows) {
+TEST(LightTest, ATraceSaysWhenTheLightWasThatItsImageShows) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
                                 {"model.elements=60", "site.lamp=50 ms", "site.flicker=0"});
   const auto slave = MakeLiveSlave(scene);
   const SimulatedDevices devices(scene, slave.get());
   const std::vector<Sighting> seen = Watch(slave.get());
-  ASSERT_EQ(seen.size(), kPictures);
+  ASSERT_EQ(seen.size(), kImages);
   const auto [dimmest, brightest] = std::ranges::minmax(seen, {}, &Sighting::level);
   ASSERT_GT(brightest.level - dimmest.level, 0.05 * brightest.level) << "the lamp never switched";
   const double between = (dimmest.level + brightest.level) / 2;
   const auto wrong = std::ranges::count_if(
       seen, [&](const Sighting& one) { return (one.level < between) != one.is_marked_dim; });
-  EXPECT_LE(wrong, static_cast<std::ptrdiff_t>(kPictures / 10));
+  EXPECT_LE(wrong, static_cast<std::ptrdiff_t>(kImages / 10));
 }
 
 }  // namespace

@@ -291,7 +291,7 @@ TEST_F(GuardedPortTest, AnUnknownForceHoldsTheToolWhateverTheEpochOrLease) {
   EXPECT_EQ(phase(), Phase::kFollowing) << "a known force lets the tool follow again";
 }
 
-// The way down is dead, the way up is not: commands come that tell of no newer state.
+// The way down is dead, the way up is not: commands come that acknowledge no newer state.
 TEST_F(GuardedPortTest, AnOperatorWhoFeelsNothingIsHeld) {
   const auto tell = [this](std::uint64_t state) {
     OperatorCommand command = Next({0, 0, 0}, true, epoch_);

@@ -10,15 +10,15 @@ using Eigen::Vector3d;
 TEST(TipRegistrationTest, AToolAtRestGivesTheDifferenceOfImageAndEncoders) {
   TipRegistration registration(1e-5);
   const Vector3d encoders(0.04, 0.09, 0), off(0.0003, -0.0001, 0);
-  for (int picture = 0; picture < 3; ++picture) registration.Add(encoders + off, encoders);
+  for (int image = 0; image < 3; ++image) registration.Add(encoders + off, encoders);
   EXPECT_LT((registration.offset() - off).norm(), 1e-15);
 }
 
 TEST(TipRegistrationTest, AMovingToolTeachesNothing) {
   TipRegistration registration(1e-5);
-  for (int picture = 0; picture < 50; ++picture) {
-    const Vector3d encoders(0, 1e-3 * picture, 0);
-    registration.Add(encoders - Vector3d(0, 5e-4, 0), encoders);  // the picture lags behind
+  for (int image = 0; image < 50; ++image) {
+    const Vector3d encoders(0, 1e-3 * image, 0);
+    registration.Add(encoders - Vector3d(0, 5e-4, 0), encoders);  // the image lags behind
   }
   EXPECT_EQ(registration.offset(), Vector3d::Zero());
 }
@@ -27,8 +27,8 @@ TEST(TipRegistrationTest, AMovingToolTeachesNothing) {
 TEST(TipRegistrationTest, NoiseAveragesOut) {
   TipRegistration registration(1e-5);
   const double e = 1e-5;
-  for (int picture = 0; picture < 400; ++picture) {
-    registration.Add(Vector3d(picture % 2 != 0 ? e : -e, 0, 0), Vector3d::Zero());
+  for (int image = 0; image < 400; ++image) {
+    registration.Add(Vector3d(image % 2 != 0 ? e : -e, 0, 0), Vector3d::Zero());
   }
   EXPECT_LT(registration.offset().norm(), e / 31);
 }

@@ -1,5 +1,5 @@
-// An arm that a driver moves: what it is stated, what is believed of what it says. Time is the
-// test's own.
+// An arm that a driver moves: which targets it gets and which of its reports are accepted. Time is
+// the test's own.
 #include "slave/manipulator/streamed_manipulator.h"
 
 #include <cmath>
@@ -217,7 +217,7 @@ TEST_F(StreamedManipulatorTest, HoldingIsWhereItWasMeasuredAndDoesNotCreep) {
 TEST_F(StreamedManipulatorTest, CommandsBeginWhereTheArmIs) {
   Drive(0.1);
   tip_ += Vector3d(0, 0.01, 0);
-  for (int i = 0; i < 400; ++i) Drive(kPeriod);  // once far from where it was, later believed
+  for (int i = 0; i < 400; ++i) Drive(kPeriod);  // first far from the last position, later accepted
   ASSERT_TRUE(arm_.Command(tip_));
   Pass(kPeriod);
   EXPECT_TRUE((arm_.Aim(test_time).p_S_tip - tip_).isZero(1e-12));

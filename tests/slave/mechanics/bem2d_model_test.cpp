@@ -42,8 +42,8 @@ TEST(Bem2dModel, AToolThatElementsAreTooLongForIsExtrapolated) {
   EXPECT_GT(flagged, 1);
 }
 
-// Reference: without friction traction and force of a contact are parallel, so that what the
-// vertices tell, times the boundary they stand for, adds up to the force; elsewhere there is none,
+// Reference: without friction traction and force of a contact are parallel, so that the traction of
+// the vertices, times the boundary they stand for, adds up to the force; elsewhere there is none,
 // not even where the block is held.
 TEST(Bem2dModel, TractionOnTheVerticesAddsUpToTheForceOfTheTool) {
   Bem2dModel::Params params = kSilicone;

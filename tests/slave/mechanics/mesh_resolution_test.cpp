@@ -158,7 +158,7 @@ TEST(PatchResolution, ANarrowDiscOnACoarseMeshIsAsStiffAsOnAFineOne) {
   }
 }
 
-// Where the body is no half-space on the scale of the mesh, what the mesh makes of it is doubted as
+// Where the body is no half-space on the scale of the mesh, the answer of the mesh is flagged as
 // ever.
 TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolated) {
   const double width = 1.0 / 60;

@@ -133,7 +133,7 @@ std::vector<double> Contrast(const Scene& scene) {
 }
 
 // Reference: the law of large strains on the same mesh, whose force is no superposition. The bound
-// is that of the line, of the contrast less one.
+// is relative to the contrast less one.
 TEST(Regions, AnInclusionRaisesTheForceAsInTheFullModel) {
   const auto truth = Contrast(InclusionScene({"fem", Law::kNeoHookean}));
   EXPECT_GT(truth.front(), 1.2);

@@ -63,12 +63,13 @@ TEST(RigidTool, ThirtyPressesAreWithinFivePerCentOfASolidOrFlagged) {
     const Drawn drawn = Draw(index);
     const Scene scene = SceneOf(drawn, "plate-large");
     const auto& sheet = std::get<MembraneGeometry>(scene.object.geometry);
-    site::PressedMembrane truth(sheet, scene.object.material, scene.tool->width,
-                                {0.04 * drawn.place, 0}, {7, 1}, 0, site::ToolFace::kRigid);
+    simulation::PressedMembrane truth(sheet, scene.object.material, scene.tool->width,
+                                      {0.04 * drawn.place, 0}, {7, 1}, 0,
+                                      simulation::ToolFace::kRigid);
     const double small = 0.3 * sheet.thickness, depth = drawn.depth * sheet.thickness;
     const auto compare = [&](const Scene& pressed, double at, int* count) {
       const auto response = Answer(pressed, drawn, at);
-      const double error = response.force_O.z() / truth.press().rungs.back()->force - 1;
+      const double error = response.force_O.z() / truth.press().depth_steps.back()->force - 1;
       const bool is_valid = response.validity == Validity::kValid;
       if (is_valid) {
         EXPECT_LT(std::abs(error), 0.05)
@@ -80,7 +81,8 @@ TEST(RigidTool, ThirtyPressesAreWithinFivePerCentOfASolidOrFlagged) {
     };
     ASSERT_TRUE(truth.Deepen(small));
     compare(SceneOf(drawn, "plate"), small, &small_valid);
-    for (double rung = 2 * small; rung < depth; rung *= 2) ASSERT_TRUE(truth.Deepen(rung)) << rung;
+    for (double depth_step = 2 * small; depth_step < depth; depth_step *= 2)
+      ASSERT_TRUE(truth.Deepen(depth_step)) << depth_step;
     ASSERT_TRUE(truth.Deepen(depth));
     compare(scene, depth, &valid);
   }

@@ -38,7 +38,7 @@ double EnclosedArea(const BoundaryMesh& mesh) {
   return area;
 }
 
-// Reference: contracts, elements of equal length divide each side in proportion to its length.
+// Law: elements of equal length divide each side in proportion to its length.
 TEST(MeshRectangleTest, SharesElementsByLength) {
   const auto counts = [](double w, double h, int n) { return SideCounts(MeshRectangle(w, h, n)); };
   EXPECT_EQ(counts(0.088, 0.088, 60), (std::array{15, 15, 15, 15}));
@@ -62,7 +62,7 @@ TEST(MeshRectangleTest, RefusesWhatIsNoRectangle) {
   EXPECT_THROW(MeshPolygon({{{0, 0}, {1, 0}, {0, 1}}, {}}, 2), std::invalid_argument);
 }
 
-// Reference: contracts, inscribed regular polygon, first vertex at -pi/N, element 0 at angle 0.
+// Definition: inscribed regular polygon, first vertex at -pi/N, element 0 at angle 0.
 // Area N/2 R^2 sin(2 pi / N). Tolerance: rounding of N terms.
 TEST(MeshDiscTest, IsTheInscribedRegularPolygonTurnedByHalfAnElement) {
   for (const int count : {3, 60, 61, 4000}) {

@@ -66,7 +66,7 @@ TEST(MeshCheckTest, TurnsInvertedElementsRoundAndNamesThem) {
   for (int t = 0; t < static_cast<int>(mesh.tets.size()); ++t) EXPECT_GT(SignedVolume(mesh, t), 0);
 }
 
-// Flat, but not without volume: a height of 1e-6 of the edges is a sliver; of 1e-15, rounding.
+// A flat element with a volume: a height of 1e-6 of the edges is a sliver; of 1e-15, rounding.
 TEST(MeshCheckTest, TellsSliversFromNothing) {
   const auto flat = [](double height) {
     return SolidMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, height}}, {{0, 1, 2, 3}}};
@@ -92,8 +92,8 @@ TEST(MeshCheckTest, FindsDuplicateNodes) {
   EXPECT_THAT(report.warnings, Contains(HasSubstr("1 duplicate nodes (node 55 lies at node ")));
 }
 
-// Each with the numbers of its file. An element pushed through its face: its nodes' order can be
-// mended, its place cannot.
+// Remarks name the numbers of the file. An inverted element: the order of its nodes can be
+// corrected, their positions cannot.
 TEST(MeshCheckTest, SaysWhatItRefuses) {
   const auto refusals = [](SolidMesh mesh) {
     const MeshReport report = CheckMesh(mesh, FileNumbers(mesh), true);

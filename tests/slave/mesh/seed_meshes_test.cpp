@@ -1,4 +1,4 @@
-// The foam objects of paper B: what their README has measured comes out of reader and check.
+// The foam objects of paper B: reader and check give the values that their README states.
 #include <filesystem>
 
 #include <gmock/gmock.h>

@@ -29,7 +29,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// A live slave on the shipped block is recorded once for all of these: asked for its contact, its
+// A live slave on the shipped block is recorded once for all tests: its contact, its
 // shape and a patch between images, given another modulus and another model, and restarted.
 class RecordedRunTest : public ::testing::Test {
  protected:

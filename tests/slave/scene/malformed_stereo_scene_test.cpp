@@ -1,4 +1,4 @@
-// What is refused in scenes of two cameras and of depth pictures, and with which words.
+// What is refused in scenes of two cameras and of depth images, and with which words.
 #include <algorithm>
 #include <ostream>
 #include <string>

@@ -56,7 +56,7 @@ TEST(SceneLoaderTest, ReadsEveryWayToFix) {
   EXPECT_EQ(scene.object.fixed[2].components, (std::array{false, true, false}));
 }
 
-// Reference: contracts, rotation about fixed x, y, z in turn: x to y by 90 degrees about z.
+// Definition: rotation about fixed x, y, z in turn: x to y by 90 degrees about z.
 TEST(SceneLoaderTest, PosesTurnAboutFixedAxes) {
   const Scene scene = Load(SmallSceneWith(
       5, "  fixed: {side: bottom}\n  pose: {translation: [1, 2, 0], rotation: [0, 0, 90 deg]}"));

@@ -1,4 +1,4 @@
-// Scenes of volumes and membranes: what contracts names, with its defaults, and what is refused.
+// Scenes of volumes and membranes: accepted keys with their defaults, and refused ones.
 #include <string>
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Scenes of two cameras and of depth pictures, one thing per line, with the files that they name.
+// Scenes of two cameras and of depth images, one thing per line, with the files that they name.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Scenes of two cameras and of depth pictures: their keys and their defaults.
+// Scenes of two cameras and of depth images: their keys and their defaults.
 #include "tests/slave/scene/stereo_scene.h"
 
 #include <string>
@@ -79,7 +79,7 @@ TEST_F(StereoSceneTest, WhatGivesNoDepthOf16BitIsReported) {
   EXPECT_EQ(mistake("{url: \"v4l2src ! video/x-raw,format=GRAY16_LE ! appsink\"}"), "");
 }
 
-TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
+TEST_F(StereoSceneTest, DepthImagesAreReadAndShowTheSurface) {
   const Scene scene =
       Load({"{depth: pairs, unit: 0.1 mm, fx: 600 px, fy: 601, cx: 320.5, cy: 240 px, sigma: "
             "0.3 mm, pose: {translation: [0, 0, -200 mm]}}"});

@@ -1,4 +1,4 @@
-// Scenes of fingertips: what contracts names, with its defaults, and what is refused.
+// Scenes of fingertips: accepted keys with their defaults, and refused ones.
 #include <algorithm>
 #include <filesystem>
 #include <string>

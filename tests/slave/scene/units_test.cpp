@@ -13,7 +13,7 @@ namespace {
 
 using enum Dimension;
 
-// Reference: contracts, "Units", and the definitions of the prefixes. Exact: one division or
+// Reference: deploy/scenes/README.md, and the definitions of the prefixes. Exact: one division or
 // product, so `127 kPa` and `127000` are the same number.
 TEST(UnitsTest, EveryUnitIsItsDefinition) {
   const std::tuple<const char*, Dimension, double> kRows[] = {

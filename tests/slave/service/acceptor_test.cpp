@@ -191,7 +191,7 @@ TEST_F(AcceptorTest, AConnectionWithARateOfItsOwnMaySendThat) {
   acceptor_->Describe(PeerOf(0), {.rate = 1e6});
   acceptor_->Describe(PeerOf(0), {.rate = 1e3});  // a second stream that may send less
   DescribeFirst();                                // another stream of the connection
-  for (int i = 0; i < 10; ++i) {                  // 100 kB, a tenth of what is lent
+  for (int i = 0; i < 10; ++i) {                  // 100 kB, a tenth of the credit
     operating->Send(10'000);
     ReadAll();
     std::this_thread::sleep_for(std::chrono::milliseconds(10));

@@ -17,7 +17,7 @@ constexpr Time kBegin = Time{} + std::chrono::hours(1);
 constexpr double kWanted = 100e6;  // what the watchers would send [bytes/s]
 constexpr double kRoom = 0.5;      // in the queue, then what comes is lost [s]
 
-// A line that `pace` shares with an operator who hears a hundred states a second.
+// A line that `pace` shares with an operator who receives a hundred states a second.
 class Line {
  public:
   Line(double round_trip, double width) : round_trip_(round_trip), width_(width) {}
@@ -25,7 +25,7 @@ class Line {
   void Run(double seconds) {
     for (const int end = step_ + static_cast<int>(seconds / kStep); step_ < end; ++step_) {
       const Time now = kBegin + Seconds(step_ * kStep);
-      const double message = 0.4e-3 * width_;  // short against the queues that are looked for
+      const double message = 0.4e-3 * width_;  // short against the queues in question
       for (double wanted = kWanted * kStep; wanted > 0 && pace_.Begin(message, now);
            wanted -= message) {
         queue_ = std::min(queue_ + message, kRoom * width_);
@@ -36,7 +36,7 @@ class Line {
       waits_.push_back(queue_ / width_);
       if (step_ % 10 == 0) trips_.push_back(round_trip_ + waits_.back());
       if (step_ % 10 == 0 && static_cast<double>(trips_.size()) * 10 * kStep > round_trip_) {
-        pace_.Hear("ada", trips_.front());
+        pace_.AddRoundTrip("ada", trips_.front());
         trips_.pop_front();
       }
     }
@@ -67,7 +67,7 @@ using Width = double;
 class BulkPaceTest : public testing::TestWithParam<std::tuple<Length, Width>> {};
 
 // Reference: without a pace the queue is as long as it can get, as it is when the operator comes.
-// Bounds: a rate that grows by 5 % in a period P or round trip R makes a queue that is heard of a
+// Bounds: a rate that grows by 5 % in a period P or round trip R makes a queue that is noticed a
 // round trip later and judged at the end of the next period: 3 ms + R / 10, and 5 % of two of (P +
 // R) on top. Streams that are late send what they may in 5 ms at once.
 TEST_P(BulkPaceTest, TheLineIsUsedAndItsQueueStaysShort) {
@@ -94,7 +94,7 @@ class Sender {
     double sent = 0;
     const Time begin = now_;
     for (; SecondsBetween(begin, now_) < seconds; now_ += Seconds(kStep)) {
-      if (round_trip >= 0) pace_.Hear("ada", round_trip);
+      if (round_trip >= 0) pace_.AddRoundTrip("ada", round_trip);
       while (sent < most * SecondsBetween(begin, now_) && pace_.Begin(kSize, now_)) sent += kSize;
     }
     return sent / seconds;
@@ -137,8 +137,8 @@ TEST(BulkPaceTest, ALineThatBecomesLongerIsUsedAgain) {
 
 TEST(BulkPaceTest, WhatIsNoRoundTripIsNotHeard) {
   BulkPace pace;
-  pace.Hear("ada", -1);
-  pace.Hear("ada", std::nan(""));
+  pace.AddRoundTrip("ada", -1);
+  pace.AddRoundTrip("ada", std::nan(""));
   ASSERT_TRUE(pace.Begin(1e9, kBegin));
   EXPECT_TRUE(pace.Begin(1e9, kBegin + Seconds(1)));
 }

@@ -17,11 +17,11 @@ v1::ImageSample Image(int i) {
   v1::ImageSample sample;
   sample.set_sequence(static_cast<std::uint64_t>(i + 1));
   sample.mutable_sensed_at()->set_seconds(1'000'000 + i);
-  auto* picture = sample.mutable_image();
-  picture->set_encoding(v1::Image::ENCODING_GREY8);
-  picture->set_width(64);
-  picture->set_height(48);
-  picture->set_data(std::string(64 * 48, static_cast<char>(i)));
+  auto* image = sample.mutable_image();
+  image->set_encoding(v1::Image::ENCODING_GREY8);
+  image->set_width(64);
+  image->set_height(48);
+  image->set_data(std::string(64 * 48, static_cast<char>(i)));
   return sample;
 }
 
@@ -40,22 +40,22 @@ class DevicesTest : public ServiceTest {
   v1::FeedImagesReply reply_;
 };
 
-class PicturesTest : public DevicesTest {
+class ImagesTest : public DevicesTest {
  protected:
-  PicturesTest() {
-    slave_.TakePictures();
+  ImagesTest() {
+    slave_.TakeImages();
     server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false);
   }
 };
 
-TEST_F(PicturesTest, AreTakenAndCounted) {
+TEST_F(ImagesTest, AreTakenAndCounted) {
   EXPECT_TRUE(Feed(*Connect(), {Image(0), Image(1), Image(2)}, &reply_).ok());
   EXPECT_EQ(reply_.samples(), 3U);
-  const auto source = slave_.picture_inbox()->OpenFrames({});
+  const auto source = slave_.image_inbox()->OpenFrames({});
   EXPECT_EQ(source->Next({})->image.at<unsigned char>(5, 5), 2);
 }
 
-TEST_F(PicturesTest, OfAnotherSizeEndTheStreamInWords) {
+TEST_F(ImagesTest, OfAnotherSizeEndTheStreamInWords) {
   v1::ImageSample wrong = Image(1);
   wrong.mutable_image()->set_width(32);
   EXPECT_THAT(Feed(*Connect(), {Image(0), wrong}, &reply_),

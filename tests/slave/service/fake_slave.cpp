@@ -50,7 +50,7 @@ TactileInbox* FakeSlave::tactile_inbox() {
   return inbox_.get();
 }
 
-void FakeSlave::TakePictures() {
+void FakeSlave::TakeImages() {
   Scene scene;
   Camera camera;
   camera.source = Camera::Source::kStream;
@@ -215,13 +215,13 @@ BoundaryShape FakeSlave::Shape(bool nodal_forces) {
   return shape;
 }
 
-std::optional<JpegPicture> FakeSlave::Image(bool overlays, int quality) {
+std::optional<EncodedImage> FakeSlave::Image(bool overlays, int quality) {
   const std::scoped_lock lock(mutex_);
-  ++pictures_;
-  if (pictures_ == 1) return std::nullopt;  // nothing seen yet
-  return JpegPicture{state_.sensed_at,
-                     std::string(overlays ? "overlays " : "plain ") + std::to_string(quality), 640,
-                     480};
+  ++images_;
+  if (images_ == 1) return std::nullopt;  // nothing seen yet
+  return EncodedImage{state_.sensed_at,
+                      std::string(overlays ? "overlays " : "plain ") + std::to_string(quality), 640,
+                      480};
 }
 
 }  // namespace palpate

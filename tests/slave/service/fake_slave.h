@@ -1,4 +1,4 @@
-// A slave without pictures: a spring surface y = 0 under a tool that follows at once. For tests of
+// A slave without images: a spring surface y = 0 under a tool that follows at once. For tests of
 // service, link and clients.
 #pragma once
 
@@ -36,7 +36,7 @@ class FakeSlave : public Slave {
   }  // accepted since the last Begin
   [[nodiscard]] int shapes_computed() const { return Locked(shapes_); }
   [[nodiscard]] int reinitialized() const { return reinitialized_; }
-  [[nodiscard]] int pictures_taken() const { return Locked(pictures_); }
+  [[nodiscard]] int images_taken() const { return Locked(images_); }
   [[nodiscard]] std::string stop_reason() const { return Locked(stop_reason_); }
   [[nodiscard]] ParameterChange parameters() const { return Locked(parameters_); }
   // Making a model takes until it is given up.
@@ -44,12 +44,12 @@ class FakeSlave : public Slave {
   [[nodiscard]] bool is_making() const { return is_making_; }
   // As after a change of settings.
   void set_settings_revision(std::uint32_t revision) { Set(revision, &state_.settings_revision); }
-  // From now on the scene has fingertips whose samples are streamed, each of which feels what the
-  // tool feels, and the object is a triangle.
+  // From now on the scene has fingertips whose samples are streamed, each of which has the
+  // tool's force, and the object is a triangle.
   void TakeTactile(const std::vector<std::string>& fingers);
 
-  // From now on pictures of one grey camera of 64 x 48 px at 30 Hz are streamed.
-  void TakePictures();
+  // From now on images of one grey camera of 64 x 48 px at 30 Hz are streamed.
+  void TakeImages();
   // From now on the scene has no manipulator.
   void TakeNoManipulator() { Set(ManipulatorOptions::Source::kNone, &manipulator_); }
   void TakeScenes(SceneSetup* setup) { setup_ = setup; }
@@ -79,11 +79,11 @@ class FakeSlave : public Slave {
     return estimate_.TracesSince(sensed_at);
   }
   BoundaryShape Shape(bool nodal_forces) override;
-  std::optional<JpegPicture> Image(bool overlays, int quality) override;
+  std::optional<EncodedImage> Image(bool overlays, int quality) override;
   void SetWatched(bool /*is_watched*/) override {}
   PatchSnapshot Patch() override { return {}; }
   TactileInbox* tactile_inbox() override;
-  ImageInbox* picture_inbox() override { return pushed_.get(); }
+  ImageInbox* image_inbox() override { return pushed_.get(); }
   StreamedManipulator* driven_arm() override { return arm_.get(); }
   SceneSetup* setup() override { return setup_; }
 
@@ -111,7 +111,7 @@ class FakeSlave : public Slave {
   ParameterChange parameters_;
   std::string stop_reason_;
   std::uint64_t came_ = 0, refused_ = 0, stops_ = 1;
-  int begins_ = 0, ends_ = 0, shapes_ = 0, pictures_ = 0;
+  int begins_ = 0, ends_ = 0, shapes_ = 0, images_ = 0;
   std::optional<Tactile> tactile_;
   std::unique_ptr<TactileInbox> inbox_;
   std::unique_ptr<ImageInbox> pushed_;

@@ -82,7 +82,7 @@ TEST_F(FeedTactileTest, OneStreamMayBringSeveralFingersAndSeveralStreamsOneSlave
   EXPECT_EQ(both.samples(), 20U);
   Feed rf(Connect());
   Feed th(Connect());
-  ASSERT_TRUE(rf.Send(Sample("rf", 0)));  // a new driver: clock and sequence begin anew
+  ASSERT_TRUE(rf.Send(Sample("rf", 0)));  // a new driver: clock and sequence start again
   ASSERT_TRUE(th.Send(Sample("th", 0)));
   EXPECT_TRUE(rf.Finish().ok());
   EXPECT_TRUE(th.Finish().ok());

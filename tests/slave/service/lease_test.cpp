@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-// Long against what a busy machine takes from one line to the next.
+// Longer than a busy machine takes from one statement to the next.
 constexpr std::chrono::milliseconds kSilence(1000);
 
 void RunAtOnce(const std::function<void()>& task) {
@@ -84,13 +84,13 @@ TEST_F(LeaseTest, ASilentHolderGivesWayToTheNextWhoAsks) {
   EXPECT_EQ(slave_.begins(), 2);
 }
 
-// A malformed command, a refused one and a replayed one come all the time: they keep nothing.
+// Malformed, refused and replayed commands arrive all the time: they do not keep the lease.
 TEST_F(LeaseTest, OnlyValidNewerCommandsKeepTheLease) {
   const auto ticket = Take("broken");
   v1::OperatorCommand good, malformed, refused;
   good.set_sequence(7);
   refused.set_sequence(8);
-  refused.mutable_p_m()->set_x(50);  // farther than the slave goes
+  refused.mutable_p_m()->set_x(50);  // beyond the slave's workspace
   lease_.Command(ticket, good);
   const Time begin = Clock::now();
   while (Clock::now() - begin < kSilence) {

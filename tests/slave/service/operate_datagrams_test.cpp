@@ -33,7 +33,7 @@ v1::OperatorCommand Engaged(std::uint64_t sequence, double y) {
   return command;
 }
 
-// The operator's end of the datagrams that `offer` tells of.
+// The operator's end of the datagrams that `offer` describes.
 class Far {
  public:
   Far(const v1::DatagramOffer& offer, const std::string& address)

@@ -42,7 +42,7 @@ TEST_F(OperateTest, TheMomentIsSentToAnOperatorThatRequestsIt) {
   EXPECT_TRUE(ada.ReadUntil(has_none));
 }
 
-// Reference: contracts: repeated with unchanged sensed_at when nothing new was sensed.
+// Reference: proto/README.md: repeated with unchanged sensed_at when nothing new was sensed.
 TEST_F(OperateTest, StatesAreRepeatedWhileNothingIsSensed) {
   const auto first = ada.Read();
   const auto second = ada.Read();

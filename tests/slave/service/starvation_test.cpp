@@ -96,7 +96,7 @@ TEST_F(StarvationTest, WatchersShareAnEncoding) {
   std::vector<std::unique_ptr<grpc::ClientReader<v1::ImageState>>> readers;
   const auto stub = Connect();
   slave_.TakeSample();
-  const int before = slave_.pictures_taken();
+  const int before = slave_.images_taken();
   for (int i = 0; i < 8; ++i) {
     contexts.push_back(std::make_unique<grpc::ClientContext>());
     SetDeadline(contexts.back().get());
@@ -104,7 +104,7 @@ TEST_F(StarvationTest, WatchersShareAnEncoding) {
   }
   v1::ImageState frame;
   for (const auto& reader : readers) ASSERT_TRUE(reader->Read(&frame));
-  EXPECT_LE(slave_.pictures_taken() - before, 3) << "nothing seen yet, then one picture";
+  EXPECT_LE(slave_.images_taken() - before, 3) << "nothing seen yet, then one image";
   for (const auto& context : contexts) context->TryCancel();
 }
 

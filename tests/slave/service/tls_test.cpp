@@ -274,7 +274,7 @@ TEST_F(TlsTest, AnEmergencyStopIsClearedByWhoOperatesOrByAnAdmin) {
   EXPECT_EQ(slave_.Status().phase, Phase::kReady);
 }
 
-// Reference: the roles, one line each; whatever else is called, by anyone: no.
+// Reference: the roles of proto/README.md, one line each. All other calls are refused.
 TEST(RolesTest, TheWholeTable) {
   const std::vector<std::string> methods{
       "GetScene",     "GetStatus",   "Operate",       "WatchState",

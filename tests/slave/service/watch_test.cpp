@@ -33,7 +33,7 @@ class WatchTest : public ServiceTest {
   const std::unique_ptr<v1::Teleoperation::Stub> stub = Connect();
 };
 
-// Two readers of the same states: the one that asked for at most 20 per second gets fewer, by
+// Two readers of the same states: the one that requested 20 per second at most gets fewer, by
 // the states' own stamps. Tolerance: the rate is counted over a second between stamps, which are
 // taken up to one period (5 ms) before the sending that is paced.
 TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
@@ -74,7 +74,7 @@ TEST_F(WatchTest, MeasurementsOfTheChecksAreSentOnRequest) {
 
 // A reader that stops reading for 600 states: the others go on, and when it reads again it finds
 // what its own receive window held (bounded by the HTTP/2 window, not by time) and then the newest.
-// Reference: contracts, a slow reader loses old values, slows nobody and grows no memory.
+// Law: a slow reader loses old values, slows nobody and grows no memory.
 TEST_F(WatchTest, AStalledReaderLosesOldStatesAndSlowsNobody) {
   const auto stalled_stub = ConnectWithSmallWindow();
   grpc::ClientContext stalled_context;
@@ -155,18 +155,18 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
 }
 
 // A client asks for each quality in turn.
-TEST_F(WatchTest, FewEncodedPicturesAreKeptAndThoseOfTheNewestSampleAlone) {
+TEST_F(WatchTest, FewEncodedImagesAreKeptAndThoseOfTheNewestSampleAlone) {
   FakeSlave slave;
   Publisher publisher(slave);
   TeleoperationService service(slave, publisher, {});
   slave.TakeSample();
   service.Encoded({}, true, 50);  // nothing is seen yet
-  std::vector<std::weak_ptr<const JpegPicture>> pictures;
+  std::vector<std::weak_ptr<const EncodedImage>> images;
   for (int quality = 10; quality <= 100; ++quality) {
-    pictures.push_back(service.Encoded({}, true, quality));
+    images.push_back(service.Encoded({}, true, quality));
   }
   const auto kept = [&] {
-    return std::ranges::count_if(pictures, [](const auto& picture) { return !picture.expired(); });
+    return std::ranges::count_if(images, [](const auto& image) { return !image.expired(); });
   };
   EXPECT_EQ(kept(), TeleoperationService::kMostEncoded);
   slave.TakeSample();

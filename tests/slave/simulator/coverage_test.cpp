@@ -6,7 +6,7 @@
 
 #include "slave/simulator/environment/painting.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -47,4 +47,4 @@ TEST(Coverage, SumsToTheArea) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -54,7 +54,7 @@ void SimulatedDevices::FeedImages(const std::stop_token& stop) {
         static_cast<unsigned>(image.cols), static_cast<unsigned>(image.rows)};
     const Time now = Clock::now();
     sample.delay = SecondsBetween(sample.sensed_at, now);
-    if (const auto refusal = slave_.picture_inbox()->Feed(sample, now, kId)) {
+    if (const auto refusal = slave_.image_inbox()->Feed(sample, now, kId)) {
       throw std::runtime_error(refusal->why);
     }
   }

@@ -41,7 +41,7 @@ struct Scenario {
   std::function<double(const Scene&)> precompute = [](const Scene& scene) {
     return 1e-9 * std::pow(scene.model.elements, 3);
   };
-  // First order in the element size, whatever the order asked for.
+  // First order in the element size, whatever the order requested.
   std::function<double(const Scene&)> stiffness = [](const Scene& scene) {
     return 100 * (1 - 3.0 / scene.model.elements);
   };

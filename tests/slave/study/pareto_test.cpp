@@ -100,7 +100,7 @@ StudyRow Beyond(StudyRow row, std::size_t beyond) {
 }
 
 // A model that is in its range everywhere is taken before one that is cheaper, more accurate or
-// both, even if it misses what is asked for.
+// both, even if it misses the requested tolerance.
 TEST(ParetoTest, WhatIsBeyondItsRangeIsTakenWhereNothingElseIsLeft) {
   std::vector<StudyRow> rows{Beyond(Answered(0.01, 1e-6, 0.001), 20),
                              Beyond(Answered(0.04, 2e-5), 0)};

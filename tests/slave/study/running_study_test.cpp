@@ -86,9 +86,9 @@ TEST(RunningStudyTest, MembraneBeforeAStereoPair) {
   }
 }
 
-// Fingertips feel their force; the scene's model of the cube answers for the tool, as `solve` does.
-// The true force is that of a finer mesh than the study's, good to 1 %: how a mesh divides the disc
-// differs by as much from one mesh to the next.
+// Fingertips measure their force; the scene's model of the cube answers for the tool, as `solve`
+// does. The true force is that of a finer mesh than the study's, good to 1 %: how a mesh divides
+// the disc differs by as much from one mesh to the next.
 TEST(RunningStudyTest, CubeUnderATool) {
   for (const int cells : {4, 6, 9}) {
     SCOPED_TRACE(cells);

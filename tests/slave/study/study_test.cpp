@@ -130,7 +130,7 @@ TEST(StudyTest, ErrorsAreThoseAgainstTheLimitThatTheModelsConvergeTo) {
   EXPECT_THAT(reference.source, HasSubstr("order 1.00"));
 }
 
-// Reference: the fake clock. Every second spent is one that the models asked for.
+// Reference: the fake clock. Every second is one that the models used.
 TEST(StudyTest, BudgetIsRespectedAndTheRestListedWithItsCost) {
   Scenario scenario;
   // Three seconds at 300 elements, 81 at 900.

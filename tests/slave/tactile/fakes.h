@@ -67,7 +67,7 @@ class MeanNetwork final : public ForceNetwork {
   NetworkInfo info_;
 };
 
-// Touches with the middle of the pad when E4 has changed by five counts; E5 tells saturation.
+// Touches with the middle of the pad when E4 has changed by five counts; E5 reports saturation.
 class PadLocaliser final : public Localiser {
  public:
   explicit PadLocaliser(double radius = 7e-3) : radius_(radius) {}

@@ -90,7 +90,7 @@ TEST(TipTrackerTest, ObliqueToolsAreTrackedAsWell) {
   }
 }
 
-// Nothing on the bar tells where along itself it is: its end is taken into the template.
+// Nothing on the bar shows its position along itself: its end is taken into the template.
 TEST(TipTrackerTest, AToolWithoutMarksIsTrackedByItsEnd) {
   TestImage first = WithTool({160.3, 120.4});
   first.tool->marks = false;
@@ -140,7 +140,7 @@ TEST(TipTrackerTest, ATipThatJumpsIsFoundAgainInTheWholeImage) {
 }
 
 // Something lies over the tool: a glint, a wire along it, a cover over
-// a third of it. What is left tells the place: to a quarter of a pixel, 1.8 % of a 14 px press.
+// a third of it. The rest determines the position to a quarter of a pixel, 1.8 % of a 14 px press.
 TEST(TipTrackerTest, WhatLiesOverTheToolDoesNotMoveTheTip) {
   const TestImage painting = WithTool({160.3, 120.4});
   struct Cover {
@@ -193,7 +193,7 @@ double ReachBeyond(bool has_marks, unsigned seed) {
   return tip.pixels.height - 1 - tip.anchor.y();
 }
 
-// Bands tell the tool's place in much noise, too; noise alone never passes for them.
+// Bands determine the tool's position in much noise, too; noise alone never passes for them.
 TEST(TipTemplateTest, NoiseHidesNoMarksAndMakesNone) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     EXPECT_LE(ReachBeyond(true, seed), 0) << seed;

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x31306e6565726770;  // also tells the byte order
+constexpr std::uint64_t kMagic = 0x31306e6565726770;  // also shows the byte order
 
 struct Header {
   std::uint64_t magic = kMagic;

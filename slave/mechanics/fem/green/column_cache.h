@@ -33,7 +33,7 @@ class ColumnCache {
   ColumnCache(const std::filesystem::path& folder, std::uint64_t hash);
 
   [[nodiscard]] bool Load(int number, std::span<double> values) const;
-  // The file is there; its contents are looked at by Load only.
+  // The file is there; its contents are examined by Load only.
   [[nodiscard]] bool Has(int number) const;
   void Save(int number, std::span<const double> values) const;
   // The same. Throws std::runtime_error: the folder cannot be written.

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kLocks = 0.49;
 
-// A coarse patch is the least of the doubts: others replace it.
+// A coarse patch is the weakest reason for a flag: other reasons replace it.
 bool MayTakeDoubt(const ContactResponse& response) {
   return response.validity == Validity::kValid ||
          (response.validity == Validity::kExtrapolated && response.doubt == kCoarsePatch);

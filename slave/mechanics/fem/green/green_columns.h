@@ -1,5 +1,5 @@
 // Surface Green's functions of a fixed elastic body, condensed from a finite element stiffness:
-// column j is K^-1 e_j at the surface nodes. Computed when first asked for.
+// column j is K^-1 e_j at the surface nodes. Computed when first requested.
 //
 // Source: James and Pai (2003), sec. 4 (Green's functions from any linear code).
 #pragma once
@@ -53,7 +53,7 @@ class GreenColumns final : public Compliance {
   // nondimensional.
   void Solve(std::span<const int> places, std::span<const Eigen::Vector3d> forces,
              std::vector<Eigen::Vector3d>* displacement);
-  // The same by a unit force along each axis, of which each of `places` has the same part.
+  // Solves for a unit force along each axis that is shared equally by `places`.
   void SolveAxes(std::span<const int> places,
                  std::array<std::vector<Eigen::Vector3d>, 3>* displacement);
 

@@ -26,7 +26,7 @@ struct RestStiffness {
   TetMesh elements;  // its nodes by length_unit
   // Symmetric, the lower triangle: positive definite without pressure, else indefinite.
   Eigen::SparseMatrix<double> lower;
-  // The same with pressure, and compressible enough to be factored without pivoting
+  // The stiffness with pressure, compressible enough to be factored without pivoting
   // (ElasticBody::kLeastCompressibility); empty without pressure.
   Eigen::SparseMatrix<double> regularised;
   std::vector<std::array<int, 3>> row;  // per node and component; -1: fixed, or in no tetrahedron

@@ -131,7 +131,7 @@ ElasticBody::Local<kNodes> ElasticBody::Gather(const VectorXd& x, int element) c
   return local;
 }
 
-// Energy of one element; its gradient, where asked for, goes to one column, node by node.
+// Energy of one element; its gradient, where requested, goes to one column, node by node.
 template <int kNodes>
 double ElasticBody::AddElement(const Local<kNodes>& local, ElementMatrix* gradient) const {
   const bool mixed = layout_.has_pressure();

@@ -15,16 +15,16 @@ constexpr int kMostSteps = 60;  // of Newton's method
 constexpr int kMostRefinements = 60;
 constexpr int kMostHalvings = 40;
 constexpr double kLeastRemoved = 1.0 / 64;  // of negative curvature, if any
-constexpr double kVolume = 1e-8;            // change of volume over displacement that is none
+constexpr double kVolume = 1e-8;            // change of volume by displacement that counts as zero
 constexpr double kArmijo = 1e-4;
 constexpr double kRounding = 1e-14;   // of energies and forces
-constexpr double kStartShare = 1e-6;  // of the forces at the start that a residual is relative to
+constexpr double kStartShare = 1e-6;  // of the initial forces, as a scale of the residual
 constexpr int kRowRefinements = 8;
 constexpr double kMostForcing = 1e-2;  // of the residual, left by one iterated step
-constexpr double kAim = 1e-2;          // of the residual asked for, where steps are iterated
-constexpr double kTight = 1e-11;       // residual of one linear solve that costs no more to reach
+constexpr double kAim = 1e-2;          // of the requested residual, where steps are iterated
+constexpr double kTight = 1e-11;       // residual that one direct solve reaches
 
-// Whether fixed unknowns and points are where they are given.
+// Returns whether fixed unknowns and points are at their prescribed values.
 bool Feasible(const Balance& balance, const VectorXd& x) {
   for (int i = 0; i < x.size(); ++i) {
     if (balance.fixed[Index(i)] && x[i] != balance.given[i]) return false;
@@ -32,7 +32,7 @@ bool Feasible(const Balance& balance, const VectorXd& x) {
   return balance.rows.empty();
 }
 
-// Energy and force of inertia; `moved`: room.
+// Computes energy and force of inertia. `moved` is working memory.
 double Inertia(const Balance& balance, const VectorXd& x, VectorXd* moved, VectorXd* force) {
   *moved = x - *balance.origin;
   Multiply(*balance.inertia, *moved, force);
@@ -94,7 +94,7 @@ double Equilibrium::Potential(const Balance& balance, const VectorXd& x) {
   return balance.inertia ? energy + Inertia(balance, x, &right_, &product_) : energy;
 }
 
-// What is left over on free unknowns, relative to the forces there are.
+// Computes the residual on free unknowns, relative to the present forces.
 double Equilibrium::Weigh(const Balance& balance) {
   right_ = -residual_;
   double carried = 0;
@@ -191,7 +191,7 @@ bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const
   return solver_.Factorize(system_, !layout_.has_pressure(), balance.fixed, steps_ == 0);
 }
 
-// Residual of a linear solution, relative: what Newton's next step makes good use of.
+// Relative residual of a linear solve that suffices for the next step of Newton's method.
 double Equilibrium::Accuracy() const {
   if (linear()) return 0.1 * options_.residual;
   const double enough = std::min(kMostForcing, kAim * options_.residual / relative_);
@@ -199,7 +199,8 @@ double Equilibrium::Accuracy() const {
 }
 
 // Newton's step with a tangent that has as many negative curvatures as free pressures, so that it
-// descends: as little of the others goes as makes the whole definite; the more, the slower.
+// descends. The remaining negative curvature is removed, as little as makes the tangent definite;
+// the more is removed, the slower the convergence.
 bool Equilibrium::Prepare(Balance* balance, const VectorXd& x, bool first) {
   if (linear() && factored_) {
     Weigh(*balance);
@@ -231,8 +232,8 @@ bool Equilibrium::Prepare(Balance* balance, const VectorXd& x, bool first) {
   return true;
 }
 
-// Newton's step, from right_ = minus what is left over. The first one moves fixed unknowns to where
-// they are given.
+// Newton's step, from right_ = minus the residual. The first one moves fixed unknowns to their
+// prescribed values.
 bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
   const VectorXd& r = right_;
   if (first) {
@@ -262,8 +263,8 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
       }
     }
     balance->row_force -= rows_.penalty * gap;
-    // Iterated columns are right in part; what the points must move by is exact all the same, since
-    // else their forces work.
+    // Iterated columns are approximate. The prescribed motion of points must be exact, otherwise
+    // their forces would do work.
     for (int refinement = 0; refinement < (solver_.is_direct() ? 1 : kRowRefinements);
          ++refinement) {
       missing = gap;
@@ -334,7 +335,7 @@ bool Equilibrium::KeepsVolume(const VectorXd& x) {
 bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
   const bool counted = options_.one_solve && !linear();
   const int most = counted ? 1 : linear() ? kMostRefinements : kMostSteps;
-  // Where a step is solved for in part only, further digits are cheap.
+  // Where a step is solved approximately, further digits are cheap.
   const double goal = linear() && solver_.is_direct()   ? std::min(kTight, options_.residual)
                       : linear() || solver_.is_direct() ? options_.residual
                                                         : kAim * options_.residual;

@@ -106,7 +106,7 @@ bool SolidModel::SolveUnder(std::span<const Contact> contacts) {
   return Fail(statics_.failure().empty() ? equilibrium_.failure() : statics_.failure());
 }
 
-// What is fixed and which rows there are.
+// Determines the fixed unknowns and the rows of the contacts.
 bool SolidModel::Hold(std::span<const Contact> contacts) {
   Balance& balance = state_.balance;
   equilibrium_.Changed();

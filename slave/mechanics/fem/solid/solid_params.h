@@ -1,4 +1,4 @@
-// What a solid model is made of, and which combinations it accepts.
+// Parameters of a solid model, and the combinations that it accepts.
 #pragma once
 
 #include "shared/mesh/solid_mesh.h"

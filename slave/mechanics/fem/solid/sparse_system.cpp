@@ -167,7 +167,7 @@ struct SymmetricSolver::Iterative {
     return fem::MakePattern(std::move(graph));
   }
 
-  // Both halves of the scalars' upper triangle.
+  // Copies both halves from the upper triangle of the scalars.
   void Copy(const SparseMatrix& upper) {
     const int* outer = upper.outerIndexPtr();
     const double* values = upper.valuePtr();

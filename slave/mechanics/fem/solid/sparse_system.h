@@ -93,7 +93,7 @@ class BlockLayout {
 void Multiply(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd* y);
 
 // Solves with a sparse symmetric matrix whose pattern never changes: by L D L^T, or by conjugate
-// gradients on two grids where the factor is too large, or dear and the matrix new each time.
+// gradients on two grids where the factor is too large, or expensive and the matrix new each time.
 class SymmetricSolver {
  public:
   struct Limits {

@@ -99,7 +99,7 @@ void Supports::Pin(Balance* balance) {
     balance->fixed[Index(pin)] = 1;
     pins_.push_back(pin);
     const VectorXd row = left.transpose() * Row(node_of_[Index(pin)], component_of_[Index(pin)]);
-    // What remains free: combinations that do not move the pin.
+    // The free motions: combinations that do not move the pin.
     const Eigen::MatrixXd outer = row * row.transpose() / row.squaredNorm();
     const SymmetricEigen split = EigenOf(outer);
     left = (left * split.vectors.leftCols(left.cols() - 1)).eval();

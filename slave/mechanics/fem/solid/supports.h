@@ -29,7 +29,7 @@ class Supports {
   [[nodiscard]] bool is_free() const { return free_motions_.cols() > 0; }
   // Work of `force` on the free motions over what it would be if all of it worked [-].
   [[nodiscard]] double Imbalance(const Eigen::VectorXd& force) const;
-  // What the pins carry, `unbalanced` as of Equilibrium.
+  // Force that the pins carry; `unbalanced` is that of Equilibrium.
   [[nodiscard]] double PinForce(const Eigen::VectorXd& unbalanced) const;
   // Takes the free motions out of x: zero mean displacement and rotation.
   void RemoveFreeMotion(Eigen::VectorXd* x) const;

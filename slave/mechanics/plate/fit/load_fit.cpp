@@ -38,7 +38,7 @@ constexpr double kFineConverged = 0.05;  // step by its standard deviation
 constexpr double kAsWell = 1.1;          // squared misfit by that before
 constexpr double kOwnShape = 1e-6;       // share of a change's squares that no load makes
 constexpr double kRim = 1e-3;            // nearer than that a load is at the rim [radii]
-// The same of a rigid face: its force rises without limit there, and its domain ends before.
+// Limit for a rigid face: its force rises without limit at the rim, and its domain ends before it.
 constexpr double kRigidRim = 0.05;
 
 // A residual below one says that the sigmas are too large by so much, if enough points say it.
@@ -198,7 +198,7 @@ bool LoadFitter::Press(const Guess& guess) noexcept {
   return pressed_ != Validity::kFailed;
 }
 
-// By the plate as it is pressed now, the rim's motion included.
+// Computes the misfit of the plate in its present state, with the motion of the rim.
 void LoadFitter::Compare(Eigen::VectorXd* misfit) noexcept {
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const Measured& m = measured_[i];
@@ -307,9 +307,10 @@ bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
   return w > plate_.thickness() * plate::ResolvedDeflection(guess.place.norm());
 }
 
-// By Gauss and Newton with the derivatives of the coarse plate: they differ from the fine one's by
-// several percent, and so much of its length each step leaves. Where that fails, with its own
-// derivatives. False: as it was, of the coarse plate; pressed_ tells whether that answers still.
+// Uses the Gauss-Newton method with the derivatives of the coarse plate. They differ from those of
+// the fine plate by several percent, which each step leaves. If that fails, it uses the fine
+// plate's own derivatives. False: as it was, of the coarse plate; pressed_ shows whether that still
+// holds.
 bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::LDLT<Eigen::Matrix3d> factor(normal);
@@ -339,7 +340,7 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   return better;
 }
 
-// By least squares in load and amount together, linear at the answer.
+// Uses least squares in position and size of the load, linearised at the answer.
 LoadFitter::Sought LoadFitter::Seek(std::span<const double> change) noexcept {
   if (!last_ || static_cast<Index>(change.size()) != shape_.size()) return {};
   for (std::size_t i = 0; i < change.size(); ++i) {
@@ -355,7 +356,7 @@ LoadFitter::Sought LoadFitter::Seek(std::span<const double> change) noexcept {
   return {shape_.dot(misfit_) / own, 1 / std::sqrt(own), -load[2] * force_unit_};
 }
 
-// By the residuals of the plate as it is pressed now.
+// Fits the rim's motion to the residuals of the plate in its present state.
 Eigen::Vector3d LoadFitter::RimMotion() noexcept {
   if (rim_ == Rim::kStays) return rims_.In(misfit_);
   Compare(&shape_);

@@ -63,7 +63,7 @@ class LoadFitter {
   [[nodiscard]] LoadFit Fit(std::span<const Eigen::Vector2d> p_O,
                             std::span<const double> displacement, std::span<const double> sigma,
                             Rim rim = Rim::kStays) noexcept;
-  // As Fit without the finer plate.
+  // Fits like Fit, without the finer plate.
   [[nodiscard]] LoadFit FitCoarsely(std::span<const Eigen::Vector2d> p_O,
                                     std::span<const double> displacement,
                                     std::span<const double> sigma, Rim rim) noexcept;

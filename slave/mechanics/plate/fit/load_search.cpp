@@ -58,7 +58,7 @@ LoadSearch::Found LoadSearch::Best(const Eigen::VectorXd& values, const Eigen::V
   return best;
 }
 
-// By Gram and Schmidt.
+// Orthogonalises by the Gram-Schmidt method.
 void RimMotions::Span(std::span<const Eigen::Vector2d> places, std::span<const double> sigmas) {
   columns_.resize(static_cast<Eigen::Index>(places.size()), 3);
   for (std::size_t i = 0; i < places.size(); ++i) {

@@ -46,7 +46,7 @@ class RimMotions {
   using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
   // `places`: of the points [radii]; `sigmas` of their displacements [m]. Motions that the points
-  // cannot tell apart are left out. Allocates for more points than before.
+  // cannot distinguish are left out. Allocates for more points than before.
   void Span(std::span<const Eigen::Vector2d> places, std::span<const double> sigmas);
   // Orthonormal, as displacements by their sigmas.
   [[nodiscard]] const Columns& columns() const { return columns_; }

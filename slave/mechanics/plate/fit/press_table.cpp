@@ -71,7 +71,7 @@ void PressTable::FillColumn(PlateSurface& plate, int column) {
   }
 }
 
-// By bisection.
+// Finds the depth by bisection.
 double PressTable::ValidDepth(PlateSurface& plate, double r) const {
   double valid = 0, beyond = Deepest(r);
   for (int step = 0; step < kBisections; ++step) {

@@ -34,7 +34,7 @@ constexpr unsigned kForceOutput = 0x4000, kClamping = 0x4001, kRamping = 0x4002,
 constexpr unsigned kCalibrationOk = 0x5000, kNeedsUpdate = 0x5001, kNeedsManual = 0x5002;
 constexpr unsigned kSchedulerFull = 0x501;
 constexpr std::size_t kMaxErrors = 64, kMaxCallbacks = 16;
-// An encoder count that was lost: where an uncalibrated device believes its handle to be [m].
+// An encoder count that was lost: the handle's position that an uncalibrated device reports [m].
 const Vector3d kUncalibrated(0.025, -0.015, 0.040);
 
 // A Touch.

@@ -115,7 +115,7 @@ TEST_F(PageServerTest, APageThatSaysWhatItTookGetsTheNewestNext) {
   PageClient page(server_.endpoint());
   ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
   page.SendBinary(Count(0));
-  page.SendText("you");  // answered once the count was heard
+  page.SendText("you");  // answered once the count was received
   ASSERT_TRUE(page.ReadFrame(kText));
   int last = 0;
   for (; last < kAhead - 1; ++last) {

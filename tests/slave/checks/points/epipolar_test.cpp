@@ -61,7 +61,7 @@ class Watched {
     check_.Examine({{}, {}, *seen}, &findings);
     return findings.verdict.check;
   }
-  // The first doubt of a press to 5 mm in 20 images, held for as many; the right image is
+  // The first flag of a press to 5 mm in 20 images, held for as many; the right image is
   // `late` images late.
   FailedCheck Press(int late) {
     const auto depth = [](int image) { return 2.5e-4 * std::clamp(image, 0, 20); };
@@ -127,7 +127,7 @@ TEST(EpipolarCheckTest, ImagesOfDifferentInstantsAreDoubtedWhileThePressMoves) {
 }
 
 // Reference: the lateness drawn; the moment in the middle is off by half of what stamps do not
-// tell. What 40 pairs' noise, as they are stated to have, leaves open besides is 0.02 of an image.
+// show. What 40 pairs' noise, as they are stated to have, leaves open besides is 0.02 of an image.
 // Tolerance: the speed is that of half an image before, which makes up to a quarter of it.
 TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
   for (const double late : {0.0, 0.08, -0.08}) {
@@ -179,7 +179,7 @@ TEST(EpipolarCheckTest, NoiseThatImagesDoNotTellWidensTheCovariances) {
 }
 
 // Noise as it is stated and some less; then a tenth and one and a half times as much, of which 300
-// misses tell within a twentieth.
+// misses show within a twentieth.
 TEST(EpipolarCheckTest, PointsErrByNoiseAloneIfTheyScatterByItAtRest) {
   for (const double more : {0.1, 0.4, 1.0, 1.5}) {
     Watched watched;

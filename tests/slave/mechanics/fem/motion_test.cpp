@@ -284,7 +284,7 @@ TEST(FemMotion, MotionSettlesInTheStaticEquilibrium) {
             1e-6);
 }
 
-// Law: after a step that fails the body moves on as if that step had not been asked for, also where
+// Law: after a step that fails the body moves on as if that step had not been requested, also where
 // the failure is found in the state at its end.
 TEST(FemMotion, AFailedStepLeavesTheMotionAsItWas) {
   constexpr double kEdge = 0.06;

@@ -163,9 +163,9 @@ TEST(FemModel, AnswersAsTheGeneralModelDoesByEveryLaw) {
 }
 
 // Law: contacts that sink and circle by a millimetre per query are followed by one step of Newton's
-// method each, within 1 % of the converged answer and 1 degree (the bounds), and the first
+// method each, within 1 % of the converged answer and 1 degree (the required bounds), and the first
 // query of a sudden press too. The estimate of the force's error: the true difference to the
-// converged force is within two of them in 95 % (the bound), the median of both near one.
+// converged force is within two of them in 95 % (the required bound), the median of both near one.
 TEST(NeoHookeanModel, OneStepPerQueryFollowsContactsThatMove) {
   const SolidMesh mesh = Block(14);
   FemModel model(mesh, OnFloor(mesh), Organ(5e-2)), converged(mesh, OnFloor(mesh), Organ(1e-9));

@@ -86,8 +86,8 @@ TEST_F(Block2d, ACylindersContactIsAsWideAndPressesAsHertzHasIt) {
 
 // Reference: the complementarity itself. Nothing is pulled, and nothing that is free is where the
 // tool is: the outline's vertices, by the model's own displacements, to a hundredth of the depth
-// (constant elements tell vertices by straight lines between midpoints). Places are as far from the
-// tool's axis as they are at rest, as in all of linear contact.
+// (constant elements interpolate vertices by straight lines between midpoints). Places are as far
+// from the tool's axis as they are at rest, as in all of linear contact.
 TEST_F(Block2d, NothingIsPulledAndNothingPassedThrough) {
   for (const auto law : {ContactLaw::kFrictionless, ContactLaw::kBonded}) {
     Bem2dModel* model = Make(law);

@@ -82,7 +82,7 @@ TEST(ImplicitEuler, DampsAsRayleighSays) {
   }
 }
 
-// Law: after a step that fails the body moves on as if that step had not been asked for.
+// Law: after a step that fails the body moves on as if that step had not been requested.
 TEST(ImplicitEuler, AFailedStepLeavesTheMotionAsItWas) {
   constexpr double kEdge = 0.04;
   const SolidMesh mesh = MeshBox({kEdge, kEdge, kEdge}, {4, 4, 4});

@@ -1,4 +1,4 @@
-// Malformed files: the place and the reason.
+// Malformed files are refused with the line and the reason.
 #include <cmath>
 #include <ostream>
 #include <stdexcept>

@@ -9,13 +9,13 @@ using Eigen::Vector3d;
 
 constexpr double kStep = 1e-4, kNoise = 1e-5, kTolerance = 5e-4;  // [m]
 
-Vector3d TipAt(int picture) {
-  return {0, -kStep * picture, 0};
+Vector3d TipAt(int image) {
+  return {0, -kStep * image, 0};
 }
 
-// Cameras that look from elsewhere, `late` pictures late.
-Vector3d SeenAt(int picture, int late) {
-  return Vector3d(2e-3, 1e-3, 0) + TipAt(picture - late);
+// Cameras that look from elsewhere, `late` images late.
+Vector3d SeenAt(int image, int late) {
+  return Vector3d(2e-3, 1e-3, 0) + TipAt(image - late);
 }
 
 TEST(ArmConsistencyCheckTest, CamerasAndArmThatGoTogetherDoNotPartWhereverTheyLookFrom) {
@@ -27,7 +27,7 @@ TEST(ArmConsistencyCheckTest, CamerasAndArmThatGoTogetherDoNotPartWhereverTheyLo
 }
 
 // What is excused by its size parts all the same: by a step, as long as the tip goes on.
-TEST(ArmConsistencyCheckTest, PicturesThatAreOneLatePartByAStepThoughBothAgree) {
+TEST(ArmConsistencyCheckTest, ImagesThatAreOneLatePartByAStepThoughBothAgree) {
   ArmConsistencyCheck watch;
   EXPECT_TRUE(watch.Agree(SeenAt(0, 0), {TipAt(0), 0.45}, kTolerance));
   for (int i = 1; i < 20; ++i) {

@@ -31,7 +31,7 @@ class CameraSenseTest : public ::testing::Test {
   explicit CameraSenseTest(const Scene& scene)
       : slave_(MakeLiveSlave(scene)), devices_(scene, slave_.get()) {}
   static Scene Block() {
-    // A busy machine may show pictures late: what that does has its own test.
+    // A busy machine may show images late: what that does has its own test.
     return LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
                      {"model.elements=60", "manipulator.blind_after=60 s"});
   }
@@ -89,7 +89,7 @@ TEST_F(CameraSenseTest, TheForceOfAPressIsThatOfTheSimulator) {
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kContact));
 }
 
-// Neither while somebody follows nor while the object is touched: what the hand feels must not
+// Neither while somebody follows nor while the object is touched: the rendered force must not
 // change under it. Each change is stated by a new revision.
 TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
   const SlaveState pressed = Press();

@@ -9,7 +9,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A camera that registers the tip elsewhere, `late` images late; encoders whose scale is 4 % off.
+// A camera whose tip position has an offset and is `late` images late, and encoders with a scale
+// error of 4 %.
 class EncoderRegistrationTest : public testing::Test {
  protected:
   static constexpr double kStep = 1e-4, kSigma = 5e-6, kLag = 0.45;  // [m], [m], [periods]

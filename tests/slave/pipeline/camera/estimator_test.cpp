@@ -20,7 +20,7 @@ namespace {
 constexpr int kScale =
     8;  // drawn finer and averaged, so that edges are true to a fraction of a pixel
 
-// The block's scene, seen in pictures drawn here: no simulated site, everything known. The drawn
+// The block's scene, seen in images drawn here: no simulated site, everything known. The drawn
 // block is dented as the scene's own model says.
 class EstimatorTest : public ::testing::Test {
  protected:
@@ -58,7 +58,7 @@ class EstimatorTest : public ::testing::Test {
     }
     return vertices;
   }
-  // The tool's tip at (x, y) [m] in S; `tool` false: it is not in the picture.
+  // The tool's tip at (x, y) [m] in S; `tool` false: it is not in the image.
   [[nodiscard]] Frame Draw(double x, double y, bool tool = true) {
     const cv::Size size(scene_.sense.Find<Camera>()->size[0], scene_.sense.Find<Camera>()->size[1]);
     const CameraView view(*scene_.sense.Find<Camera>(), size.width, size.height);
@@ -146,9 +146,9 @@ TEST_F(EstimatorTest, AnEccentricPressReportsItsMomentAboutTheTip) {
   EXPECT_LT(estimated.moment_sigma, 0.1 * force * width);
 }
 
-// The hand goes on from over the top to beside the block before the next picture: the plane of the
-// last picture would have it 7 mm deep in the block.
-TEST_F(EstimatorTest, TheLocalModelFollowsTheHandBetweenPictures) {
+// The hand goes on from over the top to beside the block before the next image: the plane of the
+// last image would have it 7 mm deep in the block.
+TEST_F(EstimatorTest, TheLocalModelFollowsTheHandBetweenImages) {
   Estimator estimator = Make();
   estimator.Estimate(Draw(0.044, 0.0935));
   const Eigen::Vector3d beside(0.094, 0.081, 0);
@@ -178,7 +178,7 @@ TEST_F(EstimatorTest, ContactAndReleaseAreEachReportedOnce) {
 }
 
 // A bonded contact that was dragged sideways keeps its shear when the model is replaced under it.
-// Reference: the force is proportional to E; 1 %: rounding of the drawn pictures' noise-free
+// Reference: the force is proportional to E; 1 %: rounding of the drawn images' noise-free
 // repeat.
 TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
   Estimator estimator = Make();
@@ -225,7 +225,7 @@ TEST_F(EstimatorTest, AnUnknownForceIsNotZero) {
       << ToString(estimator.estimate().check);
 }
 
-// Paper A, 4.2: past the depth at which the membrane breaks the hand feels nothing until the tool
+// Paper A, 4.2: past the depth at which the membrane breaks the force is zero until the tool
 // has left.
 TEST_F(EstimatorTest, ThePunctureCueDropsTheForceToZero) {
   scene_.model.puncture_depth = 0.002;
@@ -251,7 +251,7 @@ TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
   EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.0855)).validity, Validity::kExtrapolated);
 }
 
-// The tip alone would tell 1.4 N. Nothing is deformed, so nothing presses.
+// The tip alone would give 1.4 N. Nothing is deformed, so nothing presses.
 TEST_F(EstimatorTest, APressWithoutItsIndentationIsNotValid) {
   dents_ = false;
   Estimator estimator = Make();
@@ -321,7 +321,7 @@ TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
   EXPECT_LT(sigma, 0.7 * estimated.sigma) << "nothing moved then";
 }
 
-// The tool is past its home in the first picture: its shaft, cut out there, is no tip. `valid` and
+// The tool is past its home in the first image: its shaft, cut out there, is no tip. `valid` and
 // 0 N it would be while up to 2.3 N press.
 TEST_F(EstimatorTest, AFilmThatBeginsLateIsDoubted) {
   for (const double past : {0.002, 0.004, 0.007}) {

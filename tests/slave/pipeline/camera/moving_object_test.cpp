@@ -34,8 +34,8 @@ Time At(double t) {
 class CarriedSite final : public SimulatedEnvironment {
  public:
   explicit CarriedSite(const Scene& scene) : site_(scene) {
-    const cv::Mat picture = site_.TakePicture();
-    view_.emplace(*scene.sense.Find<Camera>(), picture.cols, picture.rows);
+    const cv::Mat image = site_.TakeImage();
+    view_.emplace(*scene.sense.Find<Camera>(), image.cols, image.rows);
   }
   // From rest, S [m].
   void Carry(const Vector3d& object) {
@@ -88,9 +88,9 @@ class CarriedSite final : public SimulatedEnvironment {
   [[nodiscard]] cv::Mat Image() {
     const Eigen::Vector2d shift = view_->ToImage(object_) - view_->ToImage(Vector3d::Zero());
     const cv::Mat warp = (cv::Mat_<double>(2, 3) << 1, 0, shift.x(), 0, 1, shift.y());
-    cv::Mat picture;
-    cv::warpAffine(site_.TakePicture(), picture, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
-    return picture;
+    cv::Mat image;
+    cv::warpAffine(site_.TakeImage(), image, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+    return image;
   }
 
   SimulatedSite site_;
@@ -107,7 +107,7 @@ class MovingObjectTest : public testing::Test {
     return {0, kAway * std::sin(2 * std::numbers::pi * kOften * t), 0};
   }
   static Vector3d VelocityAt(double t) { return (MotionAt(t + 1e-4) - MotionAt(t - 1e-4)) / 2e-4; }
-  // A picture later.
+  // An image later.
   const ContactEstimate& Step(const Vector3d& p_S_tip, const Vector3d& object) {
     site_.t += 1 / kRate;
     site_.MoveTool(p_S_tip);
@@ -147,19 +147,19 @@ class MovingObjectTest : public testing::Test {
   PatchPublisher keeper_{PatchPublisher::Options{.period = 1 / kRate}};
 };
 
-// Reference: the site, which knows of no picture. Taken for the camera's, the motion would leave
+// Reference: the site, which knows of no image. Taken for the camera's, the motion would leave
 // plane and patch where they were: half of the peak.
 TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
   const Vector3d p_S = Lower();
   const double begin = site_.t, peak = site_.truth().force.norm();
-  int valid = 0, pictures = 0;
+  int valid = 0, images = 0;
   double tip = 0, force = 0, plane = 0, patch = 0, square = 0;
   while (site_.t < begin + kLong) {
     const Vector3d moved = MotionAt(site_.t + 1 / kRate - begin);
     const ContactEstimate& estimate = Step(p_S, moved);
     if (site_.t < begin + 0.5) continue;  // nobody knows yet whose the motion is
     const Truth truth = site_.truth();
-    ++pictures;
+    ++images;
     valid += estimate.validity == Validity::kValid ? 1 : 0;
     tip = std::max(tip, (estimate.p_S_tip - truth.p_S_tip).norm());
     ASSERT_TRUE(estimate.force);
@@ -172,13 +172,13 @@ TEST_F(MovingObjectTest, WhatIsEstimatedAndWhatTravelsGoWithIt) {
     const Vector3d off = sense_.motion().velocity - VelocityAt(site_.t - begin);
     square += off.squaredNorm() / std::pow(sense_.motion().velocity_error, 2);
   }
-  EXPECT_GT(valid, 0.95 * pictures);
+  EXPECT_GT(valid, 0.95 * images);
   EXPECT_LT(tip, kSeen);
   EXPECT_LT(force, 0.04 * peak);
   EXPECT_LT(plane, 0.05 * peak);
   EXPECT_LT(patch, 0.07 * peak);  // stated where it is astray by a hundredth of its depth
-  EXPECT_GT(std::sqrt(square / pictures), 0.5);
-  EXPECT_LT(std::sqrt(square / pictures), 1.3);
+  EXPECT_GT(std::sqrt(square / images), 0.5);
+  EXPECT_LT(std::sqrt(square / images), 1.3);
 }
 
 // With the tool in motion, too, by as much as an arm is late.

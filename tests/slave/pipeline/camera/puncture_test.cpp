@@ -1,4 +1,4 @@
-// Simulated insertions into embryos, each with a hand, a world and a picture of its own: is the
+// Simulated insertions into embryos, each with a hand, a world and an image of its own: is the
 // puncture reported when it happens, and only then, and is the force right until then? The seeds
 // from 100000 on were never used to tune the cue.
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kInsertions = 4, kPresses = 2;
 constexpr std::uint32_t kUntouched = 100000;
-constexpr int kSubsteps = 16;  // of the tool between two pictures
+constexpr int kSubsteps = 16;  // of the tool between two images
 
 // The shipped embryo in the light, focus and place of `seed`, pressed at another place of its rim.
 Scene EmbryoOf(std::uint32_t seed) {
@@ -38,7 +38,7 @@ Scene EmbryoOf(std::uint32_t seed) {
   return scene;
 }
 
-// One world, looked at picture by picture while the tool goes about in it.
+// One simulation, image by image while the tool goes about in it.
 class Bench {
  public:
   explicit Bench(const Scene& scene)
@@ -46,7 +46,7 @@ class Bench {
     estimator_.emplace(scene, Take(), p_S_);
   }
 
-  // The tool goes on at `velocity` [m/s] until the next picture.
+  // The tool goes on at `velocity` [m/s] until the next image.
   const ContactEstimate& Go(const Eigen::Vector3d& velocity) {
     for (int k = 0; k < kSubsteps; ++k) {
       p_S_ += velocity / (rate_ * kSubsteps);
@@ -61,21 +61,21 @@ class Bench {
  private:
   Frame Take() {
     Frame frame;
-    frame.image = site_.TakePicture();
-    frame.sequence = ++pictures_;
-    frame.sensed_at = Time{} + Seconds(static_cast<double>(pictures_) / rate_);
+    frame.image = site_.TakeImage();
+    frame.sequence = ++images_;
+    frame.sensed_at = Time{} + Seconds(static_cast<double>(images_) / rate_);
     return frame;
   }
 
   SimulatedSite site_;
   double rate_;
   Eigen::Vector3d p_S_;
-  std::uint64_t pictures_ = 0;
+  std::uint64_t images_ = 0;
   std::optional<Estimator> estimator_;
 };
 
 struct Outcome {
-  int late = -1;  // pictures between the first that could show it and the one that reported it
+  int late = -1;  // images between the first that could show it and the one that reported it
   bool false_alarm = false;
   bool is_zero = true;  // the force, from the state that reported it on
   bool rises_before = false;
@@ -104,8 +104,8 @@ Outcome Insert(std::uint32_t seed) {
             pause = static_cast<int>(draw.Between(0, 8));
   Outcome outcome;
   int since = -1;
-  for (int picture = 0; picture < 400 && since < 8; ++picture) {
-    const bool pauses = picture >= pause_from && picture < pause_from + pause;
+  for (int image = 0; image < 400 && since < 8; ++image) {
+    const bool pauses = image >= pause_from && image < pause_from + pause;
     const double pace = since >= 0 ? (since < 3 ? surge : 0.2) : (pauses ? 0.0 : 1.0);
     const ContactEstimate& estimate = bench.Go(pace * speed * way);
     const Truth truth = bench.truth();
@@ -137,19 +137,19 @@ bool ReportsPuncture(std::uint32_t seed) {
   const double deepest = draw.Between(60e-6, 190e-6);
   bool alarm = false;
   double slip = 0;
-  for (int picture = 0; picture < 50; ++picture) {
+  for (int image = 0; image < 50; ++image) {
     const double depth = bench.truth().depth;
     const double choice = draw.Between(0, 1);
     double pace = depth < deepest ? 1 : 0;
-    if (picture > 12 && choice < 0.15) pace = -draw.Between(0.2, 2);
-    if (picture > 12 && choice > 0.9) slip = draw.Between(-0.3, 0.3);
-    if (picture % 5 == 0) slip = 0;
+    if (image > 12 && choice < 0.15) pace = -draw.Between(0.2, 2);
+    if (image > 12 && choice > 0.9) slip = draw.Between(-0.3, 0.3);
+    if (image % 5 == 0) slip = 0;
     alarm = alarm || bench.Go(speed * (pace * way + slip * aside)).events.Has(Event::kPuncture);
   }
   return alarm;
 }
 
-TEST(PunctureTest, PuncturesAreReportedWithinAPictureAndTheForceIsZeroFromThere) {
+TEST(PunctureTest, PuncturesAreReportedWithinAImageAndTheForceIsZeroFromThere) {
   for (std::uint32_t seed = kUntouched; seed < kUntouched + kInsertions; ++seed) {
     const Outcome outcome = Insert(seed);
     EXPECT_FALSE(outcome.false_alarm) << seed;

@@ -1,4 +1,4 @@
-// A camera whose lens bends straight lines, from its pictures to the tip.
+// A camera whose lens bends straight lines, from its images to the tip.
 #include <algorithm>
 #include <filesystem>
 #include <string>
@@ -53,10 +53,10 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   EXPECT_GT(unstraightened, 1) << "or the lens shows nothing";
 }
 
-// The shipped embryo, whose outline and pipette's direction only the pictures tell. Reference: the
-// simulated site's force. Tolerance 15 %: the outline found is rounded by the snake's 60 points,
-// and the arc that holds it is stated about its middle.
-TEST(FromImageTest, TheEmbryoOfThePictureIsEstimatedByAPipetteThatPointsAtIt) {
+// The shipped embryo, whose outline and pipette's direction are known from the images alone.
+// Reference: the simulated site's force. Tolerance 15 %: the outline found is rounded by the
+// snake's 60 points, and the arc that holds it is stated about its middle.
+TEST(FromImageTest, TheEmbryoOfTheImageIsEstimatedByAPipetteThatPointsAtIt) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/zebrafish-embryo.yaml"));
   scene.site.embryo.reset();  // linear, and it does not break
   scene.operator_options.press_depth = 100e-6;
@@ -69,13 +69,13 @@ TEST(FromImageTest, TheEmbryoOfThePictureIsEstimatedByAPipetteThatPointsAtIt) {
   Estimator estimator(scene, *frame, scene.manipulator.home);
   EXPECT_LT((estimator.tracker().tool_direction_I() - Eigen::Vector2d(-1, 0)).norm(), 0.1);
   double peak = 0, worst = 0;
-  int valid = 0, pictures = 0;
+  int valid = 0, images = 0;
   std::string checks;
   for (; frame; frame = camera->Next({})) {
     const ContactEstimate& estimate = estimator.Estimate(*frame);
     const Eigen::Vector3d truth = site.truth().force;
     peak = std::max(peak, truth.norm());
-    ++pictures;
+    ++images;
     if (estimate.validity != Validity::kValid)
       checks += std::string(ToString(estimate.check)) + " ";
     if (estimate.validity != Validity::kValid) continue;
@@ -84,7 +84,7 @@ TEST(FromImageTest, TheEmbryoOfThePictureIsEstimatedByAPipetteThatPointsAtIt) {
   }
   EXPECT_GT(peak, 0.01);
   EXPECT_LT(worst, 0.15 * peak);
-  EXPECT_GT(valid, pictures / 2) << checks;
+  EXPECT_GT(valid, images / 2) << checks;
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ class StreamedCameraTest : public testing::Test {
     PushedSample sample;
     sample.sensed_at = Clock::now();
     sample.image = {PushedImage::Encoding::kPng, &data};
-    const auto refusal = slave_->picture_inbox()->Feed(sample, Clock::now(), 1);
+    const auto refusal = slave_->image_inbox()->Feed(sample, Clock::now(), 1);
     EXPECT_FALSE(refusal) << refusal->why;
   }
 
@@ -44,7 +44,7 @@ class StreamedCameraTest : public testing::Test {
       Block({"model.elements=60", "sense.camera.source=stream", "manipulator.source=stream"}));
 };
 
-TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillDo) {
+TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstImageThatWillDo) {
   EXPECT_THAT(slave_->Status().alarms, Contains(HasSubstr("no image received yet")));
   EXPECT_THAT(slave_->Status().alarms,
               Contains(HasSubstr("no driver of the manipulator is connected")));

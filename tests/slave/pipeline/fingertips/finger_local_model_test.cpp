@@ -42,7 +42,7 @@ class FingerLocalModelTest : public ::testing::Test {
 };
 
 constexpr double kDepth = 2e-3;      // [m]
-constexpr double kFullDepth = 5e-3;  // [m], of scenes that tell none
+constexpr double kFullDepth = 5e-3;  // [m], of scenes that state none
 
 // Reference: the estimated force itself, which leans by a tenth. Five learning times leave e^-5 =
 // 0.7 % of that. What pulls sideways is a spring's, too: symmetric.

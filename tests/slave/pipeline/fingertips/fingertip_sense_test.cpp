@@ -25,7 +25,7 @@ struct Touching {
   std::mutex mutex;
   Hand hand{1};
   bool ended = false, silent = false, breaks = false;
-  std::optional<Eigen::Isometry3d> X_SF = {};  // of the first fingertip, where the source tells it
+  std::optional<Eigen::Isometry3d> X_SF = {};  // of the first fingertip, if reported
 };
 
 // A sample every 2 ms. Electrodes have a count of noise: those that stand still are dead, which a
@@ -153,7 +153,7 @@ class CarryingArm final : public SimulatedManipulator {
   [[nodiscard]] bool carries_tool() const noexcept override { return true; }
 };
 
-// What tells the pose and the arm's encoders disagree by 2 mm. Reference: the tip as it is sensed;
+// The measured pose and the arm's encoders disagree by 2 mm. Reference: the tip as it is sensed;
 // the clutch must hold the hand there, or the master meets the surface 2 mm beside where it is.
 TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed) {
   const Scene scene = CubeScene(kAbove);

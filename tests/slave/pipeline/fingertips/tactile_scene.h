@@ -50,7 +50,7 @@ inline TactileSenses Fakes(int window = kWindow) {
   return {std::make_shared<MeanNetwork>(window), std::make_shared<PadLocaliser>()};
 }
 
-// Frames of fingertips that tell what they are stated to.
+// Frames of fingertips with given counts.
 class Hand {
  public:
   explicit Hand(std::size_t fingers)

@@ -37,7 +37,7 @@ struct Place {
   double deepest = 5e-3;  // [m]
 };
 
-site::PressedMembrane TruthAt(const Place& place) {
+simulation::PressedMembrane TruthAt(const Place& place) {
   const Vector2d p_O = place.radii * kRadius * Vector2d(std::cos(0.4), std::sin(0.4));
   return {{kRadius, place.thickness}, {kModulus, kNu}, kToolWidth, p_O};
 }
@@ -49,8 +49,9 @@ std::unique_ptr<LoadIdentifier> BodyOf(double thickness) {
 }
 
 // `scatter`: of a dot, per axis; `stated`: what its sigma says of that [m].
-std::vector<SurfacePoint> Dots(const site::MembranePress& press, double depth, std::mt19937* random,
-                               double scatter = kNoise, double stated = kNoise) {
+std::vector<SurfacePoint> Dots(const simulation::MembranePress& press, double depth,
+                               std::mt19937* random, double scatter = kNoise,
+                               double stated = kNoise) {
   std::normal_distribution<double> noise(0, scatter);
   std::vector<SurfacePoint> points;
   for (const Vector2d& dot : DotPlaces(PointTracking{})) {
@@ -74,7 +75,7 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
   const Place& place = GetParam();
   std::mt19937 random(1);
   const auto body = BodyOf(place.thickness);
-  site::PressedMembrane truth = TruthAt(place);
+  simulation::PressedMembrane truth = TruthAt(place);
   for (double depth = kStep; depth < place.deepest + 1e-9; depth += kStep) {
     ASSERT_TRUE(truth.Deepen(depth));
   }
@@ -96,10 +97,10 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
 }
 
 // Reference: the dots' own scatter, a quarter of what is stated of it, and as large as that. The
-// same picture leaves less open where its dots lie closer to the load's shape, and not less than
+// same image leaves less open where its dots lie closer to the load's shape, and not less than
 // there are dots to say so: at the quarter stated itself.
 TEST(PlateLoadIdentifier, SigmaGoesByHowTheDotsScatterAsFarAsThereAreEnoughOfThem) {
-  site::PressedMembrane truth = TruthAt({1e-3, 0.3});
+  simulation::PressedMembrane truth = TruthAt({1e-3, 0.3});
   ASSERT_TRUE(truth.Deepen(1e-3));
   const auto sigma = [&](double scatter, double stated) {
     std::mt19937 random(1);
@@ -131,7 +132,7 @@ TEST(MembraneLaw, AFewStepsFindWhatTheWholeFitInMoreModesFinds) {
   std::mt19937 random(2);
   for (const auto& [thickness, radii] : {std::tuple(1e-3, 0.7), std::tuple(0.5e-3, 0.5)}) {
     const Place place{thickness, radii};
-    site::PressedMembrane truth = TruthAt(place);
+    simulation::PressedMembrane truth = TruthAt(place);
     for (double depth = 1e-3; depth < 4.5e-3; depth += 1e-3) ASSERT_TRUE(truth.Deepen(depth));
     const auto points = Dots(truth.press(), 4e-3, &random);
     std::vector<Vector2d> places;
@@ -159,7 +160,7 @@ TEST(MembraneLaw, AFewStepsFindWhatTheWholeFitInMoreModesFinds) {
 
 TEST(MembraneLaw, MoreModesAllocateNothing) {
   std::mt19937 random(3);
-  site::PressedMembrane truth = TruthAt({1e-3, 0.7});
+  simulation::PressedMembrane truth = TruthAt({1e-3, 0.7});
   for (double depth = 1e-3; depth < 4.5e-3; depth += 1e-3) ASSERT_TRUE(truth.Deepen(depth));
   const auto body = BodyOf(1e-3);
   const auto shallow = Dots(truth.press(), 0.5e-3, &random);

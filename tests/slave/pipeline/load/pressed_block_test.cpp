@@ -110,27 +110,27 @@ class Block {
 
 class Given final : public StereoSource {
  public:
-  explicit Given(std::shared_ptr<std::deque<cv::Mat>> pictures) : pictures_(std::move(pictures)) {}
+  explicit Given(std::shared_ptr<std::deque<cv::Mat>> images) : images_(std::move(images)) {}
   std::optional<StereoPair> Next(const std::stop_token&) override {
     StereoPair pair;
     pair.sequence = ++sequence_;
-    pair.left = pictures_->front();
-    pictures_->pop_front();
+    pair.left = images_->front();
+    images_->pop_front();
     return pair;
   }
   [[nodiscard]] std::string description() const override { return "given"; }
 
  private:
-  std::shared_ptr<std::deque<cv::Mat>> pictures_;
+  std::shared_ptr<std::deque<cv::Mat>> images_;
   std::uint64_t sequence_ = 0;
 };
 
 class WatchedBlock {
  public:
-  explicit WatchedBlock(const Scene& scene) : sense_(scene, std::make_unique<Given>(pictures_)) {}
+  explicit WatchedBlock(const Scene& scene) : sense_(scene, std::make_unique<Given>(images_)) {}
 
-  ContactEstimate Show(const cv::Mat& picture) {
-    pictures_->push_back(picture);
+  ContactEstimate Show(const cv::Mat& image) {
+    images_->push_back(image);
     EXPECT_TRUE(sense_.Acquire({}));
     sense_.Process();
     return sense_.Estimate({{kSide / 2, kSide / 2, 2 * kHeight}, std::nullopt});
@@ -138,13 +138,13 @@ class WatchedBlock {
   PointsSense& sense() { return sense_; }
 
  private:
-  std::shared_ptr<std::deque<cv::Mat>> pictures_ = std::make_shared<std::deque<cv::Mat>>();
+  std::shared_ptr<std::deque<cv::Mat>> images_ = std::make_shared<std::deque<cv::Mat>>();
   PointsSense sense_;
 };
 
 // Law: while the model of the points in view is being computed no force is stated as known, least
-// of all none where the tool presses; afterwards each image tells the one load. Reference: the load
-// itself; its model differs by the mesh, and the camera sees through cells of 8 mm, by some
+// of all none where the tool presses; afterwards each image determines the one load. Reference: the
+// load itself; its model differs by the mesh, and the camera sees through cells of 8 mm, by some
 // percent. A modulus of 1.5 times explains the same shape by 1.5 times the force, at once.
 TEST(PressedBlock, IsPressedByNoForceUntilItsModelIsComputed) {
   const Vector2d at(0.07, 0.03);
@@ -154,11 +154,11 @@ TEST(PressedBlock, IsPressedByNoForceUntilItsModelIsComputed) {
   std::mt19937 random(5);
   // Drawn once and shown in turn.
   const auto drawn = [&] {
-    std::vector<cv::Mat> pictures;
-    for (int i = 0; i < 5; ++i) pictures.push_back(truth.Image(&random));
-    return pictures;
+    std::vector<cv::Mat> images;
+    for (int i = 0; i < 5; ++i) images.push_back(truth.Image(&random));
+    return images;
   };
-  for (const cv::Mat& picture : drawn()) block.Show(picture);
+  for (const cv::Mat& image : drawn()) block.Show(image);
   truth.Press(at, kForce);
   const std::vector<cv::Mat> pressed = drawn();
   std::size_t shown = 0;

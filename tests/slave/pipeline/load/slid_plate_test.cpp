@@ -30,7 +30,7 @@ class SlidPlateTest : public testing::Test {
     for (SurfacePoint& point : seen.points) point.p_S += slid ? kSlide : Vector3d::Zero();
     return seen.points;
   }
-  // Scatter of the force in 40 pictures, slid [N], rms.
+  // Scatter of the force in 40 images, slid [N], rms.
   double ScatterOfForce() {
     double square = 0;
     for (int k = 0; k < 40; ++k) {

@@ -113,22 +113,22 @@ TEST(VolumeLoadIdentifier, RefinesTheLoadWhereTheModelIsNotLinear) {
   EXPECT_LT(load.residual, 0.5 * coarse.residual);
 }
 
-// Reference: chi-square over 60 pictures through the same linear model; the mean of squares has a
+// Reference: chi-square over 60 images through the same linear model; the mean of squares has a
 // standard deviation of sqrt(2 / 60) = 0.18.
 TEST(VolumeLoadIdentifier, SigmaIsTheForcesStandardDeviation) {
   PressedCube truth(CubeScene("fem-green", 6));
   std::mt19937 random(3);
   const auto body = MakeLoadIdentifier(CubeScene("fem-green", 6));
   double sum = 0;
-  constexpr int kPictures = 60;
-  for (int i = 0; i < kPictures; ++i) {
+  constexpr int kImages = 60;
+  for (int i = 0; i < kImages; ++i) {
     const SurfaceLoad load =
         Fitted(*body, truth.Press({0.02, 0.02, kSide}, {0, 0, -0.02}, &random));
     const double error = (load.force + 0.02) / load.sigma_force;
     sum += error * error;
   }
-  EXPECT_GT(sum / kPictures, 0.3);
-  EXPECT_LT(sum / kPictures, 1.8);
+  EXPECT_GT(sum / kImages, 0.3);
+  EXPECT_LT(sum / kImages, 1.8);
 }
 
 TEST(VolumeLoadIdentifier, LeavesOutWrongPointsAndFeelsNothingInNoise) {
@@ -169,7 +169,7 @@ TEST(VolumeLoadIdentifier, FitsWithoutAllocatingOnceItKnowsThePoints) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-// Law: what the model doubts of its own answer is doubted of the force as well.
+// Law: a force carries the flags that the model gives its own answer.
 TEST(VolumeLoadIdentifier, ADoubtOfTheModelFlagsTheForce) {
   for (const char* kind : {"fem-green", "fem"}) {
     const Scene scene = CubeScene(kind, 6, 0.495);

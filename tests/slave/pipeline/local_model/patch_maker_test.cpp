@@ -95,7 +95,7 @@ TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
 // A wall of which this sense knows the stiffness.
 class WallSense final : public SensingPipeline {
  public:
-  double ratio = 1;  // that LearnLaw tells
+  double ratio = 1;  // that LearnLaw receives
   bool has_patch = true;
   bool MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     if (!has_patch) return false;
@@ -119,9 +119,9 @@ class WallSense final : public SensingPipeline {
   bool Acquire(const std::stop_token&) override { return false; }
   void Process() noexcept override {}
   std::string_view doubt() const override { return {}; }
-  std::optional<SeenPicture> Image(double) const override { return std::nullopt; }
+  std::optional<OverlaidImage> Image(double) const override { return std::nullopt; }
   TactileInbox* inbox() override { return nullptr; }
-  ImageInbox* pictures() override { return nullptr; }
+  ImageInbox* image_inbox() override { return nullptr; }
   Time sensed_at() const override { return Clock::now(); }
   std::optional<CameraHealth> health() const override { return std::nullopt; }
   const ContactEstimate& Estimate(const TipReading&) noexcept override { return estimate_; }
@@ -140,7 +140,7 @@ class WallSense final : public SensingPipeline {
 
 class PatchPublisherTest : public testing::Test {
  protected:
-  // A sample in which the tip is `depth` deep at `x` and feels `times` the wall's force.
+  // A sample in which the tip is `depth` deep at `x` and measures `times` the wall's force.
   void Update(double x, double depth, double times, double sigma = 0) {
     now_ += Seconds(1.0 / 60);
     ContactEstimate estimate;

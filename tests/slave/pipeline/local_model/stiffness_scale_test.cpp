@@ -54,8 +54,8 @@ TEST(RatioByDepthTest, AForceThatDrownsInItsErrorHasNoSay) {
   EXPECT_LT(ratio.At(4e-3).ratio, 1.002);  // 5 times the spread's 0.1^2 by 6^2
 }
 
-// What was estimated deep is believed shallow too until that was estimated: then each keeps its
-// own.
+// An estimate at a large depth holds at small depths, too, until one exists there: then each keeps
+// its own.
 TEST(RatioByDepthTest, DepthsNotEstimatedFollowTheirNeighbours) {
   StiffnessScale ratio(kFull, kRate, kSpread);
   for (int i = 0; i < 60; ++i) ratio.Learn(kFull, {0.9, 0.01, true});

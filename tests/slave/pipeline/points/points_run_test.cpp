@@ -102,7 +102,7 @@ TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
   EXPECT_FALSE(fs::exists(folder_ / "out/summary.json"));
 }
 
-// A pair turned towards each other sees an array in exchanged pictures, too: bent the other way,
+// A pair turned towards each other sees an array in exchanged images, too: bent the other way,
 // and with rays that pass each other: before anything presses, too.
 TEST_F(PointsRunTest, ExchangedSidesAreDoubted) {
   Scene scene = Recorded({4.0, {0, 0}, false});
@@ -114,7 +114,7 @@ TEST_F(PointsRunTest, ExchangedSidesAreDoubted) {
   EXPECT_EQ(summary.checks.at("epipolar"), 8U);
 }
 
-// Reference: the run that made the pictures. The rig's file has all digits; what a pixel of its
+// Reference: the run that made the images. The rig's file has all digits; what a pixel of its
 // rays differs by is rounding.
 TEST_F(PointsRunTest, WrittenFramesTellTheSameForcesAgain) {
   Scene scene = LoadScene(SourcePath("/deploy/scenes/rubber-membrane.yaml"),

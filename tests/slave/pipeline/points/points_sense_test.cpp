@@ -27,13 +27,13 @@ std::unique_ptr<Slave> Watching(const Scene& scene,
                                     std::make_unique<MembraneSource>(std::move(environment))));
 }
 
-// The slave over a fake source: what it feels is drawn by the test.
+// The slave over a fake source whose images the test draws.
 class PointsSenseTest : public ::testing::Test {
  protected:
   PointsSenseTest() {
     environment_->Show({});
     Scene scene = MembraneScene();
-    scene.manipulator.blind_after = 60;  // the hand moves on while pictures fail
+    scene.manipulator.blind_after = 60;  // the operator moves on while images fail
     slave_ = Watching(scene, environment_);
     Until(IsValid);
   }
@@ -47,7 +47,7 @@ class PointsSenseTest : public ::testing::Test {
         << ToString(state.validity);
     return state;
   }
-  // A force by the newest pictures: what was taken before `since` does not count.
+  // A force by the newest images: what was taken before `since` does not count.
   SlaveState UntilForce(double least) {
     return Until([&](const SlaveState& s) { return s.force && s.force->norm() > least; });
   }
@@ -63,7 +63,7 @@ class PointsSenseTest : public ::testing::Test {
 };
 
 // Reference: the plate's closed form, which bent the drawn dots. Tolerance: 1 mm of deflection is
-// seen to within 0.02 mm by 31 dots together.
+// measured to within 0.02 mm by 31 dots together.
 TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
   slave_->TakeEvents();
   constexpr double kForce = 4.0;
@@ -87,8 +87,8 @@ TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
               4e-5);
 }
 
-// Between pictures too: the source is silent while the hand goes down.
-TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
+// The same between images: the source is silent while the operator presses.
+TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenImages) {
   slave_->BeginOperating();
   EngagedHand hand(slave_.get());
   const SlaveState home =
@@ -97,7 +97,7 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
   const Vector3d normal = home.local_model.normal;
   EXPECT_NEAR(normal.z(), 1, 1e-6);
   environment_->FallSilent();
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // what was under way arrives
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // images under way arrive
   const Time last = slave_->Compose(Clock::now()).sensed_at;
   // Sideways by 10 mm and 0.3 mm deep, in small steps.
   const double height = normal.dot(home.p_S_tip - home.local_model.reference);
@@ -111,7 +111,7 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
   slave_->EndOperating();
 }
 
-// What presses would be taken for rest, and no longer be estimated.
+// A contact would become part of the rest shape, and would no longer be estimated.
 TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAnew) {
   environment_->Show({4.0, {0, 0}, false});
   UntilForce(1.0);
@@ -129,7 +129,7 @@ TEST_F(PointsSenseTest, ASourceThatBreaksIsAnAlarm) {
   EXPECT_EQ(slave_->Status().alarms.front(), "the cable is off");
 }
 
-TEST(PointsSenseStartTest, PicturesThatAreNotTheRigsAreRefused) {
+TEST(PointsSenseStartTest, ImagesThatAreNotTheRigsAreRefused) {
   auto environment = std::make_shared<MembraneEnvironment>();
   environment->Show({});
   Scene scene = MembraneScene();

@@ -1,6 +1,6 @@
-// Two cameras that do not look at the same instant, or whose stamps tell another one, on a membrane
-// that moves: each force is right at the moment that is stated, within its sigma, or is not
-// `valid`. `Long` ones run all rows.
+// Two cameras that do not look at the same instant, or whose timestamps differ from it, on a
+// membrane that moves: each force is right at the moment that is stated, within its sigma, or is
+// not `valid`. `Long` ones run all rows.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,7 +26,7 @@ constexpr int kMoving = 60;      // pairs after
 constexpr double kRight = 0.05;  // of the largest force
 constexpr double kSigmas = 3;
 
-// When the right picture is taken, and when its stamp says that it was, after the left one [s].
+// When the right image is taken, and when its stamp says that it was, after the left one [s].
 struct Skew {
   double is = 0, stated = 0;
   double jitter = 0;  // of the stamp: later in one pair, earlier in the next
@@ -52,8 +52,8 @@ class SkewedCameras final : public StereoSource {
     std::ranges::sort(times);
     for (const double t : times) {
       site_->MoveTool(TipAt(t));
-      if (t == left) pair.left = site_->TakePictures().left;
-      if (t == right) pair.right = site_->TakePictures().right;
+      if (t == left) pair.left = site_->TakeImages().left;
+      if (t == right) pair.right = site_->TakeImages().right;
       if (t == stated) truth_ = site_->truth();
     }
     pair.sequence = ++count_;

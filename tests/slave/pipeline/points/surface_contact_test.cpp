@@ -88,8 +88,8 @@ class RenderedMembraneTest : public ::testing::Test {
   SurfaceObservation Dots(double depth, double share, double sigma = kSigma) {
     return DotsUnder(FinerPlate(), TipAt(0).head<2>(), -share * Modelled(depth), sigma, &random_);
   }
-  void Hold(double depth, double share, int pictures) {
-    for (int i = 0; i < pictures; ++i) estimator().Estimate(Dots(depth, share), TipAt(depth));
+  void Hold(double depth, double share, int images) {
+    for (int i = 0; i < images; ++i) estimator().Estimate(Dots(depth, share), TipAt(depth));
   }
   std::mt19937 random_{12};
 };
@@ -97,11 +97,11 @@ class RenderedMembraneTest : public ::testing::Test {
 // Reference: the mean force estimated from the dots, itself within 1.5 % of the load by the order
 // of modes.
 TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneEstimated) {
-  constexpr int kPictures = 60;
+  constexpr int kImages = 60;
   double mean = 0;
-  for (int i = 0; i < kPictures; ++i) {
+  for (int i = 0; i < kImages; ++i) {
     Hold(4e-3, kSofter, 1);
-    mean += estimator().estimate().force->z() / kPictures;
+    mean += estimator().estimate().force->z() / kImages;
   }
   EXPECT_NEAR(Rendered(4e-3) / mean, 1, 5e-3);
   EXPECT_NEAR(Rendered(4e-3) / Modelled(4e-3), kSofter, 0.02);
@@ -110,7 +110,7 @@ TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneEstimated) {
   EXPECT_NEAR(estimator().LocalAt(TipAt(4.2e-3)).stiffness.trace() / slope, 1, 5e-3);
 }
 
-// Reference: each picture changes the ratio by no more than the learning rate of what is missing,
+// Reference: each image changes the ratio by no more than the learning rate of what is missing,
 // 1 - exp(-1 / 3) of a tenth: 2.8 % of the force; the fit's own error adds at most half a percent.
 TEST_F(RenderedMembraneTest, TheRenderedForceNeverJumps) {
   estimator().Estimate(Dots(4e-3, kSofter), TipAt(4e-3));
@@ -147,7 +147,7 @@ TEST_F(RenderedMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
   EXPECT_EQ(Rendered(4e-3), modelled);
 }
 
-// The picture is older than the tip: on the way in the estimated force is that of less depth. At 20
+// The image is older than the tip: on the way in the estimated force is that of less depth. At 20
 // mm/s and a whole period, 0.67 mm, between them, the ratio would fall to 0.7 at once.
 TEST_F(RenderedMembraneTest, ATipOnItsWayTeachesLittle) {
   constexpr double kStep = 0.02 / 30;

@@ -33,7 +33,7 @@ TEST(SurfaceDoubtsTest, ALoadThatPullsIsNoPress) {
   EXPECT_THAT(std::string(estimator.load().reason), HasSubstr("pulls outward: check the sides"));
 }
 
-// Reference: the same picture without those dots.
+// Reference: the same image without those dots.
 TEST(SurfaceDoubtsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(3);
@@ -124,7 +124,7 @@ TEST(SurfaceDoubtsTest, ABumpedRigIsPutRightAndFlaggedBeyondThat) {
 // Reference: the load on the same sheet at another tension, through modes of order 18: the scene's
 // makes 10 to 70 % more or less of the force. A press that rises to 4 N and stays; silently wrong
 // is what is `valid` and off by more than three sigma and a twentieth of the peak. Of a shallow
-// indentation, up to a quarter of the peak, the width does not tell it yet.
+// indentation, up to a quarter of the peak, the width does not show it yet.
 TEST(SurfaceDoubtsTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
   constexpr double kPeak = 4;
   std::mt19937 random(11);

@@ -45,8 +45,8 @@ TEST(SurfaceEstimatorTest, FeelsForceAndPlaceOfAPressFromItsDots) {
   }
 }
 
-// Law: a load at the place that the points tell, in the frame of the slave, about the tip that the
-// encoders tell. Where the images do not show the tool, or the load is another one's, it is
+// Law: a load at the position that the points show, in the frame of the slave, about the tip that
+// the encoders report. Where the images do not show the tool, or the load is another one's, it is
 // unknown.
 TEST(SurfaceEstimatorTest, TheMomentAboutTheTipIsThatOfTheLoadBesideIt) {
   Scene scene = MembraneScene("plate-large");
@@ -70,7 +70,7 @@ TEST(SurfaceEstimatorTest, TheMomentAboutTheTipIsThatOfTheLoadBesideIt) {
   EXPECT_FALSE(press(tip_O + Vector3d(-0.02, 0, 0), 0.0).moment);
 }
 
-// Reference: chi-square with one degree of freedom over 150 pictures: its mean has a standard
+// Reference: chi-square with one degree of freedom over 150 images: its mean has a standard
 // deviation of sqrt(2 / 150) = 0.12, four of them are allowed. The residual's factor max(1, .)
 // makes sigma larger by some percent on average.
 TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
@@ -78,15 +78,15 @@ TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
   PlateLargeModel same({kRadius, kThickness, kModulus, kNu});
   std::mt19937 random(2);
   double sum = 0;
-  constexpr int kPictures = 150;
-  for (int i = 0; i < kPictures; ++i) {
+  constexpr int kImages = 150;
+  for (int i = 0; i < kImages; ++i) {
     const ContactEstimate& estimate =
         estimator.Estimate(DotsUnder(same, {0.01, 0.005}, -0.5, 4e-5, &random), kAway);
     ASSERT_TRUE(estimate.force.has_value());
     const double error = (estimate.force->z() - 0.5) / estimate.sigma;
     sum += error * error;
   }
-  EXPECT_NEAR(sum / kPictures, 0.9, 0.48);
+  EXPECT_NEAR(sum / kImages, 0.9, 0.48);
 }
 
 // Points that scatter by a fifth of what is stated of them, where that is all that errs. Reference
@@ -95,7 +95,7 @@ TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
 TEST(SurfaceEstimatorTest, WhatPointsScatterAtRestReplacesWhatIsReportedWhereNothingElseErrs) {
   PlateLargeModel same({kRadius, kThickness, kModulus, kNu});
   constexpr double kScatter = 4e-5;
-  constexpr int kPictures = 150;
+  constexpr int kImages = 150;
   for (const bool alone : {true, false}) {
     SurfaceEstimator& estimator = Large();
     std::mt19937 random(16);
@@ -109,10 +109,10 @@ TEST(SurfaceEstimatorTest, WhatPointsScatterAtRestReplacesWhatIsReportedWhereNot
       return estimator.Estimate(seen, kAway);
     };
     for (int i = 0; i < 20; ++i) feel(0);
-    for (int i = 0; i < kPictures; ++i) {
+    for (int i = 0; i < kImages; ++i) {
       const ContactEstimate estimate = feel(-0.5);
       ASSERT_TRUE(estimate.force.has_value());
-      sum += std::pow((estimate.force->z() - 0.5) / estimate.sigma, 2) / kPictures;
+      sum += std::pow((estimate.force->z() - 0.5) / estimate.sigma, 2) / kImages;
     }
     if (alone) {
       EXPECT_NEAR(sum, 0.9, 0.48);
@@ -145,7 +145,7 @@ TEST(SurfaceEstimatorTest, AMomentThatIsNotSureMakesAChangingForceLessSure) {
   EXPECT_NEAR(unsure[3], sure[3], 1e-6);
 }
 
-// 300 pictures of noise: a false alarm at five sigma would be a rare accident of the seed.
+// 300 images of noise: a false alarm at five sigma would be a rare accident of the seed.
 TEST(SurfaceEstimatorTest, NoiseAloneIsNoForce) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(6);
@@ -188,7 +188,7 @@ TEST(SurfaceEstimatorTest, NodalForcesAddUpToTheLoadAndTheShapeIsItsOwn) {
   EXPECT_LT(farthest, 4e-5);  // of 2.6 mm
 }
 
-TEST(SurfaceEstimatorTest, FeelsWithoutAllocatingAfterTheFirstPictures) {
+TEST(SurfaceEstimatorTest, FeelsWithoutAllocatingAfterTheFirstImages) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(11);
   std::vector<SurfaceObservation> seen;
@@ -199,9 +199,9 @@ TEST(SurfaceEstimatorTest, FeelsWithoutAllocatingAfterTheFirstPictures) {
   }
   seen[7].found = false;
   const Vector3d pressed(0.003, 0.001, -1e-3);
-  for (const auto& picture : seen) estimator.Estimate(picture, pressed);
+  for (const auto& image : seen) estimator.Estimate(image, pressed);
   const long before = AllocationCount();
-  for (const auto& picture : seen) estimator.Estimate(picture, pressed);
+  for (const auto& image : seen) estimator.Estimate(image, pressed);
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(estimator.LocalAt({1e-4 * i, 0, -1e-5 * i}).known());
   }

@@ -32,25 +32,25 @@ TEST(SurfacePointTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAnew)
   ASSERT_TRUE(seen.found);
   for (const SurfacePoint& point : seen.points) {
     EXPECT_LT((point.p_S - point.p_S_rest).norm(),
-              5e-6);  // the same picture, searched near the last places
+              5e-6);  // the same image, searched near the last places
   }
 }
 
 // Reference: the target's own motion, drawn by perspective alone. Tolerance: a window is found to
 // 0.03 px, 1.84 mm / px in depth.
 TEST(SurfacePointTrackerTest, TextureTellsWhereItsWindowsWent) {
-  TargetImages pictures;
+  TargetImages images;
   Scene scene;
   scene.sense.Set(PointsOptions{});
-  scene.sense.Find<StereoCameras>()->X_SL = pictures.X_SL;
+  scene.sense.Find<StereoCameras>()->X_SL = images.X_SL;
   scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
   scene.sense.Find<PointTracking>()->count = 12;
-  const auto tracker = MakeSurfacePointTracker(scene, pictures.rig);
+  const auto tracker = MakeSurfacePointTracker(scene, images.rig);
   EXPECT_EQ(tracker->stage(), "texture");
   EXPECT_FALSE(tracker->Process(StereoPair{}).found);
   EXPECT_FALSE(tracker->at_rest_known());
   const auto look = [&](const Eigen::Vector3d& p_S, std::uint64_t sequence) {
-    const auto taken = pictures.Take(p_S);
+    const auto taken = images.Take(p_S);
     StereoPair pair;
     pair.left = taken.left;
     pair.right = taken.right;
@@ -66,8 +66,7 @@ TEST(SurfacePointTrackerTest, TextureTellsWhereItsWindowsWent) {
   for (std::size_t i = 0; i < seen.points.size(); ++i) {
     if (!seen.points[i].seen) continue;
     EXPECT_LT((seen.points[i].p_S - seen.points[i].p_S_rest - way).norm(), 1.5e-4) << i;
-    EXPECT_LT((*tracker->Project(seen.points[i].p_S) - tracker->PlaceInPicture(i)).norm(), 0.5)
-        << i;
+    EXPECT_LT((*tracker->Project(seen.points[i].p_S) - tracker->PlaceInImage(i)).norm(), 0.5) << i;
   }
   tracker->Reset();
   EXPECT_FALSE(tracker->at_rest_known());
@@ -96,13 +95,12 @@ TEST(SurfacePointTrackerTest, DepthTellsWhereTheSurfaceWent) {
   for (std::size_t i = 0; i < seen.points.size(); ++i) {
     ASSERT_TRUE(seen.points[i].seen);
     EXPECT_NEAR(seen.points[i].p_S.z() - seen.points[i].p_S_rest.z(), -0.002, 1e-6) << i;
-    EXPECT_LT((*tracker->Project(seen.points[i].p_S) - tracker->PlaceInPicture(i)).norm(), 1e-6)
-        << i;
+    EXPECT_LT((*tracker->Project(seen.points[i].p_S) - tracker->PlaceInImage(i)).norm(), 1e-6) << i;
   }
-  EXPECT_FALSE(tracker->PlaceInPicture(seen.points.size()).allFinite());
+  EXPECT_FALSE(tracker->PlaceInImage(seen.points.size()).allFinite());
   tracker->Reset();
   EXPECT_FALSE(tracker->at_rest_known());
-  EXPECT_FALSE(tracker->PlaceInPicture(0).allFinite());
+  EXPECT_FALSE(tracker->PlaceInImage(0).allFinite());
 }
 
 }  // namespace

@@ -76,10 +76,9 @@ StereoPair DotPairs::Draw(const Press& press, std::uint64_t seed) const {
   }
   StereoPair pair;
   for (const int eye : {0, 1}) {
-    DotImage picture;
-    if (!(press.covered && eye == 0)) picture.dots = ArraySeen(eye, places, normals, kDotRadius);
-    (eye == 0 ? pair.left : pair.right) =
-        picture.Render(2 * seed + static_cast<std::uint64_t>(eye));
+    DotImage image;
+    if (!(press.covered && eye == 0)) image.dots = ArraySeen(eye, places, normals, kDotRadius);
+    (eye == 0 ? pair.left : pair.right) = image.Render(2 * seed + static_cast<std::uint64_t>(eye));
   }
   return pair;
 }
@@ -116,12 +115,12 @@ std::optional<StereoPair> MembraneSource::Next(const std::stop_token& stop) {
     if (environment_->silent_) continue;
     StereoPair pair = environment_->pairs_[sequence_ % environment_->pairs_.size()];
     pair.sequence = ++sequence_;
-    // Nor does a camera show the same picture twice.
+    // Nor does a camera show the same image twice.
     cv::RNG noise(sequence_);
-    for (cv::Mat* picture : {&pair.left, &pair.right}) {
-      cv::Mat levels(picture->size(), picture->type());
+    for (cv::Mat* image : {&pair.left, &pair.right}) {
+      cv::Mat levels(image->size(), image->type());
       noise.fill(levels, cv::RNG::UNIFORM, 0, 2);
-      *picture = *picture + levels;
+      *image = *image + levels;
     }
     pair.sensed_at = Clock::now();
     return pair;

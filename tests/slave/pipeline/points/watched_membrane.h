@@ -1,5 +1,5 @@
 // A membrane with dots for tests of a stereo pair: its images come from the closed form
-// of a thin plate, not from any model of the house.
+// of a thin plate, not from any model of the product.
 #pragma once
 
 #include <memory>
@@ -33,11 +33,11 @@ class DotPairs {
   StereoPair Draw(const Press& press, std::uint64_t seed = 1) const;
 };
 
-// What a test's source shows, a pair every 5 ms.
+// The scene that a test's source shows, a pair every 5 ms.
 class MembraneEnvironment {
  public:
-  void Show(const Press& press);  // again, after FallSilent() too
-  void FallSilent();              // silent
+  void Show(const Press& press);  // also ends FallSilent
+  void FallSilent();              // no image from now on
   void End();
   void Break();
 

@@ -1,4 +1,4 @@
-// A scene's domed membrane under a depth camera inside of it, from pictures to the force.
+// A scene's domed membrane under a depth camera inside of it, from images to the force.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -119,30 +119,30 @@ class Truth {
 // Images that the test hands over.
 class Given final : public StereoSource {
  public:
-  explicit Given(std::shared_ptr<std::deque<cv::Mat>> pictures) : pictures_(std::move(pictures)) {}
+  explicit Given(std::shared_ptr<std::deque<cv::Mat>> images) : images_(std::move(images)) {}
   std::optional<StereoPair> Next(const std::stop_token&) override {
     StereoPair pair;
     pair.sequence = ++sequence_;
-    pair.left = pictures_->front();
-    pictures_->pop_front();
+    pair.left = images_->front();
+    images_->pop_front();
     return pair;
   }
   [[nodiscard]] std::string description() const override { return "given"; }
 
  private:
-  std::shared_ptr<std::deque<cv::Mat>> pictures_;
+  std::shared_ptr<std::deque<cv::Mat>> images_;
   std::uint64_t sequence_ = 0;
 };
 
 class DomedSceneTest : public ::testing::Test {
  protected:
   explicit DomedSceneTest(const Scene& scene = DomedScene())
-      : sense_(scene, std::make_unique<Given>(pictures_)) {
+      : sense_(scene, std::make_unique<Given>(images_)) {
     for (int i = 0; i < 5; ++i) Estimate({});
   }
   const ContactEstimate& Estimate(const std::vector<Pressure>& pressures) {
     truth_.Press(pressures);
-    pictures_->push_back(truth_.Image(&random_));
+    images_->push_back(truth_.Image(&random_));
     EXPECT_TRUE(sense_.Acquire({}));
     sense_.Process();
     return sense_.Estimate({p_S_O + Vector3d(0, 0, 2 * kInflation), std::nullopt});
@@ -150,7 +150,7 @@ class DomedSceneTest : public ::testing::Test {
 
   Truth truth_;
   std::mt19937 random_{3};
-  std::shared_ptr<std::deque<cv::Mat>> pictures_ = std::make_shared<std::deque<cv::Mat>>();
+  std::shared_ptr<std::deque<cv::Mat>> images_ = std::make_shared<std::deque<cv::Mat>>();
   PointsSense sense_;
 };
 

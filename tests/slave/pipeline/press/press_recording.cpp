@@ -53,8 +53,8 @@ RecordedPress ReadRecordedPress(const std::filesystem::path& folder) {
   for (int number = 0; number < static_cast<int>(press.rows.size()); ++number) {
     const auto file = folder / fmt::format("depth_{:03d}.png", number);
     if (!std::filesystem::exists(file)) continue;
-    const cv::Mat picture = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
-    const auto& seen = cameras.Observe(picture);
+    const cv::Mat image = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+    const auto& seen = cameras.Observe(image);
     if (!seen.found) continue;
     press.frames.push_back({number, seen.points});
     for (std::size_t i = 0; i < seen.points.size() && number <= kRestLast; ++i) {

@@ -20,7 +20,7 @@ struct RecordedPress {
     std::vector<SurfacePoint> points;
   };
   std::vector<Row> rows;      // one per frame of the recording
-  std::vector<Frame> frames;  // those whose depth picture is there, after the rest frame
+  std::vector<Frame> frames;  // those whose depth image is there, after the rest frame
   double rest_scatter = 0;    // of frames up to 58: rms of (way along the normal / its sigma)
   double rest_rms = 0;        // the same, not divided [m]
 };

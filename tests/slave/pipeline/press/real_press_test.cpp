@@ -20,7 +20,7 @@ constexpr int kLastTraining = 65;
 // The plane of the rim: the skin ends at its mount, whose depth does not change.
 constexpr double kRim = 0.058;    // z of the camera's frame [m]
 constexpr double kPoisson = 0.5;  // rubber
-constexpr std::size_t kRestPictures = 5;
+constexpr std::size_t kRestImages = 5;
 constexpr double kWrench = 0.2;  // its noise [N]
 
 Scene RecordedScene();
@@ -63,7 +63,7 @@ class RealPressTest : public ::testing::Test {
       };
       const SurfacePoint& deepest =
           *std::ranges::max_element(sense.observation().points, {}, inward);
-      replayed.push_back({press_->frames.at(i - kRestPictures).number, estimate, deepest.p_S_rest});
+      replayed.push_back({press_->frames.at(i - kRestImages).number, estimate, deepest.p_S_rest});
     }
     return replayed;
   }

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
@@ -38,4 +38,4 @@ INSTANTIATE_TEST_SUITE_P(CentreAndBeside, MembraneFaceTest,
                          testing::Values(Vector2d(0, 0), Vector2d(-0.01, 0.017)));
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

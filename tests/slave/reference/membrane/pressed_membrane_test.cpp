@@ -11,7 +11,7 @@
 #include "tests/slave/mechanics/contacts.h"
 #include "tests/slave/mechanics/plate/presses.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector2d;
@@ -43,7 +43,7 @@ TEST(PressedMembrane, TakesTheForceOfAnotherProgramsSolid) {
     const double depth = c.at("expected").at("w_centre");
     for (int k = 1; k <= 4; ++k) ASSERT_TRUE(membrane.Deepen(depth * k / 4)) << id;
     const double force = params.at("F");
-    EXPECT_NEAR(-membrane.press().rungs.back()->force / force, 1, 0.003) << id;
+    EXPECT_NEAR(-membrane.press().depth_steps.back()->force / force, 1, 0.003) << id;
     ++compared;
   }
   EXPECT_EQ(compared, 4);
@@ -60,7 +60,7 @@ TEST(PressedMembrane, IsAKirchhoffPlateWhereThinAndHardlyPressed) {
       ASSERT_TRUE(membrane.Deepen(depth));
       PlateModel plate({kRadius, thickness, kRubber.young_modulus, kRubber.poisson_ratio});
       const auto response = contacts::Answer(plate, plates::Moved({0, p * kRadius}, depth, kWidth));
-      const double ratio = membrane.press().rungs.back()->force / response.force_O.z();
+      const double ratio = membrane.press().depth_steps.back()->force / response.force_O.z();
       EXPECT_LT(ratio, 1.003) << thickness << " " << p;
       EXPECT_GT(ratio, 1 - 16 * std::pow(thickness / kRadius, 2)) << thickness << " " << p;
     }
@@ -88,7 +88,8 @@ TEST(PressedMembrane, ARigidFaceTouchesWithItsRim) {
     ASSERT_TRUE(membrane.Deepen(depth));
     const double D = kRubber.young_modulus * std::pow(thickness, 3) / 12 / (1 - 0.45 * 0.45);
     const double force = c.force * D * depth / (kRadius * kRadius);
-    EXPECT_NEAR(-membrane.press().rungs.back()->force / force, 1, 0.01) << c.place << ' ' << c.tool;
+    EXPECT_NEAR(-membrane.press().depth_steps.back()->force / force, 1, 0.01)
+        << c.place << ' ' << c.tool;
   }
 }
 
@@ -101,7 +102,7 @@ TEST(PressedMembrane, MeshIsFineEnoughUnderARigidFace) {
       PressedMembrane membrane(kSheet, kRubber, kWidth, {p * kRadius, 0}, {k == 0 ? 8 : 12, 1}, 0,
                                ToolFace::kRigid);
       for (const double depth : {1e-3, 2e-3, 4e-3}) ASSERT_TRUE(membrane.Deepen(depth));
-      force[k] = membrane.press().rungs.back()->force;
+      force[k] = membrane.press().depth_steps.back()->force;
     }
     EXPECT_NEAR(force[0] / force[1], 1, 0.01) << p;
   }
@@ -125,7 +126,8 @@ TEST(PressedMembrane, TensionAtRestHoldsTheTool) {
                              .prestress = prestress,
                              .order = 20});
       const auto response = contacts::Answer(plate, plates::Moved({p * kRadius, 0}, depth, kWidth));
-      EXPECT_NEAR(membrane.press().rungs.back()->force / response.force_O.z(), 1, 0.01 + share)
+      EXPECT_NEAR(membrane.press().depth_steps.back()->force / response.force_O.z(), 1,
+                  0.01 + share)
           << share << " " << p;
     }
   }
@@ -134,7 +136,7 @@ TEST(PressedMembrane, TensionAtRestHoldsTheTool) {
   PressedMembrane membrane(thin, kRubber, width, {0, 0}, {}, prestress);
   ASSERT_TRUE(membrane.Deepen(1e-5));
   const double ideal = 2 * M_PI * prestress * 1e-5 / (std::log(2 * kRadius / width) + 0.5);
-  EXPECT_NEAR(-membrane.press().rungs.back()->force / ideal, 1, 0.01);
+  EXPECT_NEAR(-membrane.press().depth_steps.back()->force / ideal, 1, 0.01);
 }
 
 struct Difference {
@@ -170,14 +172,14 @@ TEST(PressedMembrane, MeshIsFineEnough) {
   }
 }
 
-// Reference: a press solved where the other one, in rungs of half a millimetre, is asked between
-// them. Linear in the depth, the field is late by h^2 / 8 of its second derivative: 4 um.
-TEST(PressedMembrane, BetweenRungsIsInterpolated) {
+// Reference: a press solved where the other one, in depth steps of half a millimetre, is asked
+// between them. Linear in the depth, the field is late by h^2 / 8 of its second derivative: 4 um.
+TEST(PressedMembrane, BetweenDepthStepsIsInterpolated) {
   const MembraneResolution coarse{5, 1};
-  std::vector<double> rungs, between;
-  for (int k = 1; k <= 6; ++k) rungs.push_back(0.5e-3 * k);
+  std::vector<double> depth_steps, between;
+  for (int k = 1; k <= 6; ++k) depth_steps.push_back(0.5e-3 * k);
   for (int k = 1; k <= 12; ++k) between.push_back(0.25e-3 * k);
-  const auto a = Pressed({0.01, 0}, rungs, coarse), b = Pressed({0.01, 0}, between, coarse);
+  const auto a = Pressed({0.01, 0}, depth_steps, coarse), b = Pressed({0.01, 0}, between, coarse);
   for (double depth = 0.25e-3; depth < 3e-3; depth += 0.5e-3) {
     EXPECT_NEAR(ForceAt(a, depth) / ForceAt(b, depth), 1, 3e-3) << depth;
     for (const double x : {-0.02, 0.0, 0.01, 0.02}) {
@@ -205,4 +207,4 @@ TEST(PressedMembrane, SolvesTheExtremes) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -113,4 +113,4 @@ TEST(GradedMesh, EndsInASharpCorner) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -8,7 +8,7 @@
 #include "tests/slave/reference/planar/planar_scenes.h"
 #include "tests/support/references.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 // Stiffness of the tool against a unit press along the inward normal, and along the tangent for the
@@ -76,7 +76,7 @@ TEST(PatchSolution, AgreesWithTheContinuumWithinOnePerMille) {
 
 // Reference: theory of graded quadratic elements: the energy's error falls with the square of the
 // number of unknowns, as long as the elements at the singular ends shrink along. The finest mesh
-// is the limit. The order is 2; 1.4 is asked for, since each mesh is made anew and the reference is
+// is the limit. The order is 2; 1.4 is requested, since each mesh is a new one and the reference is
 // itself a mesh.
 TEST(PatchSolution, ConvergesAtSecondOrderInTheNumberOfUnknowns) {
   const auto with = [](double factor) {
@@ -131,4 +131,4 @@ TEST(TrueBody, APatchEndsAtASharpCornerAndGoesRoundAGentleOne) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

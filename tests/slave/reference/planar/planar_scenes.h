@@ -7,7 +7,7 @@
 
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // Paper A's silicone block, pressed from above in the middle by its indenter; home 3 mm above.
 inline Scene BlockScene() {
@@ -48,4 +48,4 @@ inline Scene EmbryoScene() {
   return scene;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

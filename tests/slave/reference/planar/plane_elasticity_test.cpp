@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -38,4 +38,4 @@ TEST(PlaneElasticity, ConstantStrainIsExact) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -16,7 +16,7 @@ class RoundTouchTest : public testing::Test {
  protected:
   static constexpr double kRadius = 8e-3, kNu = 0.3;
   RoundTouchTest() {
-    scene_ = site::BlockScene();
+    scene_ = simulation::BlockScene();
     scene_.model.plane = Plane::kStrain;
     scene_.object.material.poisson_ratio = kNu;
     scene_.tool = Tool{.shape = Tool::Shape::kRound, .width = 12e-3, .radius = kRadius};
@@ -29,13 +29,13 @@ class RoundTouchTest : public testing::Test {
 // makes the contact a few per cent narrower. In his range: a up to 0.3 R, 1/30 of the block.
 // Tolerance: half a node's distance of 0.25 mm at either end and 5 %.
 TEST_F(RoundTouchTest, TheContactIsAsWideAsHertzHasIt) {
-  const site::TrueBody body(scene_);
+  const simulation::TrueBody body(scene_);
   const auto place = body.Nearest({0.044, 0.09});
-  const site::PatchSolution wide =
+  const simulation::PatchSolution wide =
       SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, kRadius});
   double last = 0;
   for (const double depth : {0.2e-3, 0.5e-3, 1e-3}) {
-    const site::RoundState state = Touched(*wide.round, {0, -depth}, 0);
+    const simulation::RoundState state = Touched(*wide.round, {0, -depth}, 0);
     const double P = -state.total().y();
     double a = 0;
     for (std::size_t i = 0; i < wide.round->nodes.size(); ++i) {
@@ -53,10 +53,11 @@ TEST_F(RoundTouchTest, TheContactIsAsWideAsHertzHasIt) {
 // References: the flat bonded solution on its own graded mesh, whose stiffness is within 1e-3, and
 // statics. Tolerance: 1 % of the stiffness, from the coarser mesh and nodes that let go.
 TEST_F(RoundTouchTest, AStraightFacePressesLikeTheBondedTool) {
-  const site::TrueBody body(scene_);
+  const simulation::TrueBody body(scene_);
   const auto place = body.Nearest({0.044, 0.09});
-  const site::PatchSolution face = SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, 0});
-  const site::PatchSolution bonded = SolvePatch(body, kNu, Plane::kStrain, place, 12e-3);
+  const simulation::PatchSolution face =
+      SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, 0});
+  const simulation::PatchSolution bonded = SolvePatch(body, kNu, Plane::kStrain, place, 12e-3);
   constexpr double kDepth = 2e-3;
   const double wanted = kDepth * bonded.stiffness(1, 1);
   EXPECT_NEAR(-Touched(*face.round, {0, -kDepth}, 0).total().y(), wanted, 0.01 * wanted);
@@ -65,12 +66,13 @@ TEST_F(RoundTouchTest, AStraightFacePressesLikeTheBondedTool) {
 // A tool turned counter-clockwise has its left corner in front: it touches before the middle does,
 // and there only. Mirrored, the force is mirrored.
 TEST_F(RoundTouchTest, ATiltedFaceTouchesWithItsLeadingCornerFirst) {
-  const site::TrueBody body(scene_);
+  const simulation::TrueBody body(scene_);
   const auto place = body.Nearest({0.044, 0.09});
-  const site::PatchSolution face = SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, 0});
+  const simulation::PatchSolution face =
+      SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, 0});
   constexpr double kTilt = 0.2, kBefore = 0.5e-3;  // the corner leads by 1.2 mm
-  const site::RoundState left = Touched(*face.round, {0, kBefore}, kTilt);
-  const site::RoundState right = Touched(*face.round, {0, kBefore}, -kTilt);
+  const simulation::RoundState left = Touched(*face.round, {0, kBefore}, kTilt);
+  const simulation::RoundState right = Touched(*face.round, {0, kBefore}, -kTilt);
   ASSERT_LT(left.total().y(), 0);
   EXPECT_NEAR(left.total().y(), right.total().y(), 0.01 * std::abs(left.total().y()));
   for (std::size_t i = 0; i < face.round->nodes.size(); ++i) {

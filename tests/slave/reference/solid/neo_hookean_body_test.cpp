@@ -9,7 +9,7 @@
 
 #include "tests/reference/reference_file.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Matrix3d;
@@ -162,4 +162,4 @@ TEST(NeoHookeanBody, CubeUnderADeadLoadGivesWayAsInCalculix) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -15,7 +15,7 @@ namespace {
 constexpr double kRadius = 0.6e-3;
 
 Scene LivingScene(std::uint32_t seed = 1) {
-  Scene scene = site::EmbryoScene();
+  Scene scene = simulation::EmbryoScene();
   scene.site.seed = seed;
   scene.site.embryo.emplace();
   return scene;
@@ -35,7 +35,7 @@ void Retreat(SimulatedSite& site) {
 TEST(EmbryoSiteTest, TheMembraneIsLinearToItsDepthAndStiffensBeyond) {
   Scene scene = LivingScene();
   scene.site.embryo->puncture = {1e-2, 1e-2};
-  SimulatedSite embryo(scene), disc(site::EmbryoScene());
+  SimulatedSite embryo(scene), disc(simulation::EmbryoScene());
   for (const double depth : {30e-6, 80e-6, 150e-6, 200e-6}) {
     PressTo(embryo, depth);
     PressTo(disc, depth);

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-using site::BlockScene;
+using simulation::BlockScene;
 
 constexpr double kTop = 0.088;  // the block's surface [m]
 constexpr double kMiddle = 0.044;
@@ -34,7 +34,7 @@ TEST(SimulatedSite, AFiveMillimetrePressGivesTheContinuumForce) {
 }
 
 // Reference: what counts is where the tool is on the body. A tool that rests on one that comes
-// nearer presses as one that goes down, to the last bit; the pictures show both elsewhere.
+// nearer presses as one that goes down, to the last bit; the images show both elsewhere.
 TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
   Scene scene = BlockScene();
   const Eigen::Vector3d above(kMiddle, 0.091, 0), deep(kMiddle, kTop - 3e-3, 0);
@@ -51,7 +51,7 @@ TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
   EXPECT_NEAR(moving.truth().depth, 5e-3, 1e-12);
   EXPECT_LT((moving.truth().force - resting.truth().force).norm(), 1e-9);
   EXPECT_EQ(moving.truth().p_S_tip, deep);
-  EXPECT_GT(cv::norm(moving.TakePicture(), resting.TakePicture(), cv::NORM_L1), 1e5);
+  EXPECT_GT(cv::norm(moving.TakeImage(), resting.TakeImage(), cv::NORM_L1), 1e5);
 }
 
 // Reference: frame invariance. Body, tool and motion turned together give the turned force.

@@ -185,7 +185,7 @@ TEST_F(FoamRecording, APressInFoamReadsLikeTheRealOne) {
   // Where on the fingertip it was is not known; the side whose opposite rises most is likely.
   const Vector3d n = Vector3d(0.1, -0.6, -0.8).normalized();
   for (std::size_t i = 0; i < recording_.t.size(); ++i) {
-    const FingertipLoad load{site::kSkinRadius * n, -force[i] * n, 9e-3};
+    const FingertipLoad load{simulation::kSkinRadius * n, -force[i] * n, 9e-3};
     simulated.push_back(fingertip.Sample(force[i] > 0.02 ? &load : nullptr,
                                          i > 0 ? recording_.t[i] - recording_.t[i - 1] : 0.01));
   }
@@ -220,7 +220,7 @@ TEST(PlateRecording, AHardPressReadsLikeTheRealOne) {
   SimulatedFingertip fingertip(3);
   Samples simulated;
   const Vector3d n = Vector3d(0.11, 0.11, -0.99).normalized();
-  FingertipLoad load{site::kSkinRadius * n, {0, 0, 0}, 4e-3};
+  FingertipLoad load{simulation::kSkinRadius * n, {0, 0, 0}, 4e-3};
   for (int i = 0; i < 100; ++i) simulated.push_back(fingertip.Sample(nullptr, 0.01));
   const double start = Mean(Column(simulated, kPdc), 0, 100);
   double newtons = 0;

@@ -10,7 +10,7 @@
 #include "slave/simulator/fingertips/site_mesh.h"
 #include "slave/simulator/fingertips/true_object.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 namespace {
 
 using Eigen::Vector3d;
@@ -136,4 +136,4 @@ TEST(SiteMesh, ElementsFillWhatTheSurfaceEncloses) {
 }
 
 }  // namespace
-}  // namespace palpate::site
+}  // namespace palpate::simulation

@@ -8,10 +8,10 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using site::CubeScene;
-using site::PinchScene;
+using simulation::CubeScene;
+using simulation::PinchScene;
 
-// Forces on it are 10 to 30 % off, ladders are solved in a tenth of the time.
+// Forces on it are 10 to 30 % off, series are solved in a tenth of the time.
 constexpr SiteResolution kCoarse{.edge = 3.5e-3, .fine_reach = 4e-3, .growth = 0.8};
 
 void PressBy(TactileSite* site, double depth, const Vector3d& beside = {0, 0, 0}) {
@@ -48,7 +48,7 @@ TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
   PressBy(&site, 2e-3, {20e-3, 0, 0});
   EXPECT_NEAR(across - site.truth().fingers[0].force.x(), normal, 0.05 * normal);
   PressBy(&site, -1e-3);
-  PressBy(&site, 2e-3);  // it stuck anew
+  PressBy(&site, 2e-3);  // it sticks again
   EXPECT_NEAR(site.truth().fingers[0].force.x(), across, 1e-9);
 }
 
@@ -86,7 +86,7 @@ TEST(TactileSite, PosesOfObjectAndHandTurnTheWholeWorld) {
   const FingerTruth a = turned.truth().fingers[0], b = plain.truth().fingers[0];
   EXPECT_LT((a.force - X.linear() * b.force).norm(), 1e-6 * b.force.norm());
   EXPECT_LT((a.p_S_contact - X * b.p_S_contact).norm(), 1e-9);
-  // The skin feels the same in its own frame.
+  // The skin has the same load in its own frame.
   const TactileFrame fa = turned.TakeSample(Time{}), fb = plain.TakeSample(Time{});
   EXPECT_EQ(fa.fingers[0].channels, fb.fingers[0].channels);
 }

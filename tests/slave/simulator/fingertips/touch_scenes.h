@@ -8,7 +8,7 @@
 
 #include "slave/scene/scene.h"
 
-namespace palpate::site {
+namespace palpate::simulation {
 
 // A fingertip whose pad looks along `pad_S`, its axis as far as possible along `axis_S`, with the
 // centre of its tip at `centre_S`.
@@ -56,4 +56,4 @@ inline Scene PinchScene() {
   return scene;
 }
 
-}  // namespace palpate::site
+}  // namespace palpate::simulation

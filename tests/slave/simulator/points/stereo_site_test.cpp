@@ -21,7 +21,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // What these tests claim holds on any mesh.
-constexpr site::MembraneResolution kCoarse{4, 1};
+constexpr simulation::MembraneResolution kCoarse{4, 1};
 
 // Paper C's membrane before its pair.
 Scene MembraneScene() {
@@ -47,30 +47,30 @@ struct Eye {
   }
 };
 
-// The dot near `at` [px]: dark on light, of a picture without flaws. Its edge is 6.4 px
+// The dot near `at` [px]: dark on light, of an image without flaws. Its edge is 6.4 px
 // from its middle, the rim of the membrane 9.3 px at least.
 struct SeenDot {
   Vector2d centre;
   double area = 0;  // [px^2]
 };
 
-SeenDot DotNear(const cv::Mat& picture, const Vector2d& at) {
+SeenDot DotNear(const cv::Mat& image, const Vector2d& at) {
   const int x0 = static_cast<int>(std::lround(at.x())), y0 = static_cast<int>(std::lround(at.y()));
-  const double ground = site::MembraneView::kRubber;
+  const double ground = simulation::MembraneView::kRubber;
   double sum = 0;
   Vector2d moment(0, 0);
   for (int y = y0 - 10; y <= y0 + 10; ++y) {
     for (int x = x0 - 10; x <= x0 + 10; ++x) {
       if ((Vector2d(x, y) - at).norm() > 8.5) continue;
-      const double share = ground - picture.at<uchar>(y, x);
+      const double share = ground - image.at<uchar>(y, x);
       sum += share;
       moment += share * Vector2d(x, y);
     }
   }
-  return {moment / sum, sum / (ground - site::DottedMembrane::kDot)};
+  return {moment / sum, sum / (ground - simulation::DottedMembrane::kDot)};
 }
 
-// Mean picture place of the disc at centre_O, by area in the picture: rings cut into cells. It lies
+// Mean image place of the disc at centre_O, by area in the image: rings cut into cells. It lies
 // where the true centre is and across the surface's normal there.
 SeenDot DiscSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_O) {
   constexpr int kRings = 24, kTurns = 48;
@@ -108,27 +108,27 @@ struct Press {
   double depth;
 };
 
-class MembranePictureTest : public testing::TestWithParam<Press> {};
+class MembraneImageTest : public testing::TestWithParam<Press> {};
 
 // Reference: discs on the true surface, projected through the rig written down by hand, with the
-// area that they have in the picture (the known bias of circles is in it). Tolerance: rounding to 8
+// area that they have in the image (the known bias of circles is in it). Tolerance: rounding to 8
 // bit moves the centroid of the 128 px of a dot by less than 0.01 px and its area by less than
 // 0.5 %, the reference's cells by 0.002 px and 0.3 %.
-TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
+TEST_P(MembraneImageTest, DotsLieWhereTheTruthProjectsThem) {
   const Press press = GetParam();
   Scene scene = MembraneScene();
   scene.site.noise = scene.site.blur = scene.site.lighting = scene.site.flicker = 0;
   scene.manipulator.home = Tip(scene, press.p_O, -5e-3);
   StereoSite site(scene, kCoarse);
   site.MoveTool(Tip(scene, press.p_O, press.depth));
-  const StereoPictures pictures = site.TakePictures();
+  const StereoImages images = site.TakeImages();
   const std::array<Eye, 2> cameras{Eye{VergedPose(-1).inverse()}, Eye{VergedPose(1).inverse()}};
   double worst = 0, worst_area = 0, moved = 0;
   for (const Vector2d& p_O : DotPlaces(*scene.sense.Find<PointTracking>())) {
     for (std::size_t e = 0; e < 2; ++e) {
       const SeenDot expected = DiscSeen(site, cameras[e], p_O);
-      const cv::Mat& picture = e == 0 ? pictures.left : pictures.right;
-      const SeenDot dot = DotNear(picture, expected.centre);
+      const cv::Mat& image = e == 0 ? images.left : images.right;
+      const SeenDot dot = DotNear(image, expected.centre);
       worst = std::max(worst, (dot.centre - expected.centre).norm());
       worst_area = std::max(worst_area, std::abs(dot.area / expected.area - 1));
       moved = std::max(moved,
@@ -140,37 +140,38 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
   EXPECT_GT(moved, press.depth > 0 ? 300 * press.depth : -1) << "the dots did not move";
 }
 
-INSTANTIATE_TEST_SUITE_P(Presses, MembranePictureTest,
+INSTANTIATE_TEST_SUITE_P(Presses, MembraneImageTest,
                          testing::Values(Press{"rest", {0, 0}, -1e-3},
                                          Press{"centre", {0, 0}, 4e-3},
                                          Press{"eccentric", {0.0117 * 0.6, 0.0117 * 0.8}, 2e-3}),
                          [](const auto& press) { return press.param.name; });
 
-// Reference: the press on the finest mesh in use, with twice as many rungs. Tolerances: what the
-// header states; measured are 0.12 % and 8 um at worst, most of it the mesh's.
+// Reference: the press on the finest mesh in use, with twice as many depth steps. Tolerances: what
+// the header states; measured are 0.12 % and 8 um at worst, most of it the mesh's.
 TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
   const double radius = 0.018;  // six rasters: nothing is blended
   const Scene scene = MembraneScene();
-  site::PressedMembrane fine(std::get<MembraneGeometry>(scene.object.geometry),
-                             scene.object.material, scene.tool->width, {radius, 0});
-  std::vector<double> rungs{0.1e-3, 0.25e-3};
-  for (int k = 1; k <= 12; ++k) rungs.push_back(0.5e-3 * k);
-  for (const double depth : rungs) ASSERT_TRUE(fine.Deepen(depth));
+  simulation::PressedMembrane fine(std::get<MembraneGeometry>(scene.object.geometry),
+                                   scene.object.material, scene.tool->width, {radius, 0});
+  std::vector<double> depth_steps{0.1e-3, 0.25e-3};
+  for (int k = 1; k <= 12; ++k) depth_steps.push_back(0.5e-3 * k);
+  for (const double depth : depth_steps) ASSERT_TRUE(fine.Deepen(depth));
   StereoSite site(scene);
   for (const double depth : {0.15e-3, 0.4e-3, 0.8e-3, 1.55e-3, 2.4e-3, 3.3e-3, 4.6e-3}) {
     site.MoveTool(Tip(scene, {radius, 0}, depth));
-    EXPECT_NEAR(site.truth().force.norm() / -site::ForceAt(fine.press(), depth), 1, 0.002) << depth;
+    EXPECT_NEAR(site.truth().force.norm() / -simulation::ForceAt(fine.press(), depth), 1, 0.002)
+        << depth;
     double worst = 0;
     for (int k = -38; k <= 38; ++k) {
       const Vector2d p_O(1e-3 * k, 1e-3);
-      const Vector3d u = site::DisplacementAt(fine.press(), p_O, depth);
+      const Vector3d u = simulation::DisplacementAt(fine.press(), p_O, depth);
       worst = std::max(worst, (site.TrueDisplacement(p_O) - u).norm());
     }
     EXPECT_LT(worst, 10e-6) << depth;
   }
 }
 
-// Reference: the path of paper C as its formula is printed, with the time of the pictures.
+// Reference: the path of paper C as its formula is printed, with the time of the images.
 TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
   Scene scene = MembraneScene();
   scene.object.geometry = BoxGeometry{{0.04, 0.04, 0.04}, {1, 1, 1}};
@@ -178,14 +179,14 @@ TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
   scene.site.pace = 3;
   StereoSite site(scene, kCoarse);
   ASSERT_TRUE(site.target());
-  const auto path = [&](int picture) {
-    const double t = 3 * picture / 30.0;
+  const auto path = [&](int image) {
+    const double t = 3 * image / 30.0;
     return Vector3d(scene.object.X_SO *
                     (0.010 * Vector3d(std::cos(t), std::sin(t), std::cos(t) + std::sin(t))));
   };
   const Vector3d p_S_first = path(0) + Vector3d(0.01, 0.005, -0.02);
   for (int k = 0; k < 5; ++k) {
-    site.TakePictures();
+    site.TakeImages();
     EXPECT_NEAR(site.target()->seconds, k / 30.0, 1e-12);
     EXPECT_NEAR((site.target()->X_SB.translation() - path(k)).norm(), 0, 1e-12);
     const Vector3d p_B = site.target()->X_SB_first.inverse() * p_S_first;

@@ -57,7 +57,7 @@ std::vector<LabelScore> ScoreLabels(const PointCloud& cloud, const Segmentation&
 }
 
 // Every labelled object, that is every label but 0 (not measured) and 1 (the table), with the same
-// options for every cloud. Tolerance: the figure that is asked for.
+// options for every cloud. Tolerance: the required figure.
 TEST(SegmentationTest, LabelledObjectsOfRecordedCloudsAreFound) {
   const fs::path folder = fs::path(SourcePath()) / "../shared/data/pointclouds";
   if (!fs::exists(folder)) GTEST_SKIP() << "no recorded clouds here";

@@ -171,7 +171,7 @@ TEST(PaperLocaliserTest, DividesTwiceAndClipsAtFullScale) {
   const Vector3d clipped(3, 1.0 / 3, -4);
   EXPECT_LT((localiser->Locate(change, raw).p_F - 7e-3 * clipped.normalized()).norm(), 1e-12);
   EXPECT_EQ(localiser->Locate(change, raw).status, Status::kFound);
-  change[1] = -200;  // now no intensity tells anything
+  change[1] = -200;  // now no intensity has information
   EXPECT_EQ(localiser->Locate(change, raw).status, Status::kFlawed);
 }
 

@@ -16,7 +16,7 @@ namespace {
 using Outputs = std::array<double, 4>;
 using Samples = std::span<const TactileSignals>;
 
-// The largest difference from the reference over all full windows, the reference taken anew from
+// The largest difference from the reference over all full windows, the reference evaluated from
 // the state of zero for each.
 double WorstWindow(const RandomNetwork& network, Samples samples) {
   const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
@@ -51,7 +51,7 @@ TEST(LstmNetworkTest, AnyShapeIsTheReference) {
   }
 }
 
-// A window with a bad sample in it would be silent garbage: it starts anew.
+// A window with a bad sample would give wrong forces without a flag: it starts again.
 TEST(LstmNetworkTest, SamplesThatAreNotFiniteStartTheWindowAnew) {
   const RandomNetwork network = MakeRandomNetwork("rnn_19", 20, 0.3f, 13);
   const auto made = MakeForceNetwork(network.info, network.weights);

@@ -165,7 +165,7 @@ TEST(LensCalibrationTest, AViewOfAnotherBoardIsLeftOut) {
   EXPECT_NEAR(found.rig.left.fx, 800, 8);
 }
 
-// Boards that all face the camera tell focal length from distance badly: the halves disagree.
+// Boards that all face the camera separate focal length from distance badly: the halves disagree.
 TEST(TrustTest, BoardsWithoutTiltAreRefusedByTheirHalves) {
   const auto judge = [](double tilt) {
     return Calibrate(TestBoard(), LeftOf(ProjectPairs(VergedTestRig(), 8, tilt, 0.2)), kSizes)

@@ -117,7 +117,7 @@ TEST(RegistrationTest, AMirroredTableOfPlacesInSpaceIsRefused) {
   }
 }
 
-// Nothing in places on a plane tells a mirrored table; the side on which the camera is taken to
+// Positions on a plane do not reveal a mirrored table; the side on which the camera is taken to
 // stand does. The true one looks towards -z of S from 250 mm above the plane.
 TEST(RegistrationTest, PlacesOnAPlaneSayOnWhichSideTheCameraRests) {
   const StereoRig rig = VergedTestRig(kBarrel);

@@ -18,7 +18,7 @@ namespace {
 constexpr double kRadius = 0.002;  // of a dot [m]
 
 // The membrane as a bump of `depth` [m] under `centre`, towards the cameras; what is drawn and what
-// is asked for come from the same function, the images from perspective alone.
+// is requested come from the same function, the images from perspective alone.
 struct Bump {
   Eigen::Vector2d centre{0, 0};
   double depth = 0;

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-using site::HeartPath;
+using simulation::HeartPath;
 
 constexpr double kRate = 30;  // [Hz]
 

@@ -53,7 +53,7 @@ TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
     const auto pair = images.Take(kRest, turn);
     const auto& seen = texture.Process(pair.left, pair.right);
     // It turns about the ellipsoid's centre, semi-axis z behind S's origin.
-    const Eigen::Vector3d centre(0, 0, site::TexturedTarget::Shape{}.semi_axes.z());
+    const Eigen::Vector3d centre(0, 0, simulation::TexturedTarget::Shape{}.semi_axes.z());
     const Eigen::Matrix3d R =
         turn.norm() > 0 ? Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix()
                         : Eigen::Matrix3d::Identity();

@@ -14,7 +14,7 @@ constexpr double kNoise = 2, kBlur = 0.7, kBehind = 60;
 constexpr int kSpare = 256;  // of the noise beyond an image's size [px]
 
 // The point of the surface visible at p_I, frame B [m]. nullopt: the body is not there.
-std::optional<Eigen::Vector3d> PointAt(const site::TexturedTarget& target, const Lens& lens,
+std::optional<Eigen::Vector3d> PointAt(const simulation::TexturedTarget& target, const Lens& lens,
                                        const Eigen::Isometry3d& X_CB, const Eigen::Vector2d& p_I) {
   const auto ray = RayOf(lens, p_I);
   if (!ray) return std::nullopt;
@@ -42,7 +42,7 @@ std::optional<Eigen::Vector3d> PointAt(const site::TexturedTarget& target, const
 }  // namespace
 
 // S as the middle camera would have it, at the point both look at.
-TargetImages::TargetImages() : target_(site::TexturedTarget::Shape{}) {
+TargetImages::TargetImages() : target_(simulation::TexturedTarget::Shape{}) {
   noise_.create(rig.left.size[1] + kSpare, rig.left.size[0] + kSpare, CV_32F);
   random_.fill(noise_, cv::RNG::NORMAL, 0, kNoise);
 }
@@ -50,7 +50,8 @@ TargetImages::TargetImages() : target_(site::TexturedTarget::Shape{}) {
 Eigen::Isometry3d TargetImages::X_SB(const Eigen::Vector3d& p_S,
                                      const Eigen::Vector3d& turn) const {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  const double tip = site::TexturedTarget::Shape{}.semi_axes.z();  // its tip rests at S's origin
+  const double tip =
+      simulation::TexturedTarget::Shape{}.semi_axes.z();  // its tip rests at S's origin
   X.translation() = p_S + Eigen::Vector3d(0, 0, tip);
   if (turn.norm() > 0) {
     X.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();

@@ -34,7 +34,7 @@ class TargetImages {
                                        const Eigen::Vector3d& turn) const;
   cv::Mat Finish(const cv::Mat& canvas);
 
-  site::TexturedTarget target_;
+  simulation::TexturedTarget target_;
   cv::Mat noise_;  // larger than an image; each takes another part of it
   cv::RNG random_{11};
   cv::Mat canvas_, blurred_;

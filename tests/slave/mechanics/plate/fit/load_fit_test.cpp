@@ -42,24 +42,24 @@ struct Image {
 };
 
 // What a load does to the dots, with noise.
-Image MakePicture(PlateSurface& plate, const Vector2d& p, double force, double width, double sigma,
-                  std::mt19937* random) {
+Image MakeImage(PlateSurface& plate, const Vector2d& p, double force, double width, double sigma,
+                std::mt19937* random) {
   const Contact contact = PlateSurface::ToolContact(Contact::Kind::kForce, p, {width}, force);
   Solution solution;
   plate.Solve({&contact, 1}, &solution);
   EXPECT_NE(solution.responses()[0].validity, Validity::kFailed);
-  Image picture;
+  Image image;
   std::normal_distribution<double> noise(0, sigma);
-  for (const auto& point : picture.points) {
+  for (const auto& point : image.points) {
     const double error = random == nullptr ? 0 : noise(*random);
-    picture.displacement.push_back(plate.Displacement(solution, point) + error);
-    picture.sigma.push_back(sigma);
+    image.displacement.push_back(plate.Displacement(solution, point) + error);
+    image.sigma.push_back(sigma);
   }
-  return picture;
+  return image;
 }
 
-LoadFit FitTo(LoadFitter& fitter, const Image& picture) {
-  return fitter.Fit(picture.points, picture.displacement, picture.sigma);
+LoadFit FitTo(LoadFitter& fitter, const Image& image) {
+  return fitter.Fit(image.points, image.displacement, image.sigma);
 }
 
 // Reference: the load itself, without noise, by points that are trusted to a micrometre.
@@ -73,9 +73,9 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
       for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0123, -0.004), Vector2d(-0.019, 0.008),
                                 Vector2d(0.001, 0.020), Vector2d(0, 1e-5)}) {
         for (const double force : {-1e-2, -0.05, -1.0, 0.3}) {
-          const Image picture = MakePicture(*plate, p, force, width, 1e-6, nullptr);
+          const Image image = MakeImage(*plate, p, force, width, 1e-6, nullptr);
           fitter.Reset();
-          const LoadFit fit = FitTo(fitter, picture);
+          const LoadFit fit = FitTo(fitter, image);
           ASSERT_NE(fit.validity, Validity::kFailed)
               << fit.reason << " " << p.transpose() << " " << force << " " << width;
           EXPECT_LT((fit.p_O - p).norm(), 1e-4 * kRadius) << p.transpose() << " " << force;
@@ -87,12 +87,12 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
   }
 }
 
-// A live picture cannot wait: points that no load explains would have the plate pressed thousands
+// A live image cannot wait: points that no load explains would have the plate pressed thousands
 // of times.
 TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   LoadFitter fitter(plate, {0.004});
-  const Image clear = MakePicture(plate, {0.0123, -0.004}, -1, 0.004, 1e-6, nullptr);
+  const Image clear = MakeImage(plate, {0.0123, -0.004}, -1, 0.004, 1e-6, nullptr);
   Image mirrored = clear;
   for (std::size_t i = 0; i < clear.points.size(); ++i) {
     if (clear.points[i].x() > 0) mirrored.displacement[i] *= -1;
@@ -110,8 +110,8 @@ TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
   EXPECT_EQ(FitTo(fitter, clear).validity, Validity::kValid);
 }
 
-// Reference: chi-square. Over many noisy pictures of the same load the errors by their stated
-// covariance have a mean square of three, and the residual is one. With 200 pictures the mean has a
+// Reference: chi-square. Over many noisy images of the same load the errors by their stated
+// covariance have a mean square of three, and the residual is one. With 200 images the mean has a
 // standard deviation of sqrt(2 * 3 / 200) = 0.17; four of them are allowed.
 TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
   PlateModel small({kRadius, kThickness, kModulus, kNu});
@@ -123,17 +123,17 @@ TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
     const Vector2d p(0.011, 0.006);
     const double force = -0.1;
     double chi_square = 0, residual = 0;
-    constexpr int kPictures = 200;
-    for (int i = 0; i < kPictures; ++i) {
-      const Image picture = MakePicture(*plate, p, force, 0.004, 2e-5, &random);
-      const LoadFit fit = FitTo(fitter, picture);
+    constexpr int kImages = 200;
+    for (int i = 0; i < kImages; ++i) {
+      const Image image = MakeImage(*plate, p, force, 0.004, 2e-5, &random);
+      const LoadFit fit = FitTo(fitter, image);
       ASSERT_NE(fit.validity, Validity::kFailed) << fit.reason;
       const Eigen::Vector3d error(fit.p_O.x() - p.x(), fit.p_O.y() - p.y(), fit.force - force);
       chi_square += error.dot(fit.covariance.inverse() * error);
       residual += fit.residual * fit.residual;
     }
-    EXPECT_NEAR(chi_square / kPictures, 3, 0.7);
-    EXPECT_NEAR(residual / kPictures, 1, 0.1);
+    EXPECT_NEAR(chi_square / kImages, 3, 0.7);
+    EXPECT_NEAR(residual / kImages, 1, 0.1);
   }
 }
 
@@ -145,7 +145,7 @@ TEST(LoadFit, FollowsALoadThatJumps) {
   std::uniform_real_distribution<double> unit(-0.02, 0.02);
   for (int i = 0; i < 100; ++i) {
     const Vector2d p(unit(random), unit(random));
-    const LoadFit fit = FitTo(fitter, MakePicture(plate, p, -0.02, 0, 1e-6, &random));
+    const LoadFit fit = FitTo(fitter, MakeImage(plate, p, -0.02, 0, 1e-6, &random));
     ASSERT_EQ(fit.validity, Validity::kValid) << fit.reason << p.transpose();
     EXPECT_LT((fit.p_O - p).norm(), 6 * std::sqrt(fit.covariance.topLeftCorner<2, 2>().trace()));
   }
@@ -157,12 +157,12 @@ TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
   std::mt19937 random(11);
   int invented = 0;
   for (int i = 0; i < 100; ++i) {
-    const LoadFit fit = FitTo(fitter, MakePicture(plate, {0.01, 0}, -1e-9, 0, 2e-5, &random));
+    const LoadFit fit = FitTo(fitter, MakeImage(plate, {0.01, 0}, -1e-9, 0, 2e-5, &random));
     if (fit.validity != Validity::kFailed) ++invented;
   }
   EXPECT_EQ(invented, 0);
 
-  const Image clear = MakePicture(plate, {0.01, 0}, -0.1, 0, 1e-6, nullptr);
+  const Image clear = MakeImage(plate, {0.01, 0}, -0.1, 0, 1e-6, nullptr);
   const auto reason = [&](const Image& seen) {
     const LoadFit fit = FitTo(fitter, seen);
     EXPECT_EQ(fit.validity, Validity::kFailed);
@@ -181,12 +181,12 @@ TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
       {[](Image* p) { p->sigma[3] = 0; }, "sigma"},
       {[](Image* p) { std::ranges::fill(p->displacement, 0.0); }, "no load"}};
   for (const auto& [change, words] : mistakes) {
-    Image picture = clear;
-    change(&picture);
-    EXPECT_THAT(reason(picture), HasSubstr(words));
+    Image image = clear;
+    change(&image);
+    EXPECT_THAT(reason(image), HasSubstr(words));
   }
-  // The dots on one side alone tell a weak distant load from a strong near one only with luck.
-  Image blurred = MakePicture(plate, {-0.03, 0}, -0.3, 0, 1e-4, &random);
+  // The dots on one side alone do not separate a weak distant load from a strong near one.
+  Image blurred = MakeImage(plate, {-0.03, 0}, -0.3, 0, 1e-4, &random);
   std::ranges::fill(blurred.sigma, 1e-4);
   blurred.points = {{0.02, 0}, {0.021, 0}, {0.02, 0.001}, {0.021, 0.001}, {0.0205, 0}};
   blurred.displacement.assign(5, -7e-4);
@@ -198,8 +198,8 @@ TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   LoadFitter fitter(plate, {0.004});
   std::mt19937 random(13);
-  const Image first = MakePicture(plate, {0.01, 0.003}, -0.5, 0.004, 1e-5, &random);
-  const Image second = MakePicture(plate, {-0.012, 0.001}, -0.2, 0.004, 1e-5, &random);
+  const Image first = MakeImage(plate, {0.01, 0.003}, -0.5, 0.004, 1e-5, &random);
+  const Image second = MakeImage(plate, {-0.012, 0.001}, -0.2, 0.004, 1e-5, &random);
   EXPECT_NE(FitTo(fitter, first).validity, Validity::kFailed);
   const long before = AllocationCount();
   for (int i = 0; i < 20; ++i) {
@@ -240,11 +240,11 @@ TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
   UnreliablePlate finer;
   LoadFitter fitter(plate, {0.004}, &finer);
   std::mt19937 random(17);
-  const Image picture = MakePicture(plate, {0.02, 0.003}, -30, 0.004, 2e-5, &random);
+  const Image image = MakeImage(plate, {0.02, 0.003}, -30, 0.004, 2e-5, &random);
   const LoadFit coarse =
-      fitter.FitCoarsely(picture.points, picture.displacement, picture.sigma, Rim::kStays);
+      fitter.FitCoarsely(image.points, image.displacement, image.sigma, Rim::kStays);
   fitter.Reset();
-  const LoadFit fit = FitTo(fitter, picture);
+  const LoadFit fit = FitTo(fitter, image);
   ASSERT_GE(finer.calls(), 7);
   ASSERT_EQ(coarse.validity, Validity::kValid) << coarse.reason;
   EXPECT_EQ(fit.validity, Validity::kExtrapolated);

@@ -1,4 +1,4 @@
-#include "slave/commands/identify/picture_fit.h"
+#include "slave/commands/identify/image_fit.h"
 
 #include <algorithm>
 #include <array>
@@ -59,8 +59,8 @@ struct Pair {
   double estimated = 0, sigma = 0, measured = 0;  // [N]
 };
 
-// Common relative error of the estimated forces: that of one picture, in the mean over those that
-// tell most.
+// Common relative error of the estimated forces: that of one image, in the mean over those that
+// show most.
 double CommonShare(const std::vector<Pair>& pairs) {
   double estimated2 = 0, sigma2 = 0;
   for (const Pair& pair : pairs) {
@@ -107,7 +107,7 @@ Line FitLine(const std::vector<Pair>& pairs) {
           std::sqrt(variance * inverse(1, 1)), std::sqrt(rest / static_cast<double>(pairs.size()))};
 }
 
-// How many samples press; throws where they cannot tell the modulus.
+// How many samples press; throws where they cannot show the modulus.
 int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
   const auto pressed = static_cast<int>(
       std::ranges::count_if(pairs, [](const Pair& pair) { return pair.estimated > 0; }));
@@ -121,8 +121,8 @@ int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
 
 }  // namespace
 
-PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
-                       const std::stop_token& stop) {
+ImageFit FitImages(const Scene& scene, const std::filesystem::path& file,
+                   const std::stop_token& stop) {
   if (IsSimulated(scene)) {
     throw std::invalid_argument(
         "pictures: expected a scene with recorded images or samples; a simulated one has the "
@@ -133,7 +133,7 @@ PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
   double& E = tried.object.material.young_modulus;
   tried.object.material.young_modulus_tolerance = 0;  // which is sought
   const bool is_dome = std::holds_alternative<DomeGeometry>(scene.object.geometry);
-  PictureFit fit;
+  ImageFit fit;
   for (Line line; fit.passes < kMostPasses && std::abs(line.slope - 1) > kSettled;) {
     const std::vector<Pair> pairs = EstimateAll(tried, forces, stop);
     ++fit.passes;

@@ -1,4 +1,4 @@
-// A change of settings that takes time.
+// Runs changes of settings that take time, one after the other.
 #pragma once
 
 #include <functional>
@@ -10,12 +10,13 @@
 
 namespace palpate {
 
-// One at a time, without a queue. It ends with the call that requested it. Thread-safe.
-class ChangeUnderWay {
+// Only one change runs at a time, and none waits. A change ends with the call that requested it.
+// Thread-safe.
+class ExclusiveChange {
  public:
   // Runs `work(progress)` for the call of `context`; ABORTED: another change is running. Exceptions
   // of `work`: as in Guarded.
-  grpc::Status Make(const grpc::ServerContext& context, const std::function<void(Progress*)>& work);
+  grpc::Status Run(const grpc::ServerContext& context, const std::function<void(Progress*)>& work);
 
  private:
   std::mutex one_at_a_time_;

@@ -1,4 +1,4 @@
-#include "slave/commands/plain_words.h"
+#include "slave/commands/scene_summary.h"
 
 #include <algorithm>
 #include <optional>
@@ -20,7 +20,7 @@ std::string Sizes(const Scene& scene) {
 
 }  // namespace
 
-std::string InPlainWords(const Scene& scene, const study::PressSpec& spec,
+std::string SceneSummary(const Scene& scene, const study::PressSpec& spec,
                          DeformationModel* model) {
   constexpr double kMillimetre = 1e-3;
   const double depth = std::min(kMillimetre, spec.depth);
@@ -34,14 +34,14 @@ std::string InPlainWords(const Scene& scene, const study::PressSpec& spec,
       ToolPress(scene, tool, MeshObject(scene, std::nullopt)).Press(contact, model, &solution);
   model->Reset();
   return fmt::format("{}; {} deep the tool presses with {}", Sizes(scene), LengthInWords(depth),
-                     ForceInPlainWords(press.inward_O.dot(response.force_O)));
+                     ForceText(press.inward_O.dot(response.force_O)));
 }
 
-std::string InPlainWords(const Scene& scene) {
+std::string SceneSummary(const Scene& scene) {
   const bool is_quick = !IsVolume(scene.object.geometry) && study::CanStudy(scene);
   if (!is_quick) return Sizes(scene);
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
-  return InPlainWords(scene, study::AskedOf(scene), model.get());
+  return SceneSummary(scene, study::AskedOf(scene), model.get());
 }
 
 }  // namespace palpate

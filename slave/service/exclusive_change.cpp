@@ -1,4 +1,4 @@
-#include "slave/service/change_under_way.h"
+#include "slave/service/exclusive_change.h"
 
 #include <chrono>
 #include <stop_token>
@@ -14,7 +14,7 @@ namespace {
 class StopWithCall final : public Progress {
  public:
   explicit StopWithCall(const grpc::ServerContext& context)
-      : context_(context), watcher_([this](const std::stop_token& end) { Watch(end); }) {}
+      : context_(context), watcher_([this](const std::stop_token& end) { PollCall(end); }) {}
 
   bool Report(std::string_view /*stage*/, double /*done*/) override {
     return !stop_.stop_requested();
@@ -22,10 +22,10 @@ class StopWithCall final : public Progress {
   [[nodiscard]] std::stop_token stop() const override { return stop_.get_token(); }
 
  private:
-  // gRPC tells of a cancelled call only when it is asked.
-  void Watch(const std::stop_token& end) {
-    constexpr std::chrono::milliseconds kLook(20);
-    for (; !end.stop_requested(); std::this_thread::sleep_for(kLook)) {
+  // gRPC reports a cancelled call only when it is queried.
+  void PollCall(const std::stop_token& end) {
+    constexpr std::chrono::milliseconds kPeriod(20);
+    for (; !end.stop_requested(); std::this_thread::sleep_for(kPeriod)) {
       if (context_.IsCancelled()) return static_cast<void>(stop_.request_stop());
     }
   }
@@ -37,7 +37,7 @@ class StopWithCall final : public Progress {
 
 }  // namespace
 
-grpc::Status ChangeUnderWay::Make(const grpc::ServerContext& context,
+grpc::Status ExclusiveChange::Run(const grpc::ServerContext& context,
                                   const std::function<void(Progress*)>& work) {
   const OrdinaryPriority ordinary;
   const std::unique_lock one(one_at_a_time_, std::try_to_lock);

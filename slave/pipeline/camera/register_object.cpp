@@ -1,4 +1,4 @@
-#include "slave/pipeline/camera/first_picture.h"
+#include "slave/pipeline/camera/register_object.h"
 
 #include <algorithm>
 #include <cmath>

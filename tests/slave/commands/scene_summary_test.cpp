@@ -1,4 +1,4 @@
-#include "slave/commands/plain_words.h"
+#include "slave/commands/scene_summary.h"
 
 #include <string>
 
@@ -13,17 +13,17 @@ namespace {
 
 // Reference: one newton is the weight of 1000 / 9.81 g; a cube of 10 mm under a strain of a tenth
 // takes E 1e-4 m2 0.1.
-TEST(PlainWords, StateForcesAsWeights) {
-  EXPECT_EQ(ForceInPlainWords(1), "1 N, the weight of 102 g");
-  EXPECT_EQ(ForceInPlainWords(0.27), "0.27 N, the weight of 28 g");
-  EXPECT_THAT(InPlainWords(127e3), testing::HasSubstr("gummy bear"));
-  EXPECT_THAT(InPlainWords(127e3), testing::HasSubstr("1.3 N"));
+TEST(SceneSummaryTest, StateForcesAsWeights) {
+  EXPECT_EQ(ForceText(1), "1 N, the weight of 102 g");
+  EXPECT_EQ(ForceText(0.27), "0.27 N, the weight of 28 g");
+  EXPECT_THAT(ModulusText(127e3), testing::HasSubstr("gummy bear"));
+  EXPECT_THAT(ModulusText(127e3), testing::HasSubstr("1.3 N"));
 }
 
 // Reference: paper A's block takes 2.35 N at 5 mm, and its model is linear: 0.47 N at 1 mm.
-TEST(PlainWords, DescribeTheSiliconeBlock) {
+TEST(SceneSummaryTest, DescribeTheSiliconeBlock) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
-  const std::string words = InPlainWords(scene);
+  const std::string words = SceneSummary(scene);
   EXPECT_THAT(words, testing::HasSubstr("rectangle 88 mm x 88 mm, 9 mm thick"));
   EXPECT_THAT(words, testing::HasSubstr("a gummy bear; 1 mm deep the tool presses with 0.47 N"));
 }

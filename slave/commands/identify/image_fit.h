@@ -17,7 +17,7 @@ namespace palpate {
 // Throws InputError `file:line: ...`; std::invalid_argument: the scene has no recording; what
 // MakeLiveSlave throws; std::runtime_error: fewer than three valid contacts, all of one
 // force, or no modulus found. If stopped, returns the result so far.
-PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
-                       const std::stop_token& stop);
+ImageFit FitImages(const Scene& scene, const std::filesystem::path& file,
+                   const std::stop_token& stop);
 
 }  // namespace palpate

@@ -1,0 +1,21 @@
+// Summarises a scene in one sentence that a person can check without a table.
+#pragma once
+
+#include <string>
+
+#include "slave/identify/plain_modulus.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/scene/scene.h"
+#include "slave/study/press_spec.h"
+
+namespace palpate {
+
+// The sentence states the object's sizes, its stiffness, and the force of the scene's tool at a
+// depth of 1 mm, or at the depth of `press` if that is less. `model` is the scene's and is unloaded
+// before and afterwards.
+std::string SceneSummary(const Scene& scene, const study::PressSpec& press,
+                         DeformationModel* model);
+// Creates the model itself. The force is omitted for volumes, whose model takes seconds to create.
+std::string SceneSummary(const Scene& scene);
+
+}  // namespace palpate
