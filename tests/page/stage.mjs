@@ -123,7 +123,7 @@ export class Stage {
     browser ??= await chromium.launch({ executablePath: '/usr/bin/chromium', headless: true, args: FLAGS });
     this.context = await browser.newContext({ viewport: { width, height }, colorScheme, hasTouch, ignoreHTTPSErrors: true });
     this.page = await this.context.newPage();
-    this.page.setDefaultNavigationTimeout(PATIENCE_MS);
+    this.context.setDefaultTimeout(PATIENCE_MS);
     this.errors = [];
     this.statuses = [];
     this.logEntries = [];
