@@ -263,11 +263,17 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
     await person.shows('setup-problems', /Hold a press first/);
     const depthNow = async () => Number((await stage.text('setup-force')).match(/at (\S+) mm/)?.[1]);
     for (const { depth, force } of places) {
-      await until(async () => Math.abs((await depthNow()) - 1e3 * depth) < 0.2, `a press of ${depth}`);
-      await page.waitForTimeout(800);  // a person reads the scale
-      await page.locator('[name="press.reading"]').press('Enter');
-      await person.shows('setup-held', /are held/);
-      const held = Number((await stage.text('setup-held')).match(/at (\S+) mm/)[1]);
+      let held;
+      // Where a busy machine shows the next step meanwhile, a person holds this one when it comes again.
+      await until(async () => {
+        await until(async () => Math.abs((await depthNow()) - 1e3 * depth) < 0.2, `a press of ${depth}`);
+        await page.waitForTimeout(800);  // a person reads the scale
+        if (held) await page.click('#setup-hold');
+        else await page.locator('[name="press.reading"]').press('Enter');
+        await person.shows('setup-held', /are held/);
+        held = Number((await stage.text('setup-held')).match(/at (\S+) mm/)[1]);
+        return Math.abs(held - 1e3 * depth) < 0.3;
+      }, `a held press of ${depth}`);
       const place = places.reduce((best, other) => (Math.abs(1e3 * other.depth - held) < Math.abs(1e3 * best.depth - held) ? other : best));
       await page.locator('[name="press.reading"]').fill(String(Math.round(place.force / 9.80665e-3)));
       await page.locator('[name="press.reading"]').press('Enter');
