@@ -32,7 +32,8 @@ TEST_F(RoundTouchTest, TheContactIsAsWideAsHertzHasIt) {
   const simulation::TrueBody body(scene_);
   const auto place = body.Nearest({0.044, 0.09});
   const simulation::PatchSolution wide =
-      SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, kRadius});
+      SolveUnderRound(body, kNu, Plane::kStrain, place,
+                      {.shape = Tool::Shape::kRound, .width = 12e-3, .radius = kRadius});
   double last = 0;
   for (const double depth : {0.2e-3, 0.5e-3, 1e-3}) {
     const simulation::RoundState state = Touched(*wide.round, {0, -depth}, 0);
@@ -56,7 +57,7 @@ TEST_F(RoundTouchTest, AStraightFacePressesLikeTheBondedTool) {
   const simulation::TrueBody body(scene_);
   const auto place = body.Nearest({0.044, 0.09});
   const simulation::PatchSolution face =
-      SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, 0});
+      SolveUnderRound(body, kNu, Plane::kStrain, place, {.width = 12e-3});
   const simulation::PatchSolution bonded = SolvePatch(body, kNu, Plane::kStrain, place, 12e-3);
   constexpr double kDepth = 2e-3;
   const double wanted = kDepth * bonded.stiffness(1, 1);
@@ -69,7 +70,7 @@ TEST_F(RoundTouchTest, ATiltedFaceTouchesWithItsLeadingCornerFirst) {
   const simulation::TrueBody body(scene_);
   const auto place = body.Nearest({0.044, 0.09});
   const simulation::PatchSolution face =
-      SolveUnderRound(body, kNu, Plane::kStrain, place, {12e-3, 0});
+      SolveUnderRound(body, kNu, Plane::kStrain, place, {.width = 12e-3});
   constexpr double kTilt = 0.2, kBefore = 0.5e-3;  // the corner leads by 1.2 mm
   const simulation::RoundState left = Touched(*face.round, {0, kBefore}, kTilt);
   const simulation::RoundState right = Touched(*face.round, {0, kBefore}, -kTilt);
