@@ -6,6 +6,7 @@ import pathlib
 import sys
 import tempfile
 import unittest
+import zipfile
 
 try:
     import numpy as np
@@ -133,6 +134,11 @@ class ConvertTest(unittest.TestCase):
             code, _, printed = self.convert(self.folder / name)
             self.assertEqual(code, 2)
             self.assertIn(expected, printed)
+        with zipfile.ZipFile(self.folder / "net.keras", "w") as archive:
+            archive.writestr("metadata.json", "{}")
+        code, _, printed = self.convert(self.folder / "net.keras")
+        self.assertEqual(code, 2)
+        self.assertIn("a Keras network (.keras): write its weights by torch.save", printed)
         torch.save(torch.nn.Linear(19, 3).state_dict(), self.folder / "weights.pt")
         code, _, printed = self.convert(self.folder / "weights.pt")
         self.assertEqual(code, 2)

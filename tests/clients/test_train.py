@@ -285,6 +285,15 @@ class TrainTest(unittest.TestCase):
         grams = self.changed("grams.csv", good, lambda *_: None, lambda names: names.replace("fz", "fz (g)"))
         self.assertIn("grams.csv:1: column fz (g): expected a force in N, mN", self.refusal(grams, "--unit", "kPa"))
 
+    def test_times_in_another_unit_are_named(self):
+        good = self.write_channels("good.csv", 4, 1)
+        for unit, size in (("nanoseconds", 1e-9), ("milliseconds", 1e-3)):
+            def scaled(values, columns):
+                values[:, columns["t"]] /= size
+            printed = self.refusal(self.changed("scaled.csv", good, scaled), "--unit", "kPa")
+            self.assertIn(f"scaled.csv: a sample every {0.01 / size:.3g} s", printed)
+            self.assertIn(f"in {unit} this would be 0.01 s", printed)
+
     def test_a_file_of_another_program_is_named(self):
         book = self.folder / "test.xlsx"
         with zipfile.ZipFile(book, "w") as archive:

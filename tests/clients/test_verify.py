@@ -82,6 +82,21 @@ class VerifyTest(unittest.TestCase):
         self.assertIn("likely wrong", text)
         self.assertRegex((self.folder / "card.html").read_text(), 'class="wrong"')
 
+    def test_parquet_is_read_where_pyarrow_is_installed(self):
+        t, measured, estimated = forces()
+        table, columnar = self.table(t, measured, -estimated), self.folder / "forces.parquet"
+        try:
+            from pyarrow import csv, parquet
+        except ImportError:
+            columnar.write_bytes(b"PAR1")
+            self.refused("forces.parquet: pyarrow, which reads Parquet, is not installed: expected CSV", columnar)
+            return
+        parquet.write_table(csv.read_csv(table), columnar)
+        self.assertEqual(self.wrong(columnar)[1], self.wrong(table)[1])
+        self.assertEqual(self.wrong(columnar)[0], {"sign"})
+        columnar.write_bytes(b"PAR1 and no more")
+        self.refused("forces.parquet", columnar)
+
     def test_nanoseconds_in_a_table(self):
         t, measured, estimated = forces()
         late = np.column_stack([np.interp(t - 0.2, t, column) for column in estimated.T])

@@ -304,7 +304,7 @@ def whole_file(source: str, trust: bool) -> Any:
             raise InputError("a TorchScript module: expected one that torch.save wrote, or PACKAGE.FILE:MAKE --state FILE.pt")
         pickled = [name for name in names if name.endswith("/data.pkl")]
         if len(pickled) != 1:
-            raise InputError("no archive that torch.save wrote")
+            raise InputError(what_is(source) or "no archive that torch.save wrote")
         return OwnLayers(archive, pickled[0]).load()
 
 

@@ -28,6 +28,7 @@ MOST_CHANNELS = 256
 LONGEST_CONSTANT = 5.0  # a channel that stays the same for longer says nothing about whether it works [s]
 LARGEST_FORCE_GAP = 0.1  # longer gaps of a force sensor are not interpolated [s]
 OFFSET_TIME = 0.5  # mean force of this time is the force sensor's offset [s]
+TIME_UNITS = (("nanoseconds", 1e-9), ("microseconds", 1e-6), ("milliseconds", 1e-3))
 LARGEST_GAP = 3  # periods; a longer step is a gap
 SAME_PERIOD = 0.1  # relative difference up to which samples are used unchanged
 
@@ -349,7 +350,10 @@ def _instants(file: pathlib.Path, t: Array, rate: float) -> tuple[Array, npt.NDA
     steps = np.diff(t)
     period = float(np.median(steps)) if len(steps) else 1 / rate
     if period > 4 / rate:
-        raise InputError(f"{file}: a sample every {period:.3g} s: expected at most {4 / rate:.3g} s, or another --sample-rate")
+        likely = [f"; in {unit} this would be {period * size:.3g} s: expected times in seconds" for unit, size in TIME_UNITS
+                  if 0.25 / rate <= period * size <= 4 / rate]
+        raise InputError(f"{file}: a sample every {period:.3g} s: expected at most {4 / rate:.3g} s, or another --sample-rate"
+                         + "".join(likely[:1]))
     step = period if abs(period - 1 / rate) <= SAME_PERIOD / rate else 1 / rate
     largest = LARGEST_GAP * max(period, 1 / rate)
     cuts = [0, *(int(i) + 1 for i in np.flatnonzero(steps > largest)), len(t)]
