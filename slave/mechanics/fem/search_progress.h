@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "shared/state/clock.h"
 #include "slave/program/progress.h"
 
 namespace palpate::fem {
@@ -23,9 +24,10 @@ class SearchProgress {
     stopped_ = false;
     first_ = 0;
     done_ = 0;
-    reported_ = begun_;
+    reported_ = std::chrono::steady_clock::now();
   }
-  // The search is late from `deadline` [s] after its begin on; 0: never.
+  // The search is late from `deadline` [s] after its begin on; 0: never. On a driven clock, which
+  // no search advances, it never is: answers do not depend on the machine.
   void LimitTo(double deadline) noexcept { deadline_ = deadline; }
   // Its residual is `residual`, wanted is `target`; the share done is that of the digits.
   void Reach(double residual, double target) noexcept {
@@ -49,16 +51,13 @@ class SearchProgress {
   }
   [[nodiscard]] bool stopped() const { return stopped_; }
   [[nodiscard]] bool late() const noexcept {
-    return deadline_ > 0 &&
-           std::chrono::duration<double>(Clock::now() - begun_).count() > deadline_;
+    return deadline_ > 0 && SecondsBetween(begun_, Clock::now()) > deadline_;
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   bool ReportProgress(const char* stage, double done) noexcept {
     if (progress_ == nullptr || stopped_) return !stopped_;
-    const auto now = Clock::now();
+    const auto now = std::chrono::steady_clock::now();
     if (now - reported_ < std::chrono::milliseconds(100)) return true;
     reported_ = now;
     try {
@@ -73,9 +72,9 @@ class SearchProgress {
   bool stopped_ = false;
   double first_ = 0;  // residual of the search
   double done_ = 0;   // never falls
-  Clock::time_point reported_;
+  std::chrono::steady_clock::time_point reported_;
   double deadline_ = 0;  // [s]
-  Clock::time_point begun_;
+  Time begun_{};
 };
 
 }  // namespace palpate::fem

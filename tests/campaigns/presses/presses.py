@@ -25,6 +25,7 @@ from scipy.sparse.linalg import cg, splu
 
 TOLERANCE = 0.05  # of the scenes
 FACTOR, LARGEST = 1.5, 0.15  # times the tolerance; error of a valid force
+SIDES = 48  # of a hole
 
 
 def elasticity(nu, dimension, plane=None):
@@ -307,17 +308,15 @@ def draw_sheet(rng, holes=False):
     thickness = 0.02 * min(width, height)
     place = width * rng.uniform(0.3, 0.7)
     under = rng.choice([1, 2, 3, 4, 6])
-    perimeter = 2 * (width + height)
     circles = []
     for _ in range(rng.choice([1, 2]) if holes else 0):
         r = rng.uniform(0.06, 0.14) * min(width, height)
         at = (rng.uniform(2 * r, width - 2 * r), rng.uniform(0.35 * height, height - 1.8 * r))
         if all(math.hypot(at[0] - x, at[1] - y) > 1.4 * (r + q) for x, y, q in circles):
             circles.append((*at, r))
-            perimeter += 2 * math.pi * r
-    elements = max(24, round(perimeter * under / tool))
     depth = 0.02 * height
-    rings = [[(x + r * math.cos(2 * math.pi * i / 48), y + r * math.sin(2 * math.pi * i / 48)) for i in range(48)] for x, y, r in circles]
+    rings = [[(x + r * math.cos(2 * math.pi * i / SIDES), y + r * math.sin(2 * math.pi * i / SIDES)) for i in range(SIDES)]
+             for x, y, r in circles]
     text = ", ".join("[" + ", ".join(f"[{1e3 * x:.5g} mm, {1e3 * y:.5g} mm]" for x, y in ring) + "]" for ring in rings)
     corners = ((0, 0), (width, 0), (width, height), (0, height))
     points = ", ".join(f"[{millimetres(*p)}]" for p in corners)
@@ -325,8 +324,11 @@ def draw_sheet(rng, holes=False):
         f"rectangle: {{width: {millimetres(width)}, height: {millimetres(height)}, thickness: {millimetres(thickness)}}}"
     fixed = "{plane: {axis: y, at: 0 mm}}" if circles else "{side: bottom}"
     order = rng.choice(["constant", "constant", "quadratic"])
+    outer = max(24, round(2 * (width + height) * under / tool))
     if order == "quadratic":
-        elements = max(16, elements // 2)
+        outer = max(16, outer // 2)
+    under = outer * tool / (2 * (width + height))
+    elements = outer + sum(max(SIDES, round(2 * math.pi * r * under / tool)) for _, _, r in circles)  # one a side at least
     scene = f"""name: sheet
 object:
   geometry: {{{shape}}}
@@ -337,8 +339,8 @@ operator: {{press: {{depth: {1e3 * depth:.6g} mm}}}}
 model: {{kind: bem2d, plane: {plane}, order: {order}, elements: {elements}, tolerance: {TOLERANCE}}}
 """
     truth = lambda: E * depth * sheet_flat(width, height, thickness, place, tool, nu, plane, circles)  # noqa: E731
-    words = f"bem2d {order} {len(circles)} holes nu {nu} elements {elements} under {elements * tool / perimeter:.1f}"
-    return Press("holes" if holes else "sheet", scene, ([place, height], [0, -depth]), truth, words, elements * tool / perimeter)
+    words = f"bem2d {order} {len(circles)} holes nu {nu} elements {elements} under {under:.1f}"
+    return Press("holes" if holes else "sheet", scene, ([place, height], [0, -depth]), truth, words, under)
 
 
 def draw_block(rng):

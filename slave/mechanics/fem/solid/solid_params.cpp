@@ -11,7 +11,6 @@ namespace {
 
 using Element = FemOptions::Element;
 using Law = FemOptions::Law;
-using Time = FemOptions::Time;
 
 constexpr double kMixedFrom = 0.49;  // nu from which ten nodes take a pressure
 constexpr double kFactorOnce = 3e8;  // operations of a factor that is worth making in every step
@@ -26,7 +25,7 @@ void CheckPressure(const SolidParams& params) {
   if (o.law != Law::kLinear && nu > kNearlyIncompressible) {
     RefuseValue("poisson_ratio", nu, "at most 0.49999 unless law = linear");
   }
-  if (o.time == Time::kDynamic && o.damping_stiffness > 0) {
+  if (o.time == FemOptions::Time::kDynamic && o.damping_stiffness > 0) {
     RefuseValue("damping.stiffness", o.damping_stiffness,
                 "0 with a pressure unknown (tet10 from poisson_ratio = 0.49 on)");
   }
@@ -48,9 +47,9 @@ SolidParams Checked(const SolidParams& params) {
     RefuseValue("poisson_ratio", params.poisson_ratio, "-1 < nu <= 0.5");
   }
   if (!o.gravity_O.allFinite()) throw std::invalid_argument("gravity: expected finite numbers");
-  if (o.time == Time::kDynamic || !o.gravity_O.isZero(0))
+  if (o.time == FemOptions::Time::kDynamic || !o.gravity_O.isZero(0))
     RequirePositive("density", params.density);
-  if (o.time == Time::kDynamic) {
+  if (o.time == FemOptions::Time::kDynamic) {
     RequirePositive("step", o.step);
     RequireNotNegative("damping.mass", o.damping_mass);
     RequireNotNegative("damping.stiffness", o.damping_stiffness);

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/state/driven_clock.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/solid/material_law.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
@@ -214,6 +215,23 @@ TEST(NeoHookeanModel, ADeadlineEndsTheStepsAndFlagsTheAnswer) {
   answer = contacts::Respond(unhurried, contacts).front();
   EXPECT_EQ(answer.validity, Validity::kValid) << answer.doubt;
   EXPECT_LT((answer.force_O - expected.force_O).norm(), 1e-5 * expected.force_O.norm());
+}
+
+// Law: equal samples give equal digits on a driven clock, however slow the machine is.
+TEST(NeoHookeanModel, OnADrivenClockNoDeadlineEndsASearch) {
+  const DrivenClock clock;
+  const SolidMesh mesh = Block(14);
+  auto params = Organ(1e-8);
+  FemModel without(mesh, OnFloor(mesh), params);
+  params.deadline = 1e-6;
+  FemModel with(mesh, OnFloor(mesh), params);
+  for (const double depth : {0.002, 0.004}) {
+    const std::vector<Contact> contacts{Disc(0.5, 0.5, {0, 0, -depth})};
+    const auto answer = contacts::Respond(with, contacts).front();
+    const auto expected = contacts::Respond(without, contacts).front();
+    EXPECT_EQ(answer.validity, Validity::kValid) << answer.doubt;
+    EXPECT_EQ(answer.force_O, expected.force_O) << 1e3 * depth << " mm";
+  }
 }
 
 // Law: a deadline shorter than one linear solution costs accuracy, not the force: each answer has
