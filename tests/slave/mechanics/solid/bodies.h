@@ -48,7 +48,6 @@ inline int NodeAt(const SolidModel& model, double unit, const Eigen::Vector3d& p
 
 using Element = FemOptions::Element;
 using Law = FemOptions::Law;
-using Time = FemOptions::Time;
 
 // The foam cube of the references: 6 cm, 3.8 kPa, nu 0.15, 45 kg/m^3, its bottom held.
 constexpr double kCube = 0.06;

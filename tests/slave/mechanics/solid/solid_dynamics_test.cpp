@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 SolidModel::Params Rod() {
   return {.options = {.element = Element::kTet10,
                       .law = Law::kLinear,
-                      .time = Time::kDynamic,
+                      .time = FemOptions::Time::kDynamic,
                       .step = 1e-4},
           .young_modulus = 3000,
           .poisson_ratio = 0,

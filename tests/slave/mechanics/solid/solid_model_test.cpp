@@ -77,8 +77,9 @@ TEST(SolidModel, RefusesWhatItCannotDo) {
       {[](P* p) { p->poisson_ratio = 0.51; }, "poisson_ratio = 0.51"},
       {[](P* p) { p->options.element = Element::kTet4, p->poisson_ratio = 0.5; }, "0.49999"},
       {[](P* p) { p->options.law = Law::kNeoHookean, p->poisson_ratio = 0.5; }, "law = linear"},
-      {[](P* p) { p->density = 0, p->options.time = Time::kDynamic; }, "density"},
-      {[](P* p) { p->options.time = Time::kDynamic, p->options.step = -1; }, "step = -1"},
+      {[](P* p) { p->density = 0, p->options.time = FemOptions::Time::kDynamic; }, "density"},
+      {[](P* p) { p->options.time = FemOptions::Time::kDynamic, p->options.step = -1; },
+       "step = -1"},
       {[](P* p) { p->options.residual = 0; }, "residual"}};
   const SolidMesh mesh = MeshBox({1, 1, 1}, {1, 1, 1});
   for (const auto& [change, word] : mistakes) {
