@@ -7,6 +7,7 @@
 
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_domain.h"
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/mesh_division.h"
@@ -185,12 +186,18 @@ OwnModel StudyOwn(Scene scene, const ModelFactory& factory, Progress* progress) 
   StudySettings settings;
   settings.timing_s = 0.01;
   settings.limits = {.residuals = false, .own = true, .large = !is_decided};
-  settings.compares = !is_decided;  // the decision states the error already
+  // The decision states the error already; references of outlines are plane.
+  const bool is_solid_outline = IsPlanar(scene.object.geometry) && !KindOf(scene).is_plane;
+  settings.compares = !is_decided && !is_solid_outline;
   StudyResult study = RunStudy(scene, settings, factory, StopOf(progress), {{}, progress});
   const auto own = std::ranges::find_if(study.rows, [&](const StudyRow& row) {
     return row.own && IsSameModel(row.model, scene.model);
   });
   if (own == study.rows.end()) throw std::invalid_argument("no study knows this model");
+  if (is_solid_outline) {
+    own->error.value = own->bound =
+        PlaneError(scene, scene.tool.value(), MeshOutline(scene, std::nullopt));
+  }
   return {std::move(study.question), std::move(*own)};
 }
 
