@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "shared/text/text.h"
+#include "slave/mechanics/extruded/extruded_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_domain.h"
 #include "slave/mechanics/factory/tool_press.h"
@@ -173,6 +174,37 @@ std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& facto
   weightless.model.fem.gravity_O.setZero();
   const StudySettings settings = QuickSettings(scene, budget_s);
   return DecidedBy(RunStudy(weightless, settings, factory, stop, {{}, progress}), scene);
+}
+
+std::optional<Scene> DecideOnThickness(const Scene& scene) {
+  const bool is_possible = IsPlanar(scene.object.geometry) && scene.tool && scene.tool->depth &&
+                           scene.tool->shape == Tool::Shape::kFlat &&
+                           scene.model.contact == ContactLaw::kBonded &&
+                           scene.object.material.poisson_ratio <= kLargestExtrudedNu;
+  if (!is_possible) return std::nullopt;
+  Scene plane = scene, solid = scene;
+  plane.model.kind = "bem2d";
+  solid.model.kind = "extruded";
+  const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
+  if (PlaneError(plane, *scene.tool, mesh) <= scene.model.tolerance) return std::nullopt;
+  const PressSpec question = AskedOf(plane, {});
+  const Press& press = question.presses.front();
+  const auto force = [&](const Scene& at) {
+    const Contact contact{Contact::Kind::kDisplacement, press.p_O, -1, question.width,
+                          question.small_depth * press.inward_O};
+    ContactResponse response;
+    MakeModel(at, mesh)->Respond({&contact, 1}, {&response, 1});
+    return response.validity == Validity::kFailed ? kUnknown : response.force_O.norm();
+  };
+  const double by_plane = force(plane), by_solid = force(solid);
+  if (!(by_plane > 0 && by_solid > 0)) return std::nullopt;
+  solid.model.decision.reason =
+      "auto: extruded: under this tool " +
+      std::string(scene.model.plane == Plane::kStress ? "plane stress" : "plane strain") +
+      Formatted(" has %.2f times the force of the body with its thickness", by_plane / by_solid);
+  solid.model.decision.error = solid.model.decision.bound = PlaneError(solid, *scene.tool, mesh);
+  solid.model.decision.meets = solid.model.decision.error <= scene.model.tolerance;
+  return solid;
 }
 
 OwnModel StudyOwn(Scene scene, const ModelFactory& factory, Progress* progress) {
