@@ -82,8 +82,11 @@ bool EstimatesForce(const Scene& scene) {
 void Decide(const std::filesystem::path& file, const std::stop_token& stop, Scene* scene) {
   if (!file.empty() && ApplyDecided(BytesOf(file), scene)) return;
   ProgressBar bar("auto", stop);
-  auto decided =
-      study::DecideQuickly(*scene, study::DefaultModelFactory(), study::kQuickBudget, stop, &bar);
+  auto decided = study::DecideOnThickness(*scene);
+  if (!decided) {
+    decided =
+        study::DecideQuickly(*scene, study::DefaultModelFactory(), study::kQuickBudget, stop, &bar);
+  }
   if (!decided) return;
   *scene = *std::move(decided);
   if (!stop.stop_requested()) Keep(*scene, file);

@@ -32,11 +32,16 @@ struct ModelKind {
   bool takes_tension = false;         // of a membrane at rest; a flat one also modes
   bool takes_regions = false;         // parts of the object with moduli of their own
   bool takes_relaxation = false;      // moduli that fade in time; accepts step
+  bool is_plane = false;  // nothing changes through the thickness; accepts plane and order
 };
 
 // `auto` is no kind: ChooseModel names one.
 inline constexpr std::array kModelKinds{
-    ModelKind{.name = "bem2d", .object = ObjectClass::kOutline, .accepts_frictionless = true},
+    ModelKind{.name = "bem2d",
+              .object = ObjectClass::kOutline,
+              .accepts_frictionless = true,
+              .is_plane = true},
+    ModelKind{.name = "extruded", .object = ObjectClass::kOutline},
     ModelKind{.name = "plate", .object = ObjectClass::kMembrane},
     ModelKind{.name = "plate-large",
               .object = ObjectClass::kMembrane,

@@ -13,8 +13,9 @@ namespace {
 
 using Fem = FemOptions;
 
-void ReadPlanar(Section& model, ModelOptions* options) {
+void ReadPlanar(Section& model, const ModelKind& kind, ModelOptions* options) {
   options->elements = model.Integer("elements");
+  if (!kind.is_plane) return;
   options->order = model.OneOf<ElementOrder>("order", {{"constant", ElementOrder::kConstant},
                                                        {"linear", ElementOrder::kLinear},
                                                        {"quadratic", ElementOrder::kQuadratic}});
@@ -135,7 +136,8 @@ ModelKind OptionsOf(std::string_view name) {
           .has_tets = true,
           .iterates = true,
           .accepts_frictionless = true,
-          .takes_tension = true};
+          .takes_tension = true,
+          .is_plane = true};
 }
 
 // Whether a query ends between steps of Newton's method.
@@ -153,7 +155,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   const ModelKind kind = OptionsOf(options.kind);
   const bool is_auto = options.kind == "auto";
   const bool is_membrane = kind.object == ObjectClass::kMembrane;
-  if (is_auto || kind.object == ObjectClass::kOutline) ReadPlanar(model, &options);
+  if (is_auto || kind.object == ObjectClass::kOutline) ReadPlanar(model, kind, &options);
   if (kind.iterates) {
     ReadFem(model, &options.fem);
   } else if (kind.has_tets) {

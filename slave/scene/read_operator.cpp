@@ -202,6 +202,7 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
                                                     {"rectangle", Tool::Shape::kRectangle}});
   ReadEnd(section, width, &tool);
   tool.depth = ReadExtent(section);
+  if (section.Has("behind")) tool.behind = section.Number("behind");
   tool.presses_evenly = section.OneOf<bool>("load", {{"rigid", false}, {"even", true}});
   const Eigen::Vector2d usual = TowardsBox(box, home);
   const Eigen::Vector2d direction = section.Vector2("direction", usual);

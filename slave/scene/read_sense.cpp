@@ -79,6 +79,7 @@ std::optional<Camera> ReadCamera(Section& sense, const SceneContext& context,
   camera.rate = section.Number("rate");
   camera.size = ReadSize(section, DefaultSize(camera));
   camera.pixel = section.Number("pixel", is_needed ? std::nullopt : std::optional(0.0));
+  if (section.Has("distance")) camera.distance = section.Number("distance");
   camera.pixel_tolerance = section.Number("pixel_tolerance");
   camera.X_SC = ReadPlanarPose(section, X_SC);
   camera.lens = ReadExistingFile(section, "intrinsics", context);

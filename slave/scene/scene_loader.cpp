@@ -121,6 +121,7 @@ class CrossCheck {
     if (IsPresent("tool", "depth") && !IsPlanar(geometry)) {
       Refuse("tool.depth", "nothing here: only a planar object has a thickness to reach through");
     }
+    CheckExtruded();
     if (IsPresent("tool", "load") && !(ClassOf(geometry) == ObjectClass::kMembrane &&
                                        scene_.tool->shape == Tool::Shape::kFlat)) {
       Refuse("tool.load", "nothing here: only a flat tool on a flat membrane has a load");
@@ -131,6 +132,27 @@ class CrossCheck {
     }
     Refuse("tool.shape",
            "flat or round with this model: others need fem with element: tet4, time: static");
+  }
+
+  // A tool of its own place through the thickness.
+  void CheckExtruded() {
+    const std::string& kind = scene_.model.kind;
+    if (scene_.tool && scene_.tool->behind && kind != "extruded" && kind != "auto") {
+      Refuse("tool.behind", "nothing with this model.kind: use extruded");
+    }
+    if (kind != "extruded" || !scene_.tool || !IsPlanar(scene_.object.geometry)) return;
+    const double T = ThicknessOf(scene_.object.geometry);
+    if (scene_.tool->shape != Tool::Shape::kFlat) {
+      Refuse("tool.shape", "flat with model.kind: extruded");
+    } else if (!scene_.tool->depth) {
+      Refuse("tool.depth", "how far the tool reaches through the thickness, with extruded");
+    } else if (scene_.tool->behind &&
+               *scene_.tool->behind + std::min(*scene_.tool->depth, T) > T * (1 + 1e-9)) {
+      Refuse("tool.behind", "a tool that ends within the thickness");
+    }
+    if (scene_.object.material.poisson_ratio > 0.499) {
+      Refuse("object.material.poisson_ratio", "at most 0.499 with model.kind: extruded");
+    }
   }
 
   void CheckRegions() {

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <variant>
 
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
 
@@ -56,7 +57,7 @@ void CaseSolver::TakeTool(const Tool& tool) {
   if (domain_ && IsSame(domain_->tool, tool)) return;
   domain_.emplace(Domain{tool, ToolDomain(scene_, tool, mesh_), std::nullopt});
   const auto* outline = std::get_if<BoundaryMesh>(&mesh_);
-  if (outline == nullptr) return;
+  if (outline == nullptr || !KindOf(scene_).is_plane) return;
   Scene pressed = scene_;
   pressed.tool = tool;
   domain_->width.emplace(*outline, pressed);

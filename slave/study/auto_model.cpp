@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "shared/text/text.h"
+#include "slave/mechanics/extruded/extruded_model.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/factory/tool_domain.h"
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/mesh_division.h"
@@ -174,6 +176,37 @@ std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& facto
   return DecidedBy(RunStudy(weightless, settings, factory, stop, {{}, progress}), scene);
 }
 
+std::optional<Scene> DecideOnThickness(const Scene& scene) {
+  const bool is_possible = IsPlanar(scene.object.geometry) && scene.tool && scene.tool->depth &&
+                           scene.tool->shape == Tool::Shape::kFlat &&
+                           scene.model.contact == ContactLaw::kBonded &&
+                           scene.object.material.poisson_ratio <= kLargestExtrudedNu;
+  if (!is_possible) return std::nullopt;
+  Scene plane = scene, solid = scene;
+  plane.model.kind = "bem2d";
+  solid.model.kind = "extruded";
+  const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
+  if (PlaneError(plane, *scene.tool, mesh) <= scene.model.tolerance) return std::nullopt;
+  const PressSpec question = AskedOf(plane, {});
+  const Press& press = question.presses.front();
+  const auto force = [&](const Scene& at) {
+    const Contact contact{Contact::Kind::kDisplacement, press.p_O, -1, question.width,
+                          question.small_depth * press.inward_O};
+    ContactResponse response;
+    MakeModel(at, mesh)->Respond({&contact, 1}, {&response, 1});
+    return response.validity == Validity::kFailed ? kUnknown : response.force_O.norm();
+  };
+  const double by_plane = force(plane), by_solid = force(solid);
+  if (!(by_plane > 0 && by_solid > 0)) return std::nullopt;
+  solid.model.decision.reason =
+      "auto: extruded: under this tool " +
+      std::string(scene.model.plane == Plane::kStress ? "plane stress" : "plane strain") +
+      Formatted(" has %.2f times the force of the body with its thickness", by_plane / by_solid);
+  solid.model.decision.error = solid.model.decision.bound = PlaneError(solid, *scene.tool, mesh);
+  solid.model.decision.meets = solid.model.decision.error <= scene.model.tolerance;
+  return solid;
+}
+
 OwnModel StudyOwn(Scene scene, const ModelFactory& factory, Progress* progress) {
   if (!CanStudy(scene)) {
     throw std::invalid_argument(
@@ -185,12 +218,18 @@ OwnModel StudyOwn(Scene scene, const ModelFactory& factory, Progress* progress) 
   StudySettings settings;
   settings.timing_s = 0.01;
   settings.limits = {.residuals = false, .own = true, .large = !is_decided};
-  settings.compares = !is_decided;  // the decision states the error already
+  // The decision states the error already; references of outlines are plane.
+  const bool is_solid_outline = IsPlanar(scene.object.geometry) && !KindOf(scene).is_plane;
+  settings.compares = !is_decided && !is_solid_outline;
   StudyResult study = RunStudy(scene, settings, factory, StopOf(progress), {{}, progress});
   const auto own = std::ranges::find_if(study.rows, [&](const StudyRow& row) {
     return row.own && IsSameModel(row.model, scene.model);
   });
   if (own == study.rows.end()) throw std::invalid_argument("no study knows this model");
+  if (is_solid_outline) {
+    own->error.value = own->bound =
+        PlaneError(scene, scene.tool.value(), MeshOutline(scene, std::nullopt));
+  }
   return {std::move(study.question), std::move(*own)};
 }
 

@@ -37,6 +37,11 @@ std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& facto
                                    double budget_s = kQuickBudget, const std::stop_token& stop = {},
                                    Progress* progress = nullptr);
 
+// An outline under a flat tool whose plane model's error would be beyond the tolerance: `extruded`,
+// with the force of the plane model by that of one extruded solution in the reason. nullopt: a
+// plane model will do, or the extruded one does not fit. About a second.
+std::optional<Scene> DecideOnThickness(const Scene& scene);
+
 // The scene's own model as a study states it, at the contacts that it asks by itself.
 struct OwnModel {
   PressSpec question;

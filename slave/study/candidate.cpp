@@ -91,8 +91,19 @@ std::string OrderName(ElementOrder order) {
                                           : "quadratic";
 }
 
+// Its mesh is made for the tool: there is one.
+void AddExtruded(const Scene& scene, std::vector<Candidate>* candidates) {
+  Candidate c = Start(scene, "extruded", "extruded");
+  c.resolution = "as the tool needs";
+  c.element_size = scene.tool->width;
+  c.expected_s = 1;
+  c.own = true;
+  candidates->push_back(std::move(c));
+}
+
 void AddPlanar(const Scene& scene, const PressSpec& question, const CandidateLimits& limits,
                std::vector<Candidate>* candidates) {
+  if (scene.model.kind == "extruded") return AddExtruded(scene, candidates);
   for (const int n : ElementCounts(scene, question)) {
     for (const auto order :
          {ElementOrder::kConstant, ElementOrder::kLinear, ElementOrder::kQuadratic}) {

@@ -10,6 +10,7 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_press.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/mesh/index.h"
@@ -219,7 +220,7 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
         asked_places.empty() && !HasVolumeStiffness(scene) && !IsTouchedRound(scene);
     for (Press& press : question.presses) press.loaded = loaded;
   }
-  if (IsPlanar(scene.object.geometry) && scene.tool && scene.tool->depth) {
+  if (KindOf(scene).is_plane && scene.tool && scene.tool->depth) {
     question.plane_error = PlaneError(scene, *scene.tool, MeshOutline(scene, std::nullopt));
   }
   question.width = scene.tool ? scene.tool->width : kToolPerSize * question.size;

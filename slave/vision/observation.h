@@ -22,7 +22,8 @@ struct TipObservation {
 };
 
 // Mapping of the image plane I to the plane z = 0 of S: one pixel size, one pose, no perspective
-// (paper A: a camera that looks straight at a planar scene, or a microscope).
+// (paper A: a camera that looks straight at a planar scene, or a microscope). A tool behind the
+// front of a thick body has a view of its own.
 class CameraView {
  public:
   // `width`, `height` of the image [px]. The scene's pixel size > 0.
@@ -38,6 +39,13 @@ class CameraView {
   [[nodiscard]] Eigen::Vector2d ToImage(const Eigen::Vector3d& p_S) const {
     const Eigen::Vector3d p_C = X_SC_.inverse() * p_S;
     return centre_ + Eigen::Vector2d(p_C.x(), -p_C.y()) / pixel_;
+  }
+  // Mapping to the plane `depth` [m] behind z = 0, for a projection centre `distance` [m] before
+  // it: there a pixel is larger. The camera looks along z. 0: the rays are parallel.
+  [[nodiscard]] CameraView Behind(double depth, double distance) const {
+    CameraView behind = *this;
+    if (distance > 0) behind.pixel_ *= 1 + depth / distance;
+    return behind;
   }
   [[nodiscard]] double pixel() const { return pixel_; }  // [m/px]
 

@@ -19,7 +19,6 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/solve/field_file.h"
-#include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/solve/case_solver.h"
 
@@ -114,11 +113,7 @@ struct Built {
 Built Build(const Scene& scene, const ObjectMesh& mesh, const std::filesystem::path& field,
             ProgressBar* progress) {
   Built built;
-  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
-    built.model = MakePlanarModel(scene, *outline, progress);
-  } else {
-    built.model = MakeModel(scene, mesh, progress);
-  }
+  built.model = MakeModel(scene, mesh, progress);
   if (!field.empty()) built.field = std::make_unique<FieldFile>(field, *built.model);
   return built;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "slave/mechanics/bem/bem2d_model.h"
+#include "slave/mechanics/extruded/extruded_model.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
@@ -173,6 +174,20 @@ std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMe
       params, progress);
 }
 
+std::unique_ptr<ExtrudedModel> MakeExtrudedModel(const Scene& scene, const BoundaryMesh& mesh) {
+  if (!scene.tool) throw std::invalid_argument("model.kind = extruded: expected a tool");
+  const double T = ThicknessOf(scene.object.geometry);
+  const double depth = std::min(scene.tool->depth.value_or(T), T);
+  return std::make_unique<ExtrudedModel>(
+      mesh, FixedElementDofs(scene, mesh),
+      ExtrudedModel::Params{.young_modulus = scene.object.material.young_modulus,
+                            .poisson_ratio = scene.object.material.poisson_ratio,
+                            .thickness = T,
+                            .front = scene.tool->BehindFront(T),
+                            .depth = depth,
+                            .range = scene.model.range > 0 ? scene.model.range : kDefaultRange});
+}
+
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
                                              Progress* progress) {
   const double E = scene.object.material.young_modulus, nu = scene.object.material.poisson_ratio;
@@ -188,7 +203,8 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
                                             Progress* progress) {
   const ModelKind& kind = KindOf(scene);
   if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
-    if (kind.object == ObjectClass::kOutline) return MakePlanarModel(scene, *outline, progress);
+    if (kind.is_plane) return MakePlanarModel(scene, *outline, progress);
+    if (kind.object == ObjectClass::kOutline) return MakeExtrudedModel(scene, *outline);
   } else if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) {
     if (kind.object == ObjectClass::kMembrane) return MakePlateModel(scene, *disc, progress);
   } else if (kind.object == ObjectClass::kVolume) {

@@ -15,6 +15,9 @@
 // that is narrower than the body is thick is rated no better than one through all of it: there two
 // errors of opposite sign meet.
 //
+// An extruded outline is a solid: its mesh is made for one extent of the tool, and resolves one of
+// at least a quarter of the tool's width.
+//
 // Plates. Under a rigid flat tool of radius r at p on a plate of radius a and thickness t, w deep,
 // neo-Hookean sheets have less force than the plate models by at most
 //
@@ -43,6 +46,12 @@ inline constexpr std::string_view kExtentTooSmall =
 inline constexpr std::string_view kNeitherThinNorThick =
     "the object is too thick for plane stress or too thin for plane strain: model.tolerance is "
     "below the error";
+inline constexpr std::string_view kOtherExtent =
+    "the extruded model is made for another extent of the tool: set tool.depth";
+inline constexpr std::string_view kShortExtent =
+    "the tool reaches less far through the thickness than a quarter of its width";
+inline constexpr std::string_view kExtrudedMesh =
+    "the error of the extruded model's mesh is beyond model.tolerance";
 inline constexpr std::string_view kNoToolOnPlate =
     "the scene has no tool: the disc of this width presses evenly; set tool and tool.load";
 inline constexpr std::string_view kRigidOnPlate =

@@ -172,7 +172,7 @@ std::shared_ptr<Estimator> CameraSense::MeasureRestState() const {
   std::optional<Eigen::Vector3d> p_S_tip;
   if (scene.sense.Find<TipTracking>()->template_file.empty()) {
     const TipObservation& tip = observation_->tip;
-    p_S_tip = tip.found ? estimator_->view().ToSlave(tip.p_I) : p_S_encoders_;
+    p_S_tip = tip.found ? estimator_->tool_view().ToSlave(tip.p_I) : p_S_encoders_;
   }
   auto* contour = scene.sense.Find<ContourTracking>();
   try {
@@ -256,7 +256,7 @@ std::optional<OverlaidImage> CameraSense::Image(double full_scale) const {
   CameraOverlay overlay{
       estimator_->edge_I(), shown.search_window, shown.tip, estimate_.force, {0, 0}};
   if (estimate_.force) {
-    overlay.force_I = ForceArrow(estimator_->view(), estimate_.p_S_tip, *estimate_.force,
+    overlay.force_I = ForceArrow(estimator_->tool_view(), estimate_.p_S_tip, *estimate_.force,
                                  full_scale, seen_.image.rows);
   }
   return OverlaidImage{seen_.sensed_at, seen_.image,
@@ -278,7 +278,9 @@ SenseInfo CameraSense::info() const {
   info.tip_resolution = kResolved * pixel_;
   info.model = estimator_->touch().info();
   info.reason = reason_;
-  info.remarks.emplace_back(plane_ == Plane::kStress ? "in plane stress" : "in plane strain");
+  if (FindModelKind(info.model.kind)->is_plane) {
+    info.remarks.emplace_back(plane_ == Plane::kStress ? "in plane stress" : "in plane strain");
+  }
   const Registration& found = estimator_->registration();
   if (found.measured) {
     info.remarks.push_back(fmt::format("rest surface found in the image: {} points, {:.3f} px rms",

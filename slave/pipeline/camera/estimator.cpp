@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/local_model/patch_maker.h"
 
 namespace palpate {
@@ -24,6 +25,11 @@ constexpr double kAnchorSigma = 0.12;
 // An indentation replaces a rough tip if it is known to this part of the tool's width [-] and lies
 // no farther from the tip [px].
 constexpr double kInformativeIndentation = 0.1, kFarIndentation = 6;
+
+CameraView ToolView(const Scene& scene, const CameraView& view) {
+  return view.Behind(scene.tool->BehindFront(ThicknessOf(scene.object.geometry)),
+                     scene.sense.Find<Camera>()->distance);
+}
 
 std::optional<Eigen::Vector2d> ToImage(const CameraView& view,
                                        const std::optional<Eigen::Vector3d>& p_S) {
@@ -55,8 +61,9 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
                      std::optional<Eigen::Vector3d> p_S_tip_reported, ObjectPlace place,
                      Progress* progress)
     : view_(*scene.sense.Find<Camera>(), first.image.cols, first.image.rows),
+      tool_view_(ToolView(scene, view_)),
       tracker_(std::make_unique<TipAndContourTracker>(scene, first.image,
-                                                      ToImage(view_, p_S_tip_reported))) {
+                                                      ToImage(tool_view_, p_S_tip_reported))) {
   registration_ = RegisterObject(scene, tracker_->rest_contour().edge, view_, place);
   Adopt(Prepare(scene, progress), scene);
   if (!tracker_->rest_contour().edge.empty()) {
@@ -64,11 +71,12 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
                   touch_->mesh);
   }
   const auto* tip = scene.sense.Find<TipTracking>();
-  if (tip != nullptr && !tip->template_file.empty()) anchor_sigma_ = kAnchorSigma * view_.pixel();
+  if (tip != nullptr && !tip->template_file.empty())
+    anchor_sigma_ = kAnchorSigma * tool_view_.pixel();
   tool_.d_I = tracker_->tool_direction_I();
-  tool_.width = scene.tool->width / view_.pixel();
+  tool_.width = scene.tool->width / tool_view_.pixel();
   checks_ = MakeCameraChecks(scene, {first.image, tracker_->noise(), tool_.d_I, tool_.width,
-                                     ToImage(view_, p_S_tip_reported)});
+                                     ToImage(tool_view_, p_S_tip_reported)});
   observation_ = See(first);
 }
 
@@ -82,7 +90,7 @@ void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   touch_ = std::move(touch);
   rules_.Adopt(scene);
   pixel_tolerance_ = scene.sense.Find<Camera>()->pixel_tolerance;
-  const bool is_plane = IsSimulated(scene) || scene.simulator_connects;
+  const bool is_plane = KindOf(scene).is_plane && (IsSimulated(scene) || scene.simulator_connects);
   plane_error_ = is_plane ? 0 : touch_->domain.error();
   cue_.Adopt(scene.model.puncture_from);
   forecast_.Adopt();
@@ -182,7 +190,7 @@ void Estimator::PredictIndentation() noexcept {
   tool_.p_I_tip = tip.p_I;
   tool_.d_I = Eigen::Rotation2Dd(tip.turn) * tracker_->tool_direction_I();
   if (!forecast_.expects()) return;
-  const Eigen::Vector3d p_S = view_.ToSlave(edge_->sighting().motion.Back(tip.p_I));
+  const Eigen::Vector3d p_S = tool_view_.ToSlave(edge_->sighting().motion.Back(tip.p_I));
   const Eigen::Vector3d way_S = p_S - estimate_.p_S_contact;
   const bool touches = rules_.in_contact() || way_S.dot(estimate_.local_model.normal) < 0;
   predicted_O_.setZero();
@@ -238,7 +246,8 @@ std::optional<Estimator::CompensatedTip> Estimator::TipByIndentation() const noe
   const Eigen::Vector2d way_S =
       registration_.X_SO.linear().topLeftCorner<2, 2>() * object.indentation_O;
   const Eigen::Vector3d p_S = estimate_.p_S_contact + view_.pixel() * Planar(way_S);
-  return CompensatedTip{view_.ToImage(p_S), sigma, sigma * sigma * Eigen::Matrix2d::Identity()};
+  return CompensatedTip{tool_view_.ToImage(p_S), sigma,
+                        sigma * sigma * Eigen::Matrix2d::Identity()};
 }
 
 void Estimator::CompareWithEncoders(const CompensatedTip& tip,
@@ -246,15 +255,15 @@ void Estimator::CompareWithEncoders(const CompensatedTip& tip,
   const Eigen::Vector2d& p_I = observation_.tip.p_I;
   ManipulatorAgreement::Sight sight;
   sight.at = estimate_.sensed_at;
-  sight.p_S_seen = view_.ToSlave(p_I);
-  sight.p_S_at_rest = view_.ToSlave(tip.p_I);
-  sight.sigma = tip.sigma * view_.pixel();
-  sight.pixel = view_.pixel();
+  sight.p_S_seen = tool_view_.ToSlave(p_I);
+  sight.p_S_at_rest = tool_view_.ToSlave(tip.p_I);
+  sight.sigma = tip.sigma * tool_view_.pixel();
+  sight.pixel = tool_view_.pixel();
   sight.object_known = edge_ && edge_->sighting().known;
   if (sight.object_known) {
     const ObjectSighting& object = edge_->sighting();
-    sight.p_S_on_object = view_.ToSlave(object.motion.Back(p_I));
-    sight.object_sigma = object.sigma_px * view_.pixel();
+    sight.p_S_on_object = tool_view_.ToSlave(object.motion.Back(p_I));
+    sight.object_sigma = object.sigma_px * tool_view_.pixel();
   }
   if (encoder) {
     agreement_.Update(sight, *encoder);
@@ -267,8 +276,9 @@ std::optional<EncoderInnovation> Estimator::Innovation() const noexcept {
   if (!agreement_.has_reading()) return std::nullopt;
   const EncoderRegistration& registration = agreement_.registration();
   const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
-  return EncoderInnovation{view_.ToImage(registration.innovation()) - view_.ToImage(origin),
-                           registration.sigma() / view_.pixel()};
+  return EncoderInnovation{
+      tool_view_.ToImage(registration.innovation()) - tool_view_.ToImage(origin),
+      registration.sigma() / tool_view_.pixel()};
 }
 
 // Along the surface's normal, into the object [unit of `indentation_O`].
@@ -300,9 +310,9 @@ double Estimator::GapSigma(const BoundaryPlace& place,
   const Eigen::Vector3d p_S = registration_.X_SO * Planar(place.p_O);
   const Eigen::Vector3d n_S = registration_.X_SO.linear() * Planar(place.normal_O);
   const Eigen::Vector2d n_I =
-      (view_.ToImage(p_S + view_.pixel() * n_S) - view_.ToImage(p_S)).normalized();
+      (tool_view_.ToImage(p_S + tool_view_.pixel() * n_S) - tool_view_.ToImage(p_S)).normalized();
   const double tip_sigma =
-      std::hypot(view_.pixel() * std::sqrt(n_I.dot(covariance * n_I)), anchor_sigma_);
+      std::hypot(tool_view_.pixel() * std::sqrt(n_I.dot(covariance * n_I)), anchor_sigma_);
   return std::hypot(tip_sigma, registration_.sigma, n_S.dot(agreement_.Unexplained()));
 }
 
@@ -313,20 +323,20 @@ Eigen::Vector2d Estimator::DeepestPoint(const Eigen::Vector2d& p_I) const noexce
       Eigen::Rotation2Dd(observation_.tip.turn) * tracker_->tool_direction_I();
   if (!touch_->indenter || d_I.isZero(0)) return p_I;
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
-  const Eigen::Vector3d p_S = view_.ToSlave(p_I);
+  const Eigen::Vector3d p_S = tool_view_.ToSlave(p_I);
   const Eigen::Vector3d p_O = X_SO.inverse() * p_S;
   touch_->probe->Reset();
   const Eigen::Vector2d n_O = touch_->probe->MoveTip(p_O.head<2>()).normal_O;
   const Eigen::Vector2d n_I =
-      view_.ToImage(p_S + view_.pixel() * (X_SO.linear() * Planar(n_O))) - p_I;
-  return p_I - touch_->indenter->radius() / view_.pixel() * (d_I + n_I);
+      tool_view_.ToImage(p_S + tool_view_.pixel() * (X_SO.linear() * Planar(n_O))) - p_I;
+  return p_I - touch_->indenter->radius() / tool_view_.pixel() * (d_I + n_I);
 }
 
 // Update: contact, force and local model.
 bool Estimator::UpdateContact(const CompensatedTip& tip) noexcept {
   Stopwatch lap;
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
-  const Eigen::Vector3d p_S_tip = view_.ToSlave(DeepestPoint(tip.p_I));
+  const Eigen::Vector3d p_S_tip = tool_view_.ToSlave(DeepestPoint(tip.p_I));
   const Eigen::Vector3d p_O_tip = X_SO.inverse() * p_S_tip;
   const BoundaryPlace& place = touch_->contact->MoveTip(p_O_tip.head<2>());
   const bool touching = touch_->contact->in_contact();
@@ -416,8 +426,9 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
 }
 
 bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
-  // A round tool's contact grows with the depth, which no patch describes: the plane follows it.
-  if (!p_S_tip.allFinite() || touch_->indenter) return false;
+  // A round tool's contact grows with the depth, which no patch describes, and `extruded` would
+  // have to prepare every cell: the plane follows the tool.
+  if (!p_S_tip.allFinite() || touch_->indenter || touch_->prepares_places()) return false;
   touch_->probe->Reset();
   const Eigen::Vector3d p_O_tip = registration_.X_SO.inverse() * p_S_tip;
   const int element = touch_->probe->MoveTip(p_O_tip.head<2>()).element;

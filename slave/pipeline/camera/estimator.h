@@ -82,6 +82,8 @@ class Estimator {
   [[nodiscard]] const CameraObservation& observation() const { return observation_; }
   [[nodiscard]] const TipAndContourTracker& tracker() const { return *tracker_; }
   [[nodiscard]] const CameraView& view() const { return view_; }
+  // The plane of the tool's front side: z of S stays 0.
+  [[nodiscard]] const CameraView& tool_view() const { return tool_view_; }
   [[nodiscard]] const Registration& registration() const { return registration_; }
   [[nodiscard]] TouchModel& touch() { return *touch_; }
   [[nodiscard]] const TouchModel& touch() const { return *touch_; }
@@ -135,6 +137,7 @@ class Estimator {
   void ForecastIndentation(const BoundaryPlace& place) noexcept;
 
   CameraView view_;
+  CameraView tool_view_;  // the plane of the tool's front side
   std::unique_ptr<TipAndContourTracker> tracker_;
   Registration registration_;
   std::unique_ptr<TouchModel> touch_;

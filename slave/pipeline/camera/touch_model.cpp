@@ -16,6 +16,8 @@ namespace {
 // [measured: 416 presses of blocks, wedges and discs with 180 and 360 elements, 3 to 8 of them
 // touched, against 1600 elements: rms]
 constexpr double kRoundError = 0.035;
+// Distance of a tip from which on its place is not prepared, in widths of the tool. [by definition]
+constexpr double kNearWidths = 2;
 
 }  // namespace
 
@@ -36,12 +38,31 @@ TouchModel::TouchModel(const Scene& scene, BoundaryMesh outline,
       contact(std::make_unique<BoundaryContact>(mesh)),
       probe(std::make_unique<BoundaryContact>(mesh)),
       held(HeldVertices(scene, mesh)),
+      prepares_places_(!KindOf(scene).is_plane),
       tool_width_(scene.tool->width) {
   if (scene.tool->shape == Tool::Shape::kRound) {
     indenter = std::make_unique<RoundIndenter>(TouchablePlaces(mesh), scene.tool->radius, law);
-  } else {
+  } else if (!prepares_places_) {
     width_.emplace(mesh, scene);
   }
+  if (prepares_places_) PrepareUnder(scene.object.X_SO.inverse() * scene.manipulator.home);
+}
+
+void TouchModel::PrepareUnder(const Eigen::Vector3d& p_O_tip) noexcept {
+  BoundaryPlace place = probe->MoveTip(p_O_tip.head<2>());
+  probe->Reset();
+  place.gap = 0;
+  (void)Respond(place, Eigen::Vector3d::Zero());
+}
+
+// Whole elements are too long a raster for a tool only where the tool has fewer than two.
+Contact TouchModel::ContactAt(const BoundaryPlace& place) noexcept {
+  Contact touch{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_, {}};
+  if (!prepares_places_) return touch;
+  if (place.gap > kNearWidths * tool_width_ && prepared_.element >= 0) return prepared_;
+  touch.p_O = Planar(mesh.elements[static_cast<std::size_t>(place.element)].midpoint());
+  prepared_ = touch;
+  return touch;
 }
 
 ContactResponse TouchModel::Solve(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
@@ -63,8 +84,8 @@ ContactResponse TouchModel::SolveFlat(const BoundaryPlace& place,
                                       const Eigen::Vector3d& displacement_O,
                                       Solution* solution) noexcept {
   const double factor = WidthAt(place).factor;
-  const Contact touch{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
-                      displacement_O};
+  Contact touch = ContactAt(place);
+  touch.prescribed_O = displacement_O;
   deformation->Solve({&touch, 1}, solution);
   ContactResponse response = solution->responses().front();
   response.force_O *= factor;

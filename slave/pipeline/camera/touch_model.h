@@ -57,6 +57,10 @@ struct TouchModel final : PreparedModel {
   // contact of a round tool; 0 for a flat one [-].
   [[nodiscard]] double RoundSigma() const noexcept;
 
+  // `extruded`, whose places cost tenths of a second each: a tip that is far takes the last one,
+  // and a near one that of a raster on the outline.
+  [[nodiscard]] bool prepares_places() const { return prepares_places_; }
+
   // Half the tool's width [m].
   [[nodiscard]] double reach() const { return tool_width_ / 2; }
 
@@ -82,7 +86,12 @@ struct TouchModel final : PreparedModel {
                                           const Eigen::Vector3d& displacement_O,
                                           Solution* solution) noexcept;
 
-  Solution asked_;                  // of other queries
+  void PrepareUnder(const Eigen::Vector3d& p_O_tip) noexcept;
+  [[nodiscard]] Contact ContactAt(const BoundaryPlace& place) noexcept;
+
+  Solution asked_;  // of other queries
+  bool prepares_places_ = false;
+  Contact prepared_;                // last place that was near
   double tool_width_;               // [m]
   std::optional<ToolWidth> width_;  // of a flat tool
 };

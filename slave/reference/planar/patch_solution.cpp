@@ -16,8 +16,8 @@ using Point = Eigen::Vector2d;
 SizeField SizesFor(const TaggedOutline& outline, double width, const Fineness& fineness) {
   SizeField sizes{fineness.largest, fineness.growth, {}};
   std::vector<int> tag_before(outline.points.size(), 0);
-  for (const Segment& s : outline.segments) tag_before[Index(s.b)] = s.tag;
-  for (const Segment& s : outline.segments) {
+  for (const MeshSegment& s : outline.segments) tag_before[Index(s.b)] = s.tag;
+  for (const MeshSegment& s : outline.segments) {
     const int before = tag_before[Index(s.a)];
     const Point& place = outline.points[Index(s.a)];
     if ((before & kPatch) != (s.tag & kPatch)) {

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/reference/planar/graded_mesh.h"
+#include "slave/mesh/graded_mesh.h"
 #include "slave/reference/planar/plane_elasticity.h"
 #include "slave/reference/planar/true_body.h"
 
@@ -20,7 +20,7 @@ enum Tag : int { kHeldX = 1, kHeldY = 2, kPatch = 4 };
 
 struct TaggedOutline {
   std::vector<Eigen::Vector2d> points;
-  std::vector<Segment> segments;
+  std::vector<MeshSegment> segments;
 };
 
 // The body's edges in parts of `unit` [m], divided at the ends of the patch: from and to along

@@ -14,7 +14,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/reference/planar/graded_mesh.h"
+#include "slave/mesh/graded_mesh.h"
 #include "slave/scene/scene.h"
 
 namespace palpate::simulation {

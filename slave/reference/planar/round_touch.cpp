@@ -23,8 +23,8 @@ constexpr int kRounds = 100;
 SizeField SizesUnder(const TaggedOutline& outline, double width, bool is_flat) {
   SizeField sizes{kLargest, kGrowth, {}};
   std::vector<int> tag_before(outline.points.size(), 0);
-  for (const Segment& s : outline.segments) tag_before[Index(s.b)] = s.tag;
-  for (const Segment& s : outline.segments) {
+  for (const MeshSegment& s : outline.segments) tag_before[Index(s.b)] = s.tag;
+  for (const MeshSegment& s : outline.segments) {
     const Eigen::Vector2d &a = outline.points[Index(s.a)], &b = outline.points[Index(s.b)];
     if ((s.tag & kPatch) != 0) {
       const double step = width / kPerWidth;

@@ -1,6 +1,7 @@
 // Object and tool of a scene. SI units, frames as named.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -149,6 +150,8 @@ struct Tool {
   // Extent through the thickness of a planar object [m]; infinite: through all of it; nullopt: the
   // scene does not state it.
   std::optional<double> depth{};
+  // From the front face of a planar object to the tool [m]; nullopt: it is in the middle.
+  std::optional<double> behind{};
   // A flat one on a membrane: an even pressure. Else a rigid face, which is not glued and does not
   // tilt.
   bool presses_evenly = false;
@@ -159,6 +162,13 @@ struct Tool {
   Eigen::Vector2d direction{
       0, -1};  // unit vector along the tool, in the plane z = 0 of S; zero: found in the image
 
+  // From the front face of a planar object of this thickness to the tool [m]; 0 where its extent is
+  // not stated.
+  [[nodiscard]] double BehindFront(double thickness) const {
+    return depth ? behind.value_or((thickness - std::min(*depth, thickness)) / 2) : 0;
+  }
+  // Whether it reaches through a part of that thickness.
+  [[nodiscard]] bool IsNarrowerThan(double thickness) const { return depth && *depth < thickness; }
   [[nodiscard]] bool IsRigidFace() const { return shape == Shape::kFlat && !presses_evenly; }
 };
 // As in tool.shape.

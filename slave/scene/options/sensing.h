@@ -38,6 +38,7 @@ struct Camera {
   std::array<int, 2> size{
       640, 480};     // width, height of simulated and device images [px]; 0, 0: size of the images
   double pixel = 0;  // edge of a pixel in the plane z = 0 of S [m/px]
+  double distance = 0;  // from the projection centre to the plane z = 0 of S [m]; 0: parallel rays
   double pixel_tolerance = 0;  // of the same, one standard deviation, relative [-]
   Eigen::Isometry3d X_SC =
       Eigen::Isometry3d::Identity();  // C: origin at the image centre, x right, y up

@@ -23,8 +23,11 @@ using Point = Eigen::Vector2d;
 constexpr int kArcPieces = 48;        // of a round tool's end
 constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
 
-Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO) {
-  const CameraView view(camera, camera.size[0], camera.size[1]);
+// In the plane `behind` z = 0 [m].
+Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO,
+                            double behind = 0) {
+  const CameraView view =
+      CameraView(camera, camera.size[0], camera.size[1]).Behind(behind, camera.distance);
   const auto image = [&](const Point& p_O) {
     const Point p_S = X_SO * p_O;
     return view.ToImage({p_S.x(), p_S.y(), 0});
@@ -85,6 +88,8 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
       size_(scene.sense.Find<Camera>()->size[0], scene.sense.Find<Camera>()->size[1]),
       pixel_(scene.sense.Find<Camera>()->pixel),
       X_IO_(ImageOfBody(*scene.sense.Find<Camera>(), body.X_SO())),
+      X_IT_(ImageOfBody(*scene.sense.Find<Camera>(), body.X_SO(),
+                        scene.tool->BehindFront(ThicknessOf(scene.object.geometry)))),
       tool_width_(scene.tool->width),
       tool_radius_(scene.tool->shape == Tool::Shape::kRound ? scene.tool->radius : 0),
       tool_O_(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
@@ -95,6 +100,25 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
       lens_(LensOf(scene)) {
   if (scene.site.hand) hand_.emplace(*scene.site.hand, scene.site.seed);
   if (scene.site.embryo) microscope_.emplace(scene, body, X_IO_, size_);
+  if (scene.tool->IsNarrowerThan(ThicknessOf(scene.object.geometry))) PaintSides(scene);
+}
+
+// The sides that the camera sees beside the front face: between each edge of the front and that of
+// the back, and the back itself. They stay as they are at rest.
+void Painter::PaintSides(const Scene& scene) {
+  const Eigen::Affine2d X_IB = ImageOfBody(*scene.sense.Find<Camera>(), true_body_.X_SO(),
+                                           ThicknessOf(scene.object.geometry));
+  ground_ = cv::Mat(size_, CV_32F, cv::Scalar(kGround));
+  const auto cover = [&](const std::vector<Point>& polygon) {
+    const Layer layer(cv::Rect({0, 0}, size_), {polygon}, kSides);
+    ground_ += layer.alpha.mul(layer.grey - ground_);
+  };
+  std::vector<Point> back;
+  for (const TrueBody::Edge& e : true_body_.edges()) {
+    cover({X_IO_ * e.a, X_IO_ * e.b, X_IB * e.b, X_IB * e.a});
+    if (e.loop == 0) back.push_back(X_IB * e.a);
+  }
+  cover(back);
 }
 
 Painter::Layer::Layer(const cv::Rect& part, const std::vector<std::vector<Point>>& polygons,
@@ -145,17 +169,23 @@ void Painter::PaintBody(const Pose& pose) {
     const Point rim(2 * pixel_, 2 * pixel_);  // reaches the rim pixels whose centres lie outside
     const Point low = true_body_.lower_corner() - rim, high = true_body_.upper_corner() + rim;
     const auto on_speckle = [&](const Point& p_O) -> Point { return p_O / pixel_; };
-    FillQuad(speckle_, {low, {high.x(), low.y()}, high, {low.x(), high.y()}}, on_speckle, &body_);
+    FillQuad(speckle_, {low, {high.x(), low.y()}, high, {low.x(), high.y()}}, X_IO_, on_speckle,
+             &body_);
   }
-  body_alone_ = kGround + body_.alpha.mul(body_.grey - kGround);
+  if (ground_.empty()) {
+    body_alone_ = kGround + body_.alpha.mul(body_.grey - kGround);
+  } else {
+    body_alone_ = ground_ + body_.alpha.mul(body_.grey - ground_);
+  }
 }
 
 // `on_texture`: the place of a corner, frame O [m], on the texture [texels].
 template <typename OnTexture>
 void Painter::FillQuad(const Texture& texture, const std::array<Point, 4>& corners,
-                       const OnTexture& on_texture, Layer* layer) const {
+                       const Eigen::Affine2d& X_IO, const OnTexture& on_texture,
+                       Layer* layer) const {
   const Point shift(layer->window.x, layer->window.y);
-  const auto at = [&](const Point& p_O) -> Point { return X_IO_ * p_O - shift; };
+  const auto at = [&](const Point& p_O) -> Point { return X_IO * p_O - shift; };
   for (const auto& [i, j, k] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
     const Point &a = corners[i], &b = corners[j], &c = corners[k];
     texture.Fill(layer->grey, {at(a), at(b), at(c)}, {on_texture(a), on_texture(b), on_texture(c)});
@@ -186,7 +216,7 @@ void Painter::FillMesh(const QuadraticMesh& mesh, const std::vector<Point>& at) 
 // A bar from the tip backwards, longer than any way out of the image.
 void Painter::PaintTool(const Pose& pose) {
   const double length =
-      pixel_ * (2.0 * (size_.width + size_.height) + (X_IO_ * pose.p_O_tip).norm());
+      pixel_ * (2.0 * (size_.width + size_.height) + (X_IT_ * pose.p_O_tip).norm());
   const Point tool_O = Eigen::Rotation2Dd(pose.tilt) * tool_O_;
   const Point across(-tool_O.y(), tool_O.x());
   // Corners of the bar grown by `rim`, tip end first, and their places on the marks.
@@ -201,35 +231,42 @@ void Painter::PaintTool(const Pose& pose) {
     return {from_tip.dot(across), -from_tip.dot(tool_O)};
   };
   std::vector<Point> silhouette;
-  for (const Point& p : bar(0)) silhouette.push_back(X_IO_ * p);
+  for (const Point& p : bar(0)) silhouette.push_back(X_IT_ * p);
   if (tool_radius_ > 0) {  // an arc instead of the front edge
     std::vector<Point> arc;
     for (int k = 0; k <= kArcPieces; ++k) {
       const double aside = tool_width_ * (static_cast<double>(k) / kArcPieces - 0.5);
       const double left = std::max(0.0, tool_radius_ * tool_radius_ - aside * aside);
       const double behind = tool_radius_ - std::sqrt(left);
-      arc.emplace_back(X_IO_ * (pose.p_O_tip + aside * across - behind * tool_O));
+      arc.emplace_back(X_IT_ * (pose.p_O_tip + aside * across - behind * tool_O));
     }
     silhouette.erase(silhouette.begin(), silhouette.begin() + 2);
     silhouette.insert(silhouette.begin(), arc.begin(), arc.end());
   }
   tool_ = Layer(WindowAround(silhouette, 1, size_), {silhouette}, kToolDark);
   // Reaches the rim pixels whose centres lie outside.
-  FillQuad(marks_, bar(2 * pixel_), on_marks, &tool_);
+  FillQuad(marks_, bar(2 * pixel_), X_IT_, on_marks, &tool_);
 }
 
 // Where tool and body share a pixel they lie side by side, not one behind the other: their parts of
-// the pixel add up, and the tool wins where they do not fit.
+// the pixel add up, and the tool wins where they do not fit. The front face of a thick body hides
+// the tool.
+cv::Mat Painter::Join(const Layer& tool) const {
+  const cv::Mat alpha = body_.alpha(tool.window), grey = body_.grey(tool.window);
+  if (!ground_.empty()) {
+    const cv::Mat behind = ground_(tool.window);
+    const cv::Mat with_tool = behind + tool.alpha.mul(tool.grey - behind);
+    return with_tool + alpha.mul(grey - with_tool);
+  }
+  const cv::Mat body = cv::min(alpha, 1 - tool.alpha);
+  return kGround + body.mul(grey - kGround) + tool.alpha.mul(tool.grey - kGround);
+}
+
 cv::Mat Painter::Paint(const Pose& pose) {
   PaintBody(pose);
   PaintTool(pose);
   cv::Mat seen = body_alone_.clone();
-  if (!tool_.window.empty()) {
-    const cv::Mat body = cv::min(body_.alpha(tool_.window), 1 - tool_.alpha);
-    const cv::Mat both = kGround + body.mul(body_.grey(tool_.window) - kGround) +
-                         tool_.alpha.mul(tool_.grey - kGround);
-    both.copyTo(seen(tool_.window));
-  }
+  if (!tool_.window.empty()) Join(tool_).copyTo(seen(tool_.window));
   exposure_.Blur(seen);
   exposure_.Advance();
   if (microscope_) microscope_->Show(&seen);

@@ -71,6 +71,7 @@ struct Pose {
 class Painter {
  public:
   static constexpr float kGround = 200, kBody = 110, kBodyContrast = 15;  // grey levels
+  static constexpr float kSides = 185;  // of a thick body, lit from above
   static constexpr float kToolDark = 25, kToolLight = 75;
 
   // `body` must outlive this. Throws std::invalid_argument naming the key: a lens of another size;
@@ -93,16 +94,19 @@ class Painter {
 
   [[nodiscard]] std::vector<Eigen::Vector2d> NodesOf(const Pose& pose) const;
   void PaintBody(const Pose& pose);
+  void PaintSides(const Scene& scene);
+  [[nodiscard]] cv::Mat Join(const Layer& tool) const;
   void FillMesh(const QuadraticMesh& mesh, const std::vector<Eigen::Vector2d>& at);
   void PaintTool(const Pose& pose);
   template <typename OnTexture>
   void FillQuad(const Texture& texture, const std::array<Eigen::Vector2d, 4>& corners,
-                const OnTexture& on_texture, Layer* layer) const;
+                const Eigen::Affine2d& X_IO, const OnTexture& on_texture, Layer* layer) const;
 
   const TrueBody& true_body_;
   cv::Size size_;
   double pixel_;            // [m]
   Eigen::Affine2d X_IO_;    // O [m] -> image [px]
+  Eigen::Affine2d X_IT_;    // the same in the plane of the tool's front side
   double tool_width_;       // [m]
   double tool_radius_;      // of its end; 0: flat [m]
   Eigen::Vector2d tool_O_;  // along which the tool points
@@ -111,6 +115,7 @@ class Painter {
   std::optional<Hand> hand_;
 
   Layer body_, tool_;
+  cv::Mat ground_;      // CV_32F: what is behind the front face of a thick body; empty: kGround
   cv::Mat body_alone_;  // CV_32F: the image without the tool
   Pose painted_;        // what body_ shows
   std::optional<Microscope> microscope_;

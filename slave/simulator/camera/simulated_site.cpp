@@ -61,7 +61,7 @@ struct SimulatedSite::State {
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
         tool(*scene.tool),
         ahead(body, scene.object.material.poisson_ratio, scene.model.plane, tool,
-              scene.site.hand.has_value()),
+              scene.site.hand.has_value(), ThicknessOf(scene.object.geometry)),
         painter(scene, body),
         view(*scene.sense.Find<Camera>(), scene.sense.Find<Camera>()->size[0],
              scene.sense.Find<Camera>()->size[1]),
@@ -75,10 +75,17 @@ struct SimulatedSite::State {
     }
     if (scene.site.hand) hand.emplace(*scene.site.hand, scene.site.seed);
     pose.p_O_tip = ToBody(p_S_tip);
+    if (tool.IsNarrowerThan(ThicknessOf(scene.object.geometry)) &&
+        (tool.shape != Tool::Shape::kFlat || scene.site.hand || scene.site.embryo)) {
+      throw std::invalid_argument(
+          "tool: a simulated tool that reaches through a part of the thickness is flat, without "
+          "site.hand and site.embryo");
+    }
     if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side(), direction_O))) {
       throw std::invalid_argument(
           "object.geometry: the simulator expects an outline that does not cross itself and "
-          "can be filled with triangles");
+          "can be filled with triangles; under a tool that reaches through a part of the thickness "
+          "a rectangle whose sides are held whole");
     }
   }
 

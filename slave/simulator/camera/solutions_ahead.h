@@ -15,8 +15,10 @@ class SolutionsAhead {
  public:
   // `body` must outlive this. `tilts`: the tool may be turned, so its contact changes like that of
   // a round one.
+  // A tool that reaches through a part of `thickness` [m] presses a solid block, any other one a
+  // plane body.
   SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane plane, const Tool& tool,
-                 bool tilts);
+                 bool tilts, double thickness);
 
   // Requests a solution near `place`. Returns at once; the newest request counts.
   void Expect(const BoundaryPlace& place) { (void)Wanted(place); }
@@ -41,6 +43,7 @@ class SolutionsAhead {
   Plane plane_;
   Tool tool_;
   bool tilts_;
+  double thickness_;               // of a solid; 0: plane [m]
   double raster_;                  // [m]
   SolvedAhead<Contact> contacts_;  // last: its thread uses everything above
 };

@@ -234,25 +234,29 @@ def sheet_flat(width, height, thickness, place, tool, nu, plane, holes):
     return thickness * pressed(A, X, bottom, tool_nodes, 1, True)
 
 
-def block_flat(width, height, thickness, place, tool, extent, nu):
-    """Stiffness by E of a block under a flat tool that reaches `extent` through the middle of its thickness, glued; half of it."""
+def block_flat(width, height, thickness, place, tool, extent, nu, behind=None):
+    """Stiffness by E of a block under a flat tool that reaches `extent` through its thickness, glued: in the middle, half of
+    it; else `behind` the front face."""
     fine = min(tool, extent) / 6
     def two(low, high, a, b, h):
         left, right = graded(low, (a + b) / 2, a, h, 0), graded((a + b) / 2, high, b, h, 0)
         return np.unique(np.round(np.concatenate([left, right]), 12))
     xs, ys = two(0, width, place - tool / 2, place + tool / 2, fine), height - graded(0, height, 0, fine, 0)[::-1]
-    zs = graded(0, thickness / 2, extent / 2, min(fine, thickness / 8), 0)
+    half, thin = behind is None, min(fine, thickness / 8)
+    low, high = (-1, extent / 2) if half else (behind, behind + extent)
+    zs = graded(0, thickness / 2, high, thin, 0) if half else two(0, thickness, low, high, thin)
     X, A = bricks(xs, ys, zs, nu)
     e = 1e-9
     u, fixed = np.zeros(A.shape[0]), np.zeros(A.shape[0], bool)
-    fixed[3 * np.where(X[:, 2] < e)[0] + 2] = True
+    if half:
+        fixed[3 * np.where(X[:, 2] < e)[0] + 2] = True
     bottom = np.where(X[:, 1] < e)[0]
-    held = np.where((X[:, 1] > height - e) & (np.abs(X[:, 0] - place) < tool / 2 + e) & (X[:, 2] < extent / 2 + e))[0]
+    held = np.where((X[:, 1] > height - e) & (np.abs(X[:, 0] - place) < tool / 2 + e) & (X[:, 2] > low - e) & (X[:, 2] < high + e))[0]
     for k in range(3):
         fixed[3 * bottom + k] = fixed[3 * held + k] = True
     u[3 * held + 1] = -1
     u = solve(A, u, fixed)
-    return -2 * (A @ u)[3 * held + 1].sum()
+    return -(2 if half else 1) * (A @ u)[3 * held + 1].sum()
 
 
 class Press:
@@ -346,22 +350,27 @@ model: {{kind: bem2d, plane: {plane}, order: {order}, elements: {elements}, tole
 def draw_block(rng):
     width, height = rng.uniform(40, 100) / 1e3, rng.uniform(30, 80) / 1e3
     thickness = width * rng.choice([0.05, 0.1, 0.3, 0.6, 1.0])
-    nu, E, plane = rng.choice([0.3, 0.45, 0.49]), 50e3, rng.choice(["stress", "strain"])
+    nu, E = rng.choice([0.3, 0.45, 0.49]), 50e3
+    kind = rng.choice(["bem2d, plane: stress", "bem2d, plane: strain", "extruded", "extruded", "extruded", "extruded"])
     tool = rng.uniform(0.08, 0.2) * width
-    extent = thickness * rng.choice([1.0, 1.0, 0.75, 0.5, 0.1])
-    depth, place = 0.02 * height, width / 2
+    extent = thickness * rng.choice([1.0, 1.0, 0.75, 0.5, 0.2, 0.1, 0.05])
+    is_aside = kind == "extruded" and extent < thickness and rng.random() < 0.4
+    behind = rng.choice([0.0, 0.1, 0.3]) * (thickness - extent) if is_aside else None
+    depth, place = 0.02 * height, width * (rng.choice([0.5, 0.3, 0.2]) if kind == "extruded" else 0.5)
     elements = round(2 * (width + height) / tool * 6)
+    words = f"{kind} nu {nu} T/W {thickness / width:.2f} b/T {extent / thickness:.2f} w/W {tool / width:.2f} at {place / width:.2f}"
+    text = "" if behind is None else f", behind: {millimetres(behind)}"
     scene = f"""name: block
 object:
   geometry: {{rectangle: {{width: {millimetres(width)}, height: {millimetres(height)}, thickness: {millimetres(thickness)}}}}}
   material: {{young_modulus: {E:g} Pa, poisson_ratio: {nu}}}
   fixed: {{side: bottom}}
-tool: {{shape: flat, width: {millimetres(tool)}, depth: {millimetres(extent)}}}
+tool: {{shape: flat, width: {millimetres(tool)}, depth: {millimetres(extent)}{text}}}
 operator: {{press: {{depth: {1e3 * depth:.6g} mm}}}}
-model: {{kind: bem2d, plane: {plane}, elements: {elements}, tolerance: {TOLERANCE}}}
+model: {{kind: {kind}, elements: {elements}, tolerance: {TOLERANCE}}}
 """
-    truth = lambda: E * depth * block_flat(width, height, thickness, place, tool, extent, nu)  # noqa: E731
-    words = f"bem2d {plane} nu {nu} T/W {thickness / width:.2f} b/T {extent / thickness:.2f}"
+    truth = lambda: E * depth * block_flat(width, height, thickness, place, tool, extent, nu, behind)  # noqa: E731
+    words += "" if behind is None else f" behind {behind / thickness:.2f}"
     return Press("block", scene, ([place, height], [0, -depth]), truth, words, 6)
 
 

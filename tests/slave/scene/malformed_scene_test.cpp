@@ -99,7 +99,7 @@ const BadLine kBadLines[] = {
     {5, "{side: top, nodes: [1]}", "", "exactly one of side, arc, plane, nodes"},
     {5, "{nodes: [0, 180]}", "", "nodes from 0 to 179"},
     {5, "{plane: {at: 0 m}}", ".plane.axis", "x or y"},
-    {6, "{kind: fem}", ".kind", "auto or bem2d for a planar outline"},
+    {6, "{kind: fem}", ".kind", "auto, bem2d or extruded for a planar outline"},
     {6, "{kind: bem2d, order: cubic}", ".order", "constant or linear or quadratic"},
     {7, "{shape: flat}", ".width", "a length"},
     {7, "{width: 1 mm, radius: 1 mm}", ".radius", "nothing with a flat tool"},

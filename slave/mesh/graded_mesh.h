@@ -8,10 +8,10 @@
 
 #include <Eigen/Core>
 
-namespace palpate::simulation {
+namespace palpate {
 
 // A straight piece of the boundary between two points. `tag` is the caller's; halves inherit it.
-struct Segment {
+struct MeshSegment {
   int a = 0, b = 0;
   int tag = 0;
 };
@@ -33,14 +33,14 @@ struct TriangleMesh {
   std::vector<Eigen::Vector2d> points;
   std::vector<std::array<int, 3>> triangles;   // counter-clockwise
   std::vector<std::array<int, 3>> neighbours;  // behind the edge opposite vertex i; -1: boundary
-  std::vector<Segment> boundary;               // every boundary edge once, with its tag
+  std::vector<MeshSegment> boundary;           // every boundary edge once, with its tag
 };
 
 // Meshes what the closed loops of `segments` surround. No angle is below 20 degrees unless the
 // outline itself has sharper corners. Throws std::runtime_error: crossing or open loops, coinciding
 // points, more than `max_points`.
 TriangleMesh MakeGradedMesh(const std::vector<Eigen::Vector2d>& points,
-                            const std::vector<Segment>& segments, const SizeField& size,
+                            const std::vector<MeshSegment>& segments, const SizeField& size,
                             int max_points = 60000);
 
 // Sum of the triangles' areas.
@@ -48,4 +48,4 @@ double Area(const TriangleMesh& mesh);
 // Twice the signed area of a, b, c; positive counter-clockwise.
 double Orientation(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c);
 
-}  // namespace palpate::simulation
+}  // namespace palpate

@@ -1,4 +1,4 @@
-#include "slave/reference/planar/graded_mesh.h"
+#include "slave/mesh/graded_mesh.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 
 #include "slave/mesh/index.h"
 
-namespace palpate::simulation {
+namespace palpate {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -35,7 +35,7 @@ Point Circumcentre(const Point& a, const Point& b, const Point& c) {
 
 // Halves segments until each is as short as the field requires.
 void SampleBoundary(const SizeField& size, std::vector<Point>& points,
-                    std::vector<Segment>& segments) {
+                    std::vector<MeshSegment>& segments) {
   for (std::size_t s = 0; s < segments.size();) {
     const auto [a, b, tag] = segments[s];
     const Point pa = points[Index(a)], pb = points[Index(b)];
@@ -85,14 +85,14 @@ std::vector<std::array<int, 3>> Triangulate(const std::vector<Point>& points) {
 // in the circle over a segment: the segments are edges of triangles then.
 class Refinement {
  public:
-  Refinement(std::vector<Point> points, std::vector<Segment> segments, const SizeField& size,
+  Refinement(std::vector<Point> points, std::vector<MeshSegment> segments, const SizeField& size,
              int max_points)
       : points_(std::move(points)),
         segments_(std::move(segments)),
         size_(size),
         max_points_(static_cast<std::size_t>(max_points)) {
     floor_ = std::numeric_limits<double>::infinity();
-    for (const Segment& s : segments_) floor_ = std::min(floor_, kFloor * Length(s));
+    for (const MeshSegment& s : segments_) floor_ = std::min(floor_, kFloor * Length(s));
   }
 
   TriangleMesh Run() {
@@ -113,7 +113,7 @@ class Refinement {
 
  private:
   [[nodiscard]] const Point& At(int point) const { return points_[Index(point)]; }
-  [[nodiscard]] double Length(const Segment& s) const { return (At(s.b) - At(s.a)).norm(); }
+  [[nodiscard]] double Length(const MeshSegment& s) const { return (At(s.b) - At(s.a)).norm(); }
   [[nodiscard]] bool IsInside(const std::array<int, 3>& v) const {
     const Point &a = At(v[0]), &b = At(v[1]), &c = At(v[2]);
     return Orientation(a, b, c) > kSliver * (b - a).squaredNorm() && Surrounded((a + b + c) / 3);
@@ -121,7 +121,7 @@ class Refinement {
   // Returns whether an odd number of loops encloses the point.
   [[nodiscard]] bool Surrounded(const Point& p) const {
     bool inside = false;
-    for (const Segment& s : segments_) {
+    for (const MeshSegment& s : segments_) {
       const Point &a = At(s.a), &b = At(s.b);
       if ((a.y() > p.y()) == (b.y() > p.y())) continue;
       inside = inside != ((Orientation(a, b, p) > 0) == (b.y() > a.y()));
@@ -163,7 +163,7 @@ class Refinement {
   [[nodiscard]] TriangleMesh Collect(const std::vector<std::array<int, 3>>& triangles) const;
 
   std::vector<Point> points_;
-  std::vector<Segment> segments_;
+  std::vector<MeshSegment> segments_;
   const SizeField& size_;
   std::size_t max_points_;
   double floor_;
@@ -173,7 +173,7 @@ TriangleMesh Refinement::Collect(const std::vector<std::array<int, 3>>& triangle
   TriangleMesh mesh;
   std::vector<int> number(points_.size(), -1);
   std::map<std::pair<int, int>, int> triangle_at, tag_of;  // by the ends of edges
-  for (const Segment& s : segments_) tag_of[{s.a, s.b}] = tag_of[{s.b, s.a}] = s.tag;
+  for (const MeshSegment& s : segments_) tag_of[{s.a, s.b}] = tag_of[{s.b, s.a}] = s.tag;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     auto& corners = mesh.triangles.emplace_back();
     for (std::size_t i = 0; i < 3; ++i) {
@@ -201,9 +201,9 @@ TriangleMesh Refinement::Collect(const std::vector<std::array<int, 3>>& triangle
 }
 
 // Area that the segments surround; their direction is the caller's, so only its size counts.
-double SurroundedArea(const std::vector<Point>& points, const std::vector<Segment>& segments) {
+double SurroundedArea(const std::vector<Point>& points, const std::vector<MeshSegment>& segments) {
   double twice = 0;
-  for (const Segment& s : segments) {
+  for (const MeshSegment& s : segments) {
     const Point &a = points[Index(s.a)], &b = points[Index(s.b)];
     twice += a.x() * b.y() - a.y() * b.x();
   }
@@ -227,10 +227,11 @@ double SizeField::At(const Point& p) const {
   return size;
 }
 
-TriangleMesh MakeGradedMesh(const std::vector<Point>& points, const std::vector<Segment>& segments,
-                            const SizeField& size, int max_points) {
+TriangleMesh MakeGradedMesh(const std::vector<Point>& points,
+                            const std::vector<MeshSegment>& segments, const SizeField& size,
+                            int max_points) {
   std::vector<Point> sampled = points;
-  std::vector<Segment> pieces = segments;
+  std::vector<MeshSegment> pieces = segments;
   SampleBoundary(size, sampled, pieces);
   const TriangleMesh mesh =
       Refinement(std::move(sampled), std::move(pieces), size, max_points).Run();
@@ -251,4 +252,4 @@ double Area(const TriangleMesh& mesh) {
   return twice / 2;
 }
 
-}  // namespace palpate::simulation
+}  // namespace palpate

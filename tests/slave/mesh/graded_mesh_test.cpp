@@ -1,4 +1,4 @@
-#include "slave/reference/planar/graded_mesh.h"
+#include "slave/mesh/graded_mesh.h"
 
 #include <cmath>
 #include <numbers>
@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate::simulation {
+namespace palpate {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -27,7 +27,7 @@ std::vector<Point> Circle(Point centre, double radius, int count) {
 
 struct Input {
   std::vector<Point> points;
-  std::vector<Segment> segments;
+  std::vector<MeshSegment> segments;
 };
 
 // Every edge of the loops is a segment whose tag is its own number.
@@ -113,4 +113,4 @@ TEST(GradedMesh, EndsInASharpCorner) {
 }
 
 }  // namespace
-}  // namespace palpate::simulation
+}  // namespace palpate

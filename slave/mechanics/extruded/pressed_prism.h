@@ -1,0 +1,48 @@
+// A linear-elastic prism that a rigid tool, glued to its side, moves: finite elements that are
+// quadratic triangles in the plane times quadratic lines through the thickness. The mesh is made
+// for this one tool, with small elements at its ends.
+//
+//   K = sum over components of plane integrals times integrals through the thickness
+//
+// Each entry of the stiffness is such a product, since the elements are. A tool in the middle of
+// the thickness needs half of it, by symmetry. Nondimensional: lengths by some unit, forces by E
+// and its square. Small strain, nu < 0.5.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mesh/graded_mesh.h"
+
+namespace palpate {
+
+struct Prism {
+  // Tags of the outline's segments, a sum.
+  static constexpr int kHeldX = 1, kHeldY = 2, kTool = 4;
+
+  std::vector<Eigen::Vector2d> points;
+  std::vector<MeshSegment> segments;  // closed loops
+  double thickness = 0;               // > 0
+  double front = 0, depth = 0;        // of the tool: behind the front face, and from there on
+  double poisson_ratio = 0;
+};
+
+struct PressedPrism {
+  // Force of the tool by its displacement along x and y; it moves neither through the thickness nor
+  // turns.
+  Eigen::Matrix2d stiffness = Eigen::Matrix2d::Zero();
+  // Displacement of the front edge at the places asked for, per unit displacement of the tool along
+  // x and y; z points out of the front face.
+  std::array<std::vector<Eigen::Vector3d>, 2> edge;
+  int unknowns = 0, elements = 0;
+};
+
+// `tool`: where its ends are on the outline; `edge`: places on the outline. What a support holds in
+// x and y it holds in z too. Throws std::invalid_argument: the tool covers a support, or nothing
+// holds the body; std::runtime_error as MakeGradedMesh.
+PressedPrism PressPrism(const Prism& prism, const std::array<Eigen::Vector2d, 2>& tool,
+                        const std::vector<Eigen::Vector2d>& edge);
+
+}  // namespace palpate
