@@ -13,8 +13,10 @@ constexpr double kRemarkedGap = 0.5;  // [s]
 void RequireColumns(const CsvTable& table) {
   for (const char* name : {"time_s", "x", "y", "z"}) {
     if (table.Has(name)) continue;
-    table.Fail("column " + std::string(name) +
-               " is missing: expected a header row with time_s, x, y, z");
+    std::string titles;
+    for (const std::string& title : table.header()) titles += (titles.empty() ? "" : ", ") + title;
+    table.Fail("column " + std::string(name) + " is missing: there are " + Shown(titles) +
+               ": expected a header row with time_s, x, y, z, where a unit may follow, x (mm)");
   }
 }
 

@@ -70,6 +70,12 @@ int NearestNode(const SurfaceMesh& surface, const Vector3d& p, double within) {
   return nearest;
 }
 
+// Whether the triangle's bounding box is farther than `far` from p.
+bool IsBeyond(const Corners& t, const Vector3d& p, double far) {
+  const Vector3d low = t.a.cwiseMin(t.b).cwiseMin(t.c), high = t.a.cwiseMax(t.b).cwiseMax(t.c);
+  return (low - p).cwiseMax(p - high).cwiseMax(0).squaredNorm() > far * far;
+}
+
 double Cross(const Vector2d& a, const Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
@@ -142,6 +148,7 @@ std::optional<SurfacePlace> FindPlace(const SurfaceMesh& surface, const Vector3d
   place.distance = std::numeric_limits<double>::infinity();
   for (int i = 0; i < static_cast<int>(surface.triangles.size()); ++i) {
     const Corners t = CornersOf(surface, i);
+    if (IsBeyond(t, p_O, place.distance + 2 * kEquallyNear * diagonal)) continue;
     const Vector3d weights = NearestWeights(t, p_O);
     const double d = (weights[0] * t.a + weights[1] * t.b + weights[2] * t.c - p_O).norm();
     if (!(d <= place.distance + kEquallyNear * diagonal)) continue;

@@ -84,6 +84,10 @@ CsvLines::CsvLines(const std::filesystem::path& file, char comment)
   if (const std::string foreign = ForeignFormat(std::string_view(buffer_)); !foreign.empty()) {
     throw InputError(file.string() + ": is " + foreign + ": expected a CSV file");
   }
+  const std::string_view text = Trimmed(buffer_);  // a scene may be JSON, which is YAML
+  if (text.starts_with("{") || text.starts_with("[{") || text.starts_with("[[")) {
+    throw InputError(file.string() + ": is JSON: save the table as CSV: expected a CSV file");
+  }
   ChooseDialect();
 }
 

@@ -30,7 +30,9 @@ constexpr std::array kFormats{
     Format{"PAR1", 0, "a Parquet file", kAsCsv},
     Format{"ARROW1", 0, "an Arrow file", kAsCsv},
     Format{"FEA1", 0, "a Feather file", kAsCsv},
-    Format{"\x93NUMPY", 0, "a NumPy array (.npy)", "write it by numpy.savetxt with a header"},
+    Format{"\x93NUMPY", 0, "a NumPy array (.npy)",
+           "write a table by numpy.savetxt with a header, an image as PNG"},
+    Format{"TDSm", 0, "a LabVIEW file (.tdms)", kAsCsv},
     Format{"\x89HDF\r\n\x1A\n", 0, "an HDF5 file", "write its arrays as CSV, meshes by meshio"},
     Format{"MATLAB 5.0 MAT-file", 0, "a MATLAB file", "write its arrays by writematrix as CSV"},
     Format{"SQLite format 3\0"sv, 0, "an SQLite database, such as a rosbag2 .db3",
@@ -57,8 +59,12 @@ constexpr std::array kFormats{
     Format{"$NOD", 0, "a Gmsh mesh of format 1",
            "gmsh FILE.msh -save -format msh2 -o OUT.msh converts it"},
     Format{"# vtk DataFile", 0, "a VTK file", kByMeshio},
-    Format{"*HEADING", 0, "an Abaqus or CalculiX mesh", kByMeshio},
     Format{"MeshVersionFormatted", 0, "a Medit mesh", kByMeshio},
+    Format{"OFF\n", 0, "a Geomview mesh (OFF)", kByMeshio},
+    Format{"OFF\r\n", 0, "a Geomview mesh (OFF)", kByMeshio},
+    Format{"glTF", 0, "a glTF scene", "Blender saves its surface as STL"},
+    Format{"ISO-10303-21", 0, "a STEP body of CAD",
+           "gmsh FILE.step -3 -format msh2 -o OUT.msh meshes it"},
 };
 
 // Recognises the content of a ZIP archive by the names of its first members, which are not
@@ -78,21 +84,44 @@ std::string ArchiveFormat(std::string_view beginning) {
   return "a ZIP archive: unzip it";
 }
 
+// Vertices are the first lines of a Wavefront file that are neither comments nor names.
+bool IsWavefront(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = Trimmed(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    const bool is_name = line.starts_with("o ") || line.starts_with("g ");
+    if (line.empty() || line.front() == '#' || is_name) continue;
+    if (line.starts_with("mtllib ")) return true;
+    const std::string_view first = Trimmed(line.substr(1));
+    return line.starts_with("v ") && ParseFinite(first.substr(0, first.find(' '))).has_value();
+  }
+  return false;
+}
+
 std::string TextFormat(std::string_view text) {
   const std::string_view plain = Trimmed(text);
-  if (plain.starts_with("<?xml") || plain.starts_with("<VTKFile")) {
-    return plain.find("<VTKFile") != std::string_view::npos
-               ? "a VTK file in XML: " + std::string(kByMeshio)
-               : "an XML file";
+  const std::string small = Lowercase(plain);
+  const auto has = [&](std::string_view part) { return small.find(part) != std::string::npos; };
+  if (small.starts_with("<!doctype html") || small.starts_with("<html")) return "a web page";
+  if (small.starts_with("<vtkfile") || (small.starts_with("<?xml") && has("<vtkfile"))) {
+    return "a VTK file in XML: " + std::string(kByMeshio);
   }
-  const std::string head = Lowercase(plain.substr(0, 16));
-  if (head.starts_with("<!doctype html") || head.starts_with("<html")) return "a web page";
+  const bool is_tag = small.size() > 1 && small[0] == '<' && std::isalpha(small[1]) != 0;
+  if (is_tag || small.starts_with("<?xml")) return "an XML file";
+  const bool is_deck = small.starts_with("**") && (has("\n*heading") || has("\n*node"));
+  if (is_deck || small.starts_with("*heading") || small.starts_with("*node")) {
+    return "an Abaqus or CalculiX mesh: " + std::string(kByMeshio);
+  }
+  if (has("begin bulk")) return "a Nastran mesh: " + std::string(kByMeshio);
+  if (IsWavefront(plain)) return "a Wavefront mesh (OBJ): " + std::string(kByMeshio);
   return {};
 }
 
 }  // namespace
 
 std::string ForeignFormat(std::string_view beginning) {
+  beginning = beginning.substr(0, kLooked);
   for (const auto& [magic, at, name, advice] : kFormats) {
     if (beginning.size() < at || !beginning.substr(at).starts_with(magic)) continue;
     if (at > 0 && beginning.front() != '\0') continue;  // a length before the name

@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// `a workbook (.xlsx): save the table as CSV`, by up to 512 bytes. Empty: text, or unknown.
+// `a workbook (.xlsx): save the table as CSV`, by the first 512 bytes. Empty: text, or unknown.
 std::string ForeignFormat(std::string_view beginning);
 // Applies ForeignFormat to the beginning of a file. Also returns an empty string if the file cannot
 // be read.

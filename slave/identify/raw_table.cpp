@@ -131,8 +131,14 @@ double RawTable::ToSi(std::size_t column, Quantity quantity, double without) con
 double RawTable::At(std::size_t row, std::size_t column) const {
   const double value = rows[row][column];
   if (std::isfinite(value)) return value;
-  throw InputError(file.string() + ":" + std::to_string(lines[row]) + ": " + columns[column].title +
-                   ": expected a finite number");
+  CsvLines text(file);  // once more: rows keep numbers only
+  while (text.Next() && text.number() < lines[row]) continue;
+  const auto& cells = text.cells();
+  const bool is_header = std::ranges::equal(cells, columns, {}, {}, &RawColumn::title);
+  text.Fail(is_header ? "a second header: expected one test in a table; write each into a file of "
+                        "its own"
+                      : columns[column].title + " = " + Shown(std::string(cells[column])) +
+                            ": expected a finite number");
 }
 
 std::string RawTable::Titles() const {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <numbers>
 #include <set>
@@ -12,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/mesh/disc_patch.h"
+#include "shared/text/text.h"
 #include "shared/validation/validation.h"
 #include "slave/mechanics/mesher/fill_surface.h"
 #include "slave/mesh/boundary_patch.h"
@@ -27,37 +27,44 @@ using Eigen::Vector3d;
 
 constexpr double kOffMembrane = 1e-9;  // of the radius
 
-std::string Words(const char* format, double a, double b) {
-  std::array<char, 200> text{};
-  std::snprintf(text.data(), text.size(), format, a, b);
-  return text.data();
-}
-
-std::optional<std::string> RefuseAt(const BoundaryMesh& mesh, const Vector3d& p_O) {
-  if (p_O.z() != 0) return "a position in the plane z = 0";
-  const int element = FindElement(mesh, p_O.head<2>());
-  if (element < 0) return "a finite position";
-  const auto& found = mesh.elements[Index(element)];
-  const double distance = DistanceTo(found, p_O.head<2>());
-  if (distance <= 0.5 * found.length()) return std::nullopt;
-  return Words(
-      "a position on the boundary; this one is %.3g m from it, more than half an element (%.3g m)",
-      distance, 0.5 * found.length());
-}
-
-std::optional<std::string> RefuseAt(const MembraneDisc& disc, const Vector3d& p_O) {
-  const double slack = kOffMembrane * disc.radius;
-  if (p_O.head<2>().norm() < disc.radius && std::abs(p_O.z()) <= 0.5 * disc.thickness + slack) {
+std::optional<double> DistanceFrom(const BoundaryMesh& mesh, const Vector3d& p_O,
+                                   std::string* accepted) {
+  const int element = p_O.z() == 0 ? FindElement(mesh, p_O.head<2>()) : -1;
+  if (element < 0) {
+    *accepted = p_O.z() == 0 ? "a finite position" : "a position in the plane z = 0";
     return std::nullopt;
   }
-  return Words("a position inside the clamped rim, radius < %.6g m and |z| <= %.3g m", disc.radius,
-               0.5 * disc.thickness);
+  const auto& found = mesh.elements[Index(element)];
+  const double distance = DistanceTo(found, p_O.head<2>());
+  if (distance <= 0.5 * found.length()) return distance;
+  *accepted = Formatted(
+      "a position on the boundary; this one is %.3g m from it, more than half an element (%.3g m)",
+      distance, 0.5 * found.length());
+  return std::nullopt;
 }
 
-std::optional<std::string> RefuseAt(const SurfaceMesh& surface, const Vector3d& p_O) {
-  if (FindPlace(surface, p_O)) return std::nullopt;
-  return "a node, or a position at most half the longest edge of the nearest triangle from the "
-         "surface";
+std::optional<double> DistanceFrom(const MembraneDisc& disc, const Vector3d& p_O,
+                                   std::string* accepted) {
+  const double slack = kOffMembrane * disc.radius;
+  if (p_O.head<2>().norm() < disc.radius && std::abs(p_O.z()) <= 0.5 * disc.thickness + slack) {
+    return 0;
+  }
+  *accepted = Formatted("a position inside the clamped rim, radius < %.6g m and |z| <= %.3g m",
+                        disc.radius, 0.5 * disc.thickness);
+  return std::nullopt;
+}
+
+std::optional<double> DistanceFrom(const SurfaceMesh& surface, const Vector3d& p_O,
+                                   std::string* accepted) {
+  if (const auto place = FindPlace(surface, p_O)) return place->distance;
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& node : surface.nodes) box.extend(node);
+  const Vector3d &low = box.min(), &high = box.max();
+  *accepted = Formatted(
+      "a node, or a position at most half the longest edge of the nearest triangle from the "
+      "surface; the body reaches from (%.4g, %.4g, %.4g) to (%.4g, %.4g, %.4g) m",
+      low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
+  return std::nullopt;
 }
 
 SolidMesh MeshOfFile(const MeshFileGeometry& geometry) {
@@ -200,8 +207,8 @@ void RequireNodesIn(const Fixed& fixed, const std::vector<Vector3d>& nodes, doub
   const Vector3d& nearest = *std::ranges::min_element(nodes, {}, distance);
   if (distance(nearest) <= near) return;
   throw std::invalid_argument("object.fixed (" + Describe(fixed) + ") contains no node: " +
-                              Words("the nearest ones are at %.6g m, %.3g m away",
-                                    nearest[plane->axis], distance(nearest)));
+                              Formatted("the nearest ones are at %.6g m, %.3g m away",
+                                        nearest[plane->axis], distance(nearest)));
 }
 
 // The components of `count` elements or nodes that object.fixed holds, whose entries hold what
@@ -275,21 +282,12 @@ TouchableSurface::TouchableSurface(const ObjectMesh& mesh) : mesh_(mesh) {
   if (const auto* solid = std::get_if<SolidMesh>(&mesh)) skin_ = SurfaceOf(*solid);
 }
 
-double TouchableSurface::Distance(const Vector3d& p_O) const {
-  if (std::holds_alternative<SolidMesh>(mesh_)) {
-    const auto place = FindPlace(skin_, p_O);
-    return place ? place->distance : 0;
+std::optional<double> TouchableSurface::Distance(const Vector3d& p_O, std::string* accepted) const {
+  if (std::holds_alternative<SolidMesh>(mesh_)) return DistanceFrom(skin_, p_O, accepted);
+  if (const auto* disc = std::get_if<MembraneDisc>(&mesh_)) {
+    return DistanceFrom(*disc, p_O, accepted);
   }
-  const auto* outline = std::get_if<BoundaryMesh>(&mesh_);
-  if (outline == nullptr) return 0;
-  const int element = FindElement(*outline, p_O.head<2>());
-  return element < 0 ? 0 : DistanceTo(outline->elements[Index(element)], p_O.head<2>());
-}
-
-std::optional<std::string> TouchableSurface::Refuse(const Vector3d& p_O) const {
-  if (std::holds_alternative<SolidMesh>(mesh_)) return RefuseAt(skin_, p_O);
-  if (const auto* disc = std::get_if<MembraneDisc>(&mesh_)) return RefuseAt(*disc, p_O);
-  return RefuseAt(std::get<BoundaryMesh>(mesh_), p_O);
+  return DistanceFrom(std::get<BoundaryMesh>(mesh_), p_O, accepted);
 }
 
 BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen) {

@@ -49,12 +49,11 @@ class TouchableSurface {
  public:
   // Keeps a reference to the mesh. O(N log N) for a volume.
   explicit TouchableSurface(const ObjectMesh& mesh);
-  // Why nothing can touch the object at `p_O` [m], as text that follows `expected`; nullopt: it
-  // can. O(N).
-  [[nodiscard]] std::optional<std::string> Refuse(const Eigen::Vector3d& p_O) const;
-  // Distance of a place that is not refused from the surface of a volume or from an outline; 0 on a
-  // membrane [m]. O(N).
-  [[nodiscard]] double Distance(const Eigen::Vector3d& p_O) const;
+  // Distance of `p_O` from the surface of a volume or from an outline; 0 on a membrane [m].
+  // nullopt: nothing can touch the object there, and `accepted` says where, as text that follows
+  // `expected`. O(N).
+  [[nodiscard]] std::optional<double> Distance(const Eigen::Vector3d& p_O,
+                                               std::string* accepted) const;
 
  private:
   const ObjectMesh& mesh_;

@@ -5,6 +5,7 @@
 #include <string>
 #include <system_error>
 
+#include "shared/text/file_format.h"
 #include "shared/text/text.h"
 #include "slave/mesh/outline.h"
 #include "slave/scene/contour_file.h"
@@ -115,11 +116,11 @@ double ReadUnit(Section& geometry) {
 
 // `mesh`, `unit` and `resolution` are side by side in `geometry`.
 MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
-  constexpr const char* kAccepted =
+  const std::string accepted =
       "a file that can be read: .veg .node .ele .msh, or a surface .stl .ply; other formats are "
       "converted by meshio";
   constexpr std::array kEndings{".veg", ".node", ".ele", ".msh", ".stl", ".ply"};
-  const std::string name = geometry.Text("mesh", kAccepted);
+  const std::string name = geometry.Text("mesh", accepted);
   MeshFileGeometry mesh{context.folder / name, ReadUnit(geometry), geometry.Number("resolution")};
   if (name.empty()) return mesh;
   if (context.mesh) {
@@ -129,8 +130,10 @@ MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   std::error_code error;
   const std::string ending = Lowercase(mesh.file.extension().string());
   const bool is_known = std::ranges::find(kEndings, ending) != kEndings.end();
-  if (!is_known || !std::filesystem::is_regular_file(mesh.file, error)) {
-    geometry.Refuse("mesh", kAccepted);
+  const bool is_file = std::filesystem::is_regular_file(mesh.file, error);
+  if (!is_known || !is_file) {
+    const std::string foreign = is_file ? ForeignFile(mesh.file) : "";
+    geometry.Refuse("mesh", accepted + (foreign.empty() ? "" : "; it is " + foreign));
   }
   return mesh;
 }

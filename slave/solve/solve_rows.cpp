@@ -138,8 +138,10 @@ SolveRow RowReader::Read(const RowValues& values, Contact::Kind kind,
   if (std::holds_alternative<BoundaryMesh>(mesh_) && values.p_O.z() != 0) {
     refuse("z", "0 on a planar object");
   }
-  if (const auto refusal = surface_.Refuse(values.p_O)) refuse("x", *refusal);
-  row.off_surface = surface_.Distance(values.p_O);
+  std::string accepted;
+  const auto distance = surface_.Distance(values.p_O, &accepted);
+  if (!distance) refuse("x", accepted);
+  row.off_surface = distance.value_or(0);
   SetTool(values, rules_, largest_, refuse, &row);
   row.contact.prescribed_O = values.prescribed_O;
   const bool moved = kind == Contact::Kind::kDisplacement;

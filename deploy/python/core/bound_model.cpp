@@ -7,8 +7,6 @@
 #include <utility>
 #include <variant>
 
-#include <Eigen/Geometry>
-
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
 
@@ -36,17 +34,6 @@ std::vector<std::array<int, kCorners>> ElementsOf(const Integers& elements, py::
     }
   }
   return read;
-}
-
-// Where a volume is, as the end of a message; empty for others.
-std::string Extent(const ObjectMesh& mesh) {
-  const auto* solid = std::get_if<SolidMesh>(&mesh);
-  if (solid == nullptr) return {};
-  Eigen::AlignedBox3d box;
-  for (const Vector3d& node : solid->nodes) box.extend(node);
-  const Vector3d &low = box.min(), &high = box.max();
-  return Formatted("; the body reaches from (%.4g, %.4g, %.4g) to (%.4g, %.4g, %.4g) m", low.x(),
-                   low.y(), low.z(), high.x(), high.y(), high.z());
 }
 
 void Set(py::array_t<double>* array, py::ssize_t i, py::ssize_t j, const Vector3d& v) {
@@ -162,13 +149,12 @@ py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads) {
                       p.y(), p.z(), v.x(), v.y(), v.z(), accepted.c_str()));
       };
       if (!p.allFinite() || !v.allFinite()) refuse("finite numbers");
-      rows_.push_back(reader_->Read({.p_O = p, .prescribed_O = v}, kind,
-                                    [&](std::string_view column, const std::string& accepted) {
-                                      const bool is_tool = column == "width" ||
-                                                           column == "radius" || column == "depth";
-                                      refuse((is_tool ? "tool." + std::string(column) + " " : "") +
-                                             accepted + (column == "x" ? Extent(mesh_) : ""));
-                                    }));
+      rows_.push_back(reader_->Read(
+          {.p_O = p, .prescribed_O = v}, kind,
+          [&](std::string_view column, const std::string& accepted) {
+            const bool is_tool = column == "width" || column == "radius" || column == "depth";
+            refuse((is_tool ? "tool." + std::string(column) + " " : "") + accepted);
+          }));
       if (contacts > 1 && IsPressedRound(rows_.back()) && !rules_.shaped) {
         refuse("each contact of a round tool as a case of its own, shape (cases, 1, 6)");
       }

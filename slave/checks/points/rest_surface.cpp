@@ -159,18 +159,15 @@ void CompareEdge(const std::vector<RestRay>& rays, const std::vector<double>& ex
     }
   }
   if (core.seen < kMinRays) return;
-  std::size_t sides = 0;
-  double least_beyond = kNone;
-  for (std::size_t side = 0; side < edge.size(); ++side) {
-    if (edge[side].all >= kMinSide) {
-      rest->edge = std::min(rest->edge, edge[side].share() / core.share());
-    }
-    if (beyond[side].all < kMinSide) continue;
-    ++sides;
-    least_beyond = std::min(least_beyond, beyond[side].share() / core.share());
+  for (const Count& side : edge) {
+    if (side.all >= kMinSide) rest->edge = std::min(rest->edge, side.share() / core.share());
   }
-  constexpr std::size_t kSides = 3;
-  if (sides >= kSides) rest->beyond = least_beyond;
+  // Along each axis both sides must show it: a body may lie beside another one.
+  for (const std::size_t axis : {std::size_t{0}, std::size_t{2}}) {
+    const Count &one = beyond[axis], &other = beyond[axis + 1];
+    if (one.all < kMinSide || other.all < kMinSide) continue;
+    rest->beyond = std::max(rest->beyond, std::min(one.share(), other.share()) / core.share());
+  }
 }
 
 }  // namespace

@@ -22,7 +22,8 @@ struct RestSurface {
   double off = 0, sigma_off = 0;    // how much farther it is seen [m]
   double tilt = 0, sigma_tilt = 0;  // of what is seen against the scene [rad]
   double edge = 1;  // share of the body's edge that is seen, by that of its middle, least side [-]
-  double beyond = 0;  // share of the rays just outside that see the surface go on, least side [-]
+  double beyond = 0;  // share of the rays just outside that see the surface go on, of both sides
+                      // along an axis the lesser, of both axes the greater [-]
   std::string_view fault{};  // why the estimate cannot be trusted, static; empty: it can
   bool meets = false;        // rays meet the body and see something there
 };

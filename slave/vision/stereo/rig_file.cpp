@@ -45,23 +45,25 @@ constexpr std::uintmax_t kLargestFile = 1 << 20;  // [by definition]
 constexpr double kMinFocal = 1e-3, kMaxFocal = 1e9, kMinDistance = 1e-12, kMaxDistance = 1e3,
                  kLargest = 1e6;
 
+constexpr const char* kAccepted =
+    "image_width, image_height, camera_matrix and distortion_coefficients, as `calibrate`, OpenCV "
+    "and ROS write them, of a pair below `left` and `right`";
+
 class RigReader {
  public:
   explicit RigReader(const std::filesystem::path& file) : file_(file) {
     const std::string text = ReadWholeFile(file, kLargestFile, "a camera rig");
     const bool is_xml = Trimmed(text).starts_with("<?xml");
+    const std::string foreign = ForeignFormat(std::string_view(text));
+    if (!is_xml && !foreign.empty()) Refuse("is " + foreign + ": expected " + kAccepted);
     try {
       root_ = is_xml ? LoadXml(text) : YAML::Load(text);
     } catch (const YAML::Exception& error) {
-      Refuse(error.what());
+      Refuse(std::string(error.what()) + ": expected " + kAccepted);
     } catch (const cv::Exception& error) {
       Refuse("is no XML of OpenCV: " + error.err);
     }
-    if (!root_.IsMap()) {
-      const std::string foreign = ForeignFormat(std::string_view(text));
-      Refuse(foreign.empty() ? "is not a map of keys (a camera rig in YAML)"
-                             : "is " + foreign + ": expected a camera rig in YAML");
-    }
+    if (!root_.IsMap()) Refuse(std::string("is not a map of keys: expected ") + kAccepted);
   }
 
   StereoRig Read() const {
@@ -123,8 +125,12 @@ class RigReader {
     return map.IsMap() && map[key].IsDefined();
   }
   YAML::Node Child(const YAML::Node& map, const char* key, const std::string& name) const {
-    if (!Has(map, key)) Refuse("has no `" + name + "`");
-    return map[key];
+    if (Has(map, key)) return map[key];
+    std::string found;
+    for (const auto& entry : map.IsMap() ? map : root_) {
+      if (entry.first.IsScalar()) found += (found.empty() ? "" : ", ") + entry.first.Scalar();
+    }
+    Refuse("has no `" + name + "`: there are " + Shown(found) + ": expected " + kAccepted);
   }
   void RequireRange(const std::string& name, double value, double least, double most,
                     const char* what) const {

@@ -55,6 +55,14 @@ TEST(CsvLinesTest, PassesOverWhatIsNoRow) {
   EXPECT_EQ(plain.cells().front(), "#1");
 }
 
+TEST(CsvLinesTest, JsonIsNamed) {
+  for (const char* text : {"{\"t\": 0, \"x\": 1}\n", "[{\"t\": 0}]", " [[0, 1], [1, 2]]"}) {
+    EXPECT_THAT(Thrown<InputError>([&] { CsvLines lines(Write(text)); }),
+                HasSubstr("is JSON: save the table as CSV"));
+  }
+  EXPECT_NO_THROW(CsvLines(Write("[step]\nt,x\n0,1\n")));
+}
+
 TEST(CsvLinesTest, TwoQuotesWithinACellAreOne) {
   CsvLines lines(Write("\"a \"\"word\"\" in quotes\", \"\" , \"b, c\",\"x\"\"\"\n"));
   ASSERT_TRUE(lines.Next());

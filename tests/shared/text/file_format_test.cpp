@@ -30,12 +30,29 @@ TEST(FileFormatTest, FilesOfOtherProgramsAreNamedWithTheWayToConvertThem) {
   EXPECT_THAT(ForeignFormat("\0\0\0\x18"
                             "ftypmp42"sv),
               HasSubstr("video"));
+  EXPECT_THAT(ForeignFormat("TDSm\x0e\0\0\0"sv), AllOf(HasSubstr("LabVIEW"), HasSubstr("CSV")));
+}
+
+TEST(FileFormatTest, MeshesOfOtherProgramsAreNamedWithTheWayToConvertThem) {
+  for (const std::string_view deck :
+       {"*HEADING\n*NODE\n"sv, "*Node\n1, 0, 0, 0\n"sv, "** Job-1\n*Heading\n"sv}) {
+    EXPECT_THAT(ForeignFormat(deck), AllOf(HasSubstr("Abaqus"), HasSubstr("meshio"))) << deck;
+  }
+  EXPECT_THAT(ForeignFormat("$ a deck\nSOL 101\nCEND\nBEGIN BULK\n"), HasSubstr("Nastran"));
+  EXPECT_THAT(ForeignFormat("# Blender\no Cube\nv 0 0 1\n"), HasSubstr("Wavefront"));
+  EXPECT_THAT(ForeignFormat("mtllib cube.mtl\no Cube\n"), HasSubstr("Wavefront"));
+  EXPECT_THAT(ForeignFormat("OFF\n4 4 6\n"), HasSubstr("Geomview"));
+  EXPECT_THAT(ForeignFormat("glTF\2\0\0\0"sv), HasSubstr("STL"));
+  EXPECT_THAT(ForeignFormat("ISO-10303-21;\nHEADER;\n"),
+              AllOf(HasSubstr("CAD"), HasSubstr("gmsh")));
+  EXPECT_THAT(ForeignFormat("<mujoco model=\"gel\">\n"), HasSubstr("XML"));
 }
 
 TEST(FileFormatTest, TextAndFilesOfPalpateAreNotForeign) {
   for (const std::string_view text :
        {"t,x\n0,1\n"sv, "a,b,ftyp\n1,2,3\n"sv, "name: gel\n"sv, "$MeshFormat\n2.2 0 8\n"sv,
-        "solid cube\n"sv, "ply\nformat ascii 1.0\n"sv, "\xEF\xBB\xBFt,x\n"sv, ""sv}) {
+        "solid cube\n"sv, "ply\nformat ascii 1.0\n"sv, "v 1,x\n0,1\n"sv, "** remark\nt,x\n"sv,
+        "# a\n8 3 0 0\n1 0 0 0\n"sv, "{\"name\": \"gel\"}"sv, "\xEF\xBB\xBFt,x\n"sv, ""sv}) {
     EXPECT_EQ(ForeignFormat(text), "") << text;
   }
   EXPECT_EQ(ForeignFile("/nowhere"), "");

@@ -367,7 +367,10 @@ TEST_F(TestTable, ARowOfUnitsBelowTheNamesIsNoRowOfNames) {
 TEST_F(TestTable, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(Complaint("tension", "a,b\n1,2\n1,2\n1,2\n1,2\n"), HasSubstr("no deformation"));
   EXPECT_THAT(Complaint("tension", "strain,b\n1,2\n1,2\n1,2\n1,2\n"), HasSubstr("no load"));
-  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n0.1,much\n"), HasSubstr(".csv:3: stress"));
+  EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n0.1,much\n"),
+              HasSubstr(".csv:3: stress = much"));
+  const std::string one = "strain,stress\n0,0\n.1,1\n.2,2\n.3,3\n.4,4\n";
+  EXPECT_THAT(Complaint("tension", one + "\n" + one), HasSubstr(":8: a second header"));
   EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n0.1\n"), HasSubstr(":3: 1 cells"));
   EXPECT_THAT(Complaint("tension", "strain,stress\n0,0\n-1.5,1\n0,0\n0,0\n"),
               HasSubstr(":3: stretch = -0.5"));

@@ -93,6 +93,24 @@ TEST(RestSurfaceTest, IntrinsicsOfAnotherStreamAreNamed) {
   }
 }
 
+// The focal length of one axis alone is wrong: the sides along the other one see the table.
+TEST(RestSurfaceTest, PixelsThatAreNotSquareAreNamed) {
+  for (const double focal : {0.5, 0.8, 1.25, 2.0}) {
+    std::vector<RestRay> rays = Seen(1, 1, 0, 0, true);
+    for (RestRay& ray : rays) ray.slope.y() /= focal;
+    EXPECT_NE(Fault(Compare(rays)), "") << focal;
+  }
+}
+
+// Another body of the same height touches it on one side.
+TEST(RestSurfaceTest, ANeighbourOnOneSideIsNoFault) {
+  std::vector<RestRay> rays = Seen(1, 1, 0, 0, true);
+  for (RestRay& ray : rays) {
+    if (ray.slope.x() > 0 && std::abs(ray.slope.y()) * kDistance <= kHalf) ray.z = kDistance;
+  }
+  EXPECT_EQ(Fault(Compare(rays)), "");
+}
+
 TEST(RestSurfaceTest, ABodyBesideItsPlaceIsNamed) {
   EXPECT_THAT(Fault(Compare(Seen(1, 1, 0.008, 0, true))), HasSubstr("not extend as far"));
 }

@@ -160,6 +160,9 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
   const std::pair<std::string, const char*> files[] = {
       {"a: [1", "rig.yaml: "},
       {"just words", "not a map"},
+      {"MATLAB 5.0 MAT-file, Platform: GLNXA64", "a MATLAB file"},
+      {"cam0: {camera_model: pinhole, resolution: [640, 480]}",
+       "has no `image_width`: there are cam0: expected image_width, image_height, camera_matrix"},
       {"", "not a map"},
       {"left: {image_width: 640}", "has no `left.image_height`"},
       {"image_width: -3", "expected 1 to 16384"},
