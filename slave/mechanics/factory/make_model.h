@@ -42,5 +42,7 @@ std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneD
 // What the models of volumes hold of a scene: also nodes that belong to no tetrahedron, which have
 // no stiffness of their own.
 HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh);
+// The width of the contacts of a scene [m]: that of its fingertips, else of its tool; 0: points.
+double ContactWidth(const Scene& scene);
 
 }  // namespace palpate
