@@ -31,7 +31,7 @@ class Precompute(FolderTest):
         """How many groups of columns were computed, and of how many."""
         done = run(*self.command(cache, "--shard", shard), env=ENVIRONMENT)
         self.assertEqual(done.returncode, 0, done.stderr)
-        printed = re.search(rf"shard {shard}: (\d+) of (\d+) groups of columns computed", done.stdout)
+        printed = re.search(rf"shard {shard}: (\d+) of (\d+) groups computed", done.stdout)
         self.assertTrue(printed, done.stdout)
         return tuple(map(int, printed.groups()))
 

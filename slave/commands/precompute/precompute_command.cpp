@@ -30,7 +30,7 @@ CacheFilling Fill(const Scene& scene, const SolidMesh& mesh, const CacheShare& s
   return FillColumnCache(
       AssembleAtRest(mesh, HeldTetNodes(scene, mesh), scene.object.material.poisson_ratio,
                      scene.model.fem.element),
-      scene.model.cache, share, progress);
+      ContactWidth(scene), scene.model.cache, share, progress);
 }
 
 }  // namespace
@@ -53,9 +53,8 @@ int RunPrecompute(const PrecomputeOptions& options, const std::stop_token& stop)
     ProgressBar bar("precompute", stop);
     filling = Fill(scene, *mesh, share, &bar);
   }
-  std::printf("%s, shard %s: %zu of %zu groups of columns computed\ncache: %s\n",
-              model.kind.c_str(), options.shard.c_str(), filling.computed, filling.groups,
-              model.cache.c_str());
+  std::printf("%s, shard %s: %zu of %zu groups computed\ncache: %s\n", model.kind.c_str(),
+              options.shard.c_str(), filling.computed, filling.groups, model.cache.c_str());
   return 0;
 }
 

@@ -97,7 +97,8 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
   const FemGreenModel::Options options{.element = scene.model.fem.element,
                                        .contact = scene.model.contact,
                                        .range = scene.model.range,
-                                       .cache = scene.model.cache};
+                                       .cache = scene.model.cache,
+                                       .width = ContactWidth(scene)};
   const Material& material = scene.object.material;
   auto green =
       std::make_unique<FemGreenModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
@@ -222,6 +223,12 @@ HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh) {
     if (!used[i]) held[i] = {true, true, true};
   }
   return held;
+}
+
+double ContactWidth(const Scene& scene) {
+  const auto* tactile = scene.sense.Find<Tactile>();
+  if (tactile != nullptr) return tactile->patch;
+  return scene.tool ? scene.tool->width : 0;
 }
 
 }  // namespace palpate

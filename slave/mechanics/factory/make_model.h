@@ -45,5 +45,7 @@ std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneD
 // Nodes that the models of volumes fix: those of the scene's supports, and those without a
 // tetrahedron, which have no stiffness.
 HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh);
+// The width of the contacts of a scene [m]: that of its fingertips, else of its tool; 0: points.
+double ContactWidth(const Scene& scene);
 
 }  // namespace palpate

@@ -48,7 +48,8 @@ struct ContactFootprint {
   // compliance of the contact's own disc, in DiscCompliance over E: 1 / radius minus that of a disc
   // as compliant as the places [1/m]. Else 0.
   double reach = 0, narrower = 0;
-  SurfacePlace at;  // where the contact's centre meets the surface
+  SurfacePlace at;    // where the contact's centre meets the surface
+  int triangle = -1;  // the same, of the linear surface of a volume (VolumeFootprints); else -1
 };
 constexpr int kMostPointPlaces = 3;
 

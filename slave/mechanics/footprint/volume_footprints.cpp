@@ -28,13 +28,14 @@ VolumeFootprints::VolumeFootprints(const TetMesh& mesh, double unit,
       load_(mesh.nodes.size(), 0) {}
 
 std::string_view VolumeFootprints::OnNodes(const Contact& contact, ContactFootprint* footprint) {
-  if (!is_quadratic()) return nodes_.OnNodes(contact, footprint);
-  if (contact.width > 0 && contact.kind == Contact::Kind::kForce) {
-    return FindLoaded(contact, footprint);
-  }
-  Contact on_quarter = contact;
-  on_quarter.element = QuarterOf(contact);
-  return nodes_.OnNodes(on_quarter, footprint);
+  const bool is_loaded = contact.width > 0 && contact.kind == Contact::Kind::kForce;
+  const bool on_quarters = is_quadratic() && !is_loaded;
+  Contact found = contact;
+  if (on_quarters) found.element = QuarterOf(contact);
+  const std::string_view refusal = is_quadratic() && is_loaded ? FindLoaded(contact, footprint)
+                                                               : nodes_.OnNodes(found, footprint);
+  if (refusal.empty()) footprint->triangle = footprint->at.triangle / (on_quarters ? 4 : 1);
+  return refusal;
 }
 
 // Quarters 0 to 2 hold a corner each, 3 the centre (TetMesh::touch_surface).

@@ -14,29 +14,6 @@ bool MayTakeDoubt(const ContactResponse& response) {
   return response.validity == Validity::kValid ||
          (response.validity == Validity::kExtrapolated && response.doubt == kCoarsePatch);
 }
-constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
-
-// Nodes around which the body is no half-space of its own modulus on the scale of a widened disc
-// (SurfaceFootprints): fixed ones, and those less than a few edges from a region.
-std::vector<char> Uneven(const RestStiffness& stiffness) {
-  // A disc that the mesh follows is two to three edges wide. [derived: PatchStiffness within 10 %]
-  constexpr int kEdges = 3;
-  const TetMesh& elements = stiffness.elements;
-  std::vector<char> uneven(elements.nodes.size(), 0);
-  for (int ring = 0; ring < kEdges && !elements.modulus.empty(); ++ring) {
-    const std::vector<char> inner = uneven;
-    for (int e = 0; e < elements.element_count(); ++e) {
-      const auto nodes = elements.element(e);
-      const auto is_inner = [&](int node) { return inner[Index(node)] != 0; };
-      if (elements.ModulusOf(e) == 1 && std::ranges::none_of(nodes, is_inner)) continue;
-      for (const int node : nodes) uneven[Index(node)] = 1;
-    }
-  }
-  for (std::size_t n = 0; n < uneven.size(); ++n) {
-    if (std::ranges::min(stiffness.row[n]) < 0) uneven[n] = 1;
-  }
-  return uneven;
-}
 
 std::string_view RemarkOf(const RestStiffness& stiffness, double nu) {
   if (stiffness.elements.nodes_per_element == 4) {
@@ -54,7 +31,7 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
       columns_(AssembleAtRest(mesh, held, poisson_ratio, options.element), options.memory_limit,
                options.cache, progress),
       places_(columns_.stiffness().elements, columns_.length_unit(), columns_.place_of_node(),
-              Uneven(columns_.stiffness())),
+              UnevenNodes(columns_.stiffness())),
       solver_(columns_, places_,
               {.young_modulus = young_modulus,
                .larger_side = columns_.length_unit(),
@@ -62,15 +39,11 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
                .contact = options.contact,
                .poisson_ratio = poisson_ratio}),
       locks_(options.element == FemOptions::Element::kTet4 && poisson_ratio >= kLocks),
-      // Bending alone counts where the pressure is the elements' own.
-      strain_(columns_.stiffness().elements,
-              columns_.stiffness().has_pressure() ? HeldNodes{} : held,
-              columns_.stiffness().has_pressure() ? 0.0 : poisson_ratio),
-      bending_(columns_.node_of_place().size()),
+      bending_(columns_.stiffness(), columns_.layout(), options.width, options.cache),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
-  // A slender body needs the factor at each new contact, to see how it bends: not first there.
-  if (strain_.body_bends()) columns_.Factorise(progress);
+  // New contacts on a slender body need the factor, to see how it bends: not first there.
+  if (!bending_.is_complete()) columns_.Factorise(progress);
   Describe(options, poisson_ratio, mesh.tets.size());
 }
 
@@ -115,7 +88,7 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
 }
 
 void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
-  if (!strain_.body_bends()) return;
+  if (!bending_.body_bends()) return;
   for (std::size_t k = 0; k < responses.size(); ++k) {
     ContactResponse& response = responses[k];
     if (!MayTakeDoubt(response)) continue;
@@ -127,7 +100,7 @@ void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
 
 // The mean over the axes by the work that the force does along each.
 double FemGreenModel::Softness(const ContactSlot& slot, const Eigen::Vector3d& force) {
-  const Bending& bending = BendingOf(slot.footprint);
+  const Bending& bending = BendingOf(slot.footprint.triangle, slot.contact.width);
   const double largest = force.cwiseAbs().maxCoeff();
   if (!(largest > 0)) return 0;
   const Eigen::Array3d squared = (force / largest).array().square();
@@ -135,30 +108,9 @@ double FemGreenModel::Softness(const ContactSlot& slot, const Eigen::Vector3d& f
   return work.sum() > 0 ? (work * bending.softness.array()).sum() / work.sum() : 0;
 }
 
-const FemGreenModel::Bending& FemGreenModel::BendingOf(const ContactFootprint& footprint) {
-  Bending& bending = bending_[Index(footprint.places.front().place)];
-  if (!bending.known) LearnBending(footprint, &bending);
-  return bending;
-}
-
-void FemGreenModel::LearnBending(const ContactFootprint& footprint, Bending* bending) {
-  std::vector<int> places, nodes;
-  for (const auto& touched : footprint.places) {
-    places.push_back(touched.place);
-    nodes.push_back(columns_.node_of_place()[Index(touched.place)]);
-  }
-  std::array<std::vector<Eigen::Vector3d>, 3> along;
-  columns_.SolveAxes(places, &along);
-  for (int c = 0; c < 3; ++c) {
-    std::vector<Eigen::Vector3d>& u = along[Index(c)];
-    for (const int node : nodes) {
-      bending->compliance[c] += u[Index(node)][c] / static_cast<double>(nodes.size());
-    }
-    if (!(bending->compliance[c] > 0)) continue;  // held
-    for (auto& moved : u) moved *= kSmall / bending->compliance[c];
-    bending->softness[c] = strain_.Softness(u, nodes);
-  }
-  bending->known = true;
+const Bending& FemGreenModel::BendingOf(int triangle, double width) {
+  const Bending* known = bending_.Find(triangle, width);
+  return known != nullptr ? *known : bending_.Learn(triangle, width, &columns_.Factor());
 }
 
 void FemGreenModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
@@ -186,7 +138,7 @@ void FemGreenModel::Prefetch(std::span<const Contact> contacts) {
     if (!contact.p_O.allFinite() || !(contact.width >= 0)) continue;
     if (!places_.Find(contact, &footprint).empty()) continue;
     for (const auto& touched : footprint.places) wanted.push_back(touched.place);
-    if (!footprint.places.empty() && strain_.body_bends()) BendingOf(footprint);
+    if (bending_.body_bends()) BendingOf(footprint.triangle, contact.width);
   }
   columns_.Prefetch(wanted, nullptr);
 }

@@ -14,8 +14,8 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/fem/green/bending_table.h"
 #include "slave/mechanics/fem/green/green_columns.h"
-#include "slave/mechanics/mesh_resolution.h"
 #include "slave/program/progress.h"
 #include "slave/scene/scene.h"
 
@@ -23,10 +23,10 @@ namespace palpate {
 
 // Four-node tetrahedra lock as nu approaches 0.5: from 0.49 on their results are kExtrapolated.
 // Ten-node ones have a pressure unknown from there on, and take nu up to 0.5. Results are also
-// kExtrapolated where a part bends too far for the elements (mesh_resolution.h; the first contact
-// there decides, by three more sparse solutions; bulky bodies need none). See SurfaceNodePlaces and
-// ComplianceSolver. Pass `element` with p_O where time matters: without it a walk over the surface
-// finds a changed position.
+// kExtrapolated where a part bends too far for the elements (BendingTable; the first contact on a
+// triangle takes three more sparse solutions unless they are in the cache; bulky bodies need none).
+// See SurfaceNodePlaces and ComplianceSolver. Pass `element` with p_O where time matters: without
+// it a walk over the surface finds a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
@@ -34,6 +34,7 @@ class FemGreenModel final : public DeformationModel {
     ContactLaw contact = ContactLaw::kBonded;
     double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
     std::filesystem::path cache{};  // folder for Green's functions; empty: none are kept
+    double width = 0;               // of the contacts whose bending the cache keeps [m]
     std::size_t memory_limit = std::size_t{1} << 31;  // for Green's functions [bytes]
   };
 
@@ -62,21 +63,14 @@ class FemGreenModel final : public DeformationModel {
   void CheckBending(std::span<ContactResponse> responses);
   [[nodiscard]] double Softness(const ContactSlot& slot, const Eigen::Vector3d& force);
 
-  // Under a unit force along each axis, at a place and what was first touched with it.
-  struct Bending {
-    bool known = false;
-    Eigen::Vector3d softness{0, 0, 0}, compliance{0, 0, 0};
-  };
-  const Bending& BendingOf(const ContactFootprint& footprint);
-  void LearnBending(const ContactFootprint& footprint, Bending* bending);
+  const Bending& BendingOf(int triangle, double width);
 
   SurfaceMesh surface_;
   GreenColumns columns_;
   SurfaceNodePlaces places_;
   ComplianceSolver solver_;
   bool locks_ = false;
-  StrainResolution strain_;
-  std::vector<Bending> bending_;  // per place
+  BendingTable bending_;
   double displacement_unit_ = 0;  // of a unit force in newtons: 1 / (E length unit) [m/N]
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "slave/mechanics/fem/green/bending_table.h"
 #include "slave/mesh/index.h"
 
 namespace palpate {
@@ -106,44 +107,24 @@ void GreenColumns::Solve(std::span<const int> places, std::span<const Vector3d> 
     }
   }
   Factor().Solve(x);
-  Spread(x, displacement);
+  stiffness_.Spread(x, displacement);
 }
 
-void GreenColumns::SolveAxes(std::span<const int> places,
-                             std::array<std::vector<Vector3d>, 3>* displacement) {
-  Eigen::MatrixX3d x = Eigen::MatrixX3d::Zero(order(), 3);
-  for (const int place : places) {
-    for (int c = 0; c < 3; ++c) {
-      const int row = layout_.RowOf(place, c);
-      if (row >= 0) x(row, c) += 1 / static_cast<double>(places.size());
-    }
-  }
-  Factor().Solve(x);
-  for (int c = 0; c < 3; ++c) Spread(x.col(c), &(*displacement)[Index(c)]);
-}
-
-void GreenColumns::Spread(const Eigen::Ref<const Eigen::VectorXd>& x,
-                          std::vector<Vector3d>* u) const {
-  u->assign(stiffness_.row.size(), Vector3d::Zero());
-  for (std::size_t n = 0; n < u->size(); ++n) {
-    for (int c = 0; c < 3; ++c) {
-      const int row = stiffness_.row[n][Index(c)];
-      if (row >= 0) (*u)[n][c] = x[row];
-    }
-  }
-}
-
-CacheFilling FillColumnCache(const RestStiffness& stiffness, const std::filesystem::path& cache,
-                             const CacheShare& share, Progress* progress) {
+CacheFilling FillColumnCache(const RestStiffness& stiffness, double width,
+                             const std::filesystem::path& cache, const CacheShare& share,
+                             Progress* progress) {
   const GreenGroups layout(stiffness);
   const ColumnCache kept = layout.Cache(cache);
+  BendingTable bending(stiffness, layout, width, cache);
   CacheFilling filling;
-  std::vector<int> missing;
+  std::vector<int> missing;  // those of the bending after those of columns
   std::vector<double> values;
-  for (std::size_t g = share.first; g < Index(layout.groups()); g += share.step) {
-    const int group = static_cast<int>(g);
-    values.resize(layout.values(group));
-    if (!kept.Load(group, values)) missing.push_back(group);
+  const auto all = Index(layout.groups() + bending.groups());
+  for (std::size_t g = share.first; g < all; g += share.step) {
+    const int group = static_cast<int>(g), of_bending = group - layout.groups();
+    if (of_bending < 0) values.resize(layout.values(group));
+    const bool is_kept = of_bending < 0 ? kept.Load(group, values) : bending.HasGroup(of_bending);
+    if (!is_kept) missing.push_back(group);
     ++filling.groups;
   }
   if (missing.empty()) return filling;
@@ -154,9 +135,13 @@ CacheFilling FillColumnCache(const RestStiffness& stiffness, const std::filesyst
   for (const int group : missing) {
     ReportProgress(progress, "Green's functions",
                    static_cast<double>(filling.computed) / static_cast<double>(missing.size()));
-    values.resize(layout.values(group));
-    SolveGroup(layout, group, order, &factor, values);
-    kept.Keep(group, values);
+    if (group < layout.groups()) {
+      values.resize(layout.values(group));
+      SolveGroup(layout, group, order, &factor, values);
+      kept.Keep(group, values);
+    } else {
+      bending.KeepGroup(group - layout.groups(), &factor);
+    }
     ++filling.computed;
   }
   ReportProgress(progress, "Green's functions", 1);

@@ -4,7 +4,6 @@
 // Source: James and Pai (2003), sec. 4 (Green's functions from any linear code).
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -38,6 +37,7 @@ class GreenColumns final : public Compliance {
   }
   // Makes the factor of the stiffness now; otherwise the first solution that needs it does.
   void Factorise(Progress* progress);
+  RestFactor& Factor();
   // The column is there already: asking for it costs nothing.
   [[nodiscard]] bool IsReady(int place) const {
     return column_of_place_[static_cast<std::size_t>(place)] != nullptr;
@@ -53,11 +53,9 @@ class GreenColumns final : public Compliance {
   // nondimensional.
   void Solve(std::span<const int> places, std::span<const Eigen::Vector3d> forces,
              std::vector<Eigen::Vector3d>* displacement);
-  // Solves for a unit force along each axis that is shared equally by `places`.
-  void SolveAxes(std::span<const int> places,
-                 std::array<std::vector<Eigen::Vector3d>, 3>* displacement);
 
   [[nodiscard]] const RestStiffness& stiffness() const { return stiffness_; }
+  [[nodiscard]] const GreenGroups& layout() const { return layout_; }
   [[nodiscard]] const std::vector<int>& node_of_place() const { return layout_.node_of_place(); }
   [[nodiscard]] const std::vector<int>& place_of_node() const { return layout_.place_of_node(); }
   [[nodiscard]] int order() const { return static_cast<int>(stiffness_.lower.rows()); }
@@ -68,9 +66,6 @@ class GreenColumns final : public Compliance {
  private:
   const double* Compute(int place);
   void ComputeGroup(int group, std::span<double> values);
-  RestFactor& Factor();
-  // The displacement of every node, as far as it is free, from a solution's rows.
-  void Spread(const Eigen::Ref<const Eigen::VectorXd>& x, std::vector<Eigen::Vector3d>* u) const;
 
   RestStiffness stiffness_;
   GreenGroups layout_;
@@ -83,10 +78,12 @@ class GreenColumns final : public Compliance {
   int groups_computed_ = 0;
 };
 
-// Computes a share of the groups of columns that GreenColumns keeps in the folder `cache`, without
-// those that are there. Factorises only if one is missing. Throws as GreenColumns;
-// std::runtime_error: the folder cannot be written.
-CacheFilling FillColumnCache(const RestStiffness& stiffness, const std::filesystem::path& cache,
-                             const CacheShare& share, Progress* progress);
+// Computes a share of the groups of columns that GreenColumns keeps in the folder `cache`, and of
+// how a slender body bends under contacts of `width` [m] (BendingTable), without those that are
+// there. Factorises only if one is missing. Throws as GreenColumns; std::runtime_error: the folder
+// cannot be written.
+CacheFilling FillColumnCache(const RestStiffness& stiffness, double width,
+                             const std::filesystem::path& cache, const CacheShare& share,
+                             Progress* progress);
 
 }  // namespace palpate

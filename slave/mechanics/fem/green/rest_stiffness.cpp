@@ -105,6 +105,8 @@ RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, doubl
   RequirePoissonRatio(nu, element);
   RequireTets(mesh, held);
   RestStiffness stiffness;
+  stiffness.held = held;
+  stiffness.poisson_ratio = nu;
   stiffness.length_unit = LargerSide(mesh.nodes);
   stiffness.elements =
       MakeTetMesh(mesh, element == Element::kTet10 ? 10 : 4, stiffness.length_unit);
@@ -129,6 +131,17 @@ RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, doubl
   stiffness.lower = assemble(false);
   if (pressure) stiffness.regularised = assemble(true);
   return stiffness;
+}
+
+void RestStiffness::Spread(const Eigen::Ref<const VectorXd>& x,
+                           std::vector<Eigen::Vector3d>* u) const {
+  u->assign(row.size(), Eigen::Vector3d::Zero());
+  for (std::size_t n = 0; n < u->size(); ++n) {
+    for (int c = 0; c < 3; ++c) {
+      const int at = row[n][Index(c)];
+      if (at >= 0) (*u)[n][c] = x[at];
+    }
+  }
 }
 
 RestFactor::RestFactor(const RestStiffness& stiffness) : stiffness_(stiffness) {

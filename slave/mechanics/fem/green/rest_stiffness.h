@@ -30,10 +30,14 @@ struct RestStiffness {
   // (ElasticBody::kLeastCompressibility); empty without pressure.
   Eigen::SparseMatrix<double> regularised;
   std::vector<std::array<int, 3>> row;  // per node and component; -1: fixed, or in no tetrahedron
-  double length_unit = 0;               // larger side of the bounding box [m]
-  std::uint64_t inputs = 0;             // hash of all that it was assembled from
+  HeldNodes held;                       // per node of the mesh and component
+  double poisson_ratio = 0;
+  double length_unit = 0;    // larger side of the bounding box [m]
+  std::uint64_t inputs = 0;  // hash of all that it was assembled from
 
   [[nodiscard]] bool has_pressure() const { return regularised.rows() > 0; }
+  // The displacement of every node of the elements, as far as it is free, from a solution's rows.
+  void Spread(const Eigen::Ref<const Eigen::VectorXd>& x, std::vector<Eigen::Vector3d>* u) const;
 };
 
 // `held`: per node of the mesh and component; a middle is fixed where both ends are. Throws

@@ -1,5 +1,6 @@
 #include "slave/mechanics/fem/green/fem_green_model.h"
 
+#include <array>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -9,8 +10,10 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "slave/mechanics/mesh_resolution.h"
 #include "tests/slave/mechanics/contacts.h"
 #include "tests/slave/mechanics/direct_solution.h"
+#include "tests/support/allocation_count.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
@@ -29,24 +32,103 @@ FemGreenModel ModelOf(const Body& body, FemGreenModel::Options options = {}) {
   return FemGreenModel(body.mesh, body.held, body.E, body.nu, options);
 }
 
-// A slender body needs the factor to see whether it bends.
-TEST(FemGreenModel, ABulkyBodyFromAFullCacheNeedsNoFactor) {
-  for (const bool bulky : {true, false}) {
-    const double thick = bulky ? 0.08 : 0.02;  // of 0.1 m
-    const Body body = Standing(MeshBox({0.1, thick, thick}, {6, 2, 2}), 0, 5e4, 0.3);
-    const Scratch scratch;
-    const FemGreenModel::Options options{.cache = scratch.path()};
-    FemGreenModel computed = ModelOf(body, options);
-    std::vector<int> all(static_cast<std::size_t>(computed.columns().places()));
-    std::iota(all.begin(), all.end(), 0);
-    ASSERT_TRUE(computed.columns().Prefetch(all, nullptr));
-    FemGreenModel kept = ModelOf(body, options);
-    EXPECT_EQ(kept.columns().has_factor(), !bulky) << "not first at a contact";
-    const Contact pull = Move(body.mesh.nodes.back(), {1e-4, 0, 0});
-    const ContactResponse expected = Answer(computed, pull), got = Answer(kept, pull);
-    EXPECT_EQ(got.force_O, expected.force_O);
-    EXPECT_EQ(got.validity, expected.validity);
-    EXPECT_EQ(kept.columns().has_factor(), !bulky);
+// A box of 0.1 m that stands on x = 0.
+Body Beam(double thickness, int cells) {
+  return Standing(MeshBox({0.1, thickness, thickness}, {cells, 2, 2}), 0, 5e4, 0.3);
+}
+
+// What the cache must hold for contacts of a width: all of it.
+void FillCache(const Body& body, const FemGreenModel::Options& options) {
+  const auto stiffness = AssembleAtRest(body.mesh, body.held, body.nu, options.element);
+  const CacheFilling filling =
+      FillColumnCache(stiffness, options.width, options.cache, {}, nullptr);
+  ASSERT_EQ(filling.computed, filling.groups);
+  ASSERT_EQ(FillColumnCache(stiffness, options.width, options.cache, {}, nullptr).computed, 0U);
+}
+
+// Law: the answer of a model that computes all by itself. Without a factor there is no sparse
+// solution: a first contact on a slender body costs as much as a later one, apart from reading its
+// columns.
+TEST(FemGreenModel, ABodyFromAFullCacheNeedsNoFactor) {
+  for (const double thickness : {0.08, 0.02}) {
+    const Body body = Beam(thickness, 6);
+    for (const Element element : {Element::kTet4, Element::kTet10}) {
+      const Scratch scratch;
+      const FemGreenModel::Options options{
+          .element = element, .cache = scratch.path(), .width = 0.03};
+      FillCache(body, options);
+      FemGreenModel computed = ModelOf(body, {.element = element});
+      FemGreenModel kept = ModelOf(body, options);
+      bool bends = false;
+      for (const double x : {0.02, 0.05, 0.09}) {
+        for (const Vector3d& direction : {Vector3d(1, 0, 0), {0, 0, -1}}) {
+          const Vector3d p_O(x, thickness / 2, thickness);
+          const Contact press = Move(p_O, 1e-4 * direction, options.width);
+          const ContactResponse expected = Answer(computed, press), got = Answer(kept, press);
+          EXPECT_NE(expected.validity, Validity::kFailed) << computed.failure();
+          EXPECT_EQ(got.force_O, expected.force_O);
+          EXPECT_EQ(got.validity, expected.validity);
+          EXPECT_EQ(got.doubt, expected.doubt);
+          bends = bends || got.doubt == kStiffInBending;
+        }
+      }
+      EXPECT_EQ(bends, thickness < 0.05 && element == Element::kTet4);
+      EXPECT_FALSE(kept.columns().has_factor());
+    }
+  }
+}
+
+// Contacts of another width than the cache's are answered as ever.
+TEST(FemGreenModel, TheCacheOfAnotherWidthIsNotTaken) {
+  const Body body = Beam(0.02, 6);
+  const Scratch scratch;
+  FemGreenModel::Options options{.cache = scratch.path(), .width = 0.03};
+  FillCache(body, options);
+  options.width = 0;
+  FemGreenModel other = ModelOf(body, options);
+  EXPECT_TRUE(other.columns().has_factor()) << "not first at a contact";
+  FemGreenModel computed = ModelOf(body);
+  const Contact pull = Move(body.mesh.nodes.back(), {1e-4, 0, 0});
+  EXPECT_EQ(Answer(other, pull).doubt, Answer(computed, pull).doubt);
+}
+
+// Law: an answer depends on the contact, not on what was touched before.
+TEST(FemGreenModel, WhatTouchedFirstDoesNotDecideTheFlag) {
+  const Body body = Beam(0.02, 6);
+  const Vector3d middle(0.1, 0.01, 0.01), rim(0.1, 0.002, 0.019);
+  const std::vector<Contact> contacts{Move(middle, {-1e-5, 0, 0}, 0.04), Move(rim, {-1e-5, 0, 0}),
+                                      Move(rim, {0, 0, -1e-5}, 0.01)};
+  std::vector<std::string_view> expected;
+  for (const Contact& contact : contacts) {
+    FemGreenModel model = ModelOf(body);
+    expected.push_back(Answer(model, contact).doubt);
+  }
+  FemGreenModel model = ModelOf(body);
+  for (const std::size_t i : {2U, 1U, 0U, 1U, 2U, 0U}) {
+    EXPECT_EQ(Answer(model, contacts[i]).doubt, expected[i]) << i;
+  }
+}
+
+// At places that no contact was at, with columns and bending there.
+TEST(FemGreenModel, AFirstContactOnASlenderBodyTakesNoMemory) {
+  const Body body = Beam(0.02, 6);
+  const Scratch scratch;
+  const FemGreenModel::Options options{.cache = scratch.path(), .width = 0.03};
+  FillCache(body, options);
+  FemGreenModel model = ModelOf(body, options);
+  std::vector<int> all(static_cast<std::size_t>(model.columns().places()));
+  std::iota(all.begin(), all.end(), 0);
+  ASSERT_TRUE(model.columns().Prefetch(all, nullptr));
+  const Vector3d down(0, 0, -1e-4);
+  std::array<ContactResponse, 1> response;
+  const Contact first = Move({0.05, 0.01, 0.02}, down, options.width);
+  model.Respond({&first, 1}, response);
+  for (const double x : {0.0333, 0.0667, 0.0833}) {  // as many nodes under the tool as at 0.05 m
+    const Contact next = Move({x, 0.01, 0.02}, down, options.width);
+    const long before = AllocationCount();
+    model.Respond({&next, 1}, response);
+    EXPECT_EQ(AllocationCount(), before) << x;
+    EXPECT_NE(response[0].validity, Validity::kFailed);
   }
 }
 

@@ -1,0 +1,76 @@
+// How far the elements of a slender body follow it as it bends under a contact, for each triangle
+// of its surface.
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/capacitance/contact_set.h"
+#include "slave/mechanics/fem/green/column_cache.h"
+#include "slave/mechanics/fem/green/green_groups.h"
+#include "slave/mechanics/fem/green/rest_stiffness.h"
+#include "slave/mechanics/mesh_resolution.h"
+
+namespace palpate {
+
+// Nodes around which the body is no half-space of its own modulus on the scale of a widened disc
+// (SurfaceFootprints): fixed ones, and those less than a few edges from a region.
+std::vector<char> UnevenNodes(const RestStiffness& stiffness);
+
+// Under a unit force along each axis of O, evenly on the places of a contact.
+struct Bending {
+  Eigen::Vector3d softness{0, 0, 0};    // StrainResolution::Softness [-]
+  Eigen::Vector3d compliance{0, 0, 0};  // along the force, mean over the places; nondimensional
+};
+
+// A contact has the bending of the disc of its width that is moved around the centroid of its
+// triangle, whatever was touched before. An entry costs three sparse solutions; those of one width
+// can be kept on disk. Not thread-safe.
+class BendingTable {
+ public:
+  static constexpr int kGroup = 64;  // triangles of one file
+
+  // Keeps references. `width`: that of the contacts on disk [m], in the folder `cache`; empty: none
+  // is. Reads what is there.
+  BendingTable(const RestStiffness& stiffness, const GreenGroups& layout, double width,
+               const std::filesystem::path& cache);
+
+  // False: no contact bends the body, and no entry is needed.
+  [[nodiscard]] bool body_bends() const { return strain_.body_bends(); }
+  // Every entry of the width on disk is there, or none is needed.
+  [[nodiscard]] bool is_complete() const;
+  // nullptr: it must be learnt first.
+  [[nodiscard]] const Bending* Find(int triangle, double width) const noexcept;
+  const Bending& Learn(int triangle, double width, RestFactor* factor);
+
+  // Of files; 0 where no entry is needed.
+  [[nodiscard]] int groups() const;
+  [[nodiscard]] bool HasGroup(int group) const;
+  // Learns the entries of a file and writes it. Throws std::runtime_error: the folder cannot be
+  // written.
+  void KeepGroup(int group, RestFactor* factor);
+
+ private:
+  struct Entry {
+    double width = -1;  // [m]; -1: not learnt
+    Bending bending;
+  };
+  [[nodiscard]] int triangles() const { return static_cast<int>(entries_.size()); }
+  [[nodiscard]] int first(int group) const { return kGroup * group; }
+  [[nodiscard]] int last(int group) const { return std::min(kGroup * (group + 1), triangles()); }
+  void LoadGroup(int group);
+
+  const RestStiffness& stiffness_;
+  const GreenGroups& layout_;
+  double width_;
+  ColumnCache cache_;
+  StrainResolution strain_;
+  std::optional<SurfaceNodePlaces> places_;  // where the body bends
+  std::vector<Entry> entries_;               // per triangle of the linear surface
+};
+
+}  // namespace palpate
