@@ -93,9 +93,10 @@ TEST(RestSurfaceTest, IntrinsicsOfAnotherStreamAreNamed) {
   }
 }
 
-// The focal length of one axis alone is wrong: the sides along the other one see the table.
+// The focal length of one axis alone is wrong: the sides along the other one see the table. The
+// body's edge must be in the image: with 1.7 times the focal length it no longer is.
 TEST(RestSurfaceTest, PixelsThatAreNotSquareAreNamed) {
-  for (const double focal : {0.5, 0.8, 1.25, 2.0}) {
+  for (const double focal : {0.5, 0.8, 1.25, 1.5}) {
     std::vector<RestRay> rays = Seen(1, 1, 0, 0, true);
     for (RestRay& ray : rays) ray.slope.y() /= focal;
     EXPECT_NE(Fault(Compare(rays)), "") << focal;
