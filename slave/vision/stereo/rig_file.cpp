@@ -46,8 +46,8 @@ constexpr double kMinFocal = 1e-3, kMaxFocal = 1e9, kMinDistance = 1e-12, kMaxDi
                  kLargest = 1e6;
 
 constexpr const char* kAccepted =
-    "image_width, image_height, camera_matrix and distortion_coefficients, as `calibrate`, OpenCV "
-    "and ROS write them, of a pair below `left` and `right`";
+    "a camera rig with image_width, image_height, camera_matrix and distortion_coefficients, as "
+    "`calibrate`, OpenCV and ROS write them, of a pair below `left` and `right`";
 
 class RigReader {
  public:
