@@ -50,7 +50,7 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
 }
 
 void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
-  MakeThreadRealtime(kLinkPriority);
+  MakeThreadRealtime(kReadingPriority);
   for (auto wake = Clock::now(); !stop.stop_requested(); wake += kCommandPeriod) {
     std::this_thread::sleep_until(Clock::ToSteady(wake));
     const Time now = Clock::now();

@@ -52,7 +52,7 @@ class NewestWriter {
 
  private:
   void Run(const std::stop_token& stop) {
-    MakeThreadRealtime(kLinkPriority);
+    MakeThreadRealtime(kReadingPriority);
     while (true) {
       std::unique_lock lock(mutex_);
       if (!changed_.wait(lock, stop, [this] { return slot_.has_value(); })) return;

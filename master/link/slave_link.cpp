@@ -273,7 +273,7 @@ void SlaveLink::Parts::Follow(const SlaveState& state) {
 
 void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
                            LatestValue<OperatorCommand>* commands) {
-  MakeThreadRealtime(kLinkPriority);
+  MakeThreadRealtime(kReadingPriority);
   Backoff backoff(kFirstRetry, kMaxRetry);
   while (!stop.stop_requested()) {
     const grpc::Status read = ReadSettings();

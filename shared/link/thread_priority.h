@@ -1,6 +1,7 @@
-// Thread priorities: haptic loop first, then the operator's link, sensing, readers of network data
-// and everything else. Sensing precedes the readers, so that it keeps its period under network
-// load.
+// Thread priorities: haptic loop first, then watchdogs and devices, sensing, all threads that call
+// gRPC, and everything else. Sensing precedes the network, so that it keeps its period under
+// network load. The threads that call gRPC have one priority: its mutexes do not inherit, and who
+// waits for them spins, so that one of higher priority would keep the owner from the processor.
 #pragma once
 
 #include <functional>
@@ -10,10 +11,10 @@ namespace palpate {
 
 // SCHED_FIFO priorities, of 1 to 99.
 inline constexpr int kHapticPriority = 80;     // the 1 kHz loop
-inline constexpr int kLinkPriority = 40;       // commands, states, manipulator, watchdogs
+inline constexpr int kLinkPriority = 40;       // watchdogs, devices
 inline constexpr int kSensingPriority = 30;    // images and tactile samples
 inline constexpr int kAdmissionPriority = 25;  // admission control, above readers, against floods
-inline constexpr int kReadingPriority = 20;    // readers of network data
+inline constexpr int kReadingPriority = 20;    // commands, states, all that calls gRPC
 
 // Sets timer slack 1 ns and SCHED_FIFO at `priority` for the calling thread, not for threads that
 // it starts. Returns what the system refused, as text, for example without permission; else empty.

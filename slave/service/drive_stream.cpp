@@ -81,7 +81,7 @@ void DriveStream::StartAiming() {
 
 // The newest target counts: one that cannot leave yet is not made.
 void DriveStream::KeepAiming(const std::stop_token& stop) {
-  MakeThreadRealtime(kLinkPriority);
+  MakeThreadRealtime(kReadingPriority);
   const auto period = Seconds(1 / rate_);
   Time due = Clock::now();
   while (!stop.stop_requested()) {

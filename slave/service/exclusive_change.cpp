@@ -39,13 +39,13 @@ class StopWithCall final : public Progress {
 
 grpc::Status ExclusiveChange::Run(const grpc::ServerContext& context,
                                   const std::function<void(Progress*)>& work) {
-  const OrdinaryPriority ordinary;
   const std::unique_lock one(one_at_a_time_, std::try_to_lock);
   if (!one) {
     return Error(v1::ERROR_REASON_CHANGE_UNDER_WAY,
                  "another change of settings is under way: try again");
   }
-  StopWithCall progress(context);
+  StopWithCall progress(context);  // its thread calls gRPC
+  const OrdinaryPriority ordinary;
   return Guarded([&] { work(&progress); });
 }
 

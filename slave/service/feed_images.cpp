@@ -1,5 +1,6 @@
 // FeedImages. Decoding takes milliseconds: in the call's own thread, which also slows a driver
-// down a client that sends more than can be processed.
+// down that sends more than can be processed. Only decoding has ordinary priority: a thread that
+// waits in gRPC may be the one that reads for all connections, and holds their locks.
 #include <memory>
 #include <string>
 
@@ -20,7 +21,6 @@ constexpr double kImageRate = 64e6;  // [bytes/s]
 grpc::Status TeleoperationService::FeedImages(grpc::ServerContext* context,
                                               grpc::ServerReader<v1::ImageSample>* reader,
                                               v1::FeedImagesReply* reply) {
-  const OrdinaryPriority ordinary;
   ImageInbox* const inbox = slave_.image_inbox();
   if (inbox == nullptr) {
     return Error(v1::ERROR_REASON_NOT_STREAMED,
@@ -39,6 +39,7 @@ grpc::Status TeleoperationService::FeedImages(grpc::ServerContext* context,
   std::uint64_t samples = 0;
   v1::ImageSample message;
   while (reader->Read(&message)) {
+    const OrdinaryPriority ordinary;
     const Time now = Clock::now();
     std::string reason;
     const auto sample = FromProto(message, &reason);

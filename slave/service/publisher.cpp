@@ -66,7 +66,7 @@ void Publisher::Stop() {
 }
 
 void Publisher::Run(const std::stop_token& stop) {
-  MakeThreadRealtime(kLinkPriority);
+  MakeThreadRealtime(kReadingPriority);
   while (!stop.stop_requested()) {
     const bool sensed = slave_.WaitForNewer(sensed_at_, kPatience);
     const Time due = Clock::now() + kShortestGap;

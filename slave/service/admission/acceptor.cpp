@@ -147,7 +147,10 @@ void Acceptor::AcceptOne(int listener) {
   PrepareLine(fd);
   connections_.push_back({duplicate, NameOf(peer)});
   ++accepted_;
-  hand_on_(fd);
+  {
+    const ReadingPriority calls_grpc;
+    hand_on_(fd);
+  }
   std::this_thread::sleep_for(kBetween);
 }
 

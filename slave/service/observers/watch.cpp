@@ -33,7 +33,6 @@ template <class Message, class Prepare, class Compose>
 grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Prepare& prepare,
                                          BulkPace* pace, grpc::ServerWriter<Message>* writer,
                                          const Compose& compose) {
-  const OrdinaryPriority ordinary;
   Clock::duration gap{};
   if (const auto asked = Guarded([&] { gap = prepare(); }); !asked.ok()) return asked;
   on_stream_(*context, 0);
@@ -57,7 +56,11 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Pre
       continue;
     }
     bool is_new = false;
-    const auto composed = Guarded([&] { is_new = compose(*state, &message); });
+    // Calls of gRPC have the priority of its readers: this thread may read for all connections.
+    const auto composed = Guarded([&] {
+      const OrdinaryPriority ordinary;
+      is_new = compose(*state, &message);
+    });
     const double size = is_new ? static_cast<double>(message.ByteSizeLong()) : 0;
     if (pace != nullptr) pace->End(bytes, size);
     if (is_new) bytes = size;

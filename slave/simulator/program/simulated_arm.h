@@ -24,7 +24,7 @@ class SimulatedArm final : public Arm {
         p_S_target_(std::move(p_S_home)) {}
 
   ArmReading Measure(double dt) override {
-    if (!std::exchange(is_realtime_, true)) MakeThreadRealtime(kLinkPriority);
+    if (!std::exchange(is_realtime_, true)) MakeThreadRealtime(kReadingPriority);
     p_S_tip_ = p_S_target_ + dt * velocity_;
     environment_.MoveTool(p_S_tip_, Patience::kNone);
     const Truth truth = environment_.truth();
