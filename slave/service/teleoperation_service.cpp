@@ -1,5 +1,6 @@
 #include "slave/service/teleoperation_service.h"
 
+#include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 #include "slave/service/messages.h"
 #include "slave/service/roles.h"
@@ -70,7 +71,9 @@ grpc::ServerUnaryReactor* TeleoperationService::AnswerApart(grpc::CallbackServer
                                                             std::function<void()> work) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   disk_calls_.Submit([reactor, work = std::move(work)](const std::stop_token& /*stop*/) {
-    reactor->Finish(Guarded(work));
+    const grpc::Status status = Guarded(work);
+    const ReadingPriority calls_grpc;
+    reactor->Finish(status);
   });
   return reactor;
 }
