@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "shared/text/text.h"
 #include "slave/scene/document.h"
 #include "slave/scene/membrane_limits.h"
 #include "slave/scene/model_kinds.h"
@@ -150,8 +151,9 @@ class CrossCheck {
                *scene_.tool->behind + std::min(*scene_.tool->depth, T) > T * (1 + 1e-9)) {
       Refuse("tool.behind", "a tool that ends within the thickness");
     }
-    if (scene_.object.material.poisson_ratio > 0.499) {
-      Refuse("object.material.poisson_ratio", "at most 0.499 with model.kind: extruded");
+    if (scene_.object.material.poisson_ratio > kMaxExtrudedNu) {
+      Refuse("object.material.poisson_ratio",
+             Formatted("at most %g with model.kind: extruded", kMaxExtrudedNu));
     }
   }
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "shared/text/text.h"
-#include "slave/mechanics/extruded/extruded_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/factory/tool_domain.h"
 #include "slave/mechanics/factory/tool_press.h"
@@ -180,7 +179,7 @@ std::optional<Scene> DecideOnThickness(const Scene& scene) {
   const bool is_possible = IsPlanar(scene.object.geometry) && scene.tool && scene.tool->depth &&
                            scene.tool->shape == Tool::Shape::kFlat &&
                            scene.model.contact == ContactLaw::kBonded &&
-                           scene.object.material.poisson_ratio <= kLargestExtrudedNu;
+                           scene.object.material.poisson_ratio <= kMaxExtrudedNu;
   if (!is_possible) return std::nullopt;
   Scene plane = scene, solid = scene;
   plane.model.kind = "bem2d";

@@ -13,6 +13,7 @@
 #include "slave/mechanics/extruded/tool_on_outline.h"
 #include "slave/mesh/boundary_patch.h"
 #include "slave/mesh/index.h"
+#include "slave/scene/model_kinds.h"
 
 namespace palpate {
 namespace {
@@ -41,9 +42,9 @@ ExtrudedModel::ExtrudedModel(BoundaryMesh mesh, std::vector<std::array<bool, 2>>
   RequirePositive("thickness", params.thickness);
   RequirePositive("range", params.range);
   RequirePositive("depth", params.depth);
-  if (!(params.poisson_ratio > -1 && params.poisson_ratio <= kLargestExtrudedNu)) {
-    throw std::invalid_argument(
-        "object.material.poisson_ratio: expected at most 0.499 with extruded");
+  if (!(params.poisson_ratio > -1 && params.poisson_ratio <= kMaxExtrudedNu)) {
+    throw std::invalid_argument(Formatted(
+        "object.material.poisson_ratio: expected at most %g with extruded", kMaxExtrudedNu));
   }
   const auto is_held = [](const std::array<bool, 2>& h) { return h[0] && h[1]; };
   if (std::ranges::none_of(held_, is_held)) {

@@ -18,9 +18,6 @@
 
 namespace palpate {
 
-// Quadratic triangles lock beyond. [measured: a cube becomes 4 % stiffer from 0.49 to here]
-inline constexpr double kLargestExtrudedNu = 0.499;
-
 // One contact at a time, moved or loaded; its width is the tool's. kFailed: more than one contact,
 // a tool on a part that is held. Preparing a place takes tenths of a second and allocates.
 class ExtrudedModel final : public DeformationModel {

@@ -15,7 +15,7 @@ namespace {
 // Gap to the surface from which on a tip surely touches nothing [sigma]. [by definition]
 constexpr double kFarSigmas = 3;
 // Part of the predicted indentation whose observation excludes a puncture [-]. [tuned:
-// PuncturesAreReportedWithinAImageAndTheForceIsZeroFromThere]
+// PuncturesAreReportedWithinAnImageAndTheForceIsZeroFromThere]
 constexpr double kIndentationKept = 0.7;
 // Sigma of the tip in an image without any edge [px].
 constexpr double kBlurMoves = 1;

@@ -130,7 +130,7 @@ class RigReader {
     for (const auto& entry : map.IsMap() ? map : root_) {
       if (entry.first.IsScalar()) found += (found.empty() ? "" : ", ") + entry.first.Scalar();
     }
-    Refuse("has no `" + name + "`: there are " + Shown(found) + ": expected " + kAccepted);
+    Refuse("has no `" + name + "`, only " + Shown(found) + ": expected " + kAccepted);
   }
   void RequireRange(const std::string& name, double value, double least, double most,
                     const char* what) const {

@@ -126,7 +126,7 @@ TEST(MakeModel, RefusesWhatHoldsNothing) {
   EXPECT_THAT(RefusalOf(scene), testing::HasSubstr("expected 0 to 59"));
 }
 
-TEST(MakeModel, NeedsAnOutlineForAImageContour) {
+TEST(MakeModel, NeedsAnOutlineForAnImageContour) {
   Scene scene = BlockScene();
   scene.object.geometry = ImageContourGeometry{0.001};
   EXPECT_THROW(MeshOutline(scene, std::nullopt), std::invalid_argument);

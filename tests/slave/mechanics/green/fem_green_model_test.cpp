@@ -32,7 +32,7 @@ FemGreenModel ModelOf(const Body& body, FemGreenModel::Options options = {}) {
   return FemGreenModel(body.mesh, body.held, body.E, body.nu, options);
 }
 
-// A box of 0.1 m that stands on x = 0.
+// A box 0.1 m long, held at x = 0.
 Body Beam(double thickness, int cells) {
   return Standing(MeshBox({0.1, thickness, thickness}, {cells, 2, 2}), 0, 5e4, 0.3);
 }

@@ -149,7 +149,7 @@ bool ReportsPuncture(std::uint32_t seed) {
   return alarm;
 }
 
-TEST(PunctureTest, PuncturesAreReportedWithinAImageAndTheForceIsZeroFromThere) {
+TEST(PunctureTest, PuncturesAreReportedWithinAnImageAndTheForceIsZeroFromThere) {
   for (std::uint32_t seed = kUntouched; seed < kUntouched + kInsertions; ++seed) {
     const Outcome outcome = Insert(seed);
     EXPECT_FALSE(outcome.false_alarm) << seed;

@@ -162,7 +162,7 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
       {"just words", "not a map"},
       {"MATLAB 5.0 MAT-file, Platform: GLNXA64", "a MATLAB file"},
       {"cam0: {camera_model: pinhole, resolution: [640, 480]}",
-       "has no `image_width`: there are cam0: expected a camera rig with image_width, "
+       "has no `image_width`, only cam0: expected a camera rig with image_width, "
        "image_height"},
       {"", "not a map"},
       {"left: {image_width: 640}", "has no `left.image_height`"},
