@@ -13,7 +13,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::uint64_t kId = 1;
 constexpr const char* kName = "simulator";
 constexpr Clock::duration kReportPeriod = std::chrono::milliseconds(2);
 

@@ -18,6 +18,8 @@ namespace palpate {
 
 class SimulatedDrivers {
  public:
+  static constexpr std::uint64_t kId = 1;  // number of each stream
+
   // `slave` has the same scene and outlives them.
   explicit SimulatedDrivers(Slave& slave) : slave_(slave) {}
 

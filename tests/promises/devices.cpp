@@ -1,5 +1,6 @@
 #include "tests/promises/devices.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -30,9 +31,16 @@ Samples Simulated(const Scene& scene) {
   return samples;
 }
 
-// The top of the box of depth-box.yaml, seen from above.
+// The top of the box of depth-box.yaml, seen from above. A rigid flat disc presses into its middle,
+// as into a half space (I. N. Sneddon, International Journal of Engineering Science 3, 1965):
+//   w(r) = d for r < a, 2 d / pi asin(a / r) beyond;  F = 2 E a d / (1 - nu^2)
 Samples DepthPlane(const Scene& scene, const DepthImages& depth) {
   constexpr int kWidth = 160, kHeight = 120;
+  constexpr double kPressed = 3, kPressing = 0.5;  // [s]
+  const Material& material = scene.object.material;
+  const double a = scene.tool->width / 2;
+  const double stiffness =
+      2 * material.young_modulus * a / (1 - material.poisson_ratio * material.poisson_ratio);
   constexpr double kHalfSide = 0.04, kTop = 0.06;  // of the box [m]
   const double distance = depth.X_SD.translation().z() - kTop;
   std::mt19937 random(3);
@@ -40,12 +48,16 @@ Samples DepthPlane(const Scene& scene, const DepthImages& depth) {
   Samples samples;
   for (int k = 0; k < kSynthetic * depth.rate; ++k) {
     v1::SimulatedSample sample;
+    const double share = std::clamp((k / depth.rate - kPressed) / kPressing, 0.0, 1.0);
+    const double pressed = share * scene.operator_options.press_depth;
     cv::Mat image(kHeight, kWidth, CV_16U);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         const Eigen::Vector2d ray((x - depth.cx) / depth.fx, (y - depth.cy) / depth.fy);
         const bool is_box = (distance * ray).cwiseAbs().maxCoeff() < kHalfSide;
-        const double seen = is_box ? distance + noise(random) : 0;
+        const double r = distance * ray.norm();
+        const double indentation = pressed * (r < a ? 1 : 2 / std::numbers::pi * std::asin(a / r));
+        const double seen = is_box ? distance + indentation + noise(random) : 0;
         image.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(std::lround(seen / depth.unit));
       }
     }
@@ -57,6 +69,7 @@ Samples DepthPlane(const Scene& scene, const DepthImages& depth) {
     sample.mutable_images()->set_sequence(static_cast<std::uint64_t>(k) + 1);
     PutTime(k / depth.rate, sample.mutable_images()->mutable_sensed_at());
     ToProto(scene.manipulator.home, sample.mutable_truth()->mutable_p_s_tip());
+    sample.mutable_truth()->mutable_force()->set_z(stiffness * pressed);
     samples.push_back(std::move(sample));
   }
   return samples;
@@ -132,8 +145,18 @@ void Devices::Begin(const Disturbance& event) {
     if (answer != *event.reset) throw std::runtime_error("the reset is " + answer + ": " + why);
   }
   command_.p_M = event.command_m.value_or(command_.p_M);
-  if (event.stop && *event.stop) slave_.EmergencyStop("by the table");
-  if (event.stop && !*event.stop) slave_.Reset(slave_.Status().stops);
+  if (event.reconnects.value_or(false)) slave_.driven_arm()->Leave(SimulatedDrivers::kId);
+  if (event.stop.value_or(false)) {
+    slave_.EmergencyStop("by the table");
+    stops_.push_back(slave_.Status().stops);
+  }
+  if (event.stop && !*event.stop) slave_.Reset(stops_.back());
+  if (event.reset_of) {
+    try {
+      slave_.Reset(stops_.at(static_cast<std::size_t>(*event.reset_of) - 1));
+    } catch (const std::logic_error&) {  // the phase shows it
+    }
+  }
   if (!event.operates) return;
   if (operates_.empty()) slave_.BeginOperating();
   if (*event.operates == "engage") ++command_.epoch;
@@ -168,6 +191,8 @@ void Devices::Await(const v1::SimulatedSample& sample, double t) {
   const bool is_first = before_.empty();
   const auto report = [&](double at) {
     DrivenClock::Reach(DrivenClock::kBegin + Seconds(at));
+    // Its targets leave as long as its stream lives.
+    if (slave_.driven_arm() != nullptr) static_cast<void>(slave_.driven_arm()->Aim(Clock::now()));
     if (!reports) return;
     const double share = at < t ? (at - begin) / (t - begin) : 1;
     v1::SimulatedTruth now = sample.truth();
@@ -257,19 +282,37 @@ void Devices::Alter(v1::TactileSample* sample, const v1::SimulatedTruth& truth) 
   if (!is_stuck) held_ = read;
 }
 
+// As the last sample before: of a camera, or of all fingertips.
+void Devices::Freeze(int side, v1::SimulatedSample* sample) const {
+  const v1::SimulatedSample& last = before_.back();
+  if (last.has_images()) {
+    v1::ImageSample* images = sample->mutable_images();
+    if (side == 0) *images->mutable_image() = last.images().image();
+    if (side == 1 && images->has_right()) *images->mutable_right() = last.images().right();
+  }
+  for (int i = 0; i < sample->fingertips_size(); ++i) {
+    *sample->mutable_fingertips(i)->mutable_electrodes() = last.fingertips(i).electrodes();
+    *sample->mutable_fingertips(i)->mutable_pressure() = last.fingertips(i).pressure();
+  }
+}
+
 Seen Devices::Send(v1::SimulatedSample sample) {
   const double t = TimeOf(sample);
   Await(sample, t);
   const v1::SimulatedSample now = sample;
-  bool is_frozen = false, is_silent = false, is_absent = false;
+  bool is_silent = false, is_absent = false;
+  std::array<bool, 2> is_frozen{false, false};
   std::array<int, 2> late{0, 0};
+  double delay = 0;
   for (const Disturbance& event : events_) {
-    is_frozen = event.frozen.value_or(is_frozen);
     is_silent = event.silent.value_or(is_silent);
     is_absent = event.absent.value_or(is_absent);
+    delay = event.delay_s.value_or(delay);
     for (int side = 0; side < 2; ++side) {
-      if (event.late && event.side.value_or(side) == side)
-        late[static_cast<std::size_t>(side)] = *event.late;
+      if (event.side.value_or(side) != side) continue;
+      const auto k = static_cast<std::size_t>(side);
+      is_frozen[k] = event.frozen.value_or(is_frozen[k]);
+      late[k] = event.late.value_or(late[k]);
     }
   }
   const auto shown = [&](int back) -> const v1::SimulatedSample& {
@@ -282,21 +325,14 @@ Seen Devices::Send(v1::SimulatedSample sample) {
     if (images->has_right()) *images->mutable_right() = shown(late[1]).images().right();
     Alter(images->mutable_image(), 0, sample.truth());
     if (images->has_right()) Alter(images->mutable_right(), 1, sample.truth());
+    images->set_delay(delay);
   } else {
     Alter(sample.mutable_fingertips(0), sample.truth());
   }
-  if (is_frozen) {
-    const v1::SimulatedSample& last = before_.back();
-    if (sample.has_images()) {
-      *sample.mutable_images()->mutable_image() = last.images().image();
-      if (last.images().has_right())
-        *sample.mutable_images()->mutable_right() = last.images().right();
-    }
-    for (int i = 0; i < sample.fingertips_size(); ++i) {
-      *sample.mutable_fingertips(i)->mutable_electrodes() = last.fingertips(i).electrodes();
-      *sample.mutable_fingertips(i)->mutable_pressure() = last.fingertips(i).pressure();
-    }
-  } else {
+  for (const int side : {0, 1}) {
+    if (is_frozen[static_cast<std::size_t>(side)]) Freeze(side, &sample);
+  }
+  if (is_frozen == std::array{false, false}) {
     before_.push_back(now);
     if (before_.size() > 20) before_.pop_front();
   }

@@ -1,6 +1,7 @@
 // The devices of a scene, in the same process as a slave on a driven clock, and what disturbs them.
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <random>
 #include <string>
@@ -42,6 +43,7 @@ class Devices {
  private:
   void Alter(v1::Image* image, int side, const v1::SimulatedTruth& truth);
   void Alter(v1::TactileSample* sample, const v1::SimulatedTruth& truth);
+  void Freeze(int side, v1::SimulatedSample* sample) const;
   void Await(const v1::SimulatedSample& sample, double t);
   void Operate();
 
@@ -57,6 +59,7 @@ class Devices {
   std::string operates_;
   OperatorCommand command_;
   std::uint64_t states_ = 0;
+  std::vector<std::uint64_t> stops_;  // their numbers
 };
 
 }  // namespace palpate::promises

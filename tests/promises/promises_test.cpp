@@ -149,6 +149,11 @@ class PromiseTest : public testing::TestWithParam<Row> {
       EXPECT_LE((state.p_S_tip - VectorOf(seen.truth.p_s_tip())).norm(), *expected.tip_error_m)
           << seen.t << " s";
     }
+    if (expected.age_s) {
+      const double age = SecondsBetween(state.sensed_at, state.sent_at);
+      EXPECT_GE(age, (*expected.age_s)[0]) << seen.t << " s";
+      EXPECT_LE(age, (*expected.age_s)[1]) << seen.t << " s";
+    }
     if (expected.sigma && IsForceKnown(state)) {
       EXPECT_GE(state.sigma, (*expected.sigma)[0]) << seen.t << " s";
       EXPECT_LE(state.sigma, (*expected.sigma)[1]) << seen.t << " s";

@@ -76,6 +76,7 @@ Disturbance ReadEvent(const YAML::Node& node, const std::string& where) {
   keys.Read("noise", &event.noise);
   keys.Read("cover", &event.cover);
   keys.Read("late", &event.late);
+  keys.Read("delay_s", &event.delay_s);
   keys.Read("frozen", &event.frozen);
   keys.Read("silent", &event.silent);
   keys.Read("channel", &event.channel);
@@ -86,10 +87,12 @@ Disturbance ReadEvent(const YAML::Node& node, const std::string& where) {
   keys.Read("poses", &event.poses);
   keys.Read("encoders_m", &event.encoders_m);
   keys.Read("driver", &event.driver);
+  keys.Read("reconnects", &event.reconnects);
   keys.Read("reset", &event.reset);
   keys.Read("operates", &event.operates);
   keys.Read("command_m", &event.command_m);
   keys.Read("stop", &event.stop);
+  keys.Read("reset_of", &event.reset_of);
   keys.Finish();
   return event;
 }
@@ -106,6 +109,7 @@ Expectation ReadExpectation(const YAML::Node& node, const std::string& where) {
   keys.Read("force", &expected.force);
   keys.Read("force_error", &expected.force_error);
   keys.Read("tip_error_m", &expected.tip_error_m);
+  keys.Read("age_s", &expected.age_s);
   keys.Read("sigma", &expected.sigma);
   keys.Read("error_by_sigma", &expected.error_by_sigma);
   keys.Read("event", &expected.event);

@@ -24,7 +24,8 @@ struct Disturbance {
   std::optional<double> noise;              // sigma [grey levels]
   std::optional<std::string> cover;         // tip, contact, object (all but the tip), image, none
   std::optional<int> late;                  // samples that the image is late
-  // All sensors.
+  std::optional<double> delay_s;            // of the images, as their driver states it
+  // All sensors; `frozen` of one camera with `side`.
   std::optional<bool> frozen, silent;
   // Fingertips: of the first one.
   std::optional<int> channel;         // which; all without one
@@ -34,12 +35,14 @@ struct Disturbance {
   // Manipulator.
   std::optional<Eigen::Vector3d> encoders_m;  // more than the true tip, S
   std::optional<bool> driver;                 // reports come
+  std::optional<bool> reconnects;             // its stream ends, and begins again
   // Calls, once. `reset`: ReinitializeTracking; what must become of it: accepted, refused.
   std::optional<std::string> reset;
   // engage in a new epoch, follow, clutch, silence, blind (no newer state), leave
   std::optional<std::string> operates;
   std::optional<Eigen::Vector3d> command_m;  // the device's position from now on, M
-  std::optional<bool> stop;                  // emergency stop; false: its reset
+  std::optional<bool> stop;                  // emergency stop; false: reset of the newest
+  std::optional<int> reset_of;               // reset of this stop, from 1; it may be refused
 };
 
 // What the states must be whose samples lie within [from, to], times as above. What is absent is
@@ -52,6 +55,7 @@ struct Expectation {
   std::optional<bool> force;                   // known, or unknown, in `share` of the states
   std::optional<double> force_error;           // largest of a valid force, parts of the true peak
   std::optional<double> tip_error_m;           // largest of the tip
+  std::optional<std::array<double, 2>> age_s;  // range, since the sample was taken
   std::optional<std::array<double, 2>> sigma;  // range of all known ones [N]
   // Range of the rms of error by sigma, of valid forces in contact [-].
   std::optional<std::array<double, 2>> error_by_sigma;
