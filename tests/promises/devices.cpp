@@ -31,16 +31,9 @@ Samples Simulated(const Scene& scene) {
   return samples;
 }
 
-// The top of the box of depth-box.yaml, seen from above. A rigid flat disc presses into its middle,
-// as into a half space (I. N. Sneddon, International Journal of Engineering Science 3, 1965):
-//   w(r) = d for r < a, 2 d / pi asin(a / r) beyond;  F = 2 E a d / (1 - nu^2)
+// The top of the box of depth-box.yaml, seen from above.
 Samples DepthPlane(const Scene& scene, const DepthImages& depth) {
   constexpr int kWidth = 160, kHeight = 120;
-  constexpr double kPressed = 3, kPressing = 0.5;  // [s]
-  const Material& material = scene.object.material;
-  const double a = scene.tool->width / 2;
-  const double stiffness =
-      2 * material.young_modulus * a / (1 - material.poisson_ratio * material.poisson_ratio);
   constexpr double kHalfSide = 0.04, kTop = 0.06;  // of the box [m]
   const double distance = depth.X_SD.translation().z() - kTop;
   std::mt19937 random(3);
@@ -48,16 +41,12 @@ Samples DepthPlane(const Scene& scene, const DepthImages& depth) {
   Samples samples;
   for (int k = 0; k < kSynthetic * depth.rate; ++k) {
     v1::SimulatedSample sample;
-    const double share = std::clamp((k / depth.rate - kPressed) / kPressing, 0.0, 1.0);
-    const double pressed = share * scene.operator_options.press_depth;
     cv::Mat image(kHeight, kWidth, CV_16U);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         const Eigen::Vector2d ray((x - depth.cx) / depth.fx, (y - depth.cy) / depth.fy);
         const bool is_box = (distance * ray).cwiseAbs().maxCoeff() < kHalfSide;
-        const double r = distance * ray.norm();
-        const double indentation = pressed * (r < a ? 1 : 2 / std::numbers::pi * std::asin(a / r));
-        const double seen = is_box ? distance + indentation + noise(random) : 0;
+        const double seen = is_box ? distance + noise(random) : 0;
         image.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(std::lround(seen / depth.unit));
       }
     }
@@ -69,7 +58,6 @@ Samples DepthPlane(const Scene& scene, const DepthImages& depth) {
     sample.mutable_images()->set_sequence(static_cast<std::uint64_t>(k) + 1);
     PutTime(k / depth.rate, sample.mutable_images()->mutable_sensed_at());
     ToProto(scene.manipulator.home, sample.mutable_truth()->mutable_p_s_tip());
-    sample.mutable_truth()->mutable_force()->set_z(stiffness * pressed);
     samples.push_back(std::move(sample));
   }
   return samples;
