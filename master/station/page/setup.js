@@ -24,7 +24,10 @@ import {
   pixelOf,
   problemsAt,
   sceneOf,
+  startOf,
   stepOfKey,
+  toolPixelOf,
+  undersideOf,
 } from './setup_scene.js';
 import { findTip, greyOf, imageTrouble } from './setup_tip.js';
 import { noteItem } from './alarms.js';
@@ -34,7 +37,8 @@ import { VALIDITY, codeOf, figure, interval, write } from './words.js';
 const byId = (id) => document.getElementById(id);
 const NAMES = Object.keys(STEPS);
 const HINTS = {
-  image: 'The object is untouched, the tool is in view above it, and a ruler lies in their plane.',
+  image: 'The tool is held a few millimetres above the untouched object, a ruler lies in their plane, and the lens is as high as the ' +
+    'gap between object and tool.',
   scale: 'Click two marks of a ruler that are far apart, or let a printed board be found.',
   object: 'Click around the object. The slave then pulls the outline to the edge.',
   held: 'Click the edges where the object is held. Click again to free an edge.',
@@ -260,7 +264,7 @@ export class Setup {
     const { image, tool, object, scale } = this.answers.now;
     this.report = null;
     this.frozen = image?.frozen || null;
-    const key = JSON.stringify([tool.box, tool.width, tool.shape, object, scale, image?.number]);
+    const key = JSON.stringify([tool.box, tool.width, tool.shape, tool.by, tool.depth, object, scale, image?.number]);
     if (key !== this.searched) {
       this.searched = key;
       this.answers.now.tool = { ...tool, seen: this.tipIn(tool) };
@@ -269,10 +273,10 @@ export class Setup {
     this.draw();
   }
   tipIn({ box, width, shape }) {
-    const outline = outlineOf(this.answers.now), px = mm(width) / pixelOf(this.answers.now);
+    const outline = outlineOf(this.answers.now), px = mm(width) / toolPixelOf(this.answers.now);
     if (box.length < 2 || !this.frozen || !outline.length || !(px > 0)) return null;
     return px >= 3
-      ? findTip(this.frozen.grey, box, outline, px, shape === 'round')
+      ? findTip(this.frozen.grey, box, outline, px, shape === 'round', undersideOf(this.answers.now))
       : { why: `The tip is ${px.toFixed(1)} px wide in the image: expected at least 3 px. Move the camera nearer, or correct the width.` };
   }
   takeField(field) {
@@ -347,8 +351,7 @@ export class Setup {
     return { still, grey: greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height)), jpeg };
   }
   async findOutline() {
-    const { points } = this.answers.now.object,
-      near = points.map(([u, v]) => ({ u, v }));
+    const near = startOf(this.answers.now.object).map(([u, v]) => ({ u, v }));
     const reply = await this.call('outline', 'object', { image: this.frozen.jpeg, near }, 'The slave looks for the edge ...');
     if (!reply) return;
     const found = denser(
@@ -719,7 +722,7 @@ export class Setup {
     write(
       byId('setup-tool-fact'),
       seen?.tip
-        ? `Tip found at (${seen.tip.map((value) => value.toFixed(1)).join(', ')}) px, ${figure(1e3 * seen.width * pixel)} mm wide.`
+        ? `Tip found at (${seen.tip.map((value) => value.toFixed(1)).join(', ')}) px, ${figure(1e3 * seen.width * toolPixelOf(now))} mm wide.`
         : '',
     );
     const { length: held } = now.held,
