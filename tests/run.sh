@@ -41,6 +41,7 @@ repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 build() {
   local preset=$1; shift
   local options=(-DPALPATE_TESTS=ON -DPALPATE_VALIDATE=ON -DPALPATE_WERROR=$werror -DPALPATE_SANITIZED_APART=$apart -DPALPATE_FULL_TESTS=$every -DPALPATE_BENCHMARKS=$every)
+  [ "$preset" != asan ] || options+=("-DPALPATE_RELEASED=$PWD/build/release")
   deploy/build.sh "$preset" "${options[@]}" -- "$@" || repeat "deploy/build.sh $preset ${options[*]} -- $*"
 }
 
@@ -83,7 +84,7 @@ case $tier in
   push)
     # After the tests in real time, not beside them.
     step "build with sanitizers"
-    build asan sanitized_tests
+    build asan sanitized_tests  # links the libraries that it does not watch from build/release
     build tsan raced_tests
     step "parsers, network code and sensors under address and undefined-behaviour sanitizers"
     sanitized asan -j"$jobs" -L sanitize

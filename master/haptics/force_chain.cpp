@@ -62,20 +62,20 @@ void PassivityControl::Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d
                                double dt) noexcept {
   balance_ += Leak(f_M);
   min_ = std::min(min_, balance_);
-  last_dp_ = moved_ ? Eigen::Vector3d(p_M - last_p_) : Eigen::Vector3d(0, 0, 0);
+  last_dp_ = has_position_ ? Eigen::Vector3d(p_M - last_p_) : Eigen::Vector3d(0, 0, 0);
   const Eigen::Vector3d v = last_dp_ / dt;
   acceleration_ += std::min(1.0, dt / kSmooth) * ((v - last_v_) / dt - acceleration_);
   last_v_ = v;
   last_p_ = p_M;
   last_dt_ = dt;
   held_ = f_M;
-  moved_ = true;
+  has_position_ = true;
   const double work = -f_M.dot(last_dp_);
   (work > 0 ? energy_in_ : energy_out_) += std::abs(work);
   min_work_ = std::min(min_work_, energy_in_ - energy_out_);
   const bool shown = f_M != Eigen::Vector3d::Zero();
-  if (!shown && shown_) stored_ = std::max(0.0, balance_);
-  shown_ = shown;
+  if (!shown && rendered_force_) stored_ = std::max(0.0, balance_);
+  rendered_force_ = shown;
   balance_ += work;
   if (shown) return;
   const double eaten = kPhysicalDamping * last_dp_.squaredNorm() / dt;

@@ -24,7 +24,7 @@ enum class Reason : std::uint8_t {
   kPunctured,     // the tool broke through the surface
   kBlending,      // two local models are blended
   kBeyondModel,   // outside the valid radius of the local model
-  kPassivity,     // damped: the port has returned more energy than it received
+  kPassivity,     // damped: more energy was returned to the operator than received
   kClamped,       // the force limit applies
   kNotFinite,     // the force is not a number; replaced by zero
   kBadState,      // a state has impossible numbers; ignored
@@ -156,7 +156,8 @@ class PassivityControl {
   Eigen::Vector3d last_p_{0, 0, 0}, last_dp_{0, 0, 0}, held_{0, 0, 0};
   Eigen::Vector3d last_v_{0, 0, 0}, acceleration_{0, 0, 0};
   double last_dt_ = 1;
-  bool moved_ = false, shown_ = false;
+  bool has_position_ = false;    // Observe was called before
+  bool rendered_force_ = false;  // in the last tick
   double balance_ = 0, min_ = 0, energy_in_ = 0, energy_out_ = 0, min_work_ = 0;
   double stored_ = 0;  // energy received and not returned when the last force ended [J]
   double most_damping_ = kMaxDamping;  // [N s/m]
@@ -173,10 +174,10 @@ class OutputBlend {
   enum class Target : std::uint8_t {
     kZero,      // no force
     kRendered,  // the rendered force
-    kFrozen,    // the force sent at the start
+    kFrozen,    // the force that was sent when the transition began
   };
-  // Starts a transition from the last sent force to `target`, of `duration` [s] >= 0. A transition
-  // to zero that ends earlier continues. Real-time safe.
+  // Starts a transition from the last sent force to `target`, of `duration` [s] >= 0. If a
+  // transition to zero runs that ends before this one would, it continues. Real-time safe.
   void Go(Target target, double duration) noexcept;
   // The force is zero from now on, at once: the device has dropped it. Real-time safe.
   void Drop() noexcept;

@@ -5,7 +5,8 @@
 //
 // A command p = g(x) of the device's position x takes forces back by f_x = (dg/dx)^T f_p, so that
 // device and command exchange the same power: what a lock or the box removes from the motion it
-// also removes from the force. Springs at the device show locks, box, fixtures and lag.
+// also removes from the force. Springs at the device render locks, box and fixtures, and the
+// lag: the way by which a slow tool is behind the commanded position.
 //
 // Clutching moves nothing: locks and lag begin at the engagement, and a box or fixture that the
 // tool is outside of does not pull it in.
@@ -45,16 +46,17 @@ class OperatorMotion {
  public:
   // Situation is the input from the haptic loop at a tick.
   struct Situation {
-    std::uint32_t epoch = 0;  // of the engagement; another one begins at this reading
-    bool engaged = false;     // commands let the tool follow
-    bool follows = false;     // `transform` is that of the epoch
+    std::uint32_t epoch = 0;  // of the engagement; a change says that one begins at this reading
+    bool engaged = false;     // the commands request that the tool follows
+    bool follows = false;     // the slave accepted the epoch: `transform` belongs to it
     double dt = 0;            // [s]
   };
 
   // `stiffest`: what the device renders stably [N/m]. Contact, springs and lag share it equally.
   OperatorMotion(const MotionOptions& options, double stiffest);
 
-  // The reading in M. Real-time safe, like all that follows.
+  // Returns a reading in the device's own axes D, in the master frame M. Real-time safe, like all
+  // that follows.
   [[nodiscard]] DeviceReading ToMaster(const DeviceReading& reading_D) const noexcept {
     return options_.axes.ToMaster(reading_D);
   }

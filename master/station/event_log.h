@@ -16,7 +16,7 @@ namespace palpate {
 class EventLog {
  public:
   // Adds an event at `t` [s] since the start of the run. A repetition within half a second is
-  // ignored. Thread-safe, unless stated otherwise like the functions below.
+  // ignored. Thread-safe, as are all functions but AppendChanges.
   void Append(double t, bool is_trouble, std::string text);
   // Adds changes of the operator state and actions of the operator. Called by one thread.
   void AppendChanges(double t, const TickRecord& tick);

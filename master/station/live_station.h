@@ -23,7 +23,7 @@ class LiveStation {
     PagePlace at;  // address of the page
     StationHello hello;
     // These pointers must outlive this object.
-    Observer* observer = nullptr;  // with states
+    Observer* observer = nullptr;  // watches the slave's states
     Pointer* pointer = nullptr;    // null: the page cannot move the tool
     OperatorRequests* requests = nullptr;
   };
@@ -41,8 +41,9 @@ class LiveStation {
     std::function<SetupCalls::Answer(const std::string& call, const std::string& json,
                                      const std::stop_token& stop)>
         set_up;
-    std::function<void(bool on)> record = {};         // empty: no recording
-    std::function<RecordingMoment()> recording = {};  // empty: no recording
+    std::function<void(bool on)> record = {};  // starts or ends recording; empty: not offered
+    // State of the recording, for the page; empty: not offered.
+    std::function<RecordingMoment()> recording = {};
   };
 
   // Throws std::runtime_error if the address cannot be used.

@@ -3,12 +3,12 @@
 //
 //   p_S = s_p R_SM p_M + offset      F_M = s_F R_SM^T F_S      K_M = s_p s_F R_SM^T K_S R_SM
 //
-// Rotations follow relative to an engagement, with R_M(0) and R_S(0) at its begin:
+// Rotations follow relative to an engagement, with R_M(0) and R_S(0) when it begins:
 //
 //   R_S = R_SM R_M R_M(0)^T R_SM^T R_S(0)
 //
 // Forces are free vectors: the offset, which the clutch moves, never enters T^F. Power is preserved
-// only if s_F = s_p (reference f, scaling_transform).
+// only if s_F = s_p .
 #pragma once
 
 #include <optional>

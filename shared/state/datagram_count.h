@@ -7,7 +7,7 @@ namespace palpate {
 
 // Counts authentic datagrams that are newer than all before.
 struct DatagramCount {
-  std::uint64_t newest = 0;  // counter of the newest: the number sent up to it
+  std::uint64_t newest = 0;  // counter in the newest one: how many the peer had sent by then
   std::uint64_t received = 0;
 };
 

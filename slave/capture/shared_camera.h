@@ -26,7 +26,7 @@ class SharedCamera {
   [[nodiscard]] std::unique_ptr<FrameSource> Open(const ImageFilter& filter = {},
                                                   std::optional<Frame> first = {}) const;
   // Live: the next image, which was taken after this call. Recorded: the first one. nullopt:
-  // `stop`. Throws std::runtime_error: none comes within 2 s and two periods.
+  // `stop`. Throws std::runtime_error: none comes within 2 s plus two periods.
   [[nodiscard]] std::optional<Frame> Fresh(const std::stop_token& stop) const;
 
   // Returns the camera with the size of its images.

@@ -1,7 +1,7 @@
 // Young's modulus, and optionally Poisson's ratio, of a scene's object from contacts with a known
 // force, or from its sag under gravity and known loads. Static forces are proportional to E, so one
-// solution per contact is enough, unless the body is under tension at rest; a sag is nearly so to
-// 1 / E.
+// solution per contact is enough, unless the body is under tension at rest. A sag is nearly
+// proportional to 1 / E, so few solutions are enough.
 #pragma once
 
 #include <filesystem>
@@ -20,8 +20,8 @@ struct PressFit {
   bool sought_poisson = false;
   double sigma_poisson = 0;  // [-]
   double rms = 0;            // of the forces or displacements, over the largest [-]
-  std::vector<std::pair<std::string, double>> alone{};  // of loads: modulus of each case alone [Pa]
-  int presses = 0;                                      // cases
+  std::vector<std::pair<std::string, double>> alone{};  // per load: modulus from it alone [Pa]
+  int presses = 0;                                      // presses or loads that were fitted
   int extrapolated = 0;                                 // cases beyond the model's range
   std::string kind;                                     // of the model
   std::string remark;                                   // on places off the surface; may be empty

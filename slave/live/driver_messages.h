@@ -19,8 +19,9 @@ struct TactileSample {
   FingerReading reading;
 };
 
-// nullopt: not 1 to 256 channels or more than two pressures, no timestamp, an incomplete or invalid
-// pose; `reason` states which and what is accepted. The caller checks whether counts are finite.
+// nullopt: no channel or more than 256, more than two pressures, no timestamp, an incomplete or
+// invalid pose; `reason` states which and what is accepted. The caller checks whether counts are
+// finite.
 std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason);
 
 // nullopt: no timestamp, or an unknown encoding; `reason` states which and what is accepted. The

@@ -9,7 +9,7 @@
 namespace palpate {
 
 // Where a response is not kFailed: its numbers are finite and its errors not negative. Where it is
-// kValid, the stiffness of its contact alone has no negative eigenvalue.
+// kValid, its own stiffness, that of one contact without the others, has no negative eigenvalue.
 std::string FirstViolation(std::span<const ContactResponse> responses);
 
 }  // namespace palpate

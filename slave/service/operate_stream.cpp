@@ -53,7 +53,7 @@ OperateStream::OperateStream(const Host& host, const grpc::ServerContextBase& co
 
 void OperateStream::Offer(const SlaveState& composed) {
   SlaveState state = composed;
-  if (!torque_) state.moment.reset();
+  if (!wants_moment_) state.moment.reset();
   box_.Put(state);
   std::shared_ptr<DatagramLine> line;
   {
@@ -77,13 +77,13 @@ void OperateStream::Offer(const SlaveState& composed) {
 
 void OperateStream::OnReadDone(bool ok) {
   if (!ok) return End(grpc::Status::OK);  // the operator left
-  Take(command_);
+  TakeCommand(command_);
   if (command_.datagrams() && !std::exchange(datagrams_asked_, true)) OfferDatagrams();
   Read(&command_);
 }
 
-void OperateStream::Take(const v1::OperatorCommand& command) {
-  torque_ = command.torque();
+void OperateStream::TakeCommand(const v1::OperatorCommand& command) {
+  wants_moment_ = command.torque();
   if (!host_.lease.Command(ticket_, command)) host_.publisher.Flag(Event::kCommandRefused);
 }
 
@@ -134,7 +134,7 @@ void OperateStream::OfferDatagrams() {
     const DatagramLine::Keys keys{NewDatagramKey(), NewDatagramKey()};
     auto line = std::make_shared<DatagramLine>(
         DatagramLine::Role::kAnswers, ends->own, keys,
-        [this](std::string_view plain) { return TakeDatagram(plain); });
+        [this](std::string_view decrypted) { return TakeDatagram(decrypted); });
     v1::DatagramOffer offer;
     offer.set_port(line->port());
     offer.set_command_key(keys.receive.data(), keys.receive.size());
@@ -150,9 +150,10 @@ void OperateStream::OfferDatagrams() {
 }
 
 // Processes a command like one of the stream. The lease decides which is newer.
-DatagramLine::LinkFeedback OperateStream::TakeDatagram(std::string_view plain) {
-  if (!datagram_command_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
-  Take(datagram_command_);
+DatagramLine::LinkFeedback OperateStream::TakeDatagram(std::string_view decrypted) {
+  if (!datagram_command_.ParseFromArray(decrypted.data(), static_cast<int>(decrypted.size())))
+    return {};
+  TakeCommand(datagram_command_);
   DatagramLine::LinkFeedback feedback{.seen = FromProto(datagram_command_.datagrams_seen())};
   std::string reason;
   if (datagram_command_.has_echo()) {

@@ -52,13 +52,13 @@ class OperateStream final
  private:
   OperateStream(const Host& host, const grpc::ServerContextBase& context);
 
-  void Take(const v1::OperatorCommand& command);
+  void TakeCommand(const v1::OperatorCommand& command);
   // Returns OK if this stream has the lease, else why it was refused.
   grpc::Status RequestLease(const std::optional<std::string>& name);
 
   void OnEnding() override;
   void OfferDatagrams();
-  DatagramLine::LinkFeedback TakeDatagram(std::string_view plain);
+  DatagramLine::LinkFeedback TakeDatagram(std::string_view decrypted);
   // Moves the newest state from `box_` to `message_`. Returns false if there is none. Requires
   // mutex_ to be held.
   bool MakeMessage();
@@ -68,13 +68,13 @@ class OperateStream final
   const std::string peer_;                        // address of the peer in gRPC's form
   const std::string client_;                      // name of the client in the log
   std::atomic<OperatorLease::Ticket> ticket_{0};  // 0: no lease yet
-  v1::OperatorCommand command_;                   // gRPC's while a read is waiting
-  v1::SlaveState message_;                        // gRPC's while `writing_`
+  v1::OperatorCommand command_;                   // gRPC writes to it while a read is waiting
+  v1::SlaveState message_;                        // gRPC reads it while `writing_`
   bool datagrams_asked_ = false;                  // used by the reading thread only
   v1::OperatorCommand datagram_command_;          // used by the datagram thread only
   v1::SlaveState datagram_state_;                 // used by the publisher only
   StateMailbox box_;
-  std::atomic<bool> torque_{false};         // the newest command requests the moment
+  std::atomic<bool> wants_moment_{false};   // the newest command requests the moment
   bool writing_ = false;                    // guarded by mutex_, as the members below
   std::optional<v1::DatagramOffer> offer_;  // the datagram offer that is not sent yet
   std::shared_ptr<DatagramLine> line_;      // null without datagrams

@@ -16,8 +16,9 @@ namespace palpate::study {
 // Creates models and provides the time; tests use their own.
 struct ModelFactory {
   std::function<std::unique_ptr<DeformationModel>(const Scene&, const ObjectMesh&, Progress*)> make;
-  std::function<double()> now;     // [s], from any zero
-  std::function<double()> work{};  // processor time of the calling thread [s]; empty: now
+  std::function<double()> now;  // [s], from any zero
+  // Processor time of the calling thread [s]; empty: `now` is used.
+  std::function<double()> work{};
 };
 ModelFactory DefaultModelFactory();
 

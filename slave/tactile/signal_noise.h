@@ -6,7 +6,8 @@
 namespace palpate {
 
 // SignalNoise estimates noise from the second differences of each signal, or of its residual,
-// whichever is less: a contact that begins is no noise, nor is another kind that explains it.
+// whichever are smaller: neither the beginning of a contact nor what the contact model explains
+// counts as noise.
 // Allocation-free.
 class SignalNoise {
  public:
@@ -21,9 +22,10 @@ class SignalNoise {
   // electrodes whose last three samples show noise.
   void Update(const Signals& x, const Signals& residual, const Electrodes& is_known) noexcept;
 
-  // Variance of each signal, at least the usual one [counts^2].
+  // Variance of each signal, at least that of an undisturbed sensor [counts^2].
   [[nodiscard]] Signals variances() const noexcept;
-  // Returns the standard deviation of the electrodes, over the usual one [-].
+  // Returns the standard deviation of the electrodes, over that of an undisturbed
+  // sensor [-].
   [[nodiscard]] double relative() const { return relative_; }
   // Returns the mean noise relative to that of the first samples.
   [[nodiscard]] double since_start() const { return relative_ / first_; }
@@ -36,8 +38,9 @@ class SignalNoise {
       3;  // samples without a fault, of a second difference [by definition]
 
   double share_;  // weight of a sample in time averages
+  // noise2_: squares of second differences [counts^2]
   Signals noise2_, x_, before_x_, residual_, before_residual_;
-  double mean2_ = 0;  // of second differences of all electrodes [counts^2]
+  double mean2_ = 0;  // mean of noise2_ over the electrodes [counts^2]
   int seen_ = 0;
   double relative_ = 1, first_ = 1;
 };

@@ -21,6 +21,7 @@ void WriteRefusal(const std::string& scene, const std::string& why,
                   const std::filesystem::path& folder);
 // A table of verdicts, and what is likely wrong.
 std::string ToText(const Comparisons& comparisons);
+// Returns whether no comparison found a fault; one that is not decided passes.
 [[nodiscard]] bool Pass(const Comparisons& comparisons);
 
 }  // namespace palpate

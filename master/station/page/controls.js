@@ -1,5 +1,5 @@
 // Buttons, keys, forms and tabs. No dialog ever covers the stop button.
-import { saveImage } from './save.js';
+import { keep, kept, saveImage } from './save.js';
 import { minutes, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
@@ -11,20 +11,6 @@ const isOfField = ({ target, key }) =>
 // Whether a key presses what has the focus.
 const pressesFocused = ({ target, key }) =>
   /^( |Enter)$/.test(key) && target.closest('button, a, select, input:not([type=range])') !== null;
-
-// Settings of this browser. One that keeps nothing has none.
-function kept(name) {
-  try {
-    return localStorage.getItem(name);
-  } catch {
-    return null;
-  }
-}
-function keep(name, value) {
-  try {
-    localStorage.setItem(name, value);
-  } catch {}
-}
 
 export class Controls {
   constructor({ link, view, pointer, charts, sound, replay, alarms, onTheme, onShare }) {

@@ -14,6 +14,10 @@ const GRAM = 9.80665e-3;  // weight of one gram [N]
 
 const byId = (id) => document.getElementById(id);
 
+// Without a manipulator nothing is rendered: what counts is the force of the object on the tool, frame S.
+const observedForce = ({ link, slave_state: state }) => (link.observes && state?.force ? xyz(state.force) : null);
+export const shownForce = (status) => observedForce(status) || status.chain.sent;
+
 export class ForcePanel {
   constructor() {
     this.peak = 0;
@@ -29,18 +33,16 @@ export class ForcePanel {
     this.meter = byId('meter');
   }
   show(status, scales) {
-    // Without a manipulator nothing is rendered: what counts is the force of the object on the tool.
-    const observed = status.link.observes && status.slave_state?.force ? xyz(status.slave_state.force) : null,
-      chain = observed ? { ...status.chain, estimated: observed } : status.chain;
+    const observed = observedForce(status), chain = observed ? { ...status.chain, estimated: observed } : status.chain;
     write(byId('force-title').firstChild, status.link.observes ? 'Force of the object on the tool ' : 'Force on the device ');
-    const sent = norm(observed || chain.sent), limit = status.force_limit || 1, full = 1.1 * limit;
+    const sent = norm(shownForce(status)), limit = status.force_limit || 1, full = 1.1 * limit;
     this.holdPeak(status, sent);
     write(byId('magnitude'), fixed(sent));
     write(byId('peak'), fixed(this.peak));
     write(byId('grams'), Number.isFinite(sent) ? `${figure(sent / GRAM)} g` : '');
     this.showMeter(status, sent, limit, full, scales);
     for (const row of this.rows) this.showStation(row, chain, full, scales);
-    const [x, y, z] = observed || chain.sent;
+    const [x, y, z] = shownForce(status);
     write(
       byId('components'),
       `${observed ? 'frame S' : 'sent, device frame'}: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} ` +

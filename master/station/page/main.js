@@ -2,7 +2,7 @@
 import { AlarmPanel, alarmsOf } from './alarms.js';
 import { Charts } from './charts.js';
 import { Controls } from './controls.js';
-import { ForcePanel } from './force.js';
+import { ForcePanel, shownForce } from './force.js';
 import { showHealth } from './health.js';
 import { Link } from './link.js';
 import { Pace } from './pace.js';
@@ -14,7 +14,7 @@ import { Setup } from './setup.js';
 import { Share } from './share.js';
 import { Sound } from './sound.js';
 import { View } from './view.js';
-import { STATES, fixed, ms, norm, write } from './words.js';
+import { STATES, fixed, isTouching, ms, norm, unconnected, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓', off: '○' };
@@ -104,7 +104,7 @@ const takers = {
     charts.takeEvents(share.events);
     if (charts.asksPast(performance.now())) link.send({ do: 'past' });
     replay.show(message);
-    sound.show(norm(message.chain.sent) / (message.force_limit || 1));
+    sound.show(norm(shownForce(message)) / (message.force_limit || 1), isTouching(message));
   },
   picture(message) {
     picture.take(message);
@@ -156,7 +156,7 @@ function forget() {
   latest.status = null;
   force.forget();
   view.forget();
-  sound.show(0);
+  sound.show(0, false);
   byId('record').hidden = true;
 }
 
@@ -252,6 +252,8 @@ function showFigures(now) {
   showState();
   showFacts();
   alarms.show(alarmsOf(latest), latest.status?.t);
+  const missing = unconnected(latest.hello, latest.status, latest.lost);
+  write(byId('unconnected'), missing.length ? `Not connected to ${missing.join('; ')}.` : '');
   if (latest.status) force.show(latest.status, mapping());
   if (latest.hello) scales.show(mapping(), latest.hello, latest.status?.waiting, latest.health?.scene?.capabilities);
   controls.showKinds(

@@ -28,6 +28,7 @@ export class Pointer {
       shift: false,
       p: [0, 0, 0],
       keys: new Set(),
+      fingers: new Map(),  // on the view: id -> [x, y]
       locked: new Set(),
       delay: null,
       sent: null,
@@ -44,7 +45,7 @@ export class Pointer {
       button.addEventListener('click', () => this.lock(Number(button.dataset.axis)));
     this.host.addEventListener('pointerdown', (event) => this.down(event));
     this.host.addEventListener('pointermove', (event) => this.move(event));
-    for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) this.host.addEventListener(end, () => this.up());
+    for (const end of ['pointerup', 'pointercancel', 'lostpointercapture']) this.host.addEventListener(end, (event) => this.up(event));
     this.host.addEventListener('wheel', (event) => this.wheel(event), { passive: false });
     this.host.addEventListener('contextmenu', (event) => event.preventDefault());
     window.addEventListener('blur', () => this.release());
@@ -62,6 +63,8 @@ export class Pointer {
   }
   down(event) {
     this.host.focus();
+    this.fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    if (this.fingers.size > 1) return this.letGo();  // two fingers zoom
     this.last = [event.clientX, event.clientY];
     this.turning = event.button !== 0 || !this.enabled;
     this.host.setPointerCapture(event.pointerId);
@@ -72,6 +75,7 @@ export class Pointer {
     this.tell();
   }
   move(event) {
+    if (this.fingers.size > 1) return this.pinch(event);
     if (!this.last) return;
     const dx = event.clientX - this.last[0], dy = event.clientY - this.last[1];
     this.last = [event.clientX, event.clientY];
@@ -80,7 +84,20 @@ export class Pointer {
     if (this.engaged) this.lead(event.altKey ? this.view.drag(0, 0, -dy) : this.view.drag(dx, dy));
     else if (this.wasEngaged) this.tell();
   }
-  up() {
+  pinch({ pointerId, clientX, clientY }) {
+    const apart = () => {
+      const [a, b] = [...this.fingers.values()];
+      return Math.hypot(a[0] - b[0], a[1] - b[1]) || 1;
+    };
+    const before = apart();
+    this.fingers.set(pointerId, [clientX, clientY]);
+    this.view.zoom(before / apart());
+  }
+  up(event) {
+    this.fingers.delete(event.pointerId);
+    this.letGo();
+  }
+  letGo() {
     this.last = null;
     this.turning = false;
     if (!this.button) return;
@@ -120,6 +137,7 @@ export class Pointer {
     this.button = this.held = false;
     this.last = null;
     this.keys.clear();
+    this.fingers.clear();
     this.tell();
   }
   key(event, isDown) {

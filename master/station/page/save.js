@@ -1,4 +1,4 @@
-// Files that the browser downloads.
+// What the browser keeps and downloads.
 
 export function save(blob, name) {
   const anchor = document.createElement('a');
@@ -6,6 +6,20 @@ export function save(blob, name) {
   anchor.download = name;
   anchor.click();
   setTimeout(() => URL.revokeObjectURL(anchor.href), 1000);
+}
+
+// Settings of this browser. One that keeps nothing has none.
+export function kept(name) {
+  try {
+    return localStorage.getItem(name);
+  } catch {
+    return null;
+  }
+}
+export function keep(name, value) {
+  try {
+    localStorage.setItem(name, value);
+  } catch {}
 }
 
 // The visible object and charts in one PNG.

@@ -1,27 +1,49 @@
-// The force as an optional tone: louder and higher with the force, silent without.
+// Contact as sound unless it is switched off: a note where contact begins, a lower one where it ends, and between them a tone that is
+// louder and higher with the force. A browser plays nothing before the first key or click.
+import { keep, kept } from './save.js';
+
+const BEGIN_HZ = 660, END_HZ = 330, NOTE_S = 0.09, NOTE_GAIN = 0.1;
+const LEAST_GAIN = 0.02, GAIN = 0.12, LOWEST_HZ = 110, SMOOTH_S = 0.015;
 
 export class Sound {
   constructor() {
+    this.isOn = kept('sound') !== 'off';
+    this.isTouching = false;
     this.button = document.getElementById('sound');
     this.button.addEventListener('click', () => this.toggle());
+    this.button.setAttribute('aria-pressed', String(this.isOn));
+    for (const first of ['keydown', 'pointerup']) window.addEventListener(first, () => this.isOn && this.begin(), { once: true });
+  }
+  begin() {
+    if (this.context) return;
+    this.context = new AudioContext();
+    this.gain = new GainNode(this.context, { gain: 0 });
+    this.tone = new OscillatorNode(this.context, { type: 'triangle', frequency: LOWEST_HZ });
+    this.tone.connect(this.gain).connect(this.context.destination);
+    this.tone.start();
   }
   toggle() {
-    this.on = !this.on;
-    this.button.setAttribute('aria-pressed', String(this.on));
-    if (this.on && !this.context) {
-      this.context = new AudioContext();
-      this.gain = new GainNode(this.context, { gain: 0 });
-      this.tone = new OscillatorNode(this.context, { type: 'triangle', frequency: 110 });
-      this.tone.connect(this.gain).connect(this.context.destination);
-      this.tone.start();
-    }
-    if (!this.on) this.show(0);
+    this.isOn = !this.isOn;
+    keep('sound', this.isOn ? 'on' : 'off');
+    this.button.setAttribute('aria-pressed', String(this.isOn));
+    if (this.isOn) this.begin();
+    else this.show(0, false);
   }
   // `share` of the force limit.
-  show(share) {
+  show(share, isTouching) {
+    if (this.context && this.isOn && isTouching !== this.isTouching) this.note(isTouching ? BEGIN_HZ : END_HZ);
+    this.isTouching = isTouching;
     if (!this.context) return;
-    const part = this.on ? Math.min(1, share) : 0;
-    this.gain.gain.setTargetAtTime(0.12 * Math.sqrt(part), this.context.currentTime, 0.015);
-    this.tone.frequency.setTargetAtTime(110 * 4 ** part, this.context.currentTime, 0.015);
+    const part = Math.min(1, share), isHeard = this.isOn && (isTouching || part > 0);
+    this.gain.gain.setTargetAtTime(isHeard ? LEAST_GAIN + (GAIN - LEAST_GAIN) * Math.sqrt(part) : 0, this.context.currentTime, SMOOTH_S);
+    this.tone.frequency.setTargetAtTime(LOWEST_HZ * 4 ** part, this.context.currentTime, SMOOTH_S);
+  }
+  note(frequency) {
+    const { context } = this, end = context.currentTime + NOTE_S;
+    const note = new OscillatorNode(context, { frequency }), gain = new GainNode(context, { gain: NOTE_GAIN });
+    gain.gain.setTargetAtTime(0, end - NOTE_S / 2, NOTE_S / 6);
+    note.connect(gain).connect(context.destination);
+    note.start();
+    note.stop(end);
   }
 }

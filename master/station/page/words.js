@@ -32,6 +32,22 @@ export const minutes = (seconds, digits = 0) => {
   const whole = Number(seconds.toFixed(digits));
   return `${Math.floor(whole / 60)}:${(whole % 60).toFixed(digits).padStart(digits ? 3 + digits : 2, '0')}`;
 };
+export const isTouching = ({ fingers, slave_state: state }) =>
+  Boolean(state?.local_model?.in_contact) || fingers.some((finger) => finger.in_contact);
+// What the page is not connected to, from the messages `hello` and `status` and the reason of a lost master.
+const STAND_INS = { 'sim-hand': 'a simulated operator leads', playback: 'a recorded motion leads', pointer: 'mouse, keys, touch or gamepad lead' };
+export function unconnected(hello, status, lost) {
+  if (lost) return ['master, so neither slave, tool nor device'];
+  if (!hello) return [];
+  if (hello.badge === 'REPLAY') return ['anything: this is a recording'];
+  const observes = status?.link.observes, standIn = Object.keys(STAND_INS).find((name) => hello.device.startsWith(name));
+  return [
+    ...(status && !status.link.connected && !observes ? ['slave'] : []),
+    ...(observes ? ['manipulator: nobody can move the tool'] : []),
+    ...(standIn && !observes ? [`haptic device: ${STAND_INS[standIn]}`] : []),
+    ...(hello.simulated ? ['a real object: sensors and manipulator are simulated'] : []),
+  ];
+}
 // A length with the unit that suits `size` [m].
 export const lengthUnit = (size) => (size < 1e-4 ? { unit: 'µm', factor: 1e6 } : { unit: 'mm', factor: 1e3 });
 // A stress with the unit that suits `size` [Pa].

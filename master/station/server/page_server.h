@@ -19,7 +19,8 @@ class PageServer {
  public:
   static constexpr std::size_t kMaxPages = 8, kMaxConnections = 64;
   static constexpr int kMaxCommands = 500;  // per page and second
-  // Body of a request of the set-up [bytes]: the 32 MiB that a slave accepts, in base64, and names.
+  // Body of a request of the set-up [bytes]: the 32 MiB of files that a slave accepts, in base64,
+  // and the names of the files.
   static constexpr std::size_t kMaxSetupBytes = 44 << 20;
 
   // Events of pages. Called on the server's thread; must return at once.

@@ -20,7 +20,7 @@ struct RestShape {
 // `radius` of the membrane about O's origin [m]. Fewer than six points: all zero. O(points).
 RestShape RestShapeOf(const std::vector<SurfacePoint>& points_O, double radius) noexcept;
 
-// Returns whether bulge and noise are below what matters to a plate of this thickness [m].
+// Returns whether bulge and noise are small beside `thickness` [m], see LoadLimits::kFlatHeight.
 bool IsFlat(const RestShape& shape, double thickness) noexcept;
 
 class FlatAtRestCheck final : public Check<FitSample> {

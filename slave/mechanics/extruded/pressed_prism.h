@@ -19,19 +19,19 @@
 namespace palpate {
 
 struct Prism {
-  // Tags of the outline's segments, a sum.
+  // Flags of the outline's segments, added.
   static constexpr int kHeldX = 1, kHeldY = 2, kTool = 4;
 
   std::vector<Eigen::Vector2d> points;
   std::vector<MeshSegment> segments;  // closed loops
   double thickness = 0;               // > 0
-  double front = 0, depth = 0;        // of the tool: behind the front face, and from there on
+  double front = 0, depth = 0;        // from the front face to the tool, and the tool's extent
   double poisson_ratio = 0;
 };
 
 struct PressedPrism {
-  // Force of the tool by its displacement along x and y; it moves neither through the thickness nor
-  // turns.
+  // Force on the tool per unit displacement along x and y. The tool does not turn and does not move
+  // through the thickness.
   Eigen::Matrix2d stiffness = Eigen::Matrix2d::Zero();
   // Displacement of the front edge at the places asked for, per unit displacement of the tool along
   // x and y; z points out of the front face.
@@ -39,7 +39,8 @@ struct PressedPrism {
   int unknowns = 0, elements = 0;
 };
 
-// `tool`: where its ends are on the outline; `edge`: places on the outline. What a support holds in
+// `tool`: its two ends on the outline. `edge`: places on the outline at which the displacement of
+// the front edge is wanted. What a support holds in
 // x and y it holds in z too. Throws std::invalid_argument: the tool covers a support, or nothing
 // holds the body; std::runtime_error as MakeGradedMesh.
 PressedPrism PressPrism(const Prism& prism, const std::array<Eigen::Vector2d, 2>& tool,

@@ -1,14 +1,17 @@
 // Shapes in which the clamped plate bends and stresses with which it stretches, and how the two
 // work on each other: everything of the von Karman plate that does not depend on the load.
 //
-// Nondimensional as in round_press.h. Deflections are polynomials times (1 - r^2)^2, by Fourier's
-// modes in the angle, orthonormal in the bending energy: int (Laplace f_i)(Laplace f_j) = d_ij.
-// Stresses come from Airy functions, free polynomials, orthonormal in the complementary energy of
-// plane stress: the immovable edge is then a natural condition. So the plate's energy is
+// Nondimensional: lengths along the plate by its radius a, deflections by its thickness, with D the
+// bending stiffness and N0 the tension at rest. Deflections are polynomials times (1 - r^2)^2, by
+// Fourier's modes in the angle, orthonormal in the bending energy: int (Laplace f_i)(Laplace f_j) =
+// d_ij. Stresses come from Airy functions, free polynomials, orthonormal in the complementary
+// energy of plane stress: the immovable edge is then a natural condition. So the plate's energy is
 //
 //   U(a) = D / 2 |a|^2 + N0 / 2 a^T P a + 1 / 2 sum_k c_k^2,   c_k = 1 / 2 a^T G_k a
 //
-// with G_k,ij = int N_k (grad f_i, grad f_j): the von Karman equations in Galerkin's form.
+// for the coefficients a_i of the deflections f_i, with P_ij = int grad f_i grad f_j and
+// G_k,ij = int N_k (grad f_i, grad f_j), N_k being the membrane stresses of Airy function k: the
+// von Karman equations in Galerkin's form.
 #pragma once
 
 #include <vector>
@@ -25,8 +28,9 @@ enum class Symmetry { kRound, kMirror, kNone };
 
 class PlateModes {
  public:
-  // Deflections of degree `order` times (1 - r^2)^2, 2 <= order <= 40, round ones only up to 120,
-  // even; -1 < nu <= 0.5. `widest`: only modes of this symmetry. Throws std::invalid_argument.
+  // Deflections of degree `order` times (1 - r^2)^2, 2 <= order <= 40, or up to 120 with
+  // `widest` kRound. `order` is even. -1 < nu <= 0.5. `widest`: only modes of this symmetry. Throws
+  // std::invalid_argument.
   PlateModes(int order, double nu, Symmetry widest = Symmetry::kNone);
 
   [[nodiscard]] int order() const { return order_; }
@@ -37,14 +41,14 @@ class PlateModes {
   // Their means over a disc. No allocation.
   void Mean(const Disc& disc, Eigen::Ref<Eigen::VectorXd> values) const noexcept;
 
-  // The G_k of one Fourier mode of stresses between two of deflections, for i, j, k fastest last.
-  // Deflections of the first mode never come after those of the second.
+  // The G_k of one Fourier mode of stresses between two of deflections, with k changing fastest,
+  // then j, then i. Deflections of the first mode never come after those of the second.
   struct Block {
     int first_i = 0, count_i = 0, first_j = 0, count_j = 0, first_k = 0, count_k = 0;
     std::vector<double> values;
   };
   [[nodiscard]] const std::vector<Block>& blocks() const { return blocks_; }
-  // The leading ones that take part.
+  // Number of leading blocks that act on deflections of this symmetry.
   [[nodiscard]] std::size_t blocks(Symmetry symmetry) const;
   // P: int grad f_i grad f_j.
   [[nodiscard]] const Eigen::MatrixXd& slope_energy() const { return slope_energy_; }
@@ -56,7 +60,7 @@ class PlateModes {
     bool sine = false;
     int first = 0, count = 0;
   };
-  struct Radial;  // tables on the radial rule
+  struct Radial;  // values at the points of the radial quadrature
 
   void Number(std::vector<Family>* families, int degree, bool is_stress) const;
   static int Count(const std::vector<Family>& families, Symmetry symmetry);

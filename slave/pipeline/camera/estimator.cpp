@@ -90,8 +90,7 @@ void Estimator::Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene) {
   touch_ = std::move(touch);
   rules_.Adopt(scene);
   pixel_tolerance_ = scene.sense.Find<Camera>()->pixel_tolerance;
-  const bool is_plane = KindOf(scene).is_plane && (IsSimulated(scene) || scene.simulator_connects);
-  plane_error_ = is_plane ? 0 : touch_->domain.error();
+  plane_error_ = touch_->domain.error();
   cue_.Adopt(scene.model.puncture_from);
   forecast_.Adopt();
   press_.place = {};

@@ -149,7 +149,7 @@ class Estimator {
   Press press_;
   EstimateBuilder rules_;
   double pixel_tolerance_ = 0;  // as the scene has it [-]
-  double plane_error_ = 0;      // see ToolDomain; 0 where a simulated body is plane [-]
+  double plane_error_ = 0;      // see ToolDomain [-]
   double anchor_sigma_ = 0;     // of the tool's end in a template file [m]
   PunctureCue cue_;
   Checks<CameraSample> checks_;

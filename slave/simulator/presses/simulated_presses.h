@@ -11,24 +11,25 @@
 namespace palpate {
 
 struct SimulatedPresses {
-  int presses = 300;         // in all, >= 1
+  int presses = 300;         // in all, >= 1; the program has a default of its own
   int per_start = 5;         // then the fingertip starts again, with another baseline; >= 1
   double largest_force = 5;  // along the normal [N], > 0
   int rest_samples = 50;     // without contact at the start, >= 1; 20 more follow
   std::uint64_t seed = 1;
 };
 
-// One start of the fingertip, at kPressRate.
+// Samples from one switching-on of the fingertip, at kPressRate.
 struct SimulatedStart {
   std::vector<FingerReading> readings;  // raw counts
   std::vector<Eigen::Vector3d> force;   // of the fingertip on the object, frame F [N]
 };
 inline constexpr double kPressRate = 100;  // [Hz]
 
-// Number of starts. Throws std::invalid_argument: an option.
+// Number of times that the fingertip is switched on. Throws std::invalid_argument: an option.
 int CountStarts(const SimulatedPresses& options);
 
-// Start `start`, from 0; it does not depend on the others. Every contact has a position on the pad,
+// The samples after switching on for the `start`-th time, counted from 0; they do not depend on the
+// others. Every contact has a position on the pad,
 // the tip or the sides, a peak force, an object between foam and hard rubber with the shape of a
 // sphere or a flat probe of its own width, and tangential forces up to half of the normal one that
 // vary; it is ramped up, held and released, and the next one follows after a pause.

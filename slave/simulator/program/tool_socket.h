@@ -1,4 +1,4 @@
-// Where the driver of another manipulator says where it moves the tool of a simulated environment.
+// Takes the tool's position in a simulated environment from the driver of another process.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace palpate {
 
 // UDP on a free port of 127.0.0.1. Each datagram is the tip `x y z`, frame S [m]; the answer is the
-// true force on the tool `x y z` [N], where it is solved.
+// true force on the tool `x y z` [N]; it is empty while the environment computes none.
 class ToolSocket {
  public:
   // `environment` outlives it. Throws std::system_error: no socket.
