@@ -8,8 +8,8 @@ import { test } from 'node:test';
 
 const ROOT = path.resolve(import.meta.dirname, '../..'), PAGE = path.join(ROOT, 'master/station/page');
 const load = (name) => import(path.join(PAGE, name));
-const { contains, crossesItself, crossingsWith, denser, fitCircle, fitRectangle, nearestOn, orderCorners, refineCorners, simplify } = await load('setup_geometry.js');
-const { findTip, imageTrouble } = await load('setup_tip.js');
+const { bent, contains, crossesItself, crossingsWith, denser, fitCircle, fitRectangle, nearestOn, orderCorners, refineCorners, simplify } = await load('setup_geometry.js');
+const { findTip, imageTrouble, ontoEdge } = await load('setup_tip.js');
 const { HeldPress, fitModulus, modelProblem, newtons } = await load('setup_identify.js');
 const { Answers, MATERIALS, PressCurve, STEPS, arcBetween, emptyAnswers, firstProblem, heldLines, pixelOf, pixelToleranceOf, problemsAt, runsOf, sceneOf, startOf, stepOfKey, toolPixelOf, undersideOf } = await load('setup_scene.js');
 const { firstOpen, questionsAt, sentencesOf } = await load('setup_questions.js');
@@ -79,6 +79,29 @@ test('an outline that comes as its corners alone gives the corners, and one of s
   // Sides that are fitted to a circle of radius 100 cross it: half of each lies within it, half without.
   const corners = Array.from({ length: 26 }, (_, i) => [320 + 100.49 * Math.cos((i * Math.PI) / 13), 240 + 100.49 * Math.sin((i * Math.PI) / 13)]);
   assert.ok(Math.abs(fitCircle(denser(corners, 3)).radius - 100) < 0.2, `${fitCircle(denser(corners, 3)).radius}`);
+});
+
+test('a polygon about a bent edge comes onto the edge, and a square stays one', () => {
+  // 26 sides of which half lies within the circle of radius 100, as above, in either order.
+  const corners = Array.from({ length: 26 }, (_, i) => [320 + 100.49 * Math.cos((i * Math.PI) / 13), 240 + 100.49 * Math.sin((i * Math.PI) / 13)]);
+  for (const polygon of [corners, [...corners].reverse()]) {
+    const off = denser(bent(polygon), 3).map(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100)), before = denser(polygon, 3).map(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100));
+    // What is left is the height of an arc of half the length, a quarter of 0.73 px, about its chord.
+    assert.ok(Math.max(...before) > 0.45 && Math.max(...off) < 0.19, `${Math.max(...before)} ${Math.max(...off)}`);
+  }
+  assert.ok(bent(BLOCK).every((p) => nearestOn(BLOCK, p).distance < 1e-9));
+});
+
+test('a bent outline that is 2 px off comes onto the edge in the image, also beside something that touches it', () => {
+  const levels = new Float32Array(640 * 480).map((_, i) => {
+    const [u, v] = [i % 640, Math.floor(i / 640)], inside = Math.min(1, Math.max(0, 100.5 - Math.hypot(u - 320, v - 240)));
+    return Math.abs(u - 320) < 4 && v < 140 ? 200 : 60 + 90 * inside;  // a stick that ends on the disc
+  });
+  const off = Array.from({ length: 210 }, (_, i) => (i * 2 * Math.PI) / 210).map((a) => [a, 100 + 2 * Math.sin(5 * a)]);
+  const found = ontoEdge({ width: 640, height: 480, levels }, off.map(([a, r]) => [320 + r * Math.cos(a), 240 + r * Math.sin(a)]));
+  const far = found.filter(([u, v]) => Math.abs(u - 320) > 12 || v > 200).map(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100));
+  assert.ok(Math.max(...far) < 0.25, `${Math.max(...far)}`);
+  assert.ok(found.every(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100) < 2.5));
 });
 
 test('a circle is fitted to an arc of it; points on a line have none', () => {

@@ -1,6 +1,6 @@
 // The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
 import { CHECK_HELP, callWords, mistakeWords } from './setup_words.js';
-import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js';
+import { crossesItself, distance, nearestOn } from './setup_geometry.js';
 import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.js';
 import { Pointing } from './setup_pointing.js';
 import { quantity } from './setup_quantities.js';
@@ -15,6 +15,7 @@ import {
   arcBetween,
   boardProblems,
   edgesOf,
+  foundOf,
   heldLines,
   isComplete,
   isInArc,
@@ -29,7 +30,7 @@ import {
   toolPixelOf,
   undersideOf,
 } from './setup_scene.js';
-import { findTip, greyOf, imageTrouble } from './setup_tip.js';
+import { findTip, greyOf, imageTrouble, ontoEdge } from './setup_tip.js';
 import { noteItem } from './alarms.js';
 import { save, zipOf } from './save.js';
 import { VALIDITY, codeOf, figure, interval, write } from './words.js';
@@ -49,7 +50,6 @@ const HINTS = {
 };
 const ARCS_HINT = 'Click the two ends of each part of the edge that is held. Click a held part again to free it.';
 const EDGE_NAMES = ['lower', 'right', 'upper', 'left'];  // of a rectangle
-const SPACING_PX = 3;  // of the points of an outline
 const EDGE_PX = 14;  // from a click to the edge that it means [px on the screen]
 
 const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
@@ -351,13 +351,11 @@ export class Setup {
     return { still, grey: greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height)), jpeg };
   }
   async findOutline() {
-    const near = startOf(this.answers.now.object).map(([u, v]) => ({ u, v }));
-    const reply = await this.call('outline', 'object', { image: this.frozen.jpeg, near }, 'The slave looks for the edge ...');
+    const start = startOf(this.answers.now.object).map(([u, v]) => ({ u, v }));
+    const reply = await this.call('outline', 'object', { image: this.frozen.jpeg, near: start }, 'The slave looks for the edge ...');
     if (!reply) return;
-    const found = denser(
-      reply.outline.map(({ u, v }) => [u, v]),
-      SPACING_PX,
-    );  // straight sides come as their ends alone
+    const { object } = this.answers.now, near = foundOf(object, reply.outline.map(({ u, v }) => [u, v]));
+    const found = isRound(object) ? ontoEdge(this.frozen.grey, near) : near;
     // The outline belongs to the click before.
     this.answers.now = { ...this.answers.now, object: { ...this.answers.now.object, found, clear: reply.clear } };
     this.changed();

@@ -1,10 +1,12 @@
 // The answers of the set-up: what is wrong with them, and the scene that they make. Answers are texts as typed.
 import {
   areaOf,
+  bent,
   centroidOf,
   counterClockwise,
   crossesItself,
   crossingsWith,
+  denser,
   distance,
   fitCircle,
   fitRectangle,
@@ -49,6 +51,7 @@ const SIDE_SEEN = 0.1;  // of the tool's width, that a camera beside it may see 
 const TOOL_OFF = 0.12;  // of the tool's width, as the slave's check `scale`
 const LEAST_CLEAR = 0.5;  // part of an outline with an edge
 const SKEW_OFF = 0.03;  // of corners from a rectangle, in parts of its diagonal
+const SPACING_PX = 3;  // of the points of an outline
 const CIRCLE_POINTS = 120, ELEMENTS = { flat: 180, round: 360 };  // a round tool touches a part of its width
 const FRONT_ELEMENTS = 120;  // of the front edge of a block, as in deploy/scenes/gel-cube.yaml
 const PLANE_OFF = 10;  // of the force by a model, accepted; it is part of the uncertainty [%]
@@ -185,6 +188,8 @@ export function startOf(object) {
   const circle = object.kind === 'disc' ? fitCircle(object.points) : null;
   return circle ? circlePoints(circle) : object.points;
 }
+// The points of the edge that the slave has found as a polygon.
+export const foundOf = ({ kind }, polygon) => denser(kind === 'outline' ? bent(polygon) : polygon, SPACING_PX);
 const circlePoints = ({ centre, radius }) => Array.from({ length: CIRCLE_POINTS }, (_, i) => {
   const angle = (2 * Math.PI * i) / CIRCLE_POINTS;
   return [centre[0] + radius * Math.cos(angle), centre[1] - radius * Math.sin(angle)];

@@ -18,6 +18,7 @@ const PAST_PX = 10;  // past the box, as far as the tip is searched
 const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;  // of the template, as the slave cuts its own
 
 const SHADED = 0.7;  // level of the end's face by that of the front, under a lamp above
+const EDGE_PX = 4;  // from an outline that the slave has found to the edge
 const SHIFT_PX = 0.8;  // of the tip by the face of its end: a little less than what the slave's check of the tool's end accepts
 const VAGUE_PX = 0.4;  // scatter of the lines along a flat tool, about its end
 const SHAPE_PX = 8;  // narrower tips do not show whether their end is round
@@ -216,6 +217,28 @@ function endAcross(grey, place, rough, within) {
 function faceOf(along, end) {
   const background = median(along.slice(-BACKGROUND_PX)), front = median(along.slice(Math.max(0, Math.floor(end) - 6), Math.floor(end) - 1));
   return Math.min(1, Math.max(0, (SHADED * front - background) / (front - background)));
+}
+
+// The points of a bent outline moved along its normal onto the edge in the image, where there is one within EDGE_PX; each by the median
+// of its neighbours, which an edge of something else does not move.
+export function ontoEdge(grey, outline) {
+  const count = outline.length, at = (i) => outline[(i + count) % count];
+  const normals = outline.map((_, i) => {
+    const [x, y] = [0, 1].map((k) => at(i + 2)[k] - at(i - 2)[k]), long = Math.hypot(x, y) || 1;
+    return [y / long, -x / long];
+  });
+  const shifts = outline.map(([u, v], i) => {
+    const [x, y] = normals[i], levels = [];
+    for (let s = -EDGE_PX - 1; s <= EDGE_PX + 1; s += 0.5)
+      levels.push([-1, 0, 1].reduce((sum, t) => sum + levelAt(grey, u + s * x - t * y, v + s * y + t * x), 0) / 3);
+    const changes = levels.map((_, k) => (levels[k + 2] ?? NaN) - (levels[k - 2] ?? NaN)), strength = changes.map((change) => Math.abs(change) || 0);
+    const best = strength.indexOf(Math.max(...strength));
+    return strength[best] > LEAST_STEP && best > 2 && best < levels.length - 3 ? peakAt(strength, best) / 2 - EDGE_PX - 1 : 0;
+  });
+  return outline.map(([u, v], i) => {
+    const shift = median([-2, -1, 0, 1, 2].map((k) => shifts[(i + k + count) % count]));
+    return [u + shift * normals[i][0], v + shift * normals[i][1]];
+  });
 }
 
 // How round the end of a tool is: 0 flat, 1 a half circle; null: it is too small in the image.

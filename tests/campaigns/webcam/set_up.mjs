@@ -6,13 +6,13 @@ import { crc32, deflateSync } from 'node:zlib';
 import path from 'node:path';
 
 const PAGE = path.resolve(import.meta.dirname, '../../../master/station/page'), load = (name) => import(path.join(PAGE, name));
-const { denser, distance, nearestOn } = await load('setup_geometry.js');
-const { STEPS, angleAt, arcBetween, emptyAnswers, mm, outlineOf, problemsAt, sceneOf, startOf, stepOfKey, toolPixelOf, undersideOf } = await load('setup_scene.js');
-const { findTip, greyOf, imageTrouble } = await load('setup_tip.js');
+const { distance, nearestOn } = await load('setup_geometry.js');
+const { STEPS, angleAt, arcBetween, emptyAnswers, foundOf, isRound, mm, outlineOf, problemsAt, sceneOf, startOf, stepOfKey, toolPixelOf, undersideOf } = await load('setup_scene.js');
+const { findTip, greyOf, imageTrouble, ontoEdge } = await load('setup_tip.js');
 const { questionsAt, sentencesOf } = await load('setup_questions.js');
 const { callWords, mistakeWords } = await load('setup_words.js');
 
-const SPACING_PX = 3, OFF_PX = 2.5;  // of an outline that a person would see to be wrong, rms
+const OFF_PX = 2.5;  // of an outline that a person would see to be wrong, rms
 const [folder, address, cameraText] = process.argv.slice(2);
 const known = JSON.parse(readFileSync(path.join(folder, 'setup.json'), 'utf8')), [width, height] = known.size;
 const image = { width, height, data: readFileSync(path.join(folder, 'frozen.rgba')) }, grey = greyOf(image);
@@ -76,7 +76,8 @@ await answer('scale');
 Object.assign(answers.object, { kind: known.kind, points: known.points, width: String(known.width), height: String(known.height), diameter: String(known.width), sides: known.sides, thickness: String(known.thickness), plane: known.plane });
 const jpeg = readFileSync(path.join(folder, known.first)).toString('base64');
 const outline = await call('outline', 'object', { image: jpeg, near: startOf(answers.object).map(([u, v]) => ({ u, v })) });
-Object.assign(answers.object, { found: denser(outline.outline.map(({ u, v }) => [u, v]), SPACING_PX), clear: outline.clear ?? 0 });
+const edge = foundOf(answers.object, outline.outline.map(({ u, v }) => [u, v]));
+Object.assign(answers.object, { found: isRound(answers.object) ? ontoEdge(grey, edge) : edge, clear: outline.clear ?? 0 });
 const edgePx = offEdge(answers.object.found);
 await answer('object');
 answers.held = known.arcs.length ? [arcBetween(...known.arcs.map((p) => angleAt(answers, p)))] : [0];
