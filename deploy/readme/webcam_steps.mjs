@@ -20,7 +20,7 @@ test('an image of each step', async () => {
     await show();
     await person.next();
     for (const corner of CORNERS.slice(0, 2)) await person.click(corner);
-    await person.fill('scale.length', 88);
+    await person.fillScale(88);
     await show();
     await person.next();
     for (const [key, value] of [['width', 88], ['height', 88], ['thickness', 9]]) await person.fill(`object.${key}`, value);

@@ -39,6 +39,8 @@ test('the set-up by keyboard alone: Next is in view, the focus is visible, axe f
     await next('image');
     for (const corner of CORNERS.slice(0, 2)) await person.setByKeys(corner);
     await person.type('scale.length', '88');
+    await person.type('scale.distance', '10 m');
+    await person.press('#setup-questions [data-answer=right]');
     await next('scale');
     for (const [name, text] of [['width', '88'], ['height', '8,8 cm'], ['thickness', '9']]) await person.type(`object.${name}`, text);
     // The last corner is set 30 px off, taken up again, and moved.
@@ -110,7 +112,7 @@ test('the set-up by touch in 390 px: pinch, taps, drags of a point and of the bo
     assert.ok(Math.abs((await zoom()) - 1) < 0.01);
     await tap(CORNERS[0]);
     await tap(CORNERS[1]);
-    await person.fill('scale.length', '88');
+    await person.fillScale('88');
     await next();
     for (const [key, value] of [['width', 88], ['height', 88], ['thickness', 9]]) await person.fill(`object.${key}`, value);
     for (const corner of [...CORNERS.slice(0, 3), [CORNERS[3][0] + 45, CORNERS[3][1] + 60]]) await tap(corner);

@@ -36,7 +36,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     await person.undo();
     await person.undo();
     await person.click(toImage([88, 0]));
-    await person.fill('scale.length', '88');
+    await person.fillScale('88');
     await person.shows('setup-problems', '');
     await stage.shoot('setup-scale');
     await person.next();
@@ -50,7 +50,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     for (const corner of CORNERS) await person.click(corner);
     await person.shows('setup-object-fact', /9\d % of the outline|100 % of the outline/);
     await person.next();
-    await person.shows('setup-problems', /thickness is measured towards the camera/);
+    await person.shows('setup-problems', /You chose "thin", but the thickness/);
     await person.fill('object.thickness', '9');
     await person.shows('setup-problems', '');
     await stage.shoot('setup-object');
@@ -124,7 +124,7 @@ async function answerAll(person, { modulus = '127', identify = false } = {}) {
   await person.freezeAtRest(TIP);
   await person.go('scale');
   for (const place of [[0, 0], [88, 0]]) await person.click(toImage(place));
-  await person.fill('scale.length', '88');
+  await person.fillScale('88');
   await person.go('object');
   for (const [key, value] of [['width', 88], ['height', 88], ['thickness', 9]]) await person.fill(`object.${key}`, value);
   for (const corner of CORNERS) await person.click(corner);
@@ -186,7 +186,7 @@ deepTest('each of 27 wrong answers gives a message at its step, changes no other
     ['object', all(erase, clicks(...[0, 2, 1, 3].map((i) => CORNERS[i]))), /crosses itself/],
     ['object', all(erase, clicks(...[[40, 30], [120, 30], [120, 100], [40, 100]])), /No clear edge/],
     ['object', fill('object.width', '60'), /The width is 60 mm/],
-    ['object', fill('object.thickness', '88'), /thickness is measured towards the camera/],
+    ['object', fill('object.thickness', '88'), /You chose "thin", but the thickness/],
     ['held', clicks(toImage([44, 0])), /Click the edges/],
     ['held', clicks(toImage([44, 40])), /No edge is there/],
     ['held', clicks(...[[88, 44], [44, 88], [0, 44]].map(toImage)), /All edges are held/],

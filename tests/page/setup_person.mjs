@@ -79,6 +79,12 @@ export class Person {
     await this.page.locator(`[name="${name}"]`).fill(String(value));
     await this.page.locator(`[name="${name}"]`).blur();
   }
+  // The length between the two marks. The rays of the simulated camera are parallel, as those of a lens that is far away.
+  async fillScale(length) {
+    await this.fill('scale.length', length);
+    await this.fill('scale.distance', '10 m');
+    await this.page.click('#setup-questions [data-answer=right]');
+  }
   choose(name, value) {
     return this.page.check(`[name="${name}"][value="${value}"]`);
   }

@@ -52,7 +52,7 @@ async function setUp(person, { kind, width, height, thickness, modulus, poisson,
   await person.next();
   await person.click(toImage([0, 0]));
   await person.click(toImage([width, 0]));
-  await person.fill('scale.length', width);
+  await person.fillScale(width);
   await person.next();
   await person.choose('object.kind', kind);
   if (kind === 'rectangle') {

@@ -8,10 +8,10 @@ import { test } from 'node:test';
 
 const ROOT = path.resolve(import.meta.dirname, '../..'), PAGE = path.join(ROOT, 'master/station/page');
 const load = (name) => import(path.join(PAGE, name));
-const { contains, crossesItself, crossingsWith, denser, fitCircle, fitRectangle, nearestOn, orderCorners, refineCorners, simplify } = await load('setup_geometry.js');
-const { findTip, imageTrouble } = await load('setup_tip.js');
+const { bent, contains, crossesItself, crossingsWith, denser, fitCircle, fitRectangle, nearestOn, orderCorners, refineCorners, simplify } = await load('setup_geometry.js');
+const { findTip, imageTrouble, ontoEdge } = await load('setup_tip.js');
 const { HeldPress, fitModulus, modelProblem, newtons } = await load('setup_identify.js');
-const { Answers, MATERIALS, PressCurve, STEPS, arcBetween, emptyAnswers, firstProblem, heldLines, pixelOf, pixelToleranceOf, problemsAt, runsOf, sceneOf, stepOfKey } = await load('setup_scene.js');
+const { Answers, MATERIALS, PressCurve, STEPS, arcBetween, emptyAnswers, firstProblem, heldLines, pixelOf, pixelToleranceOf, problemsAt, runsOf, sceneOf, startOf, stepOfKey, toolPixelOf, undersideOf } = await load('setup_scene.js');
 const { firstOpen, questionsAt, sentencesOf } = await load('setup_questions.js');
 const { quantity } = await load('setup_quantities.js');
 const { callWords, mistakeWords } = await load('setup_words.js');
@@ -43,7 +43,7 @@ function blockAnswers(off = 0, found = null) {
   const random = noisy(7), click = (place) => place.map((value) => value + 2 * off * random()), answers = emptyAnswers();
   const tip = toImage([44, 94.2]), grey = draw(tip, { band: 60 });  // a strip of tape on the tool
   answers.image = { width: 640, height: 480, number: 1, trouble: imageTrouble(grey) };
-  answers.scale = { ...answers.scale, points: [[0, 10], [100, 10]].map(toImage).map(click), length: '100' };
+  answers.scale = { ...answers.scale, points: [[0, 10], [100, 10]].map(toImage).map(click), length: '100', distance: '180' };
   answers.object = { ...answers.object, points: BLOCK.map(click), width: '88', height: '88', thickness: '9', found, clear: found ? 1 : null };
   answers.held = [0];
   answers.material = { ...answers.material, modulus: '127' };
@@ -79,6 +79,29 @@ test('an outline that comes as its corners alone gives the corners, and one of s
   // Sides that are fitted to a circle of radius 100 cross it: half of each lies within it, half without.
   const corners = Array.from({ length: 26 }, (_, i) => [320 + 100.49 * Math.cos((i * Math.PI) / 13), 240 + 100.49 * Math.sin((i * Math.PI) / 13)]);
   assert.ok(Math.abs(fitCircle(denser(corners, 3)).radius - 100) < 0.2, `${fitCircle(denser(corners, 3)).radius}`);
+});
+
+test('a polygon about a bent edge comes onto the edge, and a square stays one', () => {
+  // 26 sides of which half lies within the circle of radius 100, as above, in either order.
+  const corners = Array.from({ length: 26 }, (_, i) => [320 + 100.49 * Math.cos((i * Math.PI) / 13), 240 + 100.49 * Math.sin((i * Math.PI) / 13)]);
+  for (const polygon of [corners, [...corners].reverse()]) {
+    const off = denser(bent(polygon), 3).map(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100)), before = denser(polygon, 3).map(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100));
+    // What is left is the height of an arc of half the length, a quarter of 0.73 px, about its chord.
+    assert.ok(Math.max(...before) > 0.45 && Math.max(...off) < 0.19, `${Math.max(...before)} ${Math.max(...off)}`);
+  }
+  assert.ok(bent(BLOCK).every((p) => nearestOn(BLOCK, p).distance < 1e-9));
+});
+
+test('a bent outline that is 2 px off comes onto the edge in the image, also beside something that touches it', () => {
+  const levels = new Float32Array(640 * 480).map((_, i) => {
+    const [u, v] = [i % 640, Math.floor(i / 640)], inside = Math.min(1, Math.max(0, 100.5 - Math.hypot(u - 320, v - 240)));
+    return Math.abs(u - 320) < 4 && v < 140 ? 200 : 60 + 90 * inside;  // a stick that ends on the disc
+  });
+  const off = Array.from({ length: 210 }, (_, i) => (i * 2 * Math.PI) / 210).map((a) => [a, 100 + 2 * Math.sin(5 * a)]);
+  const found = ontoEdge({ width: 640, height: 480, levels }, off.map(([a, r]) => [320 + r * Math.cos(a), 240 + r * Math.sin(a)]));
+  const far = found.filter(([u, v]) => Math.abs(u - 320) > 12 || v > 200).map(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100));
+  assert.ok(Math.max(...far) < 0.25, `${Math.max(...far)}`);
+  assert.ok(found.every(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100) < 2.5));
 });
 
 test('a circle is fitted to an arc of it; points on a line have none', () => {
@@ -189,6 +212,46 @@ test('a disc and an outline hold arcs between two clicks, of any length', () => 
   assert.deepEqual(runsOf([0, 6, 11], 12), [[6, 6], [11, 0]]);
 });
 
+test('of a bar that is seen from below, the end of its front is found', () => {
+  // A pinhole 200 mm before a bar that is 9 mm deep, at the height of the edge that is pressed: its end is 6 mm higher. The end of
+  // its back, 209 mm away, is seen lower than that of its front, 200 mm away.
+  const { answers } = blockAnswers(0, edgeOf(BLOCK)), edge = BLOCK[2][1], focal = 200 / 0.35, [front, back] = [200, 209].map((far) => edge - (6 * focal) / far);
+  answers.scale.distance = '200';
+  const box = [[294, back - 60], [345, back + 9]];
+  for (const [tool, ground] of [[60, 110], [200, 110], [200, 20]]) {
+    // The face of the end has 0.7 of the level of the front: the bar to its back in this level, and over it the front.
+    const bar = (end, level) => draw([319.5, end], { tool: level, ground }).levels, [far, near, shaded] = [bar(back, 0.7 * tool), bar(front, tool), bar(front, 0.7 * tool)];
+    const grey = { width: 640, height: 480, levels: far.map((level, i) => level + near[i] - shaded[i]) };
+    const { tip } = findTip(grey, box, BLOCK, 5.87 / PIXEL, false, undersideOf(answers));
+    // Without blur, the place of half of a step of two parts is known no better than a third of a pixel.
+    assert.ok(back - front > 0.7 && Math.abs(tip[1] - front) < 0.3, `${tool} before ${ground}: ${tip[1]} for ${front}`);
+  }
+  // A stick in the middle has its front behind that of the object, where a pixel shows more.
+  Object.assign(answers.tool, { by: 'part', depth: '3' });
+  assert.ok(Math.abs(undersideOf(answers) - 3 / 203) < 1e-9 && Math.abs(toolPixelOf(answers) / pixelOf(answers) - 203 / 200) < 1e-9);
+});
+
+test('a block takes the model of thick bodies, asks for a camera that sees the tip in it, and refuses a round end', () => {
+  const { answers } = blockAnswers(0, edgeOf(BLOCK));
+  Object.assign(answers.object, { thickness: '60', plane: 'block' });
+  Object.assign(answers.tool, { by: 'part', depth: '6', width: '6.75' });  // nearer it would look so wide
+  assert.deepEqual(problemsAt('object', answers), []);
+  assert.match(questionsAt('tool', answers)[0].text, /27 mm behind the front of the block.*at least 29\.3 mm higher/);
+  const { scene } = sceneOf(answers, [], null);
+  assert.match(scene, /model: \{kind: extruded, /);
+  assert.match(scene, /distance: 180 mm/);
+  assert.match(scene, /depth: 6 mm/);
+  answers.tool.shape = 'round';
+  assert.match(problemsAt('tool', answers)[0], /only a tool with a flat end/);
+});
+
+test('the edge of a disc is looked for near the circle through the clicks, however few they are', () => {
+  const clicks = [0.3, 1.2, 2.6].map((angle) => [320 + 100 * Math.cos(angle), 240 + 100 * Math.sin(angle)]);
+  const start = startOf({ kind: 'disc', points: clicks });
+  assert.ok(start.length > 100 && start.every(([u, v]) => Math.abs(Math.hypot(u - 320, v - 240) - 100) < 1e-6));
+  assert.deepEqual(startOf({ kind: 'outline', points: clicks }), clicks);
+});
+
 test('each wrong answer is reported at its step', () => {
   const with_ = (step, part) => {
     const { answers } = blockAnswers(0, edgeOf(BLOCK));
@@ -205,6 +268,7 @@ test('each wrong answer is reported at its step', () => {
     [...with_('scale', { length: '0' }), /above 0/],
     [...with_('scale', { length: 'ten' }), /expected a number such as 8.8, in mm/],
     [...with_('scale', { points: [[10, 10], [10, 10]] }), /0 px apart/],
+    [...with_('scale', { distance: '' }), /Distance from the lens to the front of the object: expected/],
     [...with_('scale', { length: '100000' }), /Give the length in mm/],
     [...with_('scale', { by: 'board', square: '' }), /Edge of a square: expected/],
     [...with_('scale', { by: 'board', square: '5', columns: '2' }), /Inner corners of the board/],
@@ -214,7 +278,7 @@ test('each wrong answer is reported at its step', () => {
     [...with_('object', { width: '' }), /Width: expected/],
     [...with_('object', { width: '78' }), /The width is 78 mm, but .* 88 mm/],
     [...with_('object', { thickness: '-9' }), /Thickness: expected/],
-    [...with_('object', { thickness: '88' }), /thickness is measured towards the camera/],
+    [...with_('object', { thickness: '88' }), /You chose "thin", but the thickness/],
     [...with_('object', { points: BLOCK.map(([u, v], i) => [u + (i > 1 ? 40 : 0), v]), found: null }), /form no rectangle/],
     [...with_('object', { clear: 0.3 }), /30 % of the outline/],
     [...with_('held', []), /Click the edges/],
@@ -250,6 +314,8 @@ const WRONG = [
   ['thick for a slab', 'object', ({ object }) => { object.plane = 'strain'; }, /You chose "thick".*9 mm.*88 mm/],
   ['cm for mm everywhere', 'scale', inCm, /image would be 22\.\d mm wide/],
   ['m for mm everywhere', 'scale', (a) => { a.scale.length = '0.1'; Object.assign(a.object, { width: '0.088', height: '0.088', thickness: '0.009' }); a.tool.width = '0.00587'; }, /image would be 0\.22/],
+  ['distance of the lens in cm', 'scale', ({ scale }) => { scale.distance = '18'; }, /18 mm away .* it would see 16[12] degrees/],
+  ['distance of the lens as ten times as large', 'scale', ({ scale }) => { scale.distance = '1800'; }, /it would see 7 degrees/],
   ['thickness 0.9 for 9', 'object', ({ object }) => { object.thickness = '0.9'; }, /only 0\.9 mm thick/],
   ['thickness 1 for 10', 'object', ({ object }) => { object.thickness = '1'; }, /only 1 mm thick/],
   ['width and thickness exchanged', 'object', ({ object }) => { object.width = '9'; object.thickness = '88'; }, /The width is 9 mm, but/],

@@ -1,6 +1,6 @@
 // The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
 import { CHECK_HELP, callWords, mistakeWords } from './setup_words.js';
-import { crossesItself, denser, distance, nearestOn } from './setup_geometry.js';
+import { crossesItself, distance, nearestOn } from './setup_geometry.js';
 import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.js';
 import { Pointing } from './setup_pointing.js';
 import { quantity } from './setup_quantities.js';
@@ -15,6 +15,7 @@ import {
   arcBetween,
   boardProblems,
   edgesOf,
+  foundOf,
   heldLines,
   isComplete,
   isInArc,
@@ -24,9 +25,12 @@ import {
   pixelOf,
   problemsAt,
   sceneOf,
+  startOf,
   stepOfKey,
+  toolPixelOf,
+  undersideOf,
 } from './setup_scene.js';
-import { findTip, greyOf, imageTrouble } from './setup_tip.js';
+import { findTip, greyOf, imageTrouble, ontoEdge } from './setup_tip.js';
 import { noteItem } from './alarms.js';
 import { save, zipOf } from './save.js';
 import { VALIDITY, codeOf, figure, interval, write } from './words.js';
@@ -34,7 +38,8 @@ import { VALIDITY, codeOf, figure, interval, write } from './words.js';
 const byId = (id) => document.getElementById(id);
 const NAMES = Object.keys(STEPS);
 const HINTS = {
-  image: 'The object is untouched, the tool is in view above it, and a ruler lies in their plane.',
+  image: 'The tool is held a few millimetres above the untouched object, a ruler lies in their plane, and the lens is as high as the ' +
+    'gap between object and tool.',
   scale: 'Click two marks of a ruler that are far apart, or let a printed board be found.',
   object: 'Click around the object. The slave then pulls the outline to the edge.',
   held: 'Click the edges where the object is held. Click again to free an edge.',
@@ -45,7 +50,6 @@ const HINTS = {
 };
 const ARCS_HINT = 'Click the two ends of each part of the edge that is held. Click a held part again to free it.';
 const EDGE_NAMES = ['lower', 'right', 'upper', 'left'];  // of a rectangle
-const SPACING_PX = 3;  // of the points of an outline
 const EDGE_PX = 14;  // from a click to the edge that it means [px on the screen]
 
 const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
@@ -260,7 +264,7 @@ export class Setup {
     const { image, tool, object, scale } = this.answers.now;
     this.report = null;
     this.frozen = image?.frozen || null;
-    const key = JSON.stringify([tool.box, tool.width, tool.shape, object, scale, image?.number]);
+    const key = JSON.stringify([tool.box, tool.width, tool.shape, tool.by, tool.depth, object, scale, image?.number]);
     if (key !== this.searched) {
       this.searched = key;
       this.answers.now.tool = { ...tool, seen: this.tipIn(tool) };
@@ -269,10 +273,10 @@ export class Setup {
     this.draw();
   }
   tipIn({ box, width, shape }) {
-    const outline = outlineOf(this.answers.now), px = mm(width) / pixelOf(this.answers.now);
+    const outline = outlineOf(this.answers.now), px = mm(width) / toolPixelOf(this.answers.now);
     if (box.length < 2 || !this.frozen || !outline.length || !(px > 0)) return null;
     return px >= 3
-      ? findTip(this.frozen.grey, box, outline, px, shape === 'round')
+      ? findTip(this.frozen.grey, box, outline, px, shape === 'round', undersideOf(this.answers.now))
       : { why: `The tip is ${px.toFixed(1)} px wide in the image: expected at least 3 px. Move the camera nearer, or correct the width.` };
   }
   takeField(field) {
@@ -347,14 +351,11 @@ export class Setup {
     return { still, grey: greyOf(pen.getImageData(0, 0, bitmap.width, bitmap.height)), jpeg };
   }
   async findOutline() {
-    const { points } = this.answers.now.object,
-      near = points.map(([u, v]) => ({ u, v }));
-    const reply = await this.call('outline', 'object', { image: this.frozen.jpeg, near }, 'The slave looks for the edge ...');
+    const start = startOf(this.answers.now.object).map(([u, v]) => ({ u, v }));
+    const reply = await this.call('outline', 'object', { image: this.frozen.jpeg, near: start }, 'The slave looks for the edge ...');
     if (!reply) return;
-    const found = denser(
-      reply.outline.map(({ u, v }) => [u, v]),
-      SPACING_PX,
-    );  // straight sides come as their ends alone
+    const { object } = this.answers.now, near = foundOf(object, reply.outline.map(({ u, v }) => [u, v]));
+    const found = isRound(object) ? ontoEdge(this.frozen.grey, near) : near;
     // The outline belongs to the click before.
     this.answers.now = { ...this.answers.now, object: { ...this.answers.now.object, found, clear: reply.clear } };
     this.changed();
@@ -719,7 +720,7 @@ export class Setup {
     write(
       byId('setup-tool-fact'),
       seen?.tip
-        ? `Tip found at (${seen.tip.map((value) => value.toFixed(1)).join(', ')}) px, ${figure(1e3 * seen.width * pixel)} mm wide.`
+        ? `Tip found at (${seen.tip.map((value) => value.toFixed(1)).join(', ')}) px, ${figure(1e3 * seen.width * toolPixelOf(now))} mm wide.`
         : '',
     );
     const { length: held } = now.held,

@@ -37,6 +37,28 @@ export function crossesItself(points) {
 export const contains = (points, [u, v]) =>
   sidesOf(points).filter(([a, b]) => a[1] > v !== b[1] > v && u < a[0] + ((v - a[1]) / (b[1] - a[1])) * (b[0] - a[0])).length % 2 === 1;
 
+const CORNER = 0.7;  // turn beyond which a corner is one of the object [rad]
+// A polygon whose sides cross a bent edge, half of each within and half without, with its corners moved onto the edge, and its sides
+// broken in the middle, there. A side of length l between turns of t is l t / 8 higher in its middle than a chord: the corners lie two
+// thirds of that outside, the middles one third inside.
+export function bent(polygon) {
+  const count = polygon.length, at = (i) => polygon[(i + count) % count], way = (i) => minus(at(i + 1), at(i));
+  const turns = polygon.map((_, i) => {
+    const [a, b] = [way(i - 1), way(i)], turn = Math.atan2(cross(a, b), a[0] * b[0] + a[1] * b[1]);
+    return Math.abs(turn) < CORNER ? turn : 0;
+  });
+  return polygon.flatMap((corner, i) => {
+    const [before, after] = [way(i - 1), way(i)].map(([x, y]) => [x, y, Math.hypot(x, y)]);
+    const high = ((before[2] + after[2]) / 2) * (turns[i] / 8), across = [before[0] / before[2] + after[0] / after[2], before[1] / before[2] + after[1] / after[2]];
+    const long = Math.hypot(...across) || 1, inward = [-across[1] / long, across[0] / long];
+    const middle = along(corner, at(i + 1), 0.5), risen = (after[2] * (turns[i] + turns[(i + 1) % count])) / 16 / 3;
+    return [
+      [corner[0] + (2 / 3) * high * inward[0], corner[1] + (2 / 3) * high * inward[1]],
+      [middle[0] + (risen * after[1]) / after[2], middle[1] - (risen * after[0]) / after[2]],
+    ];
+  });
+}
+
 // Points of the closed polygon about every `spacing` px, its corners too.
 export const denser = (points, spacing) => sidesOf(points).flatMap(([a, b]) => {
   const parts = Math.max(1, Math.round(distance(a, b) / spacing));

@@ -1,9 +1,11 @@
 // What may be right, but seldom is: the page asks a person about it before a force is shown.
 import { distance, nearestOn } from './setup_geometry.js';
 import { valueOf } from './setup_quantities.js';
-import { digits, firstProblem, kPa, mm, pathOf, pixelOf, problemsAt, spansOf, STEPS } from './setup_scene.js';
+import { depthsOf, digits, firstProblem, kPa, mm, pathOf, pixelOf, problemsAt, spansOf, STEPS } from './setup_scene.js';
 
 const NARROW_M = 0.03, WIDE_M = 1.5;  // of what a webcam usually shows from left to right
+const LEAST_ANGLE = 30, LARGEST_ANGLE = 100;  // that a webcam sees from left to right [degrees]
+const SEEN_DEPTH = 0.05;  // of the smaller side of a block: how deep a tip is to be seen behind its front
 const THIN = 0.04, NEITHER = 0.5, THICK = 3;  // thickness in parts of the larger side
 const SOFT_KPA = 0.5, STIFF_KPA = 5000;  // of what one presses with a tool in the hand
 const LEAST_POISSON = 0.2, LEAST_TOLERANCE = 0.5;  // [-], [%]
@@ -30,14 +32,21 @@ const ASKED = {
   image: () => [],
   scale(answers) {
     const wide = pixelOf({ ...answers, object: { ...answers.object, found: null } }) * answers.image.width;
-    if (wide >= NARROW_M && wide <= WIDE_M) return [];
-    return [
-      {
+    const angle = (360 / Math.PI) * Math.atan(wide / 2 / mm(answers.scale.distance)),
+      found = [];
+    if (!(angle >= LEAST_ANGLE && angle <= LARGEST_ANGLE))
+      found.push({
+        wrong: 'scale.distance',
+        text: `The lens would be ${inMm(mm(answers.scale.distance))} away from an image that is ${inMm(wide)} wide: it would see ` +
+          `${Math.round(angle)} degrees. Is that right? Webcams see 50 to 80 degrees: check the distance and the length.`,
+      });
+    if (!(wide >= NARROW_M && wide <= WIDE_M))
+      found.push({
         wrong: answers.scale.by === 'board' ? 'scale.square' : 'scale.length',
         text: `The whole image would be ${inMm(wide)} wide, about as ${wide < 1 ? 'large as' : 'wide as'} ${largeAs(wide)}. ` +
           `Is that right? A webcam seldom sees so ${wide < NARROW_M ? 'near' : 'far'}: check whether the length is in mm or cm.`,
-      },
-    ];
+      });
+    return found;
   },
   object(answers) {
     const { object } = answers,
@@ -56,7 +65,7 @@ const ASKED = {
       found.push({
         wrong: field,
         text: `The object would be ${inMm(thick)} thick towards the camera, and ${inMm(larger)} large: nearly a cube, not a ` +
-          'slab. Is that right?',
+          'slab. Is that right? Choose "neither" for a block.',
       });
     if (object.plane === 'strain' && ratio < THICK)
       found.push({
@@ -116,6 +125,9 @@ const ASKED = {
       wide = mm(width),
       thick = mm(answers.object.thickness),
       deep = by === 'whole' ? thick : mm(depth),
+      isBlock = answers.object.plane === 'block',
+      { front } = depthsOf(answers),
+      above = (SEEN_DEPTH * spansOf(answers).smaller * mm(answers.scale.distance)) / front,
       found = [];
     if (by === 'whole' && deep > BAR * wide)
       found.push({
@@ -128,7 +140,14 @@ const ASKED = {
         wrong: 'tool.depth',
         text: `The tip would be ${inMm(wide)} wide, and ${inMm(deep)} in the direction of the thickness. Is that right?`,
       });
-    if (by === 'part' && deep < 0.9 * thick)
+    if (isBlock && by === 'part')
+      found.push({
+        wrong: 'image',
+        words: ['It is', 'I move the camera'],
+        text: `The tip goes ${inMm(front)} behind the front of the block. Is the camera at least ${inMm(above)} higher than the edge ` +
+          'that you press, and does it look level, so that it still sees the tip in the block?',
+      });
+    else if (by === 'part' && deep < 0.9 * thick)
       found.push({
         wrong: 'image',
         words: ['It is', 'I move the camera'],
@@ -141,6 +160,13 @@ const ASKED = {
         wrong: 'otherShape',
         words: [`It is ${shape}`, `It is ${shape === 'round' ? 'flat' : 'round'}`],
         text: `You chose a ${shape} end, but in the image it looks ${shape === 'round' ? 'flat' : 'round'}. Which is it?`,
+      });
+    if (seen.vague)
+      found.push({
+        wrong: 'image',
+        words: ['Go on without', 'I freeze again'],
+        text: 'The end of the tool hardly differs from what is behind it, so that the force would be uncertain. Put a plain sheet, much ' +
+          'brighter or darker than the tool, behind it, and freeze again.',
       });
     if (seen.follow?.lost) found.push({ wrong: 'image', words: ['Go on without', 'I freeze again'], text: followWords(seen.follow) });
     return found;

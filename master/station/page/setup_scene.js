@@ -1,10 +1,12 @@
 // The answers of the set-up: what is wrong with them, and the scene that they make. Answers are texts as typed.
 import {
   areaOf,
+  bent,
   centroidOf,
   counterClockwise,
   crossesItself,
   crossingsWith,
+  denser,
   distance,
   fitCircle,
   fitRectangle,
@@ -45,11 +47,14 @@ export const stepOfKey = (key) => OWNERS.find(([start]) => key === start || key.
 const FEWEST_PX = 20;  // between the two clicks of the scale
 const WIDEST_M = 20, NARROWEST_M = 2e-5;  // of what an image shows
 const SIZE_OFF = 0.05;  // of a measured side, from what the scale gives
+const SIDE_SEEN = 0.1;  // of the tool's width, that a camera beside it may see of its side
 const TOOL_OFF = 0.12;  // of the tool's width, as the slave's check `scale`
 const LEAST_CLEAR = 0.5;  // part of an outline with an edge
 const SKEW_OFF = 0.03;  // of corners from a rectangle, in parts of its diagonal
+const SPACING_PX = 3;  // of the points of an outline
 const CIRCLE_POINTS = 120, ELEMENTS = { flat: 180, round: 360 };  // a round tool touches a part of its width
-const PLANE_OFF = 10;  // of the force by a plane model, accepted; it is part of the uncertainty [%]
+const FRONT_ELEMENTS = 120;  // of the front edge of a block, as in deploy/scenes/gel-cube.yaml
+const PLANE_OFF = 10;  // of the force by a model, accepted; it is part of the uncertainty [%]
 export const GUESS_OFF = 50;  // of a modulus that is a first guess [%]
 // The rows of deploy/scenes/materials.md.
 export const MATERIALS = ['dragon-skin-10', 'ecoflex-00-10', 'ecoflex-00-30', 'ecoflex-00-50'];
@@ -63,7 +68,7 @@ export const emptyAnswers = () => ({
   name: 'my-object',
   confirmed: [],
   image: null,
-  scale: { by: 'clicks', points: [], length: '', columns: '9', rows: '6', square: '', board: null },
+  scale: { by: 'clicks', points: [], length: '', distance: '', columns: '9', rows: '6', square: '', board: null },
   object: {
     kind: 'rectangle',
     points: [],
@@ -178,17 +183,25 @@ export function pixelToleranceOf(answers) {
   return scale.by === 'board' ? BOARD : Math.hypot(lens, (CLICK_PX * Math.SQRT2) / distance(...scale.points));
 }
 
+// Where the slave is to look for the edge: near the clicks, of a disc near the circle through them.
+export function startOf(object) {
+  const circle = object.kind === 'disc' ? fitCircle(object.points) : null;
+  return circle ? circlePoints(circle) : object.points;
+}
+// The points of the edge that the slave has found as a polygon.
+export const foundOf = ({ kind }, polygon) => denser(kind === 'outline' ? bent(polygon) : polygon, SPACING_PX);
+const circlePoints = ({ centre, radius }) => Array.from({ length: CIRCLE_POINTS }, (_, i) => {
+  const angle = (2 * Math.PI * i) / CIRCLE_POINTS;
+  return [centre[0] + radius * Math.cos(angle), centre[1] - radius * Math.sin(angle)];
+});
+
 // The outline in the image, counter-clockwise to the eye; [] while there is none.
 export function outlineOf({ object }) {
   if (!isComplete(object)) return [];
   if (object.kind === 'outline') return counterClockwise(object.found?.length ? object.found : object.points);
   if (object.kind !== 'disc') return object.kind === 'rectangle' ? orderCorners(cornersOf(object)) : counterClockwise(cornersOf(object));
   const circle = fitCircle(object.found?.length ? object.found : object.points);
-  if (!circle) return [];
-  return Array.from({ length: CIRCLE_POINTS }, (_, i) => {
-    const angle = (2 * Math.PI * i) / (CIRCLE_POINTS);
-    return [circle.centre[0] + circle.radius * Math.cos(angle), circle.centre[1] - circle.radius * Math.sin(angle)];
-  });
+  return circle ? circlePoints(circle) : [];
 }
 
 // The edges that can be held one by one, lines of points in the image, counter-clockwise. A disc or an outline has none: arcs of it are
@@ -283,6 +296,20 @@ export function pathOf(answers) {
   return { enters: { at: first.at, isHeld: isHeld(first) }, leaves: { at: last.at, isHeld: isHeld(last) } };
 }
 
+// Along the view: from the front of the object to the front of the tool, and from there to its back [m]. The tool is in the middle.
+export function depthsOf({ object, tool }) {
+  const thick = mm(object.thickness);
+  return tool.by === 'part' ? { front: (thick - mm(tool.depth)) / 2, deep: mm(tool.depth) } : { front: 0, deep: thick };
+}
+// The edge of a pixel in the plane of the tool's front [m].
+export const toolPixelOf = (answers) => pixelOf(answers) * (1 + depthsOf(answers).front / mm(answers.scale.distance));
+// Of what a camera at the height of the pressed edge sees of the end of the tool beyond the end of its front: the share of the way from
+// the edge. A camera that looks from above on a block sees the front alone.
+export function undersideOf(answers) {
+  const { front, deep } = depthsOf(answers);
+  return answers.object.plane === 'block' && answers.tool.by === 'part' ? 0 : deep / (mm(answers.scale.distance) + front);
+}
+
 // What is wrong at a step, in words; empty: nothing. `trouble`: of the frozen image and of the tool's box, as setup_tip.js reports it.
 const CHECKS = {
   image: ({ image }) =>
@@ -292,13 +319,15 @@ const CHECKS = {
   scale(answers) {
     const { by, board, points, length: text } = answers.scale,
       found = [];
-    if (by === 'board') return board ? [] : [boardProblems(answers), ['Press "Find the board".']].find((list) => list.length);
+    const away = positive(answers.scale.distance, 'Distance from the lens to the front of the object', 'length');
+    if (by === 'board')
+      return board ? [away].filter(Boolean) : [boardProblems(answers), ['Press "Find the board".']].find((list) => list.length);
     if (points.length < 2) return ['Click two marks of the ruler that are far apart.'];
     const far = distance(...points),
       wrong = positive(text, 'Length between the two marks', 'length');
     if (far < FEWEST_PX)
       found.push(`The two marks are ${Math.round(far)} px apart: expected at least ${FEWEST_PX} px. Click marks that are farther apart.`);
-    if (wrong) found.push(wrong);
+    found.push(...[wrong, away].filter(Boolean));
     const wide = clickedPixel(answers) * answers.image.width;
     if (!found.length && !(wide > NARROWEST_M && wide < WIDEST_M))
       found.push(`With this length the image would show ${digits(1e3 * wide, 2)} mm from left to right. Give the length in mm.`);
@@ -379,9 +408,24 @@ const CHECKS = {
     }
     if (box.length < 2) return ['Drag a box around the tip of the tool, from one corner to the opposite one.'];
     if (!seen || seen.why) return [seen?.why || 'The tip was not searched yet.'];
-    const wide = seen.width * pixelOf(answers),
+    if (answers.object.plane === 'block' && answers.tool.shape === 'round')
+      return [
+        'Of a block, only a tool with a flat end is computed: take another tool. Of a round bar with a flat end, choose "flat", and ' +
+        'enter 0.89 of its diameter for both sizes.',
+      ];
+    const wide = seen.width * toolPixelOf(answers),
       outline = outlineOf(answers),
       found = [];
+    if (seen.nearer !== null)
+      return [
+        `The tool is too high, so that the camera sees the face of its end: hold it about ${digits(1e3 * seen.nearer * pixelOf(answers), 1)} ` +
+        'mm above the object, and freeze again.',
+      ];
+    if (seen.aside > (SIDE_SEEN * mm(width)) / toolPixelOf(answers))
+      return [
+        'The camera sees a side of the tool: move the camera to the left or right until the tool is in the middle of the image, and ' +
+        'freeze again.',
+      ];
     if (Math.abs(wide / mm(width) - 1) > TOOL_OFF)
       found.push(
         `Width of the tip: ${digits(1e3 * mm(width), 3)} mm, but the image shows ${digits(1e3 * wide, 3)} mm: correct the ` +
@@ -450,15 +494,15 @@ function thicknessProblems(answers) {
   if (object.plane === 'strain' && thick < smaller) {
     return [
       `You chose "thick", but the thickness of ${words} is less than the ${digits(1e3 * smaller, 3)} mm that the image ` +
-      'shows: choose "thin", or correct the thickness.',
+      'shows: choose "thin" or "neither", or correct the thickness.',
     ];
   }
-  return thick < larger * (object.plane === 'stress' ? 0.9 : 100)
-    ? []
-    : [
-        `The thickness is ${words}, as much as the width: thickness is measured towards the camera. A body that is as deep ` +
-        'as it is wide is neither thin nor thick, and its forces are flagged.',
-      ];
+  if (object.plane === 'stress' && thick >= 0.9 * larger)
+    return [
+      `You chose "thin", but the thickness towards the camera is ${words}, as much as the width: choose "neither", or correct ` +
+      'the thickness.',
+    ];
+  return thick < 100 * larger ? [] : [`The thickness is ${words}, more than a hundred times the width: correct one of them.`];
 }
 
 // Modulus, density and tolerance by name are the slave's; Poisson's ratio is that of the field. The force of a plane body is
@@ -505,13 +549,17 @@ export function sceneOf(answers, cameraLines, template) {
     ...cameraLines.map((line) => `    ${line}`),
     `    pixel: ${digits(1e3 * pixel, 8)} mm`,
     `    pixel_tolerance: ${digits(pixelToleranceOf(answers), 2)}`,
+    `    distance: ${length(mm(answers.scale.distance))}`,
     `    pose: {translation: [${centre.map((value) => `${digits(1e3 * value, 8)} mm`).join(', ')}, 0]}`,
     `  tip: {track: template, template: ${TEMPLATE}, anchor: ` +
-    `[${tip.map((value, k) => `${digits(value - box[0][k], 7)} px`).join(', ')}], roi: ` +
+    `[${tip.map((value, k) => `${digits(value - box[0][k], 7)} px`).join(', ')}], ` +
+    `roi: ` +
     `${Math.max(64, Math.max(...size) + 20)} px}`,
     '  contour: {track: snake, start: {polygon: ' +
     `[${outline.map((p) => `[${p.map((value) => `${digits(value, 5)} px`).join(', ')}]`).join(', ')}]}}`,
-    `model: {kind: bem2d, elements: ${ELEMENTS[tool.shape]}, plane: ${object.plane}, contact: bonded, tolerance: ${PLANE_OFF} %}`,
+    object.plane === 'block'
+      ? `model: {kind: extruded, elements: ${FRONT_ELEMENTS}, tolerance: ${PLANE_OFF} %}`
+      : `model: {kind: bem2d, elements: ${ELEMENTS[tool.shape]}, plane: ${object.plane}, contact: bonded, tolerance: ${PLANE_OFF} %}`,
     'manipulator: none',
   ];
   const files = { [TEMPLATE]: template };

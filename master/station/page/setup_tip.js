@@ -1,17 +1,26 @@
 // What the page finds in a frozen image by itself: its light, and the tool's tip in a box. `grey` is {width, height, levels: one
 // number per pixel, 0 to 255}.
 
-import { contains, crossingsWith } from './setup_geometry.js';
+import { contains, crossingsWith, distance } from './setup_geometry.js';
 
 const DARK = 60, BRIGHT_SHARE = 0.35, LEAST_SPREAD = 8;  // levels
 const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
+const CLEAR_STEP = 25;  // change across a side beyond which it counts no more: what is behind may be stronger [levels]
+const LARGEST_SLOPE = 0.36, SLOPE_STEP = 0.03;  // of a tool against the rows of the image
+const LESS = 0.2;  // what the stronger side counts beside the weaker one
+const NEAR_PX = 2;  // of a side from the bar that all rows together show
 const LEAST_STEP = 12;  // levels across an edge of the tool
 const SLAB_PX = 6;  // rows that are taken together, in the search for the tool's sides
-const LEAST_MARKS = 200;  // squared changes along the tool, summed [levels^2]
+const LEAST_MARK = 20;  // change along the tool within two pixels that follows the tool without doubt [levels]
+const UNDERSIDE_PX = 8;  // of the end, where a camera may see the end's face, which moves otherwise than the front
 const BACKGROUND_PX = 3;  // of background before the tip, at least
 const PAST_PX = 10;  // past the box, as far as the tip is searched
 const SIDE_PX = 6, BEYOND_PX = 4, LENGTH_PX = 44;  // of the template, as the slave cuts its own
 
+const SHADED = 0.7;  // level of the end's face by that of the front, under a lamp above
+const EDGE_PX = 4;  // from an outline that the slave has found to the edge
+const SHIFT_PX = 0.8;  // of the tip by the face of its end: a little less than what the slave's check of the tool's end accepts
+const VAGUE_PX = 0.4;  // scatter of the lines along a flat tool, about its end
 const SHAPE_PX = 8;  // narrower tips do not show whether their end is round
 const SIDEWAYS = 0.35, HALF_CIRCLE = 0.143;  // of a tip's width: where its end is compared, and how far a half circle recedes there
 const DEPTHS_PX = [4, 10, 20], SEARCH_PX = 12, SAME_PX = 2, EQUAL = 0.01, LEAST_SCORE = 0.6;  // as the slave's search for the tip
@@ -65,28 +74,49 @@ function peakAt(values, i) {
   return i + (bend < 0 ? Math.min(0.5, Math.max(-0.5, (a - c) / (2 * bend))) : 0);
 }
 
-// Two sides of a bar of about `width` [px] in a profile across it: [left, right]; null: there are none.
-function sidesIn(profile, width) {
-  const changes = changesOf(profile);
+// Where a bar of about `width` [px] lies in rows of changes across it, all rows together: {slope, left, right} in the first row; null:
+// there is none. What is behind the tool has edges as strong as its sides, but not in all rows.
+function barIn(rows, width) {
+  const across = rows[0].length;
   let best = null;
-  for (let i = 1; i + 1 < profile.length; ++i) {
-    for (let j = i + Math.max(2, Math.ceil(width * (1 - WIDTH_OFF))); j + 1 < profile.length && j - i <= width * (1 + WIDTH_OFF); ++j) {
-      const weaker = Math.sign(changes[i]) === -Math.sign(changes[j]) ? Math.min(Math.abs(changes[i]), Math.abs(changes[j])) : 0;
-      if (weaker > (best?.weaker ?? LEAST_STEP / 4)) best = { weaker, i, j };
+  const side = (s, slope) => {
+    let sum = 0;
+    for (let a = 0; a < rows.length; ++a) sum += Math.min(CLEAR_STEP, Math.abs(rows[a][Math.round(s + slope * a)] ?? 0));
+    return sum / rows.length;
+  };
+  for (let slope = -LARGEST_SLOPE; slope <= LARGEST_SLOPE + 1e-9; slope += SLOPE_STEP) {
+    const strengths = Array.from({ length: across }, (_, s) => side(s, slope)), tall = Math.hypot(1, slope);
+    for (let left = 1; left + 1 < across; ++left) {
+      for (let right = left + Math.max(2, Math.ceil(tall * width * (1 - WIDTH_OFF))); right + 1 < across; ++right) {
+        if (right - left > tall * width * (1 + WIDTH_OFF)) break;
+        const weaker = Math.min(strengths[left], strengths[right]);
+        const score = weaker + LESS * Math.max(strengths[left], strengths[right]);
+        if (weaker > LEAST_STEP / 4 && score > (best?.score ?? 0)) best = { score, slope, left, right };
+      }
     }
   }
-  return best && [peakAt(changes, best.i), peakAt(changes, best.j)];
+  return best;
+}
+// The largest change of a profile near `s`, to a part of a pixel; null: there is none.
+function sideNear(changes, s) {
+  let best = null;
+  for (let i = Math.max(1, Math.round(s - NEAR_PX)); i <= Math.min(changes.length - 2, Math.round(s + NEAR_PX)); ++i)
+    if (Math.abs(changes[i]) > Math.max(LEAST_STEP / 4, best === null ? 0 : Math.abs(changes[best]))) best = i;
+  return best === null ? null : peakAt(changes, best);
 }
 
 // The axis of the tool in the box, from the sides in slabs across it: {at: a point on it where the tool enters the box, d: unit vector
 // towards the tip, width}; null: there is no tool. `place(a, s)`: a point of the box, a px from there and s px across.
 function axisOf(grey, place, d, length, across, width) {
   const slabs = Math.max(2, Math.floor((0.6 * length) / SLAB_PX)), found = [];
-  for (let slab = 0; slab < slabs; ++slab) {
-    const rows = Array.from({ length: SLAB_PX }, (_, i) => slab * SLAB_PX + i);
-    const sides = sidesIn(Array.from({ length: across }, (_, s) => median(rows.map((a) => levelAt(grey, ...place(a, s))))), width);
-    if (sides) found.push([(slab + 0.5) * SLAB_PX - 0.5, (sides[0] + sides[1]) / 2, sides[1] - sides[0]]);
-  }
+  const changes = Array.from({ length: slabs }, (_, slab) => changesOf(Array.from({ length: across }, (__, s) =>
+    median(Array.from({ length: SLAB_PX }, (___, i) => levelAt(grey, ...place(slab * SLAB_PX + i, s)))))));
+  const bar = barIn(Array.from({ length: slabs * SLAB_PX }, (_, a) => changes[Math.floor(a / SLAB_PX)]), width);
+  if (!bar) return null;
+  changes.forEach((profile, slab) => {
+    const a = (slab + 0.5) * SLAB_PX - 0.5, sides = [bar.left, bar.right].map((s) => sideNear(profile, s + bar.slope * a));
+    if (sides.every((s) => s !== null)) found.push([a, (sides[0] + sides[1]) / 2, sides[1] - sides[0]]);
+  });
   if (found.length < Math.max(2, slabs / 2)) return null;
   // The median slope of all pairs, which one slab that shows something else does not turn.
   const slopes = found.flatMap(([a, s], i) => found.slice(i + 1).map(([b, t]) => (t - s) / (b - a)));
@@ -97,8 +127,11 @@ function axisOf(grey, place, d, length, across, width) {
 
 // The tip of a tool of about `width` [px] in the box [[u0, v0], [u1, v1]]: {tip: [u, v], direction: unit vector in the image, width: as
 // seen [px], box: of the template [[u, v], [u, v]] in whole pixels, beyond: whether it shows what lies before the tip}. What is wrong
-// comes as {why}.
-export function findTip(grey, box, outline, width, isRound = false) {
+// comes as {why}. `vague`: whether its end is hard to tell from what is behind it;
+// `nearer`: to how far from the object the tool has to come, so that the face of its end hides no more than SHIFT_PX [px]; null: it is near;
+// `aside`: how much of its side is seen [px].
+// `underside`: share of the tip's way to the object by which the far end of its back is seen beyond its front.
+export function findTip(grey, box, outline, width, isRound = false, underside = 0) {
   const d = directionTo(box, outline), n = [Math.abs(d[1]), Math.abs(d[0])], k = d[0] ? 0 : 1;
   const low = [0, 1].map((i) => Math.round(Math.min(box[0][i], box[1][i]))),
     high = [0, 1].map((i) => Math.round(Math.max(box[0][i], box[1][i])));
@@ -111,7 +144,7 @@ export function findTip(grey, box, outline, width, isRound = false) {
   if (!axis)
     return {
       why: `No tool is seen in the box: expected a bar about ${Math.round(width)} px wide that enters the box opposite to ` +
-        `the object. Drag the box around the tip, or correct the tool's width.`,
+        "the object. Drag the box around the tip, correct the tool's width, or put a plain sheet behind the tool and freeze again.",
     };
   const place = (a, s) => [axis.at[0] + a * axis.d[0] - s * axis.d[1], axis.at[1] + a * axis.d[1] + s * axis.d[0]];
   const within = Math.max(1, Math.floor((isRound ? 0.15 : 0.35) * axis.width)),
@@ -120,17 +153,24 @@ export function findTip(grey, box, outline, width, isRound = false) {
   const isFree = (a) =>
     !contains(outline, place(a + BEYOND_PX, 0)) && place(a, 0).every((value, i) => value >= 0 && value < [grey.width, grey.height][i]);
   let long = boxed;
+  while (long > boxed - 2 * BEYOND_PX && !isFree(long - 1)) --long;
   while (long < boxed + PAST_PX && isFree(long)) ++long;
   const along = Array.from({ length: long }, (_, a) => {
     let sum = 0;
     for (let s = -within; s <= within; ++s) sum += levelAt(grey, ...place(a, s));
     return sum / (2 * within + 1);
   });
-  const end = endOf(along, long);
-  if (end === null)
+  const rough = endOf(along, long);
+  if (rough === null)
     return { why: "The tool's end is not seen in the box: enlarge it by 10 px towards the object, but not onto the object." };
+  const { end, vague } = isRound ? { end: rough, vague: false } : endAcross(grey, place, rough, within);
   // The rows along a round tool end on its arc, on average before its apex.
-  const tip = place(isRound ? end + (within * (within + 1)) / (3 * axis.width) : end, 0);
+  const seen = isRound ? end + (within * (within + 1)) / (3 * axis.width) : end, [ahead] = crossingsWith(outline, place(seen, 0), axis.d),
+    hidden = ahead ? underside * distance(place(seen, 0), ahead.at) : 0, face = faceOf(along, end);
+  // A tool beside the middle of the image shows one of its sides, which lies towards the middle.
+  const [u, v] = place(seen, 0), off = ((grey.width - 1) / 2 - u) * -axis.d[1] + ((grey.height - 1) / 2 - v) * axis.d[0];
+  const aside = underside * Math.abs(off), extra = Math.min(Math.max(0, axis.width - width), aside);
+  const tip = place(seen - face * hidden, (-Math.sign(off) * extra) / 2);
   if (contains(outline, tip))
     return { why: 'The tip lies on the object: in the frozen image the tool must not touch it. Lift the tool and freeze again.' };
   const template = templateAt(grey, place, along, end, axis), entry = crossingsWith(outline, tip, axis.d)[0]?.at;
@@ -141,12 +181,64 @@ export function findTip(grey, box, outline, width, isRound = false) {
   return {
     tip,
     direction: axis.d,
-    width: axis.width,
+    width: axis.width - extra,
+    aside,
+    vague,
+    nearer: face * hidden > SHIFT_PX ? SHIFT_PX / (face * underside) : null,
     roundness: roundnessOf(grey, place, end, along, axis.width),
     follow,
     box: cut,
     beyond,
   };
+}
+
+// A flat end line by line, each by its own levels, and their median: what is behind may be of several parts. `vague`: too many lines
+// show no end, or another one.
+function endAcross(grey, place, rough, within) {
+  const ends = [];
+  for (let s = -within; s <= within; ++s) {
+    const mean = (from, to) => (levelAt(grey, ...place(from, s)) + levelAt(grey, ...place(to, s))) / 2;
+    const tool = mean(rough - 4, rough - 3), ground = mean(rough + 3, rough + 4), half = (tool + ground) / 2;
+    if (Math.abs(tool - ground) < LEAST_STEP) continue;
+    for (let a = rough + 3; a > rough - 3; a -= 0.25) {
+      const [here, before] = [a, a - 0.25].map((at) => levelAt(grey, ...place(at, s)) - half);
+      if (here * before > 0 || here === before) continue;
+      ends.push(a - (0.25 * here) / (here - before));
+      break;
+    }
+  }
+  if (2 * ends.length < 2 * within + 1) return { end: rough, vague: true };
+  const end = median(ends), off = 1.4826 * median(ends.map((value) => Math.abs(value - end)));
+  return { end, vague: off > VAGUE_PX || 3 * ends.length < 2 * (2 * within + 1) };
+}
+
+// The face of the end, which a camera below sees: by how much of its length the end is found beyond that of the front, which is where
+// the level is half way to the background. The face is in the shade: SHADED of the level of the front.
+function faceOf(along, end) {
+  const background = median(along.slice(-BACKGROUND_PX)), front = median(along.slice(Math.max(0, Math.floor(end) - 6), Math.floor(end) - 1));
+  return Math.min(1, Math.max(0, (SHADED * front - background) / (front - background)));
+}
+
+// The points of a bent outline moved along its normal onto the edge in the image, where there is one within EDGE_PX; each by the median
+// of its neighbours, which an edge of something else does not move.
+export function ontoEdge(grey, outline) {
+  const count = outline.length, at = (i) => outline[(i + count) % count];
+  const normals = outline.map((_, i) => {
+    const [x, y] = [0, 1].map((k) => at(i + 2)[k] - at(i - 2)[k]), long = Math.hypot(x, y) || 1;
+    return [y / long, -x / long];
+  });
+  const shifts = outline.map(([u, v], i) => {
+    const [x, y] = normals[i], levels = [];
+    for (let s = -EDGE_PX - 1; s <= EDGE_PX + 1; s += 0.5)
+      levels.push([-1, 0, 1].reduce((sum, t) => sum + levelAt(grey, u + s * x - t * y, v + s * y + t * x), 0) / 3);
+    const changes = levels.map((_, k) => (levels[k + 2] ?? NaN) - (levels[k - 2] ?? NaN)), strength = changes.map((change) => Math.abs(change) || 0);
+    const best = strength.indexOf(Math.max(...strength));
+    return strength[best] > LEAST_STEP && best > 2 && best < levels.length - 3 ? peakAt(strength, best) / 2 - EDGE_PX - 1 : 0;
+  });
+  return outline.map(([u, v], i) => {
+    const shift = median([-2, -1, 0, 1, 2].map((k) => shifts[(i + k + count) % count]));
+    return [u + shift * normals[i][0], v + shift * normals[i][1]];
+  });
 }
 
 // How round the end of a tool is: 0 flat, 1 a half circle; null: it is too small in the image.
@@ -241,10 +333,10 @@ function endOf(along, length) {
 // The template as the slave cuts its own: the tool with a little background on either side, and nothing beyond the tip, where the
 // object will be, unless the tool has no marks that show where along itself it is.
 function templateAt(grey, place, along, end, { d, width }) {
-  const before = along.slice(0, Math.max(0, Math.floor(end) - 1));
+  const before = along.slice(0, Math.max(0, Math.floor(end) - UNDERSIDE_PX));
   const noise = 1.4826 * median(before.slice(2).map((value, i) => Math.abs(value - 2 * before[i + 1] + before[i]))) / Math.sqrt(6);
   const marks = changesOf(before).slice(1, -1).reduce((sum, change) => sum + width * change * change, 0);
-  const isMarked = before.length > 8 && marks > Math.max(LEAST_MARKS, 100 * width * noise * noise);
+  const isMarked = before.length > 8 && marks > width * Math.max(LEAST_MARK * LEAST_MARK, 100 * noise * noise);
   const half = width / 2 + SIDE_PX, slant = 2 * half * Math.abs(d[0] * d[1]);  // the upright box around a turned piece is longer
   const front = end + (isMarked ? -1 : BEYOND_PX) - slant, rear = front - LENGTH_PX + slant;
   const corners = [rear, front].flatMap((a) => [place(a, -half), place(a, half)]), size = [grey.width, grey.height];

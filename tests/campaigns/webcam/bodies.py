@@ -1,0 +1,159 @@
+"""Forces and outlines of pressed bodies by finite elements that share nothing with the product: plane sheets of any outline under a
+flat or round tool that may tilt and wander, and blocks under a stick in the middle of their thickness.
+
+Lengths in mm, moduli in kPa, forces in N. The face that the camera sees lies in the plane z = 0; y points up.
+"""
+import math
+import os
+import pathlib
+import sys
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads that spin make small matrices slow on a busy machine
+import numpy as np  # noqa: E402
+from scipy.sparse.linalg import splu  # noqa: E402
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "presses"))
+from presses import bricks, elasticity, graded, meshed, simplex_matrix, solve  # noqa: E402
+
+UNDER = 24  # surface elements under the width of a tool
+
+
+def ring_of(conn):
+    """The boundary nodes of quadratic triangles, in order around the body."""
+    sides = {}
+    for a, b, c, ab, bc, ca in conn:
+        for first, last, middle in ((a, b, ab), (b, c, bc), (c, a, ca)):
+            key = (min(first, last), max(first, last))
+            sides[key] = None if key in sides else middle
+    ways = {}
+    for (first, last), middle in sides.items():
+        if middle is not None:
+            ways.setdefault(first, []).append((last, middle))
+            ways.setdefault(last, []).append((first, middle))
+    start = next(iter(ways))
+    ring, at, before = [], start, None
+    while True:
+        following, middle = next((n, m) for n, m in ways[at] if n != before)
+        ring += [at, middle]
+        before, at = at, following
+        if at == start:
+            return np.array(ring)
+
+
+class Tool:
+    """The end of a rigid tool: its half width and shape, its direction with a tilt from straight down [rad]."""
+
+    def __init__(self, width, shape, tilt=0.0):
+        self.half, self.shape = width / 2, shape
+        self.direction = np.array([math.sin(tilt), -math.cos(tilt)])
+        self.across = np.array([math.cos(tilt), math.sin(tilt)])
+
+    def recess(self, aside):
+        """How far the end lies behind the tip at a place `aside` of the axis; infinite: beside the tool."""
+        if self.shape == "flat":
+            return np.where(np.abs(aside) <= self.half, 0.0, np.inf)
+        inside = np.maximum(self.half ** 2 - aside ** 2, 0)
+        return np.where(np.abs(aside) < self.half, self.half - np.sqrt(inside), np.inf)
+
+
+class Sheet:
+    """A sheet in plane stress, glued where `held(X)`, that a tool of `width` presses near `place` on its outline."""
+
+    def __init__(self, outline, held, place, width, nu):
+        outline, place = np.asarray(outline, float), np.asarray(place, float)
+        extent = (outline.max(0) - outline.min(0)).min()
+        fine, reach = width / UNDER, 0.75 * width
+
+        def build(occ):
+            p = [occ.addPoint(x, y, 0) for x, y in outline]
+            occ.addPlaneSurface([occ.addCurveLoop([occ.addLine(a, b) for a, b in zip(p, p[1:] + p[:1])])])
+
+        def size(x, y, z):
+            away = math.hypot(x - place[0], y - place[1])
+            return min(fine + 0.2 * max(0, away - reach), extent / 11)
+        X, conn = meshed(build, 2, size)
+        A = simplex_matrix(X, conn, elasticity(nu, 2, "stress"))
+        self.ring = X[ring_of(conn)]
+        ring = ring_of(conn)
+        free = np.repeat(~held(X), 2)
+        near = ring[(np.hypot(*(X[ring] - place).T) < reach) & ~held(X[ring])]
+        number = np.cumsum(free) - 1
+        loads = np.zeros((free.sum(), 2 * len(near)))
+        dofs = (2 * near[:, None] + [0, 1]).ravel()
+        loads[number[dofs], np.arange(len(dofs))] = 1
+        moved = np.zeros((len(free), len(dofs)))
+        moved[free] = splu(A[free][:, free].tocsc()).solve(loads)
+        self.near, self.compliance = X[near], moved[dofs]
+        self.ring_compliance = moved[(2 * ring[:, None] + [0, 1]).ravel()]
+
+    def press(self, tool, tips):
+        """For each place of the tool's tip: the force by E and thickness [mm], and the outline. A point of the surface that touches
+        sticks until it is pulled."""
+        offsets, results = {}, []  # of points that stick: their place on the tool, aside of its axis
+        loads = np.zeros((len(self.near), 2))
+        for tip in np.asarray(tips, float):
+            for _ in range(60):
+                now = self.near + (self.compliance @ loads.ravel()).reshape(-1, 2)
+                aside, along = (now - tip) @ tool.across, (now - tip) @ tool.direction
+                depth = -along - tool.recess(aside)  # beyond the end of the tool: less than 0
+                depth[~np.isfinite(depth)] = -1
+                new = [i for i in np.where(depth > 1e-6)[0] if i not in offsets]
+                pulled = [i for i in offsets if loads[i] @ tool.direction < 0]
+                if not new and not pulled:
+                    ends = self._ends(tool, tip, offsets)
+                    if not offsets or np.abs(now[list(offsets)] - ends).max() < 1e-6:
+                        break
+                for i in new:
+                    offsets[i] = aside[i]
+                for i in pulled:
+                    del offsets[i]
+                loads = np.zeros_like(loads)
+                if offsets:
+                    stuck = np.array(sorted(offsets))
+                    rows = (2 * stuck[:, None] + [0, 1]).ravel()
+                    wanted = self._ends(tool, tip, {i: offsets[i] for i in stuck}) - self.near[stuck]
+                    loads.ravel()[rows] = np.linalg.solve(self.compliance[np.ix_(rows, rows)], wanted.ravel())
+            ring = self.ring + (self.ring_compliance @ loads.ravel()).reshape(-1, 2)
+            results.append((np.hypot(*loads.sum(0)), ring))
+        return results
+
+    @staticmethod
+    def _ends(tool, tip, offsets):
+        aside = np.array(list(offsets.values()))
+        return tip + aside[:, None] * tool.across - tool.recess(aside)[:, None] * tool.direction if len(aside) else np.zeros((0, 2))
+
+
+class Block:
+    """A block [width, height, thickness] that is glued below; a flat stick in the middle of its thickness presses its top."""
+
+    def __init__(self, size, place, tool, extent, nu):
+        width, height, thickness = size
+        fine, half = min(tool, extent) / 6, thickness / 2
+
+        def two(low, high, a, b, h):
+            left, right = graded(low, (a + b) / 2, a, h, 0), graded((a + b) / 2, high, b, h, 0)
+            return np.unique(np.round(np.concatenate([left, right]), 9))
+        xs, ys = two(0, width, place - tool / 2, place + tool / 2, fine), height - graded(0, height, 0, fine, 0)[::-1]
+        zs = graded(0, half, extent / 2, min(fine, thickness / 16), 0)
+        X, A = bricks(xs, ys, zs, nu)
+        e = 1e-6
+        u, fixed = np.zeros(A.shape[0]), np.zeros(A.shape[0], bool)
+        fixed[3 * np.where(X[:, 2] < e)[0] + 2] = True
+        bottom = np.where(X[:, 1] < e)[0]
+        held = np.where((X[:, 1] > height - e) & (np.abs(X[:, 0] - place) < tool / 2 + e) & (X[:, 2] < extent / 2 + e))[0]
+        for k in range(3):
+            fixed[3 * bottom + k] = fixed[3 * held + k] = True
+        u[3 * held + 1] = -1
+        u = solve(A, u, fixed)
+        self.stiffness = -2 * (A @ u)[3 * held + 1].sum()  # by E [mm]
+        moved = u.reshape(-1, 3)
+        face = X[:, 2] > half - e
+        line = [face & (X[:, 1] < e), face & (X[:, 0] > width - e), face & (X[:, 1] > height - e), face & (X[:, 0] < e)]
+        order = [np.where(side)[0][np.argsort(X[side, k] * way)] for side, k, way in zip(line, (0, 1, 0, 1), (1, 1, -1, -1))]
+        ring = np.concatenate([side[:-1] for side in order])
+        self.ring, self.moved, self.height = X[ring, :2], moved[ring, :2], height
+
+    def press(self, tool, tips):
+        """As Sheet.press, for a tool that moves straight down; the force is by E alone [mm^2]."""
+        depths = np.maximum(0, self.height - np.asarray(tips, float)[:, 1])
+        return [(self.stiffness * depth, self.ring + depth * self.moved) for depth in depths]
