@@ -2,8 +2,7 @@
 //
 //   normal:      lambda_n >= 0,  gap >= 0,  lambda_n gap = 0
 //   tangential:  |lambda_t| <= mu lambda_n;  a node that sticks stays where it touched the tool,
-//   one
-//                that slips is dragged against its sliding
+//                one that slips is dragged against its sliding
 //
 // Between steps of Newton's method every node is apart, sticks or slips: one that sticks is held
 // where the tool carries it, one that slips is held along the tool's normal and bears mu times its
