@@ -38,7 +38,9 @@ std::string SceneSummary(const Scene& scene, const study::PressSpec& spec,
 }
 
 std::string SceneSummary(const Scene& scene) {
-  const bool is_quick = !IsVolume(scene.object.geometry) && study::CanStudy(scene);
+  if (!study::CanStudy(scene)) return Sizes(scene);
+  const ModelKind& kind = KindOf(scene);
+  const bool is_quick = kind.object == ObjectClass::kOutline ? kind.is_plane : !kind.has_tets;
   if (!is_quick) return Sizes(scene);
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
   return SceneSummary(scene, study::AskedOf(scene), model.get());

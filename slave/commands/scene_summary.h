@@ -15,7 +15,8 @@ namespace palpate {
 // before and afterwards.
 std::string SceneSummary(const Scene& scene, const study::PressSpec& press,
                          DeformationModel* model);
-// Creates the model itself. The force is omitted for volumes, whose model takes seconds to create.
+// Creates the model itself. The force is omitted for volumes and for `extruded`, whose models take
+// long to create; the remarks of a sense state that of the latter.
 std::string SceneSummary(const Scene& scene);
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
 #include <string_view>
 #include <variant>
 
@@ -15,6 +16,16 @@ namespace {
 constexpr std::string_view kWholeElements =
     "the elements under the tool are narrower or wider than it by more than model.tolerance takes "
     "of the force: use more of them";
+
+// A body that nothing else holds follows a single contact as a whole.
+void RequireHeld(const Scene& scene, const Case& one, const std::vector<SolveRow>& rows) {
+  const SolveRow& row = rows[one.front()];
+  if (one.size() > 1 || row.contact.kind != Contact::Kind::kDisplacement) return;
+  if (IsHeld(scene.object) || !scene.model.fem.gravity_O.isZero()) return;
+  throw std::invalid_argument(
+      "object.fixed: nothing holds the object against the contact of case " + row.case_name +
+      ": expected supports, or other contacts with it");
+}
 
 bool IsSame(const Tool& a, const Tool& b) {
   return a.shape == b.shape && a.width == b.width && a.radius == b.radius && a.depth == b.depth;
@@ -31,6 +42,7 @@ bool SolveTogether(std::span<const Contact> contacts, DeformationModel* model, S
 }
 
 bool CaseSolver::Solve(const Case& one, std::vector<SolveRow>* rows, Solution* solution) {
+  RequireHeld(scene_, one, *rows);
   if (SolveRow& row = (*rows)[one.front()]; IsPressedRound(row)) {
     model_->Reset();
     const auto start = std::chrono::steady_clock::now();

@@ -29,7 +29,8 @@ class CaseSolver {
       : scene_(scene), mesh_(mesh), model_(model), round_(scene, mesh) {}
 
   // The rows of one case, answered from rest. False: it has no answer; the rows say so, and
-  // the model's failure() why.
+  // the model's failure() why. Throws std::invalid_argument: one contact alone, and neither
+  // supports nor gravity hold the object.
   bool Solve(const Case& one, std::vector<SolveRow>* rows, Solution* solution);
 
  private:

@@ -63,13 +63,9 @@ void PrintModel(const Scene& scene, Progress* progress) {
   const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
   PrintMesh(mesh);
   const std::unique_ptr<DeformationModel> model = MakeModel(scene, mesh, progress);
-  const ModelInfo& info = model->info();
-  PrintLine(
-      "precompute",
-      fmt::format("{:.1f} ms, {:.1f} MB of memory, {} degrees of freedom, condition number {:.3g}",
-                  1e3 * info.precompute_s, static_cast<double>(info.memory_bytes) * 1e-6, info.dof,
-                  info.condition));
-  PrintShapeCost(*model, PrintPress(scene, *model, progress));
+  const Solution solution = PrintPress(scene, *model, progress);
+  PrintPrecompute(model->info());
+  PrintShapeCost(*model, solution);
 }
 
 // The cost for an unknown image: noise takes longest.

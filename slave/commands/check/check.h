@@ -69,6 +69,9 @@ void PrintChoice(const Scene& scene);
 // `model`, the scene's. `progress`: see CheckOptions.
 Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progress = nullptr);
 
+// Prints what the model cost so far: `extruded` prepares the place of a contact at its first query.
+void PrintPrecompute(const ModelInfo& info);
+
 // Prints the cost of the deformed shape while a client watches it, measured on a solution.
 void PrintShapeCost(DeformationModel& model, const Solution& solution);
 

@@ -94,6 +94,15 @@ Solution PrintPress(const Scene& scene, DeformationModel& model, Progress* progr
   return solution;
 }
 
+void PrintPrecompute(const ModelInfo& info) {
+  PrintLine(
+      "precompute",
+      fmt::format("{:.3g} ms, {:.3g} MB of memory, {} degrees of freedom{}",
+                  1e3 * info.precompute_s, static_cast<double>(info.memory_bytes) * 1e-6, info.dof,
+                  info.condition > 0 ? fmt::format(", condition number {:.3g}", info.condition)
+                                     : std::string()));
+}
+
 void PrintShapeCost(DeformationModel& model, const Solution& solution) {
   constexpr int kRepeats = 5;
   std::vector<Eigen::Vector3d> u_O;
@@ -121,17 +130,14 @@ void PrintBody(const Scene& scene) {
   const auto model = MakeModel(scene, mesh, &progress);
   progress.Clear();
   const ModelInfo& info = model->info();
-  PrintLine(
-      "precompute",
-      fmt::format("{:.3g} ms, {:.3g} MB of memory, {} degrees of freedom{}",
-                  1e3 * info.precompute_s, static_cast<double>(info.memory_bytes) * 1e-6, info.dof,
-                  info.condition > 0 ? fmt::format(", condition number {:.3g}", info.condition)
-                                     : std::string()));
   if (!info.remark.empty()) PrintLine("remark", info.remark);
   if (MovesInTime(scene)) {
+    PrintPrecompute(info);
     PrintLine("time", fmt::format("time steps of {:g} s", info.step));
   } else {
-    PrintShapeCost(*model, PrintPress(scene, *model));
+    const Solution solution = PrintPress(scene, *model);
+    PrintPrecompute(info);
+    PrintShapeCost(*model, solution);
   }
 }
 

@@ -179,7 +179,6 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   ProgressBar progress("solve", stop);
   const auto [model, field] = Build(scene, mesh, options.field, &progress);
   progress.Clear();
-  PrintModelInfo(model->info());
   CaseSolver solver(scene, mesh, model.get());
   std::vector<SolveRow> answers;
   Solution solution;
@@ -206,6 +205,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
     std::fprintf(stderr, "solve: interrupted; the rows solved so far are written\n");
   }
   progress.Clear();
+  PrintModelInfo(model->info());
   PrintRemark(WidthRemark(scene, rows));
   PrintRemark(PlaceRemark(mesh, rows));
   for (const std::string& remark : FlagRemarks(dynamic ? answers : rows)) PrintRemark(remark);

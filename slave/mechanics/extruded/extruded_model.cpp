@@ -1,6 +1,7 @@
 #include "slave/mechanics/extruded/extruded_model.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -22,6 +23,15 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kAbsurd = 1e6;  // larger sides
+
+// The tool ends by `excess` less far through the thickness, but where it ends with the body.
+void Narrow(double excess, Prism* prism) {
+  const double near = 1e-6 * prism->thickness;
+  if (prism->front + prism->depth < prism->thickness - near) prism->depth -= excess;
+  if (prism->front <= near) return;
+  prism->front += excess;
+  prism->depth -= excess;
+}
 
 }  // namespace
 
@@ -75,20 +85,25 @@ std::unique_ptr<ExtrudedModel::Place> ExtrudedModel::Prepare(int element, const 
   place->element = element;
   place->p_O = p_O;
   place->width = width;
-  const auto tool = PlaceTool(mesh_, held_, element, p_O, width);
-  if (!tool) return place;
+  const auto start = std::chrono::steady_clock::now();
   const double unit = larger_side_;
-  Prism prism{.points = tool->points,
-              .segments = tool->segments,
-              .thickness = params_.thickness / unit,
-              .front = params_.front / unit,
-              .depth = params_.depth / unit,
-              .poisson_ratio = params_.poisson_ratio};
+  Prism prism;
+  prism.thickness = params_.thickness / unit;
+  prism.front = params_.front / unit;
+  prism.depth = params_.depth / unit;
+  prism.poisson_ratio = params_.poisson_ratio;
+  const EndExcess excess = ExcessOf(prism, width / unit);
+  const auto tool = PlaceTool(mesh_, held_, element, p_O, width - 2 * unit * excess.along);
+  if (!tool) return place;
+  prism.points = tool->points;
+  prism.segments = tool->segments;
+  Narrow(excess.through, &prism);
   for (Vector2d& p : prism.points) p /= unit;
   std::vector<Vector2d> edge;
   for (const BoundaryElement& at : mesh_.elements) edge.emplace_back(at.a / unit);
   place->pressed = PressPrism(prism, {tool->ends[0] / unit, tool->ends[1] / unit}, edge);
   info_.dof = Index(place->pressed.unknowns);
+  info_.precompute_s += SecondsSince(start);
   return place;
 }
 

@@ -29,6 +29,15 @@ struct Prism {
   double poisson_ratio = 0;
 };
 
+// How much wider than it is a rigid tool acts at each of its ends: the stress is singular there,
+// and the elements reach beyond them by a part of their length. The ends of `tool` and `front`,
+// `depth` below are to be those of a tool that is narrower by as much.
+struct EndExcess {
+  double along = 0, through = 0;  // the outline, the thickness
+};
+// `prism` with the true extent of a tool of `width`.
+EndExcess ExcessOf(const Prism& prism, double width);
+
 struct PressedPrism {
   // Force on the tool per unit displacement along x and y. The tool does not turn and does not move
   // through the thickness.

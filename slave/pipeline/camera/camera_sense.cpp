@@ -9,6 +9,7 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
+#include "slave/identify/plain_modulus.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/base/estimate_builder.h"
 #include "slave/pipeline/camera/camera_overlay.h"
@@ -280,6 +281,9 @@ SenseInfo CameraSense::info() const {
   info.reason = reason_;
   if (FindModelKind(info.model.kind)->is_plane) {
     info.remarks.emplace_back(plane_ == Plane::kStress ? "in plane stress" : "in plane strain");
+  }
+  if (const double K = estimator_->touch().stiffness_at_home; K > 0) {
+    info.remarks.push_back("1 mm deep the tool presses with " + ForceText(1e-3 * K));
   }
   const Registration& found = estimator_->registration();
   if (found.measured) {

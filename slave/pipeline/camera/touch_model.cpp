@@ -52,7 +52,8 @@ void TouchModel::PrepareUnder(const Eigen::Vector3d& p_O_tip) noexcept {
   BoundaryPlace place = probe->MoveTip(p_O_tip.head<2>());
   probe->Reset();
   place.gap = 0;
-  (void)Respond(place, Eigen::Vector3d::Zero());
+  const Eigen::Vector3d n = Planar(place.normal_O);
+  stiffness_at_home = n.dot(Respond(place, Eigen::Vector3d::Zero()).stiffness_O * n);
 }
 
 // Whole elements are too long a raster for a tool only where the tool has fewer than two.

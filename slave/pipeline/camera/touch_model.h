@@ -74,6 +74,8 @@ struct TouchModel final : PreparedModel {
   std::unique_ptr<BoundaryContact> contact;
   std::unique_ptr<BoundaryContact> probe;  // finds the nearest boundary point of any point
   std::vector<std::uint32_t> held;         // vertices of the outline
+  // Along the normal, nearest to the tool's home [N/m]; 0: no place is prepared.
+  double stiffness_at_home = 0;
 
  private:
   [[nodiscard]] ContactResponse Solve(const BoundaryPlace& place,

@@ -29,6 +29,14 @@ object:
   fixed: {side: bottom}
 model: {kind: bem2d, elements: 60, plane: stress}
 )";
+constexpr const char* kSoftBox = R"(name: box
+object:
+  geometry: {box: {size: [60 mm, 60 mm, 60 mm], cells: [2, 2, 2]}}
+  material: {young_modulus: 3.8 kPa, poisson_ratio: 0.15}
+  fixed: {plane: {axis: z, at: 0}}
+model: {kind: fem, law: linear}
+tool: {shape: flat, width: 60 mm}
+)";
 constexpr const char* kMiddle = "0.044,0.088,0,0,-0.005,0";  // top, 5 mm deep
 constexpr const char* kHeader = "case,x,y,z,dx,dy,dz\n";
 
@@ -98,6 +106,32 @@ TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
   EXPECT_GT(Number(outcome, 0, "solve_us"), 0);
   EXPECT_LT(Number(outcome, 0, "fy"), 0) << "the tool pushes down on the object";
   EXPECT_THAT(outcome.message, HasSubstr("bem2d, 120 degrees of freedom"));
+}
+
+// A body that nothing holds follows the tool: its force is zero, whatever the model.
+TEST_F(SolveTest, OneContactOnAnObjectWithoutSupportsIsRefused) {
+  for (const char* kind : {"bem2d", "fem"}) {
+    const bool is_volume = std::string(kind) == "fem";
+    std::string scene = is_volume ? kSoftBox : kBlock;
+    scene.erase(scene.find("  fixed:"), scene.find("model:") - scene.find("  fixed:"));
+    options_.scene = Write("free.yaml", scene);
+    const std::string row = is_volume ? "0.03,0.03,0.06,0,0,-0.001" : kMiddle;
+    const Outcome outcome = RunContacts(kHeader + ("a," + row) + "\n");
+    EXPECT_NE(outcome.exit_code, 0) << kind;
+    EXPECT_THAT(outcome.message, HasSubstr("nothing holds the object")) << kind;
+  }
+}
+
+// Its places are prepared at their first contact.
+TEST_F(SolveTest, ExtrudedReportsTheUnknownsOfItsPlace) {
+  std::string scene = kBlock;
+  scene.replace(scene.find("model:"), std::string::npos,
+                "model: {kind: extruded, elements: 60}\n"
+                "tool: {shape: flat, width: 9 mm, depth: 4 mm}\n");
+  options_.scene = Write("stick.yaml", scene);
+  const Outcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.message;
+  EXPECT_THAT(outcome.message, testing::ContainsRegex("extruded, [1-9][0-9]+ degrees of freedom"));
 }
 
 // Contracts, `solve`: rows without a width are as wide as the scene's tool. Reference: its limit

@@ -56,15 +56,16 @@ struct Measured {
   double stiffness;                               // by E and the side
 };
 
-// Reference: trilinear bricks with mean dilatation, graded to the tool's ends, block_flat of
-// tests/campaigns/presses/presses.py, which share nothing with the model. Tolerance: 2 %, their own
-// error and the model's; the worst measured is 1.5 %.
+// Reference: trilinear bricks with mean dilatation, graded to the tool's ends, 6 and 10 across the
+// tool and extrapolated, block_flat of tests/campaigns/presses/presses.py, which share nothing with
+// the model. Tolerance: 3 %, of theirs 1 % (the half-space's compliance gave 0.5 % more for another
+// block).
 TEST(ExtrudedModel, IsAsStiffAsBricksInSpace) {
-  for (const Measured& at : {Measured{1, 0.5, 0.1, 0.1, -1, 0.45, 0.153885},
-                             Measured{1, 0.5, 0.1, 1, -1, 0.49, 0.551747},
-                             Measured{0.3, 0.5, 0.1, 0.15, -1, 0.3, 0.122074},
-                             Measured{0.6, 0.3, 0.15, 0.12, 0.06, 0.45, 0.155894},
-                             Measured{0.3, 0.5, 0.15, 0.15, 0, 0.49, 0.134746}}) {
+  for (const Measured& at :
+       {Measured{1, 0.5, 0.1, 0.1, -1, 0.45, 0.14403}, Measured{1, 0.5, 0.1, 1, -1, 0.49, 0.53885},
+        Measured{0.3, 0.5, 0.1, 0.15, -1, 0.3, 0.11687},
+        Measured{0.6, 0.3, 0.15, 0.12, 0.06, 0.45, 0.14826},
+        Measured{0.3, 0.5, 0.15, 0.15, 0, 0.49, 0.12823}}) {
     const std::string place =
         at.behind < 0 ? "" : ", behind: " + std::to_string(100 * at.behind) + " mm";
     Block block(SceneOf(100, 100 * at.thickness, at.nu,
@@ -73,7 +74,7 @@ TEST(ExtrudedModel, IsAsStiffAsBricksInSpace) {
     const ContactResponse response = block.Press(0.1 * at.x, 0.1, 1e-3);
     ASSERT_EQ(response.validity, Validity::kValid) << response.doubt;
     const double force = 1e4 * 0.1 * 1e-3 * at.stiffness;
-    EXPECT_NEAR(-response.force_O.y() / force, 1, 0.02) << "T/W " << at.thickness;
+    EXPECT_NEAR(-response.force_O.y() / force, 1, 0.03) << "T/W " << at.thickness;
   }
 }
 
