@@ -114,18 +114,17 @@ PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane 
 namespace {
 
 // How far each node would be behind the tool's surface if nothing gave way [m].
-Eigen::VectorXd Overlap(const RoundTouch& touch, const Eigen::Vector2d& moved, double tilt) {
+Eigen::VectorXd Overlap(const RoundTouch& touch, const Eigen::Vector2d& moved, double turn) {
   Eigen::VectorXd overlap(static_cast<Eigen::Index>(touch.nodes.size()));
   const Eigen::Vector2d &n = touch.normal_O, along(-n.y(), n.x());
   const double radius = touch.tool.radius;
   for (Eigen::Index i = 0; i < overlap.size(); ++i) {
     const Eigen::Vector2d& p = touch.nodes[static_cast<std::size_t>(i)];
-    // The middle of the circle lies beside the apex's normal.
-    const double from_middle = p.dot(along) - radius * std::sin(tilt);
-    const double aside = std::min(std::abs(from_middle), radius);
-    const double rise = radius > 0
-                            ? radius * std::cos(tilt) - std::sqrt(radius * radius - aside * aside)
-                            : -p.dot(along) * std::tan(tilt);
+    // A round end has rolled away from the point that touched first.
+    const double from_centre = p.dot(along) - radius * std::sin(turn);
+    const double aside = std::min(std::abs(from_centre), radius);
+    const double rise = radius > 0 ? radius - std::sqrt(radius * radius - aside * aside)
+                                   : -p.dot(along) * std::tan(turn);
     overlap(i) = p.dot(n) - moved.dot(n) - rise;
   }
   return overlap;
@@ -161,8 +160,8 @@ RoundState Balance(const Eigen::MatrixXd& K, const std::vector<char>& touches,
 
 }  // namespace
 
-RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double tilt) {
-  const Eigen::VectorXd overlap = Overlap(touch, displacement_O, tilt);
+RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double turn) {
+  const Eigen::VectorXd overlap = Overlap(touch, displacement_O, turn);
   const Eigen::Vector2d& n = touch.normal_O;
   const Eigen::Vector2d across = displacement_O - displacement_O.dot(n) * n;
   Eigen::VectorXd wanted(touch.stiffness.rows());
@@ -194,8 +193,8 @@ RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_
 }
 
 PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O,
-                       double tilt) {
-  const RoundState state = Touched(*wide.round, displacement_O, tilt);
+                       double turn) {
+  const RoundState state = Touched(*wide.round, displacement_O, turn);
   PatchSolution at{.mesh = wide.mesh, .boundary = wide.boundary, .loop_begin = wide.loop_begin};
   const Eigen::Index nodes = wide.displacement.rows();
   Fields field = Fields::Zero(nodes, 2);

@@ -12,11 +12,11 @@
 
 namespace palpate::simulation {
 
-// `nodes`: that may touch, relative to the first contact point of the apex, at rest [m].
+// `nodes`: that may touch, relative to the first contact point, at rest [m].
 struct RoundTouch {
   Eigen::MatrixXd stiffness;  // K / (E t) [-]: force on node i (x, y) by displacement of j (x, y)
   std::vector<Eigen::Vector2d> nodes;
-  Eigen::Vector2d normal_O{0, 0};  // outward, unit: the axis of a tool that is not tilted
+  Eigen::Vector2d normal_O{0, 0};  // outward there, unit
   Tool tool;
 };
 
@@ -24,9 +24,11 @@ struct RoundTouch {
 PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane plane,
                               const BoundaryPlace& place, const Tool& tool);
 
-// Displacements of the nodes under an apex that has moved by `displacement_O` [m] since its first
-// contact, or is before it; the tool is turned by `tilt` [rad] about the apex, counter-clockwise.
-// Both of 2 entries (x, y) per node, O.
+// Displacements of the nodes under a tool. Along the normal `displacement_O` [m] is that of the
+// centre of a round end, or of the middle of a flat face, since its first contact; across it, that
+// of the point of the tool that touched first. `turn` [rad], counter-clockwise: of a round end
+// since then, about its centre; of a flat face against the boundary, about its middle. Both results
+// have 2 entries (x, y) per node, O.
 struct RoundState {
   Eigen::VectorXd displacement;  // [m]
   Eigen::VectorXd force;         // of the tool on the body / (E t) [m]; zero where nothing touches
@@ -34,11 +36,11 @@ struct RoundState {
     return force.reshaped(2, force.size() / 2).rowwise().sum();
   }
 };
-RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double tilt);
+RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O, double turn);
 
 // Equivalent of `wide` at this displacement [m], not zero: a solution as of a flat tool whose
 // displacements and force are those of the round one there.
 PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O,
-                       double tilt);
+                       double turn);
 
 }  // namespace palpate::simulation

@@ -65,6 +65,7 @@ struct Pose {
   std::shared_ptr<const PatchSolution> contact;  // nullptr: the body rests
   Eigen::Vector2d displacement_O{0, 0};          // of the patch
   double tilt = 0;                               // of the tool, counter-clockwise [rad]
+  double turn = 0;                               // of the contact, see Touched [rad]
   double t = 0;                                  // since the start [s]
 };
 

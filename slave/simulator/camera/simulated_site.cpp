@@ -30,6 +30,8 @@ constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts
 constexpr double kGoesAhead = 0.7;  // cosine to where it points
 constexpr double kFarthest = 1e6;   // tips farther away are no tips, in parts of the larger side
 constexpr int kStepsPerImage = 16;  // of a script: the tool's path is followed, not jumped
+constexpr int kSteps = 100;         // of a search for the place where a round end will touch
+constexpr double kTouches = 1e-6;   // distance that ends it, in radii
 
 // See SiteOptions.
 double LampLight(double span, Time now) {
@@ -47,7 +49,7 @@ cv::Mat Shifted(const cv::Mat& image, const Eigen::Vector2d& shift) {
 // Force of the tool on the body, parts of E t [m].
 Eigen::Vector2d ForceOf(const simulation::Pose& pose) {
   if (pose.contact->round) {
-    return Touched(*pose.contact->round, pose.displacement_O, pose.tilt).total();
+    return Touched(*pose.contact->round, pose.displacement_O, pose.turn).total();
   }
   return pose.contact->stiffness * pose.displacement_O;
 }
@@ -60,6 +62,7 @@ struct SimulatedSite::State {
         direction_O(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
         tool(*scene.tool),
+        radius(tool.shape == Tool::Shape::kRound ? tool.radius : 0),
         ahead(body, scene.object.material.poisson_ratio, scene.model.plane, tool,
               scene.site.hand.has_value(), ThicknessOf(scene.object.geometry)),
         painter(scene, body),
@@ -81,7 +84,7 @@ struct SimulatedSite::State {
           "tool: a simulated tool that reaches through a part of the thickness is flat, without "
           "site.hand and site.embryo");
     }
-    if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side(), direction_O))) {
+    if (!ahead.Await(ExpectedPlace(pose, kFarthest * body.larger_side(), direction_O))) {
       throw std::invalid_argument(
           "object.geometry: the simulator expects an outline that does not cross itself and "
           "can be filled with triangles; under a tool that reaches through a part of the thickness "
@@ -102,16 +105,22 @@ struct SimulatedSite::State {
     const double share = std::sin(2 * std::numbers::pi * Now() / motion.period);
     return {share * motion.amplitude.x(), share * motion.amplitude.y(), 0};
   }
-  // Where the tool at `p_O` will touch within `reach` if it goes on along `way_O`, a direction;
-  // else the nearest place.
-  [[nodiscard]] BoundaryPlace ExpectedPlace(const Eigen::Vector2d& p_O, double reach,
-                                            const Eigen::Vector2d& way_O) const {
-    const auto ahead_of_tool = body.Entry(p_O, p_O + reach * way_O);
-    return ahead_of_tool ? *ahead_of_tool : body.Nearest(p_O);
+  // Where the tool will touch within `reach` if it goes on along `way_O`, a direction; else the
+  // nearest place.
+  [[nodiscard]] BoundaryPlace ExpectedPlace(const simulation::Pose& tool_at, double reach,
+                                            const Eigen::Vector2d& way_O) const;
+  [[nodiscard]] Eigen::Vector2d DirectionOf(const simulation::Pose& tool_at) const {
+    return Eigen::Rotation2Dd(tool_at.tilt) * direction_O;
+  }
+  // Of a round end; the tip of a flat one.
+  [[nodiscard]] Eigen::Vector2d CentreOf(const simulation::Pose& tool_at) const {
+    return tool_at.p_O_tip - radius * DirectionOf(tool_at);
   }
   void Move(const Eigen::Vector3d& p_S);
   void Begin(const Eigen::Vector2d& from, simulation::Pose* next);
   [[nodiscard]] bool IsInside(const simulation::Pose& next) const;
+  [[nodiscard]] bool HasLeft(const simulation::Pose& next) const;
+  void Displace(simulation::Pose* next) const;
   [[nodiscard]] bool Breaks(double next_depth) const;
   // The image is taken: what to paint.
   simulation::Pose Expose();
@@ -122,6 +131,7 @@ struct SimulatedSite::State {
   const Eigen::Vector2d direction_O;  // along which the tool points
   const double force_scale;           // E t [N/m]
   const Tool tool;
+  const double radius;  // of a round end; 0: flat [m]
   simulation::SolutionsAhead ahead;
   simulation::Painter painter;  // TakeImage's thread only
   const CameraView view;
@@ -136,6 +146,8 @@ struct SimulatedSite::State {
   std::mutex moving;                     // one mover at a time; guards what follows
   std::optional<double> scripted_t;      // [s]
   std::optional<BoundaryPlace> touched;  // where the contact began
+  double tilt_at_touch = 0;              // [rad]
+  bool was_outside = false;              // the tool, since it started
   int insertion = 0;                     // number of the one that is or comes next
 
   std::mutex mutex;  // guards what others read
@@ -152,36 +164,79 @@ bool SimulatedSite::State::Breaks(double next_depth) const {
   return embryo && next_depth > embryo->PunctureDepth(insertion);
 }
 
+// A round end touches as soon as its centre is as near as its radius: step by step as far as it
+// surely touches nothing.
+BoundaryPlace SimulatedSite::State::ExpectedPlace(const simulation::Pose& tool_at, double reach,
+                                                  const Eigen::Vector2d& way_O) const {
+  if (radius == 0) {
+    const Eigen::Vector2d& p_O = tool_at.p_O_tip;
+    const auto ahead_of_tool = body.Entry(p_O, p_O + reach * way_O);
+    return ahead_of_tool ? *ahead_of_tool : body.Nearest(p_O);
+  }
+  const Eigen::Vector2d from = CentreOf(tool_at);
+  double way = 0;
+  for (int step = 0; step < kSteps && way < reach; ++step) {
+    const Eigen::Vector2d centre = from + way * way_O;
+    const BoundaryPlace near = body.Nearest(centre);
+    const double gap = (near.p_O - centre).norm() - radius;
+    if (gap < kTouches * radius || body.Contains(centre)) return near;
+    way += gap;
+  }
+  return body.Nearest(from);
+}
+
 // Whether some of the tool's end is where the body rests.
 bool SimulatedSite::State::IsInside(const simulation::Pose& next) const {
-  if (next.tilt == 0) return body.Contains(next.p_O_tip);
-  const Eigen::Rotation2Dd turn(next.tilt);
-  const Eigen::Vector2d d = turn * direction_O, across(-d.y(), d.x());
-  for (const double share : {-1.0, 0.0, 1.0}) {
-    const double aside = share * tool.width / 2;
-    // A round end is lowest where its normal is the direction without tilt.
-    const Eigen::Vector2d from_tip =
-        tool.radius > 0 ? (tool.radius * (direction_O - d)).eval() : (aside * across).eval();
-    if (body.Contains(next.p_O_tip + from_tip)) return true;
-  }
-  return false;
+  const Eigen::Vector2d centre = CentreOf(next);
+  if (body.Contains(centre)) return true;
+  if (radius > 0) return (body.Nearest(centre).p_O - centre).norm() < radius;
+  if (next.tilt == 0) return false;
+  const Eigen::Vector2d d = DirectionOf(next), across(-d.y(), d.x());
+  return body.Contains(centre + tool.width / 2 * across) ||
+         body.Contains(centre - tool.width / 2 * across);
+}
+
+// The contact ends where the tool leaves the plane in which it began; a flat face that tilts leaves
+// with its last corner.
+bool SimulatedSite::State::HasLeft(const simulation::Pose& next) const {
+  const double height = (CentreOf(next) - touched->p_O).dot(touched->normal_O) - radius;
+  return height > 0 && !(hand && radius == 0 && IsInside(next));
+}
+
+// Displacement and turn of the contact, as Touched has them.
+void SimulatedSite::State::Displace(simulation::Pose* next) const {
+  const Eigen::Vector2d& n = touched->normal_O;
+  const Eigen::Vector2d along(-n.y(), n.x());
+  next->turn = radius > 0 ? next->tilt - tilt_at_touch : next->tilt;
+  next->displacement_O = CentreOf(*next) - touched->p_O - radius * n;
+  next->displacement_O -= radius * std::sin(next->turn) * along;
 }
 
 // Out of contact so far, on the way from `from`.
 void SimulatedSite::State::Begin(const Eigen::Vector2d& from, simulation::Pose* next) {
   const Eigen::Vector2d& to = next->p_O_tip;
   next->contact = nullptr;
-  const auto entry = hand && IsInside(*next) ? body.Nearest(to) : body.Entry(from, to);
-  if (entry && IsInside(*next)) {
+  const bool is_inside = IsInside(*next);
+  was_outside |= !is_inside;
+  std::optional<BoundaryPlace> entry;
+  if (is_inside && (radius > 0 ? was_outside : hand.has_value())) {
+    entry = body.Nearest(CentreOf(*next));
+  } else if (radius == 0) {
+    entry = body.Entry(from, to);
+  }
+  if (entry && is_inside) {
     next->contact = ahead.Await(*entry);
-    if (next->contact) touched = entry;
+    if (next->contact) {
+      touched = entry;
+      tilt_at_touch = next->tilt;
+    }
   } else if (const auto near = body.Nearest(to);
              (near.p_O - to).norm() < kAhead * body.larger_side()) {
     // On along the way it goes, if it goes ahead at all.
     const Eigen::Vector2d way = (to - from).stableNormalized();
     const bool goes_ahead = way.dot(direction_O) > kGoesAhead;
     ahead.Expect(
-        ExpectedPlace(to, 2 * kAhead * body.larger_side(), goes_ahead ? way : direction_O));
+        ExpectedPlace(*next, 2 * kAhead * body.larger_side(), goes_ahead ? way : direction_O));
   }
 }
 
@@ -192,14 +247,13 @@ void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   next.t = Now();
   if (hand) next.tilt = hand->Tilt(next.t);
   bool through = punctured;
-  const bool has_left = touched && (to - touched->p_O).dot(touched->normal_O) > 0;
-  if (has_left && !(hand && IsInside(next))) {
+  if (touched && HasLeft(next)) {
     if (through) ++insertion;  // into another embryo
     through = false;
     touched.reset();
   }
   if (!touched) Begin(from, &next);
-  if (touched) next.displacement_O = to - touched->p_O;
+  if (touched) Displace(&next);
   double next_depth = touched ? std::max(0.0, -next.displacement_O.dot(touched->normal_O)) : 0;
   if (through || Breaks(next_depth)) {
     through = true;  // the membrane springs back at once, the tool is inside
@@ -228,7 +282,7 @@ simulation::Pose SimulatedSite::State::Expose() {
     seen.contact = nullptr;
   } else {
     seen.contact = std::make_shared<simulation::PatchSolution>(
-        SecantAt(*seen.contact, seen.displacement_O, seen.tilt));
+        SecantAt(*seen.contact, seen.displacement_O, seen.turn));
   }
   return seen;
 }

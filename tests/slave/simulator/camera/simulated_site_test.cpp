@@ -1,5 +1,7 @@
 #include "slave/simulator/camera/simulated_site.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
@@ -52,6 +54,33 @@ TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
   EXPECT_LT((moving.truth().force - resting.truth().force).norm(), 1e-9);
   EXPECT_EQ(moving.truth().p_S_tip, deep);
   EXPECT_GT(cv::norm(moving.TakeImage(), resting.TakeImage(), cv::NORM_L1), 1e5);
+}
+
+// Reference: a circle is the same whichever way its shaft points. On the same way of its centre a
+// round end presses alike, to rounding, and the tip is elsewhere.
+TEST(SimulatedSite, ARoundEndPressesAlikeWhicheverWayItPoints) {
+  constexpr double kRadius = 0.005;
+  const auto press = [&](double lean) {
+    Scene scene = BlockScene();
+    scene.tool->shape = Tool::Shape::kRound;
+    scene.tool->radius = kRadius;
+    scene.tool->width = 2 * kRadius;
+    scene.tool->direction = {std::sin(lean), -std::cos(lean)};
+    const Eigen::Vector3d tip = kRadius * Eigen::Vector3d(std::sin(lean), -std::cos(lean), 0);
+    scene.manipulator.home = Eigen::Vector3d(kMiddle, kTop + 0.012, 0) + tip;
+    SimulatedSite site(scene);
+    Carry(site, scene.manipulator.home, Eigen::Vector3d(kMiddle, kTop + 0.001, 0) + tip);
+    return site.truth();
+  };
+  const Truth straight = press(0);
+  EXPECT_NEAR(straight.depth, 0.004, 1e-12);
+  EXPECT_GT(straight.force.norm(), 0.1);
+  for (const double lean : {-0.35, 0.15, 0.35}) {
+    const Truth leaning = press(lean);
+    EXPECT_NEAR(leaning.depth, straight.depth, 1e-12) << lean;
+    EXPECT_LT((leaning.force - straight.force).norm(), 1e-9) << lean;
+    EXPECT_GT((leaning.p_S_tip - straight.p_S_tip).norm(), 1e-4) << lean;
+  }
 }
 
 // Reference: frame invariance. Body, tool and motion turned together give the turned force.
