@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "slave/identify/plain_modulus.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/program/plain_modulus.h"
 #include "slave/scene/scene.h"
 #include "slave/study/press_spec.h"
 

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "shared/text/text.h"
-#include "slave/identify/plain_modulus.h"
 #include "slave/identify/specimen_spread.h"
+#include "slave/program/plain_modulus.h"
 
 namespace palpate {
 namespace {

@@ -9,12 +9,12 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
-#include "slave/identify/plain_modulus.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/base/estimate_builder.h"
 #include "slave/pipeline/camera/camera_overlay.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
 #include "slave/pipeline/offline/offline_report.h"
+#include "slave/program/plain_modulus.h"
 #include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "slave/identify/plain_modulus.h"
+#include "slave/program/plain_modulus.h"
 
 #include <fmt/format.h>
 
