@@ -116,8 +116,8 @@ SlaveState LatestEstimate::Compose(const OperatorPort& port, Time now) const {
   static_cast<ContactEstimate&>(state) = Fresh(now);
   static_cast<OperatorView&>(state) = port.view();
   state.events.Clear();
-  state.sent_at = now;
-  // A command may have been taken since `now`.
+  // A sample or a command may have been taken since `now`.
+  state.sent_at = std::max(now, state.sensed_at);
   state.echo_delay = state.echo ? std::max(0.0, SecondsBetween(state.taken_at, now)) : 0;
   Validate(state, "LatestEstimate::Compose");
   return state;

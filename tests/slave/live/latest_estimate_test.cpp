@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/live/operator_port.h"
 #include "slave/live/slave.h"
+#include "tests/slave/live/operator_port_fixture.h"
 
 namespace palpate {
 namespace {
@@ -52,6 +54,18 @@ TEST(LatestEstimateTest, NoSamplesTraceIsSentTwiceOrLeftOutOfTheNewest) {
   EXPECT_THAT(since(300), IsEmpty());
   EXPECT_LT(since(0).size(), 300U) << "nothing grows for ever";
   EXPECT_EQ(since(0).back().sample, 300U);
+}
+
+// The publisher asks with the time at which it woke up; it may be delayed before it reads the
+// estimate. No state may be sent before it was sensed.
+TEST_F(OperatorPortTest, AStateIsNotSentBeforeItsSampleWasTaken) {
+  LatestEstimate newest(kRate, Eigen::Vector3d::Zero());
+  ContactEstimate estimate;
+  estimate.sensed_at = now_ + std::chrono::milliseconds(1);
+  newest.Put(estimate);
+  EXPECT_EQ(newest.Compose(port_, now_).sent_at, estimate.sensed_at);
+  EXPECT_EQ(newest.Compose(port_, estimate.sensed_at + std::chrono::milliseconds(1)).sent_at,
+            estimate.sensed_at + std::chrono::milliseconds(1));
 }
 
 // A tip that was lost in contact, or a camera that was moved, must not refuse settings for ever.
