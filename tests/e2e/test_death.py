@@ -64,6 +64,8 @@ class Death(FolderTest):
         with Slave(command=[SLAVE, "serve", BLOCK, "--listen", slave.address, "--override", "model.elements=60",
                             "--override", "name=another"]):
             self.assertTrue(wait_until(lambda: "another scene is served" in (self.out / "output").read_text()))
+            # A second without states; the other slave may have started sooner.
+            self.assertTrue(wait_until(lambda: self.rows()[-1]["state"] == "DISCONNECTED"))
             master.terminate()
             report = self.finish(master)
         self.assertEqual(report["reconnects"], 0)
