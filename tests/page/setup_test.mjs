@@ -6,6 +6,9 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { test } from 'node:test';
 
+// A flat tool that is seen from straight ahead, unless the test says otherwise.
+const tipIn = (grey, box, outline, width, isRound = false, underside = 0) => findTip(grey, box, outline, width, isRound, underside);
+
 const ROOT = path.resolve(import.meta.dirname, '../..'), PAGE = path.join(ROOT, 'master/station/page');
 const load = (name) => import(path.join(PAGE, name));
 const { bent, contains, crossesItself, crossingsWith, denser, fitCircle, fitRectangle, nearestOn, orderCorners, refineCorners, simplify } = await load('setup_geometry.js');
@@ -48,7 +51,7 @@ function blockAnswers(off = 0, found = null) {
   answers.held = [0];
   answers.material = { ...answers.material, modulus: '127' };
   const box = [[tip[0] - 25, tip[1] - 60], [tip[0] + 25, tip[1] + 9]].map(click);
-  answers.tool = { box, width: '5.87', shape: 'flat', by: 'whole', depth: '', seen: findTip(grey, box, BLOCK, 5.87 / PIXEL) };
+  answers.tool = { box, width: '5.87', shape: 'flat', by: 'whole', depth: '', seen: tipIn(grey, box, BLOCK, 5.87 / PIXEL) };
   return { answers, tip };
 }
 const edgeOf = (corners, random = noisy(3)) => corners.flatMap(([u, v], i) => Array.from({ length: 60 }, (_, k) => {
@@ -126,7 +129,7 @@ test('the tip is found within 0.1 px, wherever the box is, with and without mark
   for (const tip of [[319.5, 124.6], [300.2, 110.13], [351.77, 120.4]]) {
     for (const marks of [0, 30]) {
       for (const shift of [-4, 0, 4]) {
-        const seen = findTip(draw(tip, { marks }), [[tip[0] - 25 + shift, tip[1] - 60], [tip[0] + 25 + shift, tip[1] + 9]], BLOCK, 5.87 / PIXEL);
+        const seen = tipIn(draw(tip, { marks }), [[tip[0] - 25 + shift, tip[1] - 60], [tip[0] + 25 + shift, tip[1] + 9]], BLOCK, 5.87 / PIXEL);
         assert.ok(!seen.why && Math.hypot(seen.tip[0] - tip[0], seen.tip[1] - tip[1]) < 0.1, JSON.stringify(seen));
         assert.ok(Math.abs(seen.width - 5.87 / PIXEL) < 0.3 && seen.beyond === (marks === 0), JSON.stringify(seen));
       }
@@ -154,7 +157,7 @@ function drawTilted(tip, d, isRound) {
 test('the tip of a tilted tool is found with its direction', () => {
   for (const turn of [-0.26, 0.15, 0.26]) {
     const tip = [320.3, 120.6], d = [Math.sin(turn), Math.cos(turn)];
-    const seen = findTip(drawTilted(tip, d, false), [[tip[0] - 35, tip[1] - 60], [tip[0] + 35, tip[1] + 9]], BLOCK, 5.87 / PIXEL);
+    const seen = tipIn(drawTilted(tip, d, false), [[tip[0] - 35, tip[1] - 60], [tip[0] + 35, tip[1] + 9]], BLOCK, 5.87 / PIXEL);
     assert.ok(!seen.why && Math.hypot(seen.tip[0] - tip[0], seen.tip[1] - tip[1]) < 0.3, `${turn}: ${JSON.stringify(seen)}`);
     assert.ok(Math.abs(seen.direction[0] - d[0]) < 0.02 && Math.abs(seen.width - 5.87 / PIXEL) < 0.4, `${turn}: ${JSON.stringify(seen)}`);
   }
@@ -163,7 +166,7 @@ test('the tip of a tilted tool is found with its direction', () => {
 test('the apex of a round tool is found, on average within 0.06 px', () => {
   const off = [-0.1, 0, 0.1].flatMap((turn) => [0, 0.25, 0.5, 0.75].map((part) => {
     const tip = [320.3, 120 + part], d = [Math.sin(turn), Math.cos(turn)];
-    const seen = findTip(drawTilted(tip, d, true), [[tip[0] - 35, tip[1] - 60], [tip[0] + 35, tip[1] + 9]], BLOCK, 5.87 / PIXEL, true);
+    const seen = tipIn(drawTilted(tip, d, true), [[tip[0] - 35, tip[1] - 60], [tip[0] + 35, tip[1] + 9]], BLOCK, 5.87 / PIXEL, true);
     return (seen.tip[0] - tip[0]) * d[0] + (seen.tip[1] - tip[1]) * d[1];
   }));
   const mean = off.reduce((sum, value) => sum + value, 0) / off.length;
@@ -222,7 +225,7 @@ test('of a bar that is seen from below, the end of its front is found', () => {
     // The face of the end has 0.7 of the level of the front: the bar to its back in this level, and over it the front.
     const bar = (end, level) => draw([319.5, end], { tool: level, ground }).levels, [far, near, shaded] = [bar(back, 0.7 * tool), bar(front, tool), bar(front, 0.7 * tool)];
     const grey = { width: 640, height: 480, levels: far.map((level, i) => level + near[i] - shaded[i]) };
-    const { tip } = findTip(grey, box, BLOCK, 5.87 / PIXEL, false, undersideOf(answers));
+    const { tip } = tipIn(grey, box, BLOCK, 5.87 / PIXEL, false, undersideOf(answers));
     // Without blur, the place of half of a step of two parts is known no better than a third of a pixel.
     assert.ok(back - front > 0.7 && Math.abs(tip[1] - front) < 0.3, `${tool} before ${ground}: ${tip[1]} for ${front}`);
   }
@@ -258,7 +261,7 @@ test('each wrong answer is reported at its step', () => {
     answers[step] = step === 'held' ? part : { ...answers[step], ...part };
     return [answers, step];
   };
-  const seen = (box, width = 5.87 / PIXEL, image = draw(toImage([44, 94.2]))) => findTip(image, box, BLOCK, width), tip = toImage([44, 94.2]);
+  const seen = (box, width = 5.87 / PIXEL, image = draw(toImage([44, 94.2]))) => tipIn(image, box, BLOCK, width), tip = toImage([44, 94.2]);
   const dark = draw(tip, { block: 30, tool: 25, ground: 20, noise: 1 });
   const cases = [
     [...with_('image', { trouble: imageTrouble(dark) }), /too dark/],
@@ -309,7 +312,7 @@ const cm = (mm) => String(mm / 10), inCm = (answers) => {
   Object.assign(answers.object, { width: cm(88), height: cm(88), thickness: cm(9) });
   answers.tool.width = cm(5.87);
 };
-const seenRound = () => { const tip = toImage([44, 94.2]); return findTip(drawTilted(tip, [0, 1], true), [[tip[0] - 25, tip[1] - 60], [tip[0] + 25, tip[1] + 9]], BLOCK, 5.87 / PIXEL, true); };
+const seenRound = () => { const tip = toImage([44, 94.2]); return tipIn(drawTilted(tip, [0, 1], true), [[tip[0] - 25, tip[1] - 60], [tip[0] + 25, tip[1] + 9]], BLOCK, 5.87 / PIXEL, true); };
 const WRONG = [
   ['thick for a slab', 'object', ({ object }) => { object.plane = 'strain'; }, /You chose "thick".*9 mm.*88 mm/],
   ['cm for mm everywhere', 'scale', inCm, /image would be 22\.\d mm wide/],
@@ -374,14 +377,14 @@ test('numbers are read with decimal commas and units, and refused where they cou
 
 test('a tip without marks is predicted to be lost where the object is much brighter than what is behind the tool, and marks cure it', () => {
   const tip = toImage([44, 94.2]), box = [[tip[0] - 25, tip[1] - 60], [tip[0] + 25, tip[1] + 9]];
-  const lost = (levels) => findTip(draw(tip, levels), box, BLOCK, 5.87 / PIXEL).follow.lost;
+  const lost = (levels) => tipIn(draw(tip, levels), box, BLOCK, 5.87 / PIXEL).follow.lost;
   // Levels of set-ups that lost or kept the tip: 226 before 105, and about equal.
   assert.ok(lost({ block: 226, tool: 160, ground: 105 }));
   assert.ok(!lost({ block: 226, tool: 160, ground: 105, band: -80 }));
   assert.ok(!lost({ block: 140, tool: 60, ground: 120 }));
   assert.ok(!lost({ block: 222, tool: 120, ground: 222 }));
   const { answers } = blockAnswers(0, edgeOf(BLOCK));
-  answers.tool.seen = findTip(draw(tip, { block: 226, tool: 160, ground: 105 }), box, BLOCK, 5.87 / PIXEL);
+  answers.tool.seen = tipIn(draw(tip, { block: 226, tool: 160, ground: 105 }), box, BLOCK, 5.87 / PIXEL);
   assert.match(questionsAt('tool', answers)[0].text, /brighter than what is behind the tool.*strip of tape/);
 });
 

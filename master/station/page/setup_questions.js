@@ -4,7 +4,7 @@ import { valueOf } from './setup_quantities.js';
 import { depthsOf, digits, firstProblem, kPa, mm, pathOf, pixelOf, problemsAt, spansOf, STEPS } from './setup_scene.js';
 
 const NARROW_M = 0.03, WIDE_M = 1.5;  // of what a webcam usually shows from left to right
-const LEAST_ANGLE = 30, LARGEST_ANGLE = 100;  // that a webcam sees from left to right [degrees]
+const MIN_ANGLE = 30, MAX_ANGLE = 100;  // that a webcam sees from left to right [degrees]
 const SEEN_DEPTH = 0.05;  // of the smaller side of a block: how deep a tip is to be seen behind its front
 const THIN = 0.04, NEITHER = 0.5, THICK = 3;  // thickness in parts of the larger side
 const SOFT_KPA = 0.5, STIFF_KPA = 5000;  // of what one presses with a tool in the hand
@@ -34,7 +34,7 @@ const ASKED = {
     const wide = pixelOf({ ...answers, object: { ...answers.object, found: null } }) * answers.image.width;
     const angle = (360 / Math.PI) * Math.atan(wide / 2 / mm(answers.scale.distance)),
       found = [];
-    if (!(angle >= LEAST_ANGLE && angle <= LARGEST_ANGLE))
+    if (!(angle >= MIN_ANGLE && angle <= MAX_ANGLE))
       found.push({
         wrong: 'scale.distance',
         text: `The lens would be ${inMm(mm(answers.scale.distance))} away from an image that is ${inMm(wide)} wide: it would see ` +

@@ -6,12 +6,12 @@ import { contains, crossingsWith, distance } from './setup_geometry.js';
 const DARK = 60, BRIGHT_SHARE = 0.35, LEAST_SPREAD = 8;  // levels
 const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
 const CLEAR_STEP = 25;  // change across a side beyond which it counts no more: what is behind may be stronger [levels]
-const LARGEST_SLOPE = 0.36, SLOPE_STEP = 0.03;  // of a tool against the rows of the image
+const MAX_SLOPE = 0.36, SLOPE_STEP = 0.03;  // of a tool against the rows of the image
 const LESS = 0.2;  // what the stronger side counts beside the weaker one
 const NEAR_PX = 2;  // of a side from the bar that all rows together show
 const LEAST_STEP = 12;  // levels across an edge of the tool
 const SLAB_PX = 6;  // rows that are taken together, in the search for the tool's sides
-const LEAST_MARK = 20;  // change along the tool within two pixels that follows the tool without doubt [levels]
+const MIN_MARK = 20;  // change along the tool within two pixels that follows the tool without doubt [levels]
 const UNDERSIDE_PX = 8;  // of the end, where a camera may see the end's face, which moves otherwise than the front
 const BACKGROUND_PX = 3;  // of background before the tip, at least
 const PAST_PX = 10;  // past the box, as far as the tip is searched
@@ -84,7 +84,7 @@ function barIn(rows, width) {
     for (let a = 0; a < rows.length; ++a) sum += Math.min(CLEAR_STEP, Math.abs(rows[a][Math.round(s + slope * a)] ?? 0));
     return sum / rows.length;
   };
-  for (let slope = -LARGEST_SLOPE; slope <= LARGEST_SLOPE + 1e-9; slope += SLOPE_STEP) {
+  for (let slope = -MAX_SLOPE; slope <= MAX_SLOPE + 1e-9; slope += SLOPE_STEP) {
     const strengths = Array.from({ length: across }, (_, s) => side(s, slope)), tall = Math.hypot(1, slope);
     for (let left = 1; left + 1 < across; ++left) {
       for (let right = left + Math.max(2, Math.ceil(tall * width * (1 - WIDTH_OFF))); right + 1 < across; ++right) {
@@ -131,7 +131,7 @@ function axisOf(grey, place, d, length, across, width) {
 // `nearer`: to how far from the object the tool has to come, so that the face of its end hides no more than SHIFT_PX [px]; null: it is near;
 // `aside`: how much of its side is seen [px].
 // `underside`: share of the tip's way to the object by which the far end of its back is seen beyond its front.
-export function findTip(grey, box, outline, width, isRound = false, underside = 0) {
+export function findTip(grey, box, outline, width, isRound, underside) {
   const d = directionTo(box, outline), n = [Math.abs(d[1]), Math.abs(d[0])], k = d[0] ? 0 : 1;
   const low = [0, 1].map((i) => Math.round(Math.min(box[0][i], box[1][i]))),
     high = [0, 1].map((i) => Math.round(Math.max(box[0][i], box[1][i])));
@@ -336,7 +336,7 @@ function templateAt(grey, place, along, end, { d, width }) {
   const before = along.slice(0, Math.max(0, Math.floor(end) - UNDERSIDE_PX));
   const noise = 1.4826 * median(before.slice(2).map((value, i) => Math.abs(value - 2 * before[i + 1] + before[i]))) / Math.sqrt(6);
   const marks = changesOf(before).slice(1, -1).reduce((sum, change) => sum + width * change * change, 0);
-  const isMarked = before.length > 8 && marks > width * Math.max(LEAST_MARK * LEAST_MARK, 100 * noise * noise);
+  const isMarked = before.length > 8 && marks > width * Math.max(MIN_MARK * MIN_MARK, 100 * noise * noise);
   const half = width / 2 + SIDE_PX, slant = 2 * half * Math.abs(d[0] * d[1]);  // the upright box around a turned piece is longer
   const front = end + (isMarked ? -1 : BEYOND_PX) - slant, rear = front - LENGTH_PX + slant;
   const corners = [rear, front].flatMap((a) => [place(a, -half), place(a, half)]), size = [grey.width, grey.height];
