@@ -8,6 +8,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -546,6 +547,13 @@ class LibrariesTest(unittest.TestCase):
         self.assertIn("_core", loaded)
         for name in ("opencv", "libpcl", "grpc", "libprotobuf", "libnats", "libvtk"):
             self.assertNotIn(name, loaded)
+
+    def test_a_package_without_the_module_says_what_is_missing(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            shutil.copytree(pathlib.Path(palpate.__file__).parent, f"{scratch}/palpate", ignore=shutil.ignore_patterns("_core*.so"))
+            for arguments in (["-c", "import palpate; palpate.solve"], ["-m", "palpate.verify", "forces.csv"]):
+                done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": scratch})
+                self.assertRegex(done.stderr, r"palpate has no module _core of Python 3.*pip or python3-palpate")
 
     def test_the_stub_has_every_name(self):
         stub = pathlib.Path(palpate.__file__).with_name("_core.pyi").read_text()
