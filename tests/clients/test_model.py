@@ -555,6 +555,14 @@ class LibrariesTest(unittest.TestCase):
                 done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": scratch})
                 self.assertRegex(done.stderr, r"palpate has no module _core of Python 3.*pip or python3-palpate")
 
+    def test_names_of_values_are_those_of_the_protocol(self):
+        from palpate.model import VALIDITIES
+        from palpate.state import Phase, Validity
+        from palpate.v1 import state_pb2
+        for declared, prefix, known in ((state_pb2.Validity, "VALIDITY_", Validity), (state_pb2.Phase, "PHASE_", Phase)):
+            self.assertEqual({prefix + value.name: value.value for value in known}, dict(declared.items()))
+        self.assertEqual(sorted(VALIDITIES), sorted(v.name.lower() for v in Validity if v != Validity.UNSPECIFIED))
+
     def test_the_stub_has_every_name(self):
         stub = pathlib.Path(palpate.__file__).with_name("_core.pyi").read_text()
         for name in dir(_core):
