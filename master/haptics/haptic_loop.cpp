@@ -340,8 +340,9 @@ void HapticLoop::OnStateChange(OperatorState to) noexcept {
   if (to == OperatorState::kAligning) renderer_.ForgetForces();
 }
 
-// A gap of the link may end at once. A stale sensor has been silent for 60 ms or more, and a faulty
-// manipulator for 40 ms. Including the network delay the force is zero within 100 ms.
+// Hold the force in a short gap of the link, which may end soon. A stale sensor has been silent for
+// 60 ms or more, and a faulty manipulator for 40 ms. Including the network delay the force is zero
+// within 100 ms.
 void HapticLoop::FadeOutOfHold(double now) noexcept {
   const SlaveState& state = newest_->state;
   const bool is_silent =

@@ -18,7 +18,7 @@ enum class Traffic : std::uint8_t {
   kBulk,   // large messages, such as meshes, with a bounded window
 };
 
-// Default of the longest accepted round trip: a later answer counts as a dead link.
+// Default of the max accepted round trip: a later answer counts as a dead link.
 inline constexpr std::chrono::milliseconds kUsualRoundTrip{1000};
 
 // Opens a separate connection that reconnects by itself and never uses a proxy. Does not wait.
@@ -38,7 +38,7 @@ void NameCalls(const std::string& name);
 // Wait before the next attempt: doubles each time, up to a limit.
 class Backoff {
  public:
-  // 0 < first <= longest.
+  // 0 < first <= max.
   Backoff(std::chrono::milliseconds first, std::chrono::milliseconds longest)
       : first_(first), longest_(longest), next_(first) {}
 

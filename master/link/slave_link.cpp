@@ -99,7 +99,7 @@ struct SlaveLink::Parts {
   // Reads settings or `known_stops` again, beside the stream, if `state` reports others.
   void Follow(const SlaveState& state);
   grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
-  // There is no stream, or no more, for the reason in `status`; returns it.
+  // Records in `status` why there is no stream, and returns it.
   grpc::Status Failed(const grpc::Status& status);
   void Served();
   void Refused(const std::string& reason);

@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kSayEvery = 1;  // in a pipe [s]
+constexpr double kSayEvery = 1;  // between two lines in a pipe [s]
 
 // A line that wraps cannot be replaced, so lines are cut to the terminal's width; nor can those
 // that have scrolled away, so their number is cut to its height.

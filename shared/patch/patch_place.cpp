@@ -83,8 +83,8 @@ bool Has(const SurfacePatch& patch, int cell, int vertex) {
   return false;
 }
 
-// No other cell has all corners of this one but `corner` (a triangle's edge), or that one (a
-// line's end).
+// Returns whether no other cell has all corners of this one except `corner`: the edge of a triangle
+// or the end of a line is free.
 bool IsRim(const SurfacePatch& patch, int cell, int corner) {
   for (int other = 0; other < patch.cell_count; ++other) {
     if (other == cell) continue;

@@ -23,7 +23,7 @@ void AddFile(const google::protobuf::FileDescriptor& file, std::set<std::string>
   file.CopyTo(files->add_file());
 }
 
-constexpr std::size_t kItself = 100;  // of what waits, beside its bytes
+constexpr std::size_t kItself = 100;  // memory of a waiting message beyond its content [bytes]
 
 }  // namespace
 

@@ -24,12 +24,13 @@ std::chrono::steady_clock::time_point After(std::chrono::milliseconds duration) 
 }
 
 constexpr std::size_t kKept = 4;  // images per camera that may still find their partner
-constexpr auto kRetry = std::chrono::milliseconds(250);  // until a lost camera is opened again
-constexpr auto kEnds = std::chrono::seconds(3);          // a thread that is asked to
-constexpr auto kAnswers = std::chrono::seconds(5);       // a stream that is opened
-constexpr double kNoPair = 1;                            // [s] without one is reported
+constexpr auto kRetry = std::chrono::milliseconds(250);  // before a lost camera is opened again
+constexpr auto kEnds = std::chrono::seconds(3);          // limit for a thread that must end
+constexpr auto kAnswers = std::chrono::seconds(5);       // limit for opening a stream
+constexpr double kNoPair = 1;                            // longer is reported [s]
 
-// Empty: there is no image any more. An exception of the library counts as a camera that is gone.
+// Returns an empty image at the end of the stream. An exception of the library counts as a camera
+// that is gone.
 cv::Mat NextOf(VideoStream* video) {
   try {
     return video != nullptr ? video->Next() : cv::Mat();
@@ -50,7 +51,7 @@ struct Taken {
 // LiveCamera is the state of one camera, written by its thread.
 struct LiveCamera {
   enum class Stage : std::uint8_t { kOpening, kOpened, kEnded } stage = Stage::kOpening;
-  std::exception_ptr refusal;  // of the first opening
+  std::exception_ptr refusal;  // error of the first opening
   bool gone = false;
   std::deque<Taken> waiting;  // for their partners
   cv::Mat first;              // the format of all images is that of the first
@@ -63,7 +64,8 @@ struct LiveCameras::State {
   State(std::vector<CameraInput> of, double most_apart, std::chrono::milliseconds longest)
       : inputs(std::move(of)), sync(most_apart), patience(longest), cameras(inputs.size()) {}
 
-  // A camera's thread. Opening and reading it are another library's, which may never come back.
+  // Runs on a camera's thread. Opening and reading are calls of another library, which may never
+  // return.
   void Run(std::size_t i, const std::stop_token& stop);
   void ReadOpened(std::size_t i, std::unique_ptr<VideoStream> video, const std::stop_token& stop);
   void Reach(std::size_t i, LiveCamera::Stage stage);

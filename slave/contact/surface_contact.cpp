@@ -20,7 +20,7 @@ using Corners = std::array<Vector3d, 3>;
 
 constexpr int kLeafSize = 4;
 constexpr double kRounding = 1e-13;  // of the coordinates at hand
-constexpr double kFlat = 1e-12;      // height over the longest edge that is none
+constexpr double kFlat = 1e-12;      // height of a degenerate triangle by its longest edge
 
 double AngleAt(const Vector3d& corner, const Vector3d& a, const Vector3d& b) {
   const Vector3d u = a - corner, v = b - corner;

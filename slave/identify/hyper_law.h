@@ -37,7 +37,7 @@ struct HyperLaw {
 struct LawFamily {
   std::string name;
   std::vector<double> fixed;  // exponents that the name decides
-  int free = 0;               // exponents that are sought
+  int free = 0;               // number of unknown exponents
   std::vector<int> yeoh;      // powers of I1 - 3, of 1 to 3, instead of terms
 
   [[nodiscard]] int moduli() const {

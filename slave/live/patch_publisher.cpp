@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kLeaves = 0.5;    // of a patch's reach, where another is made
 constexpr double kSigmas = 2;      // of a force, that say nothing
-constexpr double kChanged = 0.01;  // of a law's ratios, that is worth telling
+constexpr double kChanged = 0.01;  // change of a law's ratios that is published
 constexpr double kAstray = 0.01;   // of a patch's depth, that a surface is from where it is shown
 
 double SecondsOf(Time t) {

@@ -94,7 +94,7 @@ class StrainResolution {
   // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of
   // contacts. 0 without strain. O(elements); O(nodes) more per node of new contacts.
   double Softness(std::span<const Eigen::Vector3d> u, std::span<const int> touched);
-  // False: Softness is 0 whatever moves.
+  // False: Softness is 0 for every contact.
   [[nodiscard]] bool body_bends() const { return slender_; }
 
  private:

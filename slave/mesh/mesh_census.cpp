@@ -26,7 +26,7 @@ std::string List(const char* what, const std::vector<int>& indices, Name name) {
   return text + " and " + std::to_string(indices.size() - kMaxListed) + " more";
 }
 
-// Behind the word that List has written already.
+// Returns the number without the word that List writes before it.
 std::string Number(const std::string& named) {
   return named.substr(named.find(' ') + 1);
 }

@@ -288,8 +288,8 @@ class DocumentStart final : public YAML::EventHandler {
   int line_ = 0;
 };
 
-// Where a second document begins; 0: there is none. No more are parsed: of a comma that belongs
-// to no list yaml-cpp makes one document after the other without end.
+// Returns the line where a second document begins, 0 if there is none. Parsing ends there: a comma
+// outside of a list makes yaml-cpp return documents without end.
 int SecondDocument(const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);

@@ -8,12 +8,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kThickest = 0.1, kThinnest = 1.0 / 400;  // of the radius
-constexpr double kNarrowest = 1.0 / 50, kWidest = 1;      // likewise, tools
-constexpr double kWidestOfModels = 1.8;                   // likewise
-constexpr double kFarthest = 0.75;                        // likewise, presses from the centre
-constexpr double kDeepest = 0.5;                          // likewise, presses
-constexpr double kMostStretch = 0.5;                      // prestress by E t
+constexpr double kThickest = 0.1, kThinnest = 1.0 / 400;  // by the radius
+constexpr double kNarrowest = 1.0 / 50, kWidest = 1;      // by the radius
+constexpr double kWidestOfModels = 1.8;                   // by the radius
+constexpr double kFarthest = 0.75;    // distance of presses from the centre, by the radius
+constexpr double kDeepest = 0.5;      // depth of presses, by the radius
+constexpr double kMostStretch = 0.5;  // prestress by E t
 
 // A number of metres in millimetres, to six digits.
 std::string Millimetres(double length) {

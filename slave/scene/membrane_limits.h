@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// Reads the parts of the scene that are read so far: `object` and `sense` for widths, all of it for
-// the rest. The texts state what is accepted.
+// Uses the parts of the scene that are read so far: `object` and `sense` for widths, all for the
+// rest. The texts state what is accepted.
 class MembraneLimits {
  public:
   static constexpr double kMostBlur = 20;  // of a simulated pair [px]
@@ -27,7 +27,7 @@ class MembraneLimits {
 
   [[nodiscard]] bool allows_thickness() const;
   [[nodiscard]] std::string thickness() const;
-  // By a simulated one.
+  // The limits of simulated membranes.
   [[nodiscard]] bool allows_prestress() const;
   [[nodiscard]] std::string prestress() const;
   [[nodiscard]] bool allows_press() const;

@@ -156,7 +156,8 @@ std::vector<RelaxationTerm> ReadRelaxation(Section& material) {
   return terms;
 }
 
-// nullptr: no name, or none of the table, which is refused.
+// Returns the material with this name. Null: there is no name, or the table does not have it, which
+// is refused.
 const NamedMaterial* ReadName(Section& material) {
   if (!material.Has("name")) return nullptr;
   std::string names;
@@ -259,7 +260,7 @@ Geometry ReadGeometry(Section& object, const SceneContext& context) {
   const auto found =
       std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });
   if (section.present() && found != 1) {
-    // None of them, but something: that something is reported for itself.
+    // A key that is none of them is reported by itself.
     if (found > 1 || section.size() == 0) object.Refuse("geometry", kOneOf);
     return RectangleGeometry{};
   }

@@ -109,7 +109,7 @@ std::vector<Finger> ReadFingers(Section& tactile) {
   return read;
 }
 
-// `finger` and `pose` stand beside each other.
+// Reads the keys `finger` and `pose` of the only finger.
 Finger ReadOnlyFinger(Section& tactile) {
   Finger finger;
   finger.name = tactile.Text("finger", "a finger's name", "finger");

@@ -57,7 +57,7 @@ void FeedStream::OnReadDone(bool ok) {
   Read(&sample_);
 }
 
-// The driver may start again at once.
+// Permits the driver to start again without a pause.
 void FeedStream::OnQuiet() {
   for (const std::string& finger : fingers_) inbox_->Leave(finger, sender_);
 }

@@ -72,7 +72,7 @@ bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
   return true;
 }
 
-// Every command of a stop stops; what waits to be recorded is recorded once.
+// Each stop command stops the tool. Only one record of a stop waits to be written at a time.
 void OperatorLease::StopTool() {
   slave_.StopTool();
   if (will_record_stop_.exchange(true)) return;

@@ -94,7 +94,7 @@ class OperatorLease {
     std::uint64_t state_sequence = 0;  // the newest acknowledged state
   };
 
-  // With mutex_ held, all of these functions.
+  // These functions require mutex_ to be held.
   void RequireManipulator() const;
   void RequireUnused() const;
   [[nodiscard]] std::string DescribeHolder() const;

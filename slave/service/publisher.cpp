@@ -6,7 +6,7 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience(static_cast<int>(1000 / Publisher::kStateRate));
-// However fast the sensor is: no more than 1000 states per second.
+// At most 1000 states per second, for every sensor.
 constexpr std::chrono::microseconds kShortestGap(1000);
 
 // An observer's place in the publisher's list.

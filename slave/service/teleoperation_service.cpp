@@ -13,7 +13,7 @@ namespace {
 constexpr double kSampleRate = 256e3, kReportRate = 512e3;
 constexpr std::size_t kLongestReason = 200;  // [characters]; what is longer is cut, never refused
 
-// Answers at once with what `work` made.
+// Answers with the result of `work`.
 template <class Work>
 grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, const Work& work) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();

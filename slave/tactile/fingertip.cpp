@@ -20,7 +20,7 @@ constexpr double kSameRest = 2, kBaselineSigmas = 3;
 // Samples that may be missing, unflagged. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
 constexpr int kBelieved = 2;
 // Times of a release and of missing samples [s]. [tuned: APressDeeperThanAFingertipKeepsItsShape,
-// ASilentFingertipIsStaleThenLostAndStartsItsWindowAnew]
+// ASilentFingertipIsStaleThenLostAndItsWindowStartsAgain]
 constexpr double kRelease = 0.050, kMissing = 0.060;
 
 bool IsFinite(const FingerReading& reading) {

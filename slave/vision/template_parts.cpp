@@ -10,15 +10,15 @@
 namespace palpate {
 namespace {
 
-constexpr double kPartWidth = 14, kPartHeight = 10;  // about [px]
+constexpr double kPartWidth = 14, kPartHeight = 10;  // approximate size of a part [px]
 constexpr int kMaxAcross = 4, kMaxAlong = 8;
 constexpr double kMinTrusted = 0.85;   // part of a part's pixels that the alignment trusts
-constexpr double kMinVariance = 0.15;  // of the whole template's
-constexpr double kStep = 2;            // of the difference along the tool, to either side [px]
+constexpr double kMinVariance = 0.15;  // of a part, by that of the whole template
+constexpr double kStep = 2;            // of the difference quotient along the tool [px]
 constexpr std::size_t kMinParts = 4;   // parts
-constexpr double kMinSignal = 0.25;    // of the variance: fine texture looks like noise, too
-constexpr double kMaxChange = 1.5;     // of the template's largest, in an image
-constexpr int kSamePeak = 3;           // [px]
+constexpr double kMinSignal = 0.25;    // part of the variance that is not noise
+constexpr double kMaxChange = 1.5;     // in an image, by the template's largest change
+constexpr int kSamePeak = 3;           // distance within which two peaks are one [px]
 constexpr double kFits = 0.6;          // score of a part
 
 struct Cut {
@@ -47,7 +47,8 @@ int Pieces(int length, double wanted, int most) {
   return std::clamp(static_cast<int>(std::lround(length / wanted)), 1, most);
 }
 
-// The difference over 2 `step`, along the tool; at the border of what is there. At most `most`.
+// Computes the difference over 2 `step` along the tool, clamped to `most` levels. At the border it
+// uses the border's pixels.
 void Differentiate(const GreyPatch& levels, const cv::Point& step, int most, GreyPatch& out) {
   out.Resize(levels.width, levels.height);
   const auto clamped = [](int i, int size) { return std::clamp(i, 0, size - 1); };

@@ -90,7 +90,8 @@ cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double w
   return cv::Rect(first, last + cv::Point(1, 1)) & cv::Rect(cv::Point(), image);
 }
 
-// Beside the tool's end the dented object comes into view.
+// Weight of a pixel of the template. It is small beside the tool's end, where the indented object
+// comes into view.
 float WeightAt(const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d, double width) {
   const double behind = -p_tip.dot(d);
   const double aside = std::abs(p_tip.x() * d.y() - p_tip.y() * d.x());

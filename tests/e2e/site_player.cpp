@@ -6,7 +6,7 @@
 //     a tenth), exchange (left and right), right-late (by a pair)
 //   site_player SCENE y4m | raw      serves images by TCP, pairs side by side: YUV4MPEG2, which
 //                                    FFmpeg knows by its first line, or bare rows of 8 bit grey
-// Prints `site on HOST:PORT`, where it receives the tool's position, then `pictures on HOST:PORT`
+// Prints `site on HOST:PORT`, where it receives the tool's position, then `images on HOST:PORT`
 // where it serves them, and plays until SIGTERM.
 #include <csignal>
 #include <cstdio>

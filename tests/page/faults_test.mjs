@@ -1,4 +1,4 @@
-// What goes wrong ends in a sentence that says what to do, and lets the hand go: shown on the page, by real programs.
+// Faults of real programs: the page shows a sentence that says what to do, and the operator is disengaged.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { chmodSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
@@ -113,7 +113,7 @@ describe('a camera that goes silent while nobody operates', () => {
   beforeEach(async () => {
     imagesOf(path.join(ROOT, 'deploy/scenes/silicone-block.yaml'), source);
     fill((file) => symlinkSync(first, file));
-    ({ stage } = await Person.sitDown({ images: path.join(folder, '%06d.png'), rate: 15, saved: path.join(SCRATCH, `saved-silent-${process.pid}`) }));
+    ({ stage } = await Person.open({ images: path.join(folder, '%06d.png'), rate: 15, saved: path.join(SCRATCH, `saved-silent-${process.pid}`) }));
   });
   afterEach(async () => {
     await stage.close();

@@ -31,7 +31,7 @@ std::string_view ElementPlaces::Find(const Contact& contact, ContactFootprint* f
   footprint->arms.clear();
   footprint->point = false;
   footprint->normal_O.head<2>() = normals_[Index(element)];
-  // Whatever the contact's share of the compliance.
+  // This does not depend on the contact's share of the compliance.
   footprint->patch_error = IsCoarse(contact.width) ? std::numeric_limits<double>::infinity() : 0;
   const int count = greens_.element_nodes().count;
   double length = 0;

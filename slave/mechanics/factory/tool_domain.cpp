@@ -16,8 +16,8 @@ namespace {
 // Width of a round tool's contact at a tenth of its radius deep, by that of its shaft. [by Hertz]
 constexpr double kRoundWidth = 0.3;
 constexpr double kNarrowest = 1e-3;  // of a contact, by l: a point has no width
-// Of `extruded`, by its own mesh [-]; from a Poisson ratio of 0.49 on its elements begin to lock.
-// [measured: five blocks of extruded_model_test, within 3 %; nu = 0.49 by presses.py, 4.8 %]
+// Error of `extruded` by its own mesh [-]. From a Poisson ratio of 0.49 on its elements begin to
+// lock. [measured: five blocks of extruded_model_test, within 3 %; nu = 0.49 by presses.py, 4.8 %]
 constexpr double kExtrudedError = 0.03, kLockingError = 0.05, kLocks = 0.49;
 constexpr double kShortest = 0.25;  // extent of a tool by its width: the same
 constexpr double kUnsure = 0.1;     // of g [measured: plane_thickness.py]

@@ -29,7 +29,7 @@ constexpr double kGridsWorth = 12;  // iterations that new grids must save
 // meanwhile. [tuned: SwingingStep]
 constexpr double kParts = 8, kEarly = 0.5;
 constexpr int kMostIterations = 20'000;
-constexpr int kMostWithFactor = 400;  // then it is not worth its name
+constexpr int kMostWithFactor = 400;  // iterations with a factor; more make a new one worth it
 constexpr int kPatience = 1'000;      // iterations without a better residual
 
 double LargestDiagonal(const BlockMatrix& A) {

@@ -10,8 +10,8 @@ namespace palpate::fem {
 namespace {
 
 constexpr int kMostSteps = 1000;            // of Newton's method with the warped tangent
-constexpr int kMostHyperelasticSteps = 60;  // with the exact one
-constexpr double kLeastPart = 1.0 / 64;     // of a load that is applied at once
+constexpr int kMostHyperelasticSteps = 60;  // the same with the exact tangent
+constexpr double kLeastPart = 1.0 / 64;     // smallest part of a load that is applied in one step
 // Operations of a factor that is worth making in every step of the exact tangent.
 constexpr double kFactorOnce = 3e8;
 // Size of a stiffness against every gradient that makes an exact tangent definite, in units of E.
@@ -20,15 +20,15 @@ constexpr int kMostHalvings = 24;     // of one such step
 constexpr double kInner = 1e-2;       // of a linear system's right hand side
 constexpr double kErrorShare = 0.3;   // of the residual, left by the estimate of its effect
 constexpr double kLinearShare = 0.5;  // of the residual aimed at, left by a linear system
-constexpr double kForSteps = 0.6;     // of the deadline; the rest is for what follows
+constexpr double kForSteps = 0.6;     // share of the deadline for steps; the rest is for the error
 // Share of a motion's square that the newer ones must leave, else it adds no direction [-].
 constexpr double kIndependent = 1e-2;
-constexpr double kMostAhead = 3;  // of a former motion, in the one that is predicted [-]
+constexpr double kMostAhead = 3;  // largest factor of an earlier motion in the prediction [-]
 constexpr double kSufficient = 1e-4;
 // Where a factor makes digits cheap, the residual is driven this far below the requested one.
 constexpr double kAimDirect = 1e-4, kAimIterative = 0.3, kAimTouching = 0.6;
-// Growth of the residual by what tools touch after a step from which on that is most of it: the
-// next step needs no tangent of its own.
+// Growth of the residual by new contacts, relative to the rest of it, from which on the next step
+// needs no tangent of its own [-].
 constexpr double kByContact = 2;
 constexpr double kRounding = 4e-16;  // of the diagonal's forces
 constexpr double kStalled = 0.5;
@@ -230,8 +230,8 @@ void StaticEquilibrium::LearnMotion(const Constraints& constraints) noexcept {
   motion_count_ = std::min(motion_count_ + 1, kMotions);
 }
 
-// One more solution with the last tangent: the residual weighted by the duals of all contacts at
-// once. A few iterations, which the deadline's remainder is for: an answer has its own estimate.
+// Weighs the residual with the duals of all contacts, by one more solution with the last tangent.
+// The remainder of the deadline is for its few iterations.
 void StaticEquilibrium::EstimateError(const Constraints& constraints) noexcept {
   if (!hyperelastic_) return;
   SetZero(x_);

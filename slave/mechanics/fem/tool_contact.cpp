@@ -12,12 +12,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRim = 1e-9;       // of a flat tool's extent
-constexpr double kMargin = 2;       // of nodes that are examined, from the tool [edges]
-constexpr double kMostTurning = 3;  // stiffness of turning friction, of a node's own
-constexpr int kMostChanges = 25;    // of an increment, then nodes stay as they are
-// Judgements after which friction changes by half and does not turn between steps: slower, and it
-// settles where nodes stick and slip in turn.
+constexpr double kRim = 1e-9;       // tolerance of the rim, by a flat tool's extent
+constexpr double kMargin = 2;       // distance from the tool up to which nodes are examined [edges]
+constexpr double kMostTurning = 3;  // stiffness of turning friction, by the node's own
+constexpr int kMostChanges = 25;    // changes of contact in one increment
+// Number of updates after which friction changes by half and keeps its direction between steps.
+// That is slower, and settles nodes that stick and slip in turn.
 constexpr int kDamped = 10;
 constexpr double kLeastSlack = 1e-9;
 

@@ -55,7 +55,7 @@ class ToolContact {
   // by `u`. May be called again for another increment from there.
   void Begin(const Eigen::Vector3d& displacement, const NodeVector& u) noexcept;
   // Owners of nodes of the body: a tool's number, or one of these.
-  static constexpr int kNoTool = -1, kTaken = -2;  // the latter: held by another contact
+  static constexpr int kNoTool = -1, kTaken = -2;  // kTaken: held by another contact
   // Makes nodes that touch this tool its own.
   void Claim(int me, std::vector<int>* owner) const noexcept;
   // Updates which nodes touch and stick, after the displacements `u` and with the nodal forces

@@ -63,7 +63,7 @@ std::vector<Run> RunsOf(const std::vector<int>& parent, const std::vector<int>& 
   return runs;
 }
 
-// A run whose parent follows at once becomes part of it where that stores few zeros.
+// Merges a run with its parent if the parent follows directly and few zeros are stored.
 std::vector<Run> Merged(const std::vector<Run>& runs, const std::vector<int>& parent) {
   std::vector<Run> merged;
   for (Run run : runs) {
@@ -160,7 +160,7 @@ void SparseLdlt<Scalar>::FindRows(const Matrix& lower) {
   }
 }
 
-// And how large its parts are.
+// Finds the sizes of the parts.
 template <typename Scalar>
 void SparseLdlt<Scalar>::CountWork() {
   for (Supernode& s : supernodes_) {

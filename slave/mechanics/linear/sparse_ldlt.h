@@ -102,7 +102,7 @@ class SparseLdlt {
   std::vector<int> used_, next_, head_;
   std::vector<int> place_;  // per row: within the target
   std::vector<Scalar> update_, scaled_;
-  Columns carried_;  // of right sides, beside a panel
+  Columns carried_;  // part of the right sides that a panel updates
 };
 
 extern template class SparseLdlt<float>;

@@ -166,9 +166,9 @@ void WriteTetgenInput(const std::filesystem::path& file, const SurfaceMesh& surf
   WriteWholeFile(file, text);
 }
 
-// Gmsh's .geo beside its surface as `surface.msh`. `edge` > 0 asks for edges of that length, and
-// divides the surface again if it has much longer ones; 0 leaves them to the program and the
-// surface as it is.
+// Returns Gmsh's .geo for the surface `surface.msh` in the same folder. `edge` > 0 asks for edges
+// of that length, and divides the surface again if its edges are much longer. 0 leaves the length
+// to Gmsh and keeps the surface.
 void WriteGmshInput(const std::filesystem::path& file, const SurfaceMesh& surface, double edge) {
   if (!WriteGmsh(file.parent_path() / "surface.msh", surface)) {
     throw std::runtime_error(file.string() + " cannot be written");
@@ -213,7 +213,7 @@ class Mesher {
     WriteTetgenInput(folder_.path() / "in.smesh", surface);
     std::string switches = std::string("-pzq") + kQuality;
     if (edge > 0) {
-      // Its reader of switches does not know exponents.
+      // TetGen reads no exponents in its switches.
       std::array<char, 400> volume{};
       const auto end = std::to_chars(volume.data(), volume.data() + volume.size(),
                                      VolumeOfEdge(edge), std::chars_format::fixed, 24);

@@ -123,7 +123,7 @@ class SensingPipeline {
   virtual bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept = 0;
   // Whether what was learnt since the last MakePatch would change it perceptibly.
   [[nodiscard]] virtual bool HasOutgrownPatch() const noexcept = 0;
-  // The learnt part of it. Only the known fields of the curve are set.
+  // Sets the learnt part of the curve. Only its known fields are set.
   virtual void LearnLaw(PatchLaw* law) noexcept = 0;
   // The motion at the last estimate. Patches refer to the surface where it was found.
   [[nodiscard]] virtual SurfaceMotion motion() const noexcept = 0;

@@ -30,7 +30,7 @@ constexpr double kLeastAgreeing = 0.5;     // part of the positions in view [-]
 constexpr int kFewest = 12;                // positions of a fit [-]
 constexpr double kKnown = 0.4;             // sigma above which the motion is unknown [px]
 constexpr double kIndentationKnown = 1.0;  // the same of the indentation [px]
-// Motion that is not compensated [px]. [tuned: MotionThatIsNotPutRightIsInSigma]
+// Motion that is not compensated [px]. [tuned: MotionThatIsNotCompensatedIsInSigma]
 constexpr double kStill = 0.2;
 constexpr double kLookAgain = 1.5;  // correction after which the edge is searched again [px]
 // Prior sigmas [px]: the shift may be anything; object and camera turn and grow little, which a
@@ -289,11 +289,11 @@ void ObjectRegistrationMonitor::Accept(const Match& match) noexcept {
   }
 }
 
-// The result of the fit x in the terms of a sighting.
+// Converts the result x of the fit.
 void ObjectRegistrationMonitor::SetSighting(const Bar& tool) noexcept {
   const Vector& x = found_.x;
   ObjectSighting& found = found_.sighting;
-  // How the image's motion moves the tip.
+  // Motion of the tip by that of the image.
   const Eigen::Vector2d arm = (tool.p_I_tip - centre_ - x.head<2>()) / size_;
   Eigen::Matrix<double, 2, 4> J;
   J << 1, 0, -arm.y(), arm.x(), 0, 1, arm.x(), arm.y();

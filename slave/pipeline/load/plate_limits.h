@@ -42,7 +42,7 @@ struct PlateLimits {
 
   // Uncertainty.
   // Error of the plate's shape around a load by the depth [-]. [tuned:
-  // ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt]
+  // AnIndentationOfAnotherTensionIsFlaggedOrItsSigmaTellsIt]
   static constexpr double kLawsShape = 0.9e-3;
   // Share of the scatter without contact, from image to image [-]. [derived: the mean of about ten
   // images]

@@ -7,7 +7,8 @@
 namespace palpate {
 namespace {
 
-// Sigmas: so far a force must stand out of its error. [-] [tuned: OnlyFiniteForcesAboveZeroTell]
+// Ratio of a force to its sigma from which on it is significant. [-] [tuned:
+// OnlyFiniteForcesAboveZeroTell]
 constexpr double kErrors = 3;
 constexpr double kLeastRatio = 0.25,
                  kLargestRatio = 4;  // [-] [tuned: OnlyFiniteForcesAboveZeroTell]

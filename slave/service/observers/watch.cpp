@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-// How long a silent stream may go without a look whether the reader is still there.
+// Period at which a silent stream checks whether its reader is still there.
 constexpr std::chrono::milliseconds kPatience(50);
 constexpr std::chrono::milliseconds kPaceWait(5);  // until a stream asks again whether it may send
 

@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 constexpr double kLength = 16e-3;  // of the cylinder that the skin covers [m]
 // Upward normal above which the skin begins to be, and is wholly, bonded to the nail.
 constexpr double kNailBegins = 0.1, kNail = 0.6;
-// Signal of the pad's middle by that of its sides. Foam recording: the electrodes of the sides rise
-// two to ten times as much as those of the middle.
+// Signal of the middle of the pad relative to that of its sides. Foam recording: the electrodes of
+// the sides rise two to ten times as much as those of the middle.
 constexpr double kPadBulge = 0.15;
 
 double FreedomAt(const Vector3d& n_F) {

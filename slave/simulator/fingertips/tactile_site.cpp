@@ -22,17 +22,17 @@ using Eigen::Vector3d;
 using simulation::LoadPathCache;
 
 constexpr double kFriction = 1;        // of the skin on the object [-]
-constexpr double kFarthest = 1e6;      // hands farther from home are none [m]
-constexpr double kLeastDepth = 0.01;   // a series reaches so far at least [m]
-constexpr double kDepthReserve = 1.5;  // and so many times operator.press.depth
-constexpr double kMostOfBody = 0.6;    // but not farther into the body than this part of it
+constexpr double kFarthest = 1e6;      // positions farther from home are ignored [m]
+constexpr double kLeastDepth = 0.01;   // least depth of the solved steps [m]
+constexpr double kDepthReserve = 1.5;  // the same in multiples of operator.press.depth
+constexpr double kMostOfBody = 0.6;    // limit of both, as part of the body's size
 
 // Where the hand is and what it presses.
 struct HandState {
   Vector3d h_O{0, 0, 0};  // displacement from home
-  double s = 0;           // of it along the approach
+  double s = 0;           // its part along the approach [m]
   bool pressing = false;
-  Vector3d slip_O{0, 0, 0};       // sideways since the contact stuck
+  Vector3d slip_O{0, 0, 0};       // tangential motion since the contact stuck [m]
   simulation::SolvedPress press;  // without depth steps while nothing touches
 };
 
@@ -48,7 +48,7 @@ double DeepestOf(const Scene& scene, const simulation::TrueObject& object,
   return std::min(wanted, kMostOfBody * (high - low));
 }
 
-constexpr int kStepsPerSample = 4;  // of a script: the hand's path is followed, not jumped
+constexpr int kStepsPerSample = 4;  // steps along a script's path from sample to sample
 constexpr double kSettle = 0.2, kHold = 1, kRest = 0.5;  // of a script [s]
 
 using FingertipSource = SimulatedSource<TactileSource, TactileFrame>;
@@ -84,7 +84,7 @@ struct TactileSite::State {
   [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
                                   const simulation::TouchBetween& between) const;
   [[nodiscard]] FingerTruth TruthOf(std::size_t f, const HandState& hand) const;
-  // How the finger nearest to `p_O` moves with the hand.
+  // Returns the motion of the finger nearest to `p_O`.
   [[nodiscard]] double SenseNear(const Vector3d& p_O, const HandState& hand) const;
   FingerReading ReadingOf(std::size_t f, const HandState& hand);
   [[nodiscard]] HandState now() const {
@@ -97,11 +97,11 @@ struct TactileSite::State {
   const double period, press_depth, skin_scale, tangential_part;
   double home_gap = 0;
   std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
-  std::uint64_t sequence = 0;                  // likewise
+  std::uint64_t sequence = 0;                  // TakeSample's thread only
 
   std::mutex moving;                 // one mover at a time; guards what follows
   LoadPathCache::Key pressed{0, 0};  // series of the press that goes on
-  Vector3d anchor_O{0, 0, 0};        // where beside the approach it stuck
+  Vector3d anchor_O{0, 0, 0};        // position across the approach at which it stuck
 
   mutable std::mutex mutex;  // guards what others read
   HandState hand_now;

@@ -11,7 +11,7 @@
 namespace palpate::simulation {
 namespace {
 
-constexpr std::array kFirstDepthSteps{0.05, 0.1};  // in press depths, beside every fifth
+constexpr std::array kFirstDepthSteps{0.05, 0.1};  // in press depths, added to every fifth of one
 constexpr double kEvery = 0.2;
 constexpr double kLinear = 0.1;       // of the thickness: so far the first depth step may be
 constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one

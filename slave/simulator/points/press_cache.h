@@ -71,7 +71,7 @@ class PressCache {
 
     const PressCache& of;
     const double radius;
-    Press press = std::make_shared<MembranePress>();  // as far as it is solved
+    Press press = std::make_shared<MembranePress>();  // the part that is solved so far
     std::unique_ptr<PressedMembrane> membrane;        // while it grows; the thread's only
     std::atomic<bool> missed = false;  // a contact was requested here before it was solved
     bool announced = false;            // that it is being solved; the thread's only

@@ -33,7 +33,7 @@ class Stage {
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
-  // Like those of StereoSite.
+  // As the methods of StereoSite.
   virtual void MoveTool(const Vector3d& p_S_tip, Patience patience) = 0;
   virtual void SolveEverywhere() {}
   [[nodiscard]] virtual Truth truth() const = 0;
@@ -50,7 +50,7 @@ class Stage {
 template <typename Painter>
 class MembraneStage final : public Stage {
  public:
-  // `make` gives the painter of one eye, from its view.
+  // `make` returns the painter of one camera, from its view.
   template <typename Make>
   MembraneStage(const Scene& scene, const simulation::MembraneResolution& resolution,
                 const StereoRig& rig, const Make& make)

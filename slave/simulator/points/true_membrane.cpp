@@ -10,7 +10,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kFarthest = 1e3;  // tools farther away are none, in radii
+constexpr double kFarthest = 1e3;  // tools farther away are ignored, in radii
 constexpr double kNear = 1.5;      // of the centre: presses are expected within, in radii
 
 const MembraneGeometry& GeometryOf(const Scene& scene) {

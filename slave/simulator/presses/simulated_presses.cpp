@@ -21,8 +21,8 @@ constexpr double kBackwards = 14e-3;        // furthest place behind the tip's s
 constexpr double kSoftest = 2e3;            // objects' modulus E / (1 - nu^2): foam [Pa]
 constexpr double kHardest = 1e7;            // hard rubber; the skin itself yields more [Pa]
 constexpr double kWidestProbe = 3e-3, kWidestContact = 12e-3;  // radii [m]
-constexpr double kFlattest = 2.2;   // as wide as on a flat object a fingertip lies, to a sphere's
-constexpr double kLonger = 1.5;     // that, where it lies on its pad as long as it is
+constexpr double kFlattest = 2.2;   // width of contact on a flat object, by that on a sphere
+constexpr double kLonger = 1.5;     // factor of the width where the finger lies on its whole pad
 constexpr double kGentlest = 0.01;  // peak of a press, parts of the largest one
 constexpr double kFriction = 0.5;   // largest tangential force, parts of the normal one
 
@@ -32,7 +32,7 @@ class Dice {
   double Between(double low, double high) {
     return low + (high - low) * (static_cast<double>(random_() >> 11) * 0x1p-53);
   }
-  // Small ones as often as large ones.
+  // Draws between `low` and `high`, evenly in the logarithm.
   double Ratio(double low, double high) { return low * std::pow(high / low, Between(0, 1)); }
 
  private:

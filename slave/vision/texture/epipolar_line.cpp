@@ -106,8 +106,8 @@ std::optional<PatchWarp> SearchEpipolar(const Lens& from, const Lens& to,
   const int most_steps = 4 * (to.size[0] + to.size[1]);
   EpipolarLine line(from, to, X_TF, seen.p);
 
-  // The best so far, and the best elsewhere; a peak that is overtaken from far away is the next
-  // best elsewhere.
+  // The best peak so far, and the best one far from it. A peak that is surpassed by a distant one
+  // becomes the second best.
   Peak best;
   double elsewhere = -1;
   for (int k = 0; k < most_steps && line.Next(step); ++k) {

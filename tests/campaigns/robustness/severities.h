@@ -14,7 +14,7 @@ namespace palpate::robustness {
 
 class CaseTable {
  public:
-  // At the severities of `right` the force stays right; at those of `doubt` it may be flagged.
+  // At the severities of `right` the force stays right; at those of `flagged` it may be flagged.
   // `make`: severity -> Alteration, or -> Paint.
   template <typename Make>
   void Add(const std::string& name, const std::string& unit, std::initializer_list<double> right,
@@ -70,7 +70,7 @@ inline Alteration AlterScene(std::function<void(Scene&)> tell) {
   return alteration;
 }
 
-// What a table has from damage_cases.cpp.
+// Adds the cases of damage_cases.cpp.
 void AddCameraDamage(CaseTable* table);
 void AddPairDamage(CaseTable* table);
 

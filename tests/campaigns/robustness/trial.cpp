@@ -114,7 +114,7 @@ class AlteredSamples final : public SamplePlayer {
   std::size_t index_ = 0, next_ = 0;
 };
 
-// Held against the truth, row by row.
+// Compares the rows with the truth.
 class Tally {
  public:
   // `peak`: the largest true force [N].
@@ -130,7 +130,7 @@ class Tally {
     ++score_.valid;
     const Eigen::Vector3d force = row.force.value_or(kUnknownVector);
     const double error = (force - truth).norm() / peak_, sigma = row.sigma / peak_;
-    // So written, a number that is none is silent too.
+    // This comparison also rejects NaN.
     if (!(error <= kSilentShare || error <= kSilentSigmas * sigma)) ++score_.silent;
     if (std::max(force.norm(), truth.norm()) <= kContactShare * peak_) return;
     squares_ += error * error;

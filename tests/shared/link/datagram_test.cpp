@@ -1,5 +1,5 @@
-// Datagrams that only two ends make and read: what strangers, replays, damage and other sessions
-// bring changes nothing.
+// Datagrams between two ends: packets of strangers, replays, damaged ones and those of other
+// sessions change nothing.
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -100,7 +100,7 @@ sockaddr_storage Loopback(int family) {
   return address;
 }
 
-// What came, as the line's thread hands it over.
+// The received datagrams, as the line's thread passes them on.
 class Heard {
  public:
   DatagramLine::OnMessage take() {
@@ -132,7 +132,7 @@ bool SendUntil(DatagramLine* line, const std::string& text,
   return true;
 }
 
-// One who has no key, at an address of his own.
+// A sender without a key, at another address.
 class Stranger {
  public:
   explicit Stranger(const sockaddr_storage& at) : fd_(socket(AF_INET, SOCK_DGRAM, 0)), at_(at) {
@@ -151,7 +151,7 @@ class Stranger {
     pollfd one{fd_, POLLIN, 0};
     return poll(&one, 1, 100) == 1;
   }
-  // What waits.
+  // The datagrams that wait in the socket.
   [[nodiscard]] Bytes Receive() const {
     Bytes bytes(2 * kLargestDatagram);
     const ssize_t came = recv(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT);
@@ -164,7 +164,7 @@ class Stranger {
   sockaddr_storage at_;
 };
 
-// One who answers, and where he does.
+// A sender with keys, and its address.
 class LineTest : public testing::Test {
  protected:
   std::unique_ptr<DatagramLine> Call() {
@@ -193,7 +193,7 @@ TEST_F(LineTest, StrangersAreNeitherHeardNorAnsweredAndCostTheOthersNothing) {
   EXPECT_TRUE(SendUntil(caller.get(), "command", [&] { return !heard_.texts().empty(); }));
 }
 
-// Somebody between the two sends what he saw once more, from his own address.
+// A third party repeats what it saw, from its own address.
 TEST_F(LineTest, AReplayIsNotHeardAndTurnsNoAnswersAside) {
   DatagramSealer caller(keys_.receive);
   const Stranger honest(At()), replaying(At());
@@ -206,7 +206,7 @@ TEST_F(LineTest, AReplayIsNotHeardAndTurnsNoAnswersAside) {
   EXPECT_EQ(heard_.texts(), std::vector<std::string>{"command"});
 }
 
-// The two ways have keys of their own.
+// Each direction has its own key.
 TEST_F(LineTest, AnAnswerSentBackIsNotHeard) {
   DatagramSealer caller(keys_.receive);
   const Stranger honest(At());

@@ -116,7 +116,7 @@ TEST_F(ImageInboxTest, PairsAreGreyAndStateTheirSkew) {
   EXPECT_EQ(pair->right.size(), cv::Size(kWidth, kHeight));
   EXPECT_NEAR(inbox.health().skew, 0.003, 1e-6);
   EXPECT_NEAR(pair->skew, 0.003, 1e-6);
-  // The right one came as it was taken, as far as anybody knows.
+  // The right image arrived when it was taken, as far as the slave can know.
   EXPECT_NEAR(SecondsBetween(pair->sensed_at, now_ + Seconds(latency_)), 0.0015, 1e-6);
 }
 
@@ -203,7 +203,7 @@ TEST(PaceLimitTest, WhatASilenceHeldUpIsAllowedAndAFloodIsNot) {
   EXPECT_NEAR(allowed(pace, start + Seconds(1e6), 0), 100 * PaceLimit::kMaxStall, 1);
 }
 
-TEST_F(ImageInboxTest, OneSenderAtATimeAndTheNextBeginsAnew) {
+TEST_F(ImageInboxTest, OneSenderAtATimeAndTheNextStartsAgain) {
   ImageInbox inbox(Mono());
   const PushedImage grey = Push(Encoding::kGrey8, grey_, kWidth, kHeight);
   EXPECT_EQ(Feed(inbox, Sample(grey)), "");

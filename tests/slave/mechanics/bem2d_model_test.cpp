@@ -42,9 +42,9 @@ TEST(Bem2dModel, AToolThatElementsAreTooLongForIsExtrapolated) {
   EXPECT_GT(flagged, 1);
 }
 
-// Reference: without friction traction and force of a contact are parallel, so that the traction of
-// the vertices, times the boundary they stand for, adds up to the force; elsewhere there is none,
-// not even where the block is held.
+// Reference: without friction, traction and force of a contact are parallel. The sum of the
+// vertices' traction, times their parts of the boundary, is the force. There is no traction
+// elsewhere, not even on the support.
 TEST(Bem2dModel, TractionOnTheVerticesAddsUpToTheForceOfTheTool) {
   Bem2dModel::Params params = kSilicone;
   params.contact = ContactLaw::kFrictionless;

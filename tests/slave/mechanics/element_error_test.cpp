@@ -27,7 +27,7 @@ struct Strip {
   double unit = 1;  // length [m]
 };
 
-// Held at its left end.
+// A strip that is held at its left end.
 ReferenceProblem ProblemOf(const Strip& strip) {
   const double height = strip.unit / strip.slenderness;
   ReferenceProblem problem{

@@ -186,7 +186,7 @@ TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolate
 }
 
 // Law: an answer that is made of the one before is that of a new beginning.
-TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAnew) {
+TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAlone) {
   for (const Kind& kind : Kinds()) {
     if (!KnowsNarrowDiscs(kind, false)) continue;
     const Box box{.cells = {6, 6, 6}};

@@ -36,9 +36,9 @@ Stiffness StiffnessOf(int elements, double width) {
   return {K, share.factor * K, share.sigma};
 }
 
-// Reference: the block is the same whatever it is divided into; the finest division, of 20 elements
-// under the tool, represents it. What whole elements do (up to 15 %) must be gone to within three
-// of the sigmas stated, which are small.
+// Reference: the block, whose stiffness does not depend on its division. The finest division, with
+// 20 elements under the tool, represents it. The correction must remove the effect of whole
+// elements (up to 15 %) to within three of the stated sigmas, which are small.
 TEST(ToolWidthTest, TheDivisionDoesNotMatter) {
   constexpr double kWidth = 5.87e-3;
   const double truth = StiffnessOf(1200, kWidth).put_right;

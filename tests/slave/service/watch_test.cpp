@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 class WatchTest : public ServiceTest {
  protected:
-  // Ends a WatchState at once; what the server says if it refuses.
+  // Starts and cancels a WatchState. Returns the reason of a refusal.
   grpc::Status Watch() {
     CallContext context;
     const auto stream = stub->WatchState(&context, {});
@@ -201,8 +201,8 @@ TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
   EXPECT_EQ(drain(videos.get(), &frame), grpc::StatusCode::UNAVAILABLE);
 }
 
-// Reference: the force itself, spread over the nodes of two triangles by hand: size by area, summed
-// over the areas, is the force again. Tolerance: floats.
+// Reference: the force itself. Distributed by hand over the nodes of two triangles by their areas,
+// the nodal forces add up to it. Tolerance: single precision.
 TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   BoundaryShape shape;
   shape.nodes_per_element = 3;

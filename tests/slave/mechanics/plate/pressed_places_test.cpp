@@ -53,8 +53,8 @@ struct OnPlate {
   Eigen::VectorXd free, forces;
 };
 
-// Laws of contact without adhesion: no place pulls, none is inside the tool, and where there is a
-// force there is no gap. Pulled upwards, the same with all signs turned.
+// Laws of contact without adhesion: no place pulls, none is inside the tool, and there is no gap
+// where there is a force. A tool that pulls upwards obeys the same laws with all signs reversed.
 TEST(PressedPlaces, NoneOfARigidFacePullsOrIsInsideIt) {
   for (const double place : {0.0, 0.2, 0.5, 0.7}) {
     for (const double depth : {0.01, -0.01}) {
@@ -70,8 +70,8 @@ TEST(PressedPlaces, NoneOfARigidFacePullsOrIsInsideIt) {
   }
 }
 
-// Law: the load that a depth takes brings the face to this depth, touching alike; the stiffness of
-// both is the same.
+// Law: the load of a depth presses the face to this depth, with the same places in contact and the
+// same stiffness.
 TEST(PressedPlaces, ALoadIsTheInverseOfADepth) {
   for (const double place : {0.0, 0.3, 0.6}) {
     OnPlate on({{place, 0}, 0.1});
@@ -109,8 +109,9 @@ TEST(PressedPlaces, AtTheCentreARigidFacePressesWithARing) {
   }
 }
 
-// Law: a plate has no direction, and a face that is split off its own diameter (two tools that are
-// not in line have no common mirror) presses as it did; a press just beside the centre as at it.
+// Laws: the answer does not depend on the direction. A face whose symmetry is not used (two tools
+// that are not in line have no common mirror plane) gives the same answer. A press just beside the
+// centre gives that at the centre.
 TEST(PressedPlaces, TheAnswerDoesNotDependOnDirectionOrSymmetry) {
   PlateLargeModel plate({.radius = kRadius,
                          .thickness = kThickness,

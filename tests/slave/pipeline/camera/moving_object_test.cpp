@@ -42,7 +42,7 @@ class CarriedSite final : public SimulatedEnvironment {
     object_ = object;
     site_.MoveTool(p_S_tip_ - object_);
   }
-  void MoveTool(const Vector3d& p_S_tip, Patience /*patience*/ = Patience::kWaits) override {
+  void MoveTool(const Vector3d& p_S_tip, Patience /*when_unsolved*/ = Patience::kWaits) override {
     p_S_tip_ = p_S_tip;
     site_.MoveTool(p_S_tip_ - object_);
   }

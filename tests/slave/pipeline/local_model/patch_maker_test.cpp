@@ -159,7 +159,7 @@ class PatchPublisherTest : public testing::Test {
 };
 
 // Reference: the Weber fraction, 10 %.
-TEST_F(PatchPublisherTest, TheLawIsReportedAnewWhereAHandWouldFeelTheDifference) {
+TEST_F(PatchPublisherTest, TheLawIsReportedAgainWhereAHandWouldFeelTheDifference) {
   Get();
   Update(0, -1e-3, 1);
   sense_.ratio = 1.05;

@@ -54,7 +54,7 @@ TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
 
 // Reference: the same contact once it is solved; the cube's top is even, so the solved contact
 // beside it is alike.
-TEST(TactileSite, WithoutPatienceAnUnsolvedContactIsTheNearestSolvedOne) {
+TEST(TactileSite, WithoutWaitingAnUnsolvedContactIsTheNearestSolvedOne) {
   const Vector3d beside{0, 9e-3, 0};
   TactileSite site(CubeScene(), kCoarse);
   PressBy(&site, 2e-3);
