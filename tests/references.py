@@ -136,7 +136,7 @@ Every command also accepts `--help`, which adds files, limits and examples, and 
 
 """
 SHARED = "Options of several commands"
-MOST_COPIES = 2  # an option that more commands have alike is described once
+MAX_COPIES = 2  # an option that more commands have alike is described once
 
 
 def options_section(title, parsed, shared):
@@ -160,7 +160,7 @@ def options_text():
     for command in parsed[simulator].commands:
         parsed[f"{simulator} {command}"] = parse_help(help_of(simulator, command))
     counts = collections.Counter(option for help_text in parsed.values() for option in help_text.options)
-    shared = [option for option, count in counts.items() if count > MOST_COPIES]
+    shared = [option for option, count in counts.items() if count > MAX_COPIES]
     text = f"\n## {SHARED}\n\n{options_table(shared)}"
     text += "".join(options_section(title, help_text, shared) for title, help_text in parsed.items())
     return MARK + OPTIONS_INTRO.rstrip("\n") + "\n" + text

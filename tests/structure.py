@@ -18,7 +18,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PRODUCT = ("shared", "slave", "master")
-MOST_LINES, MOST_PARTS = 450, 45
+MAX_LINES, MAX_PARTS = 450, 45
 TEST_SUFFIXES = (".h", ".cpp", ".py", ".mjs", ".js", ".sh")
 # Code that runs once per sample: estimators and checks.
 PER_SAMPLE = ("slave/checks", "slave/contact", "slave/pipeline/camera", "slave/pipeline/fingertips",
@@ -52,7 +52,7 @@ def tags(kinds):
 
 
 def long_sources(lines):
-    return sorted(f"{name_of(path)}: {count}" for path, count in lines.items() if count > MOST_LINES)
+    return sorted(f"{name_of(path)}: {count}" for path, count in lines.items() if count > MAX_LINES)
 
 
 def function_lengths():
@@ -72,7 +72,7 @@ def defined_twice(found):
 
 
 def large_classes(found):
-    """Classes with more data members and declared methods than MOST_PARTS. Overloads count once; constants, constructors,
+    """Classes with more data members and declared methods than MAX_PARTS. Overloads count once; constants, constructors,
     destructors and operators do not."""
     inside = collections.defaultdict(lambda: (set(), set()))
     for tag in found:
@@ -88,7 +88,7 @@ def large_classes(found):
             continue
         members, methods = inside[(tag["path"], "::".join(filter(None, (tag.get("scope"), tag["name"]))))]
         size = len(members) + len(methods)
-        if size > MOST_PARTS:
+        if size > MAX_PARTS:
             large.append((size, f"{tag['path']} {tag['name']}: {len(members)} + {len(methods)}"))
     return [text for _, text in sorted(large, reverse=True)]
 

@@ -28,7 +28,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin")).resolve()
 PACKAGE = BIN.parent / "python"
-MOST_UNHELPFUL = 5  # of all
+MAX_UNHELPFUL = 5  # of all
 
 VARIATIONS = []
 
@@ -1315,7 +1315,7 @@ def main():
         print(f"{verdict:10}{name}" + "".join("\n      " + line for line in shown.splitlines()[-12:]), flush=True)
     print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()) + f" of {sum(counts.values())}, "
           f"{time.monotonic() - began:.0f} s")
-    return 1 if counts["silent"] or counts["unhelpful"] > MOST_UNHELPFUL or not sum(counts.values()) else 0
+    return 1 if counts["silent"] or counts["unhelpful"] > MAX_UNHELPFUL or not sum(counts.values()) else 0
 
 
 if __name__ == "__main__":

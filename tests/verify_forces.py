@@ -28,7 +28,7 @@ import bags
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DATA = ROOT.parent / "shared" / "data"
-CORRUPTIONS, LEAST_NAMED, CLEAN = 40, 40, 10
+CORRUPTIONS, MIN_NAMED, CLEAN = 40, 40, 10
 UNITS = {"mN": 1000.0, "g": 1000 / 9.80665, "kgf": 1 / 9.80665, "9.81": 9.80665, "1/1000": 0.001, "lbf": 1 / 4.4482216,
          "known in lbf": 4.4482216}
 FOAM_OWN = {"magnitude", "frame"}
@@ -281,7 +281,7 @@ def main():
             print(f"9DTact    {len(pairs):5d} clean: {' '.join(sorted(wrong(card))) or 'no alarm'}"
                   f"{' not decided: ' + ' '.join(sorted(undecided)) if undecided else ''}")
     print(f"seed {arguments.seed}: {named} of {CORRUPTIONS} corruptions named, {alarms} alarms on {CLEAN} clean subsets")
-    return 0 if named >= LEAST_NAMED and alarms == 0 else 1
+    return 0 if named >= MIN_NAMED and alarms == 0 else 1
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ const CORNERS = [[0, 0], [88, 0], [88, 88], [0, 88]].map(toImage), TIP = toImage
 test('an image of each step', async () => {
   for (const name of readdirSync(SCRATCH).filter((file) => /^step-.*\.png$/.test(file))) rmSync(path.join(SCRATCH, name));
   const images = imagesOf(path.join(ROOT, 'deploy/scenes/silicone-block.yaml'), path.join(SCRATCH, 'recorded'));
-  const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-${process.pid}`), size: [1000, 640] }), { page, stage } = person;
+  const person = await Person.open({ images, rate: 60, saved: path.join(SCRATCH, `saved-${process.pid}`), size: [1000, 640] }), { page, stage } = person;
   let step = 0;
   const show = () => page.locator('#setup').screenshot({ path: path.join(SCRATCH, `step-${++step}.png`) });
   try {
@@ -48,6 +48,6 @@ test('an image of each step', async () => {
     await until(async () => /^[1-9].* N ± /.test(await stage.text('setup-force')), 'a force');
     await show();
   } finally {
-    await person.standUp();
+    await person.close();
   }
 });

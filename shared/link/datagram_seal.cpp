@@ -32,12 +32,12 @@ CipherContext MakeCipher(const DatagramKey& key, bool seals) {
   return cipher;
 }
 
-// Under the key and direction that the context has.
+// Encrypts or decrypts with the key and direction of the context.
 bool Begin(EVP_CIPHER_CTX* cipher, const Nonce& nonce) {
   return EVP_CipherInit_ex(cipher, nullptr, nullptr, nullptr, nonce.data(), -1) == 1;
 }
 
-// A stream cipher: as many bytes come out as go in, and all at once.
+// A stream cipher returns as many bytes as it gets, in one call.
 bool Pass(EVP_CIPHER_CTX* cipher, std::span<const std::uint8_t> in, std::uint8_t* out) {
   int passed = 0;
   return EVP_CipherUpdate(cipher, out, &passed, in.data(), static_cast<int>(in.size())) == 1;
@@ -82,7 +82,7 @@ std::span<const std::uint8_t> DatagramSealer::Seal(std::span<const std::uint8_t>
 DatagramOpener::DatagramOpener(const DatagramKey& key) : cipher_(MakeCipher(key, false)) {}
 
 std::span<const std::uint8_t> DatagramOpener::Open(std::span<const std::uint8_t> sealed) noexcept {
-  if (sealed.size() <= kSealSize || sealed.size() > kLargestDatagram) return {};
+  if (sealed.size() <= kSealSize || sealed.size() > kMaxDatagram) return {};
   std::uint64_t counter = 0;
   for (const std::uint8_t byte : sealed.first(kCounterSize)) counter = counter << 8U | byte;
   if (counter <= newest_) return {};

@@ -256,14 +256,14 @@ void RequireWritable(const std::filesystem::path& file) {
                                          : "a file in a folder that exists and may be written to"));
   }
   if (!part.empty()) std::filesystem::remove(part, ignored);
-  // A pipe stays open until the program ends: its reader would take a first end for the last.
+  // Keeps a pipe open until the program ends: its reader would take an early end for the last one.
   if (!is_pipe) close(opened);
 }
 
 void RequireOtherThan(std::string_view option, const std::filesystem::path& out,
                       std::span<const std::filesystem::path> inputs) {
   for (const auto& input : inputs) {
-    std::error_code error;  // what is not there is no input
+    std::error_code error;  // set if a file does not exist
     if (out.empty() || !std::filesystem::equivalent(out, input, error) || error) continue;
     throw std::invalid_argument(std::string(option) + " " + out.string() +
                                 ": expected another file than " + input.string() +

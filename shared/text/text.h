@@ -85,15 +85,15 @@ std::string Presentable(std::string_view text, std::size_t most);
 // `accepted`: description of the file, such as "a rig".
 std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most,
                           std::string_view accepted);
-// False: it cannot be written.
+// Returns false if the file cannot be written.
 [[nodiscard]] bool TryWrite(const std::filesystem::path& file, std::string_view bytes);
 // Throws std::system_error `file: cannot be written: reason`.
 void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes);
 
-// A symbolic link at the name of a result: chosen by the user who named it, or planted by somebody
-// in a folder that the program chose.
+// How to treat a symbolic link at the name of a result: the user may have chosen it, or somebody
+// planted it in a folder that the program chose.
 enum class Links : std::uint8_t { kFollow, kReplace };
-// Writes to an open file. False: it failed.
+// Writes to an open file. Returns false on failure.
 using FileWriter = std::function<bool(std::FILE*)>;
 
 // Replaces a file atomically: readers find the old or the new one. `write` gets a new file with a

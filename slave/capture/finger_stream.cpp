@@ -10,7 +10,7 @@ namespace {
 
 constexpr Clock::duration kSilence = std::chrono::seconds(1);  // of a driver, gives way to another
 constexpr int kDrivers = 20;          // samples without a gap make a driver of a sender
-constexpr double kMaxCounts = 1e9;    // beyond, no sensor and soon no float
+constexpr double kMaxCounts = 1e9;    // no sensor sends more
 constexpr double kMaxDistance = 1e6;  // [m]
 constexpr double kRigid = 1e-6;       // of a rotation matrix
 constexpr double kMaxPause = 3;       // periods; longer ones are gaps

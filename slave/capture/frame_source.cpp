@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A size is part of what a scene says a pixel shows: images of another one have other pixels.
+// The size belongs to the scene's pixel size: images of another size have other pixels.
 void RequireSize(const Camera& camera, const cv::Size& first) {
   const auto [width, height] = camera.size;
   if (width == 0 || (width == first.width && height == first.height)) return;
@@ -33,7 +33,7 @@ void RequireSize(const Camera& camera, const cv::Size& first) {
                            std::to_string(first.height) + "], or no size");
 }
 
-// The next images, as their cameras gave them, without number and timestamp; empty ones: no more.
+// Returns the next images without number and timestamp. Empty images end the source.
 using ReadImages = std::function<StereoPair()>;
 
 struct ReadOptions {
@@ -188,8 +188,8 @@ StereoPair ReadDepth(ImageFiles& files) {
   return Arranged({.left = files.ReadNext()}, PairLayout::kDepth, name);
 }
 
-// Where the first two bear the same number, all must: an image missing on the left and another one
-// on the right would pair what does not belong together.
+// If the first two files have the same number, all pairs must. An image missing on the left and
+// another one on the right would otherwise make wrong pairs.
 void RequireSameNumbers(const ImageFiles& left, const ImageFiles& right) {
   if (LastNumber(left.files().front()) != LastNumber(right.files().front())) return;
   for (std::size_t k = 0; k < left.count(); ++k) {

@@ -31,7 +31,7 @@ struct Truth {
   bool solved = true;
   // The fingertips of scenes that have some; the first is the tool.
   std::array<FingerTruth, kMaxFingers> fingers{};
-  bool punctured = false;  // the tool is through the membrane, which pushes no more
+  bool punctured = false;  // the tool is through the membrane, whose force has ended
 };
 
 // A target that moves as a rigid body, whose frame is B.
@@ -48,9 +48,9 @@ class GroundTruth {
   GroundTruth(const GroundTruth&) = delete;
   GroundTruth& operator=(const GroundTruth&) = delete;
 
-  // At the instant of the last sample, or of the simulation itself now.
+  // Returns the truth at the instant of the last sample, or of the simulation itself now.
   [[nodiscard]] virtual Truth truth() const = 0;
-  // nullopt: nothing moves as a rigid body.
+  // Returns the target that moves as a rigid body; nullopt: there is none.
   [[nodiscard]] virtual std::optional<TargetTruth> target() const { return std::nullopt; }
   // Returns the target of the tool in frame S [m]; nullopt if there is none. The target never
   // changes.

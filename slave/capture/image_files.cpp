@@ -132,7 +132,7 @@ cv::Mat WithoutAlpha(const cv::Mat& image) {
   return colour;
 }
 
-// A format that only the module knows: how large its image is, it says after decoding alone.
+// An image of a format that only the module reads. Its size is known after decoding.
 class OtherImage final : public CodedImage {
  public:
   explicit OtherImage(Bytes bytes) : image_(WithoutAlpha(LoadVideoBackend().Decode(bytes))) {

@@ -24,12 +24,13 @@ std::chrono::steady_clock::time_point After(std::chrono::milliseconds duration) 
 }
 
 constexpr std::size_t kKept = 4;  // images per camera that may still find their partner
-constexpr auto kRetry = std::chrono::milliseconds(250);  // until a lost camera is opened again
-constexpr auto kEnds = std::chrono::seconds(3);          // a thread that is asked to
-constexpr auto kAnswers = std::chrono::seconds(5);       // a stream that is opened
-constexpr double kNoPair = 1;                            // [s] without one is reported
+constexpr auto kRetry = std::chrono::milliseconds(250);    // before a lost camera is opened again
+constexpr auto kThreadEndTime = std::chrono::seconds(3);   // limit for a thread that must end
+constexpr auto kStreamOpenTime = std::chrono::seconds(5);  // limit for opening a stream
+constexpr double kMaxTimeWithoutPair = 1;                  // longer is reported [s]
 
-// Empty: there is no image any more. An exception of the library counts as a camera that is gone.
+// Returns an empty image at the end of the stream. An exception of the library counts as a camera
+// that is gone.
 cv::Mat NextOf(VideoStream* video) {
   try {
     return video != nullptr ? video->Next() : cv::Mat();
@@ -42,7 +43,7 @@ std::string InWords(const cv::Mat& image) {
   return fmt::format("{} x {} px, {}", image.cols, image.rows, TypeInWords(image.type()));
 }
 
-struct Taken {
+struct ReceivedImage {
   cv::Mat image;
   Time at{};
 };
@@ -50,20 +51,21 @@ struct Taken {
 // LiveCamera is the state of one camera, written by its thread.
 struct LiveCamera {
   enum class Stage : std::uint8_t { kOpening, kOpened, kEnded } stage = Stage::kOpening;
-  std::exception_ptr refusal;  // of the first opening
+  std::exception_ptr refusal;  // error of the first opening
   bool gone = false;
-  std::deque<Taken> waiting;  // for their partners
-  cv::Mat first;              // the format of all images is that of the first
-  std::string unlike;         // why the newest image is not accepted; empty: it is
+  std::deque<ReceivedImage> waiting;  // for their partners
+  cv::Mat first;                      // the format of all images is that of the first
+  std::string unlike;                 // why the newest image is not accepted; empty: it is
 };
 
 }  // namespace
 
 struct LiveCameras::State {
-  State(std::vector<CameraInput> of, double most_apart, std::chrono::milliseconds longest)
-      : inputs(std::move(of)), sync(most_apart), patience(longest), cameras(inputs.size()) {}
+  State(std::vector<CameraInput> of, double max_apart, std::chrono::milliseconds longest)
+      : inputs(std::move(of)), sync(max_apart), timeout(longest), cameras(inputs.size()) {}
 
-  // A camera's thread. Opening and reading it are another library's, which may never come back.
+  // Runs on a camera's thread. Opening and reading are calls of another library, which may never
+  // return.
   void Run(std::size_t i, const std::stop_token& stop);
   void ReadOpened(std::size_t i, std::unique_ptr<VideoStream> video, const std::stop_token& stop);
   void Reach(std::size_t i, LiveCamera::Stage stage);
@@ -84,7 +86,7 @@ struct LiveCameras::State {
 
   const std::vector<CameraInput> inputs;
   const double sync;
-  const std::chrono::milliseconds patience;
+  const std::chrono::milliseconds timeout;
   ImageQueue queue;
 
   mutable PriorityInheritanceMutex mutex;  // guards what follows
@@ -123,16 +125,16 @@ void LiveCameras::State::AwaitOpened(std::size_t i) {
   std::unique_lock lock(mutex);
   const LiveCamera& camera = cameras[i];
   const auto answered = [&] { return camera.stage != LiveCamera::Stage::kOpening; };
-  if (!changed.wait_until(lock, After(patience), answered)) {
+  if (!changed.wait_until(lock, After(timeout), answered)) {
     throw std::runtime_error(fmt::format("{}: no answer within {:g} s", inputs[i].name,
-                                         std::chrono::duration<double>(patience).count()));
+                                         std::chrono::duration<double>(timeout).count()));
   }
   if (camera.refusal) std::rethrow_exception(camera.refusal);
 }
 
 bool LiveCameras::State::HasEnded(std::size_t i) {
   std::unique_lock lock(mutex);
-  return changed.wait_until(lock, After(kEnds),
+  return changed.wait_until(lock, After(kThreadEndTime),
                             [&] { return cameras[i].stage == LiveCamera::Stage::kEnded; });
 }
 
@@ -232,7 +234,8 @@ std::string LiveCameras::State::Trouble(Time now) const {
     if (cameras[i].gone) return inputs[i].name + ": disconnected; reconnecting";
     if (!cameras[i].unlike.empty()) return cameras[i].unlike;
   }
-  if (inputs.size() < 2 || health.dropped == 0 || SecondsBetween(matched_at, now) < kNoPair)
+  if (inputs.size() < 2 || health.dropped == 0 ||
+      SecondsBetween(matched_at, now) < kMaxTimeWithoutPair)
     return {};
   return fmt::format("no pair for {:.1f} s: the images arrive {:.3g} ms apart, sync is {:.3g} ms",
                      SecondsBetween(matched_at, now), 1e3 * std::abs(apart), 1e3 * sync);
@@ -240,7 +243,7 @@ std::string LiveCameras::State::Trouble(Time now) const {
 
 void LiveCameras::State::AwaitFirst(const std::stop_token& stop) {
   std::unique_lock lock(mutex);
-  changed.wait_until(lock, stop, After(patience), [&] {
+  changed.wait_until(lock, stop, After(timeout), [&] {
     return health.taken > 0 || std::ranges::any_of(cameras, [](const LiveCamera& camera) {
              return !camera.unlike.empty();
            });
@@ -256,8 +259,8 @@ void LiveCameras::State::AwaitFirst(const std::stop_token& stop) {
 }
 
 LiveCameras::LiveCameras(std::vector<CameraInput> inputs, PairLayout layout, double sync,
-                         std::chrono::milliseconds patience)
-    : state_(std::make_shared<State>(std::move(inputs), sync, patience)), layout_(layout) {
+                         std::chrono::milliseconds timeout)
+    : state_(std::make_shared<State>(std::move(inputs), sync, timeout)), layout_(layout) {
   try {
     for (std::size_t i = 0; i < state_->inputs.size(); ++i) {
       threads_.emplace_back(
@@ -309,8 +312,8 @@ CameraInput InputOf(const Eye& eye, const cv::Size& size, double rate) {
     return {fmt::format("camera {}", eye.device),
             [&videos, eye, size, rate] { return videos.OpenDevice(eye.device, size, rate); }, size};
   }
-  return {"stream " + eye.address, [&videos, eye] { return videos.OpenUrl(eye.address, kAnswers); },
-          size};
+  return {"stream " + eye.address,
+          [&videos, eye] { return videos.OpenUrl(eye.address, kStreamOpenTime); }, size};
 }
 
 std::unique_ptr<FrameSource> FramesOf(std::vector<CameraInput> inputs, ImageFilter filter) {

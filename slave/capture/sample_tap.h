@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// Called by the thread that waits for samples; must not keep it.
+// Is called by the thread that waits for samples, and must not block it.
 class SampleTap {
  public:
   virtual ~SampleTap() = default;
@@ -64,7 +64,7 @@ class TappedImages final : public TappedSource<ImageSource<Image>> {
   }
 };
 
-// `source` itself, if there is no tap.
+// Returns `source` itself if there is no tap.
 template <typename Image>
 std::unique_ptr<ImageSource<Image>> Tapped(std::unique_ptr<ImageSource<Image>> source,
                                            SampleTap* tap) {
@@ -76,7 +76,7 @@ inline std::unique_ptr<TactileSource> Tapped(std::unique_ptr<TactileSource> sour
   if (tap == nullptr) return source;
   return std::make_unique<TappedSource<TactileSource>>(std::move(source), tap);
 }
-// The source behind the tap, if there is one.
+// Returns the source behind the tap, if there is one.
 template <typename Source>
 Source* Untapped(Source* source) {
   auto* tapped = dynamic_cast<TappedSource<Source>*>(source);

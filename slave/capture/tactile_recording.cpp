@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kMaxCounts = 1e9;  // beyond, no sensor and soon no float
+constexpr double kMaxCounts = 1e9;  // no sensor sends more
 
 constexpr double kMaxPosition = 10;      // [m]; beyond, these are millimetres
 constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
@@ -64,8 +64,8 @@ std::string NameOf(std::string_view prefix) {
   return std::string(prefix.substr(0, prefix.size() - (prefix.empty() ? 0 : 1)));
 }
 
-// The prefixes of the fingers wanted. A file of one finger without a name holds whichever is
-// wanted.
+// Chooses the prefixes of the `wanted` fingers. A file of one finger without a name serves every
+// wanted finger.
 std::vector<std::string> ChoosePrefixes(const CsvTable& rows, std::span<const std::string> wanted,
                                         const TactileChannels& channels) {
   auto prefixes = PrefixesIn(rows, channels);

@@ -27,7 +27,7 @@ struct Residual {
 // into the estimate, as a parameter. One thread; allocation-free.
 class Consistency {
  public:
-  static constexpr int kMaxCodes = 16;   // that one pipeline adds [-] [by definition]
+  static constexpr int kMaxCodes = 16;   // codes of one pipeline [-] [by definition]
   static constexpr int kMaxWindow = 16;  // [samples] [by definition]
 
   struct Result {

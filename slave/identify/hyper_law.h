@@ -37,7 +37,7 @@ struct HyperLaw {
 struct LawFamily {
   std::string name;
   std::vector<double> fixed;  // exponents that the name decides
-  int free = 0;               // exponents that are sought
+  int free = 0;               // number of unknown exponents
   std::vector<int> yeoh;      // powers of I1 - 3, of 1 to 3, instead of terms
 
   [[nodiscard]] int moduli() const {
@@ -59,7 +59,7 @@ const std::vector<LawFamily>& OfferedLaws();
 // The least second-order work of a small step from where the stretches are, over that of the law at
 // rest, along all principal steps that keep the volume: below zero the law is unstable there
 // (Drucker). By differences.
-double LeastStability(const HyperLaw& law, const Eigen::Vector3d& stretches);
+double MinStability(const HyperLaw& law, const Eigen::Vector3d& stretches);
 
 // Returns as text where a law first becomes unstable in uniaxial, equibiaxial or planar load
 // between the stretches `low` <= 1 <= `high`; empty if it is stable.

@@ -32,7 +32,7 @@ struct IdentifyRequest {
 // What the caller does with a scene.
 struct IdentifyActions {
   std::function<void(const Scene&)> remark;  // on its numbers; empty: nothing
-  // The fit of `pictures=FILE`; empty: refused.
+  // The fit of `images=FILE`; empty: refused.
   std::function<ImageFit(const Scene&, const std::filesystem::path&)> fit_images;
 };
 

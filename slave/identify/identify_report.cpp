@@ -85,21 +85,21 @@ Json ToJson(const LawFit& fit, const std::vector<double>& shares, const Identify
           {"scene", SceneLines(fit, report.specimen_sigma)}};
 }
 
-// Young's modulus of a Prony series after the longest record, and at once.
+// Young's modulus of a Prony series, after the longest record and at the first instant.
 struct Faded {
   double held = 0, at_once = 0;  // [Pa]
-  double half_width = 0;         // of the first, as above [Pa]
+  double half_width = 0;         // of `held`, 95 % [Pa]
   double record = 0;             // [s]
   std::string scene;
-  std::string relaxing_scene;  // with the series; empty: nothing stays in the end
+  std::string relaxing_scene;  // scene with the series; empty: the modulus fades to zero
 };
 
-// The lines of a body that relaxes. The ratio is the largest for which `fem-green` is not
-// extrapolated.
+// Returns the scene's lines of a body that relaxes. Poisson's ratio is the largest for which
+// `fem-green` is not extrapolated.
 std::string RelaxingLines(const identify::PronyFit& prony, bool shear, double sigma) {
   constexpr double kPoisson = 0.48;
   const bool fits = prony.equilibrium > 0 && !prony.terms.empty() &&
-                    prony.terms.size() <= Material::kMostRelaxationTerms;
+                    prony.terms.size() <= Material::kMaxRelaxationTerms;
   if (!fits) return {};
   std::string terms;
   for (const identify::PronyTerm& term : prony.terms) {
@@ -207,7 +207,7 @@ std::string WordsOf(const LawFit& fit) {
   return words;
 }
 
-// The first that a scene reads; null: none.
+// Returns the first fit whose law a scene can have, or null.
 const LawFit* ReadByScenes(const IdentifyReport& report) {
   const auto found = std::ranges::find_if(
       report.fits, [](const LawFit& fit) { return !SceneLines(fit, 0).empty(); });
@@ -383,7 +383,7 @@ std::string ToJson(const IdentifyReport& report) {
   if (report.prony) json["relaxation"] = ToJson(*report.prony, FadedOf(report));
   if (report.press) json["press"] = ToJson(*report.press);
   if (report.loads) json["loads"] = ToJson(*report.loads);
-  if (report.images) json["pictures"] = ToJson(*report.images);
+  if (report.images) json["images"] = ToJson(*report.images);
   return json.dump(2) + "\n";
 }
 

@@ -16,7 +16,7 @@ namespace palpate {
 
 struct PressFit {
   double young_modulus = 0, sigma_modulus = 0;  // [Pa]
-  double poisson_ratio = 0;                     // the scene's, unless it was sought
+  double poisson_ratio = 0;                     // of the scene, or estimated
   bool sought_poisson = false;
   double sigma_poisson = 0;  // [-]
   double rms = 0;            // of the forces or displacements, over the largest [-]

@@ -1,4 +1,4 @@
-// The numbers of a CSV table below whatever remarks, its columns by name and unit.
+// The numbers of a CSV table below any remarks, with its columns by name and unit.
 #pragma once
 
 #include <filesystem>

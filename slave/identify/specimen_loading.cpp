@@ -140,12 +140,12 @@ void KeepFirstLoading(MaterialTest* test) {
 }
 
 void TakeOffTravel(MaterialTest* test) {
-  constexpr double kBeginning = 0.1;                  // of the range of strains: the first rows
-  constexpr std::size_t kMinCount = 3;                // of them
-  constexpr double kNegligible = 0.005;               // of the largest strain
-  constexpr double kUnloaded = 0.25;                  // of the load of the travel: less is none
-  constexpr double kBoth = 4;                         // of it: an offset of the load, too
-  constexpr double kMinRatio = 0.6, kMaxRatio = 1.6;  // of it: a row of the curve
+  constexpr double kBeginning = 0.1;     // part of the range of strains that counts as first rows
+  constexpr std::size_t kMinCount = 3;   // first rows
+  constexpr double kNegligible = 0.005;  // of the largest strain
+  constexpr double kUnloaded = 0.25;     // part of the travel's load below which there is none
+  constexpr double kBoth = 4;            // times it: the load has an offset, too
+  constexpr double kMinRatio = 0.6, kMaxRatio = 1.6;  // times it: a row of the curve
   std::vector<TestRow>& rows = test->rows;
   if (rows.size() < kMinCount + kMinTestRows || !(test->Peak() > 0)) return;
   const double begin = StrainOf(*test, rows.front()), largest = LargestStrain(*test);

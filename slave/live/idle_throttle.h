@@ -15,7 +15,8 @@ class IdleThrottle {
   static constexpr std::chrono::milliseconds kIdlePeriod{
       500};  // of the samples without a watching client
 
-  // From now on the thread may skip samples. The sensing must recover its state in one sample.
+  // Permits the thread to skip samples from now on. The sensing must recover its state in one
+  // sample.
   void Allow() { is_allowed_ = true; }
   [[nodiscard]] bool is_allowed() const { return is_allowed_; }
   // The sensing thread calls it after each sample. It waits for a watching client, for `Wake` or

@@ -142,7 +142,7 @@ void LiveSensing::Estimate() {
   patch_.Update(estimate, parts_.settings.revision(), &parts_.sense, Clock::now());
   local_.Put(estimate.local_model, p_S_sensed_, p_S_encoders_);
   has_estimate_ = true;
-  // Where looking is a part of the estimate, that one knows when it was done.
+  // Sensing that processes the sample in the estimate states the time in the estimate.
   trace_.processed_at = std::max(trace_.processed_at, estimate.processed_at);
   parts_.newest.Put(estimate, trace_);
   ReportDepth(estimate);

@@ -13,7 +13,7 @@ namespace palpate {
 
 struct OfflineOptions {
   std::filesystem::path out;  // created if missing; gets states.csv and summary.json
-  bool images = false;        // also out/pictures/NNNNNN.jpg with the detections drawn in
+  bool images = false;        // also out/images/NNNNNN.jpg with the detections drawn in
   bool frames = false;        // also out/frames with the source images, without loss
   std::function<void(std::uint64_t)> progress = {};  // called with the samples done; may be empty
   double duration = 0;  // duration of a simulated target's path [s]; 0: its default

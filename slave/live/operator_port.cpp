@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-// Beyond these no hand and no tool ever goes: such numbers come from a broken client.
+// No operator and no tool exceeds these limits: larger numbers come from a broken client.
 constexpr double kAbsurdPosition = 100;  // [m]
 constexpr double kAbsurdSpeed = 100;     // [m/s]
 
@@ -28,8 +28,8 @@ bool IsSane(const OperatorCommand& command) {
 
 constexpr auto kWatchPeriod = std::chrono::milliseconds(2);
 
-// A slave that starts later begins with a larger number, so that a reset of before its start clears
-// no stop of it.
+// Numbers of a slave that starts later are larger, so that a reset that was requested before its
+// start clears no stop.
 std::uint64_t FirstStopNumber() {
   const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
   return static_cast<std::uint64_t>(
@@ -155,7 +155,7 @@ void OperatorPort::Engage(const OperatorCommand& command) noexcept {
   transform_.begin.reset();
 }
 
-// The first command of the engagement that has a rotation is the reference: it turns nothing.
+// The first command with a rotation is the reference of the engagement. It turns nothing.
 void OperatorPort::Turn(const OperatorCommand& command) noexcept {
   if (!command.R_M_device) return;
   if (!transform_.begin) {
@@ -216,7 +216,7 @@ void OperatorPort::Watch(Time now, const ContactState& contact) noexcept {
     HoldUntilEngaged(Event::kHold);
   }
   if (view_.phase == Phase::kHold &&
-      std::max(silence, unacknowledged) > dead_after_ + kLongestCommandGap) {
+      std::max(silence, unacknowledged) > dead_after_ + kMaxCommandGap) {
     needs_new_epoch_ = true;
   }
 }
@@ -268,7 +268,7 @@ void OperatorPort::SetScales(std::optional<double> position_scale,
     throw std::logic_error(
         "a scale can change only while the operator is disengaged: open the clutch first");
   }
-  // Going on in the old epoch would move the tool by the change.
+  // In the old epoch the change would move the tool.
   if (view_.phase == Phase::kHold) needs_new_epoch_ = true;
   if (position_scale) transform_.position_scale = *position_scale;
   if (force_scale) transform_.force_scale = *force_scale;
@@ -276,7 +276,7 @@ void OperatorPort::SetScales(std::optional<double> position_scale,
 
 void OperatorPort::SetRegistration(const Eigen::Vector3d& image_minus_encoders) noexcept {
   const std::lock_guard lock(mutex_);
-  // Moving the registration while following would move the tool under the operator's hand.
+  // A change of the registration while following would move the tool.
   if (view_.phase != Phase::kFollowing) image_minus_encoders_ = image_minus_encoders;
 }
 

@@ -27,7 +27,7 @@ class Manipulator {
   // Sets the target of the tip, S [m]. Thread-safe, the latest counts. Outside the workspace: the
   // nearest point inside. Not finite: ignored, and false.
   virtual bool Command(const Eigen::Vector3d& p_S_target) noexcept = 0;
-  // Stop where it is. Thread-safe.
+  // Stops at the present position. Thread-safe.
   virtual void Hold() noexcept = 0;
   // Emergency stop: stops, with brakes if there are any, until released. Thread-safe.
   virtual void Stop() noexcept { Hold(); }
@@ -47,7 +47,7 @@ class Manipulator {
   // Increases when earlier positions become invalid, because another driver may use another origin.
   // Thread-safe.
   [[nodiscard]] virtual std::uint32_t frame() const noexcept { return 0; }
-  // The last target was clipped by the workspace or a speed limit. Thread-safe.
+  // Returns whether the workspace or a speed limit clipped the last target. Thread-safe.
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
   // Returns whether it moves a tool that images may show.
   [[nodiscard]] virtual bool carries_tool() const noexcept = 0;
@@ -57,14 +57,14 @@ class Manipulator {
   // The manipulator does not move the tool, or its position is unknown. It holds until a new
   // engagement. Thread-safe.
   [[nodiscard]] virtual bool is_faulty() const noexcept { return false; }
-  // nullopt: it exists only here.
+  // Health of a manipulator that a client drives; nullopt: it is part of the slave.
   [[nodiscard]] virtual std::optional<ArmHealth> health() const { return std::nullopt; }
   // Returns the force of the object on the tool, measured by a sensor of the manipulator, S [N]. No
   // estimator reads it. nullopt: no sensor. Thread-safe.
   [[nodiscard]] virtual std::optional<Eigen::Vector3d> measured_force() const noexcept {
     return std::nullopt;
   }
-  // The manipulator that a client drives; null: none does.
+  // Returns this manipulator if a client drives it, else null.
   [[nodiscard]] virtual StreamedManipulator* driven() noexcept { return nullptr; }
 };
 

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kMaxStep = 0.05;  // a slave that slept makes no leap of it [s]
+constexpr double kMaxStep = 0.05;  // limits the leap after a pause of the slave [s]
 constexpr double kFastest = 3;     // of max_speed: what no report may show
 constexpr double kSlack = 0.01;    // of a report: what it goes in so long at max_speed [s]
 constexpr double kOutside = 0.02;  // of the workspace's diagonal: how far a tip may overshoot it
@@ -35,7 +35,7 @@ StreamedManipulator::StreamedManipulator(const ManipulatorOptions& options, Now 
 bool StreamedManipulator::Command(const Eigen::Vector3d& p_S_target) noexcept {
   const std::lock_guard lock(mutex_);
   if (!reading_ || HasFault(now_()) || !p_S_target.allFinite()) return false;
-  // It may have been moved by other hands while it stood.
+  // Somebody may have moved the arm while it was stopped.
   if (motion_ != ArmAim::Motion::kFollow) follower_.Place(reading_->p_S_tip);
   motion_ = ArmAim::Motion::kFollow;
   return follower_.Aim(p_S_target);
@@ -64,7 +64,8 @@ void StreamedManipulator::Stop() noexcept {
   motion_ = ArmAim::Motion::kStop;
 }
 
-// Once: an arm that gives way under load would creep if it were held where it is again and again.
+// Sets the target once. An arm that gives way under load would creep if its present position were
+// the target again and again.
 void StreamedManipulator::HoldPosition() noexcept {
   if (motion_ != ArmAim::Motion::kFollow) return;
   motion_ = ArmAim::Motion::kHold;

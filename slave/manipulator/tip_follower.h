@@ -23,11 +23,11 @@ class TipFollower {
   // Sets the target. Outside the workspace: the nearest point inside. Not finite: ignored, and
   // false.
   bool Aim(const Eigen::Vector3d& p_S_target) noexcept;
-  // Stop where it is.
+  // Stops at the present position.
   void Hold() noexcept;
   // Sets the position to p_S [m], or the nearest point inside, at rest.
   void Place(const Eigen::Vector3d& p_S) noexcept;
-  // `dt` [s] pass; not positive or not finite: none.
+  // Advances by `dt` [s]. A `dt` that is not positive or not finite changes nothing.
   void Step(double dt) noexcept;
 
   [[nodiscard]] const Eigen::Vector3d& tip() const noexcept { return tip_; }

@@ -35,7 +35,8 @@ std::string Joined(const std::vector<std::string>& lines) {
 
 }  // namespace
 
-// Each call that leaves a mark, before it is made: what it does is in the order of what is kept.
+// Records each call that changes the sensing before the call is made, so that its effects follow it
+// in the recording.
 class SenseRecording::WatchedSense final : public SensingPipeline {
  public:
   WatchedSense(SenseRecording* kept, std::unique_ptr<SensingPipeline> sense)
@@ -173,8 +174,8 @@ void SenseRecording::PutInstant(std::uint64_t sequence, Time sensed_at, int imag
   recording_->Put(steps_, Clock::now(), step);
 }
 
-// Packing takes milliseconds, which the writing thread has. Nobody changes an image that was given
-// out.
+// The writing thread compresses the images, which takes milliseconds. Nobody changes an image that
+// was returned.
 void SenseRecording::PutImage(std::uint16_t channel, const cv::Mat& image, Time sensed_at) {
   recording_->Put(channel, Clock::now(), image.total() * image.elemSize(),
                   [image, sensed_at] { return ImageMessage(image, sensed_at); });

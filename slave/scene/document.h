@@ -38,7 +38,7 @@ class Mistakes {
   void AddAtPath(const DocumentNode& root, std::string_view path, std::string_view accepted);
   // A mistake that concerns no value, at a line or (0) the file as a whole.
   void AddGeneral(int line, std::string_view what, std::string_view accepted = {});
-  // An `--override` pair that is none.
+  // Error of an `--override` that is no pair of key and value.
   void AddOverride(std::string_view pair, std::string_view accepted);
 
   [[nodiscard]] std::size_t count() const { return count_; }

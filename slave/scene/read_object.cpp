@@ -76,8 +76,8 @@ Geometry ReadMembrane(Section& geometry) {
   dome.thickness = ReadThickness(membrane);
   dome.air = membrane.Number("air");
   if (membrane.mistakes()->count() > before) return dome;
-  constexpr double kLongest = 10;  // to the shortest
-  if (dome.semi_axes.maxCoeff() > kLongest * dome.semi_axes.minCoeff()) {
+  constexpr double kMaxAxesRatio = 10;  // to the shortest
+  if (dome.semi_axes.maxCoeff() > kMaxAxesRatio * dome.semi_axes.minCoeff()) {
     membrane.Refuse("semi_axes", "three lengths, at most 10 to 1");
   } else if (dome.inflation > 1.5 * dome.semi_axes.z()) {
     membrane.Refuse("inflation", "at most 1.5 times the semi-axis along z");
@@ -96,8 +96,8 @@ BoxGeometry ReadBox(Section& geometry) {
   const Eigen::Vector3d cells = section.Vector3("cells");
   if (cells != cells.array().floor().matrix()) section.Refuse("cells", "three whole numbers");
   for (int i = 0; i < 3; ++i) box.cells[static_cast<std::size_t>(i)] = static_cast<int>(cells[i]);
-  constexpr double kMostTets = 4e6;
-  if (6 * cells.prod() > kMostTets)
+  constexpr double kMaxTets = 4e6;
+  if (6 * cells.prod() > kMaxTets)
     section.Refuse("cells", "cells with at most 4 million tetrahedra");
   return box;
 }
@@ -109,7 +109,7 @@ double ReadUnit(Section& geometry) {
   const std::string text = geometry.Text("unit", accepted, "1 m");
   const auto bare = ParseQuantity("1 " + text, Dimension::kLength);
   const auto unit = bare ? bare : ParseQuantity(text, Dimension::kLength);
-  if (unit && *unit >= kSmallest && *unit <= kLargest) return *unit;
+  if (unit && *unit >= kMinValue && *unit <= kMaxValue) return *unit;
   geometry.Refuse("unit", accepted);
   return 1;
 }
@@ -139,7 +139,7 @@ MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
 }
 
 std::vector<RelaxationTerm> ReadRelaxation(Section& material) {
-  const std::string accepted = "one to " + std::to_string(Material::kMostRelaxationTerms) +
+  const std::string accepted = "one to " + std::to_string(Material::kMaxRelaxationTerms) +
                                " terms {share: ..., time: ...} whose shares add up to less than 1";
   Section list = material.OpenList("relaxation");
   std::vector<RelaxationTerm> terms;
@@ -151,12 +151,13 @@ std::vector<RelaxationTerm> ReadRelaxation(Section& material) {
     left -= terms.back().share;
   }
   if (!list.present() || list.mistakes()->count() > before) return terms;
-  const bool is_usable = terms.size() > 0 && terms.size() <= Material::kMostRelaxationTerms;
+  const bool is_usable = terms.size() > 0 && terms.size() <= Material::kMaxRelaxationTerms;
   if (!is_usable || !(left > 1e-9)) material.Refuse("relaxation", accepted);
   return terms;
 }
 
-// nullptr: no name, or none of the table, which is refused.
+// Returns the material with this name. Null: there is no name, or the table does not have it, which
+// is refused.
 const NamedMaterial* ReadName(Section& material) {
   if (!material.Has("name")) return nullptr;
   std::string names;
@@ -212,7 +213,7 @@ Eigen::AlignedBox3d ReadLayer(Section& region) {
   const std::size_t before = layer.mistakes()->count();
   const double from = layer.Number("from"), to = layer.Number("to");
   if (layer.mistakes()->count() == before && !(from < to)) layer.Refuse("to", "more than `from`");
-  Eigen::Vector3d lower = Eigen::Vector3d::Constant(-kLargest), upper = -lower;
+  Eigen::Vector3d lower = Eigen::Vector3d::Constant(-kMaxValue), upper = -lower;
   lower[axis] = from;
   upper[axis] = to;
   return {lower, upper};
@@ -259,7 +260,7 @@ Geometry ReadGeometry(Section& object, const SceneContext& context) {
   const auto found =
       std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });
   if (section.present() && found != 1) {
-    // None of them, but something: that something is reported for itself.
+    // A key that is none of them is reported by itself.
     if (found > 1 || section.size() == 0) object.Refuse("geometry", kOneOf);
     return RectangleGeometry{};
   }

@@ -22,8 +22,8 @@ StereoCameras ReadSimulated(Section& camera, const Object& object) {
   StereoCameras pair;
   camera.OneOf<int>("source", {{"simulated", 0}});
   pair.size = ReadSize(camera, pair.size);
-  constexpr int kLargestPainted = 8192;  // edge [px]
-  if (std::max(pair.size[0], pair.size[1]) > kLargestPainted) {
+  constexpr int kMaxPainted = 8192;  // edge [px]
+  if (std::max(pair.size[0], pair.size[1]) > kMaxPainted) {
     camera.Refuse("size", "[width, height], 16 to 8192 px each with a simulated pair");
   }
   Section section = camera.Open("pair");
@@ -37,7 +37,7 @@ std::string FirstLine(const std::string& text) {
   return text.substr(0, text.find('\n'));
 }
 
-// Looks into the rig's file no further than needed to refuse what is none, and for the size of the
+// Reads of the rig's file only what is needed to refuse a wrong file and to find the size of the
 // left images; {0, 0}: not known.
 std::array<int, 2> ReadRigHeader(Section& section, const StereoCameras& pair) {
   constexpr const char* kAccepted =
@@ -54,7 +54,7 @@ std::array<int, 2> ReadRigHeader(Section& section, const StereoCameras& pair) {
     const auto edge = [&](const char* key) {
       const DocumentNode* node = left->Find(key);
       const auto pixels = node == nullptr ? std::nullopt : ParseInteger(node->text);
-      return pixels && *pixels > 0 && *pixels <= kLargestImage ? static_cast<int>(*pixels) : 0;
+      return pixels && *pixels > 0 && *pixels <= kMaxImage ? static_cast<int>(*pixels) : 0;
     };
     return {edge("image_width"), edge("image_height")};
   }
@@ -66,7 +66,7 @@ bool IsMap(const Section& section, std::string_view key) {
   return node != nullptr && node->kind == DocumentNode::Kind::kMap;
 }
 
-// What OpenCV reads in 16 bit; everything else it makes 8 bit of.
+// Formats that OpenCV reads with 16 bit; it reduces all others to 8 bit.
 std::string ReadDepthPipeline(Section& section) {
   constexpr const char* kAccepted =
       "a GStreamer pipeline that ends in `! video/x-raw,format=GRAY16_LE ! appsink`, because other "
@@ -190,7 +190,7 @@ DepthImages ReadDepthImages(Section& camera, const SceneContext& context) {
   return depth;
 }
 
-// After one mistake the other keys are no mistakes.
+// After one mistake the other keys are not judged.
 void PassOver(Section& camera) {
   for (const char* key :
        {"rate", "size", "pose", "pixel", "intrinsics", "unit", "fx", "fy", "cx", "cy", "sigma"}) {

@@ -43,12 +43,12 @@ std::filesystem::path ReadNetwork(Section& section, const SceneContext& context)
 int ReadRest(Section& section, int fallback) {
   constexpr std::string_view kFirst = "first ";
   constexpr const char* kAccepted = "`first N`, N from 1 to 10000 samples";
-  constexpr long long kMost = 10'000;
+  constexpr long long kMaxCount = 10'000;
   const std::string text =
       section.Text("rest", kAccepted, std::string(kFirst) + std::to_string(fallback));
   const auto count =
       text.starts_with(kFirst) ? ParseInteger(text.substr(kFirst.size())) : std::nullopt;
-  if (count && *count >= 1 && *count <= kMost) return static_cast<int>(*count);
+  if (count && *count >= 1 && *count <= kMaxCount) return static_cast<int>(*count);
   section.Refuse("rest", kAccepted);
   return fallback;
 }
@@ -109,7 +109,7 @@ std::vector<Finger> ReadFingers(Section& tactile) {
   return read;
 }
 
-// `finger` and `pose` stand beside each other.
+// Reads the keys `finger` and `pose` of the only finger.
 Finger ReadOnlyFinger(Section& tactile) {
   Finger finger;
   finger.name = tactile.Text("finger", "a finger's name", "finger");
@@ -135,11 +135,11 @@ void ReadMeasures(Section& section, Tactile* tactile) {
 }
 
 TactileChannels ReadChannels(Section& section, Tactile::Source source) {
-  constexpr std::size_t kLongestUnit = 16;
+  constexpr std::size_t kMaxUnitLength = 16;
   TactileChannels channels;
   channels.count = section.Integer("channels");
   channels.unit = section.Text("unit");
-  if (channels.unit.empty() || channels.unit.size() > kLongestUnit) {
+  if (channels.unit.empty() || channels.unit.size() > kMaxUnitLength) {
     section.Refuse("unit", "the unit of the channels, 1 to 16 characters");
   }
   if (!channels.are_electrodes() && source == Tactile::Source::kSimulated) {

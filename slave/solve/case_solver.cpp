@@ -60,7 +60,7 @@ bool CaseSolver::Solve(const Case& one, std::vector<SolveRow>* rows, Solution* s
     SolveRow& row = (*rows)[one[k]];
     row.response = solution->responses()[k];
     row.solve_us = solve_us;
-    Judge(&row);
+    SetValidity(&row);
   }
   return solved;
 }
@@ -75,7 +75,7 @@ void CaseSolver::TakeTool(const Tool& tool) {
   domain_->width.emplace(*outline, pressed);
 }
 
-void CaseSolver::Judge(SolveRow* row) {
+void CaseSolver::SetValidity(SolveRow* row) {
   TakeTool(row->tool);
   domain_->where.Judge(row->contact, &row->response);
   if (row->response.validity != Validity::kValid || IsFineUnder(*row)) return;

@@ -42,10 +42,10 @@ class CaseSolver {
     std::optional<ToolWidth> width;  // of an outline
   };
   void TakeTool(const Tool& tool);
-  // The model is queried for two more contacts in the plane.
-  void Judge(SolveRow* row);
-  // Whether the force of whole elements is that of the tool, within the tolerance. One camera
-  // corrects it (tool_width.h); the table is answered as it is asked.
+  // Sets the row's validity. It queries the model for two more contacts in the plane.
+  void SetValidity(SolveRow* row);
+  // Returns whether the force of whole elements is within the tolerance of the tool's. A slave with
+  // one camera corrects this error (tool_width.h); `solve` does not.
   [[nodiscard]] bool IsFineUnder(const SolveRow& row);
 
   const Scene& scene_;

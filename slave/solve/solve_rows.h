@@ -29,7 +29,7 @@ struct SolveRow {
   // is even over its width, whatever the tool.
   Tool tool{};
   double off_surface = 0;  // distance of the place in the table from the surface [m]
-  // The answer that the table has: force of a contact [N], displacement of a load [m]. NaN: none.
+  // The answer in the table: force of a contact [N], displacement of a load [m]. NaN: none.
   Eigen::Vector3d known_O{0, 0, 0};
 };
 
@@ -41,7 +41,7 @@ inline bool IsPressedRound(const SolveRow& row) {
 // How the rows of a file are read.
 struct RowRules {
   Tool tool;  // of the scene; a flat one without width: it has none
-  // The model computes the contact of that tool itself: rows have no other.
+  // Whether the model computes the contact of that tool itself. Rows then have no other tool.
   bool shaped = false;
   bool dynamic = false;          // a column `t` is read
   bool needs_answers = false;    // the forces of contacts must be there
@@ -51,7 +51,7 @@ struct RowRules {
 // of model.
 RowRules RulesOf(const Scene& scene);
 
-// A row as it was given. Absent: that of the scene's tool.
+// A row as it was given; an absent dimension is that of the scene's tool.
 struct RowValues {
   Eigen::Vector3d p_O{0, 0, 0};                      // place at rest [m]
   Eigen::Vector3d prescribed_O{0, 0, 0};             // displacement [m] or force [N]

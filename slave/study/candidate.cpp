@@ -70,12 +70,13 @@ std::set<int> ElementCounts(const Scene& scene, const PressSpec& question) {
       double mismatch = 0;
       for (std::size_t i = 0; i < question.presses.size(); i += question.presses.size() / 32 + 1) {
         Press press = question.presses[i];
-        // Beside it, of many: a mesh chosen for the very places that judge it would be flattered.
+        // With many presses, the mesh is chosen beside them: a mesh that fits the judged places
+        // exactly would look too accurate.
         if (question.presses.size() > 2) press.p_O += 0.3 * question.width * press.along_O;
         mismatch =
             std::max(mismatch, std::abs(WidthMismatch(mesh, trial.model, press, question.width)));
       }
-      mismatch += kNearlyWhole * std::abs(n - wanted);  // of equally good ones the nearest
+      mismatch += kNearlyWhole * std::abs(n - wanted);  // prefers the nearest of equally good ones
       if (mismatch < smallest) best = n, smallest = mismatch;
     }
     if (best > 0) counts.insert(best);

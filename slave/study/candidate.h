@@ -17,11 +17,11 @@ struct Candidate : Trait {  // `dof` is expected, `expected_s` a rough prior
 struct CandidateLimits {
   std::size_t dof = 200'000;               // of sparse models
   std::size_t dense_dof = 4000;            // of models with a dense inverse
-  bool residuals = true;                   // iterative solvers at several residuals, not one only
-  std::vector<std::string> families = {};  // these only; empty: all
+  bool residuals = true;                   // iterative solvers at several residuals
+  std::vector<std::string> families = {};  // only these; empty: all
   bool linear_fem = true;  // `fem` with the linear law, whose answers are those of `fem-green`
-  bool own = false;        // the scene's own model only,
-  bool large = true;       // and those of large deformation at its resolution
+  bool own = false;        // only the scene's own model
+  bool large = true;       // also models of large deformation at that resolution
 };
 
 // Returns whether both are one model, but for its resolution.

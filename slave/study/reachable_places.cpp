@@ -89,8 +89,8 @@ Vector3d OnFacet(const SurfaceMesh& skin, const std::vector<double>& areas, doub
          a * b * skin.nodes[Index(corners[2])];
 }
 
-// A share where the tool does not rest goes on to others that are spread over all of the surface:
-// those beside a gap would be pressed too often.
+// Moves shares where the tool finds no support to positions all over the surface: positions beside
+// a gap would otherwise get too many presses.
 std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector<double>& shares) {
   constexpr int kMaxMissed = 300;
   constexpr double kOnObject = 0.97;  // of the tool's face

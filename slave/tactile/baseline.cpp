@@ -9,21 +9,21 @@
 namespace palpate {
 namespace {
 
-// From the line at most, lest one sample draws it [noise at rest].
+// Largest accepted distance from the line, so that one sample cannot draw it [noise at rest].
 constexpr double kSpike = 20;
 // Variances of noise by which squared slopes must exceed it: of all electrodes together, and of the
 // pressure or a few channels alone [-].
 constexpr double kTogether = 2, kAlone = 9;
 // Typical time for which the last slope continues [samples].
 constexpr double kLasts = 1000;
-constexpr double kChanges = 0.01;  // relative change of a slope per sample, one sigma about none
+constexpr double kChanges = 0.01;       // sigma of the relative change of a slope per sample
 constexpr double kRounding = 1.0 / 12;  // [noise^2] [derived: variance of rounding to whole counts]
 constexpr double kFollowing = 2, kDrifting = 0.2;  // memory while nothing is near [s]
 // Mean changes that are followed while nothing is near: more of both is a contact.
 constexpr double kSmoothing = 0.1;  // share of a sample in these means
 constexpr double kElectrode = 1;    // [noise at rest]
 constexpr double kPressure = 2;     // [counts]
-constexpr double kMaxOfOne = 4;     // of one channel, lest one that does not work decides [noise^2]
+constexpr double kMaxOfOne = 4;  // of one channel, so that a faulty one does not decide [noise^2]
 double Signal(const FingerReading& reading, std::size_t i) noexcept {
   if (i < reading.channels.size()) return static_cast<double>(reading.channels[i]);
   return static_cast<double>(i == reading.channels.size() ? reading.pac : reading.pdc);

@@ -21,11 +21,11 @@ constexpr double kOutlier = 5.5;
 constexpr double kStillOutlier = 1.3;
 constexpr double kTypicalSize = 60;  // of signals in contact, for the choice of a kind [counts]
 constexpr double kMinSize = 10;      // so that gentle contacts are not taken for noise [counts]
-// Times the usual variance, below which nothing is removed. [-] [tuned:
+// Multiple of the usual variance below which nothing is removed. [-] [tuned:
 // NoiseIsTakenOffAsFarAsItIsMoreThanUsual]
 constexpr double kQuiet = 4;
 constexpr double kSignificant = 3;  // standard deviations of a common drift [-]
-constexpr int kMaxReplaced = 4;     // electrodes; with more nobody knows which are right
+constexpr int kMaxReplaced = 4;     // electrodes; with more the right ones are unknown
 
 // Returns the signals of a drift of one count of all electrodes.
 Signals Together() {

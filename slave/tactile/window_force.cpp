@@ -80,7 +80,7 @@ double WindowForce::SigmaOf(const Eigen::Vector3d& force_F,
     const ForceErrorLaw of_kind =
         signals != nullptr ? network_.pattern.kinds[signals->kind()].error : ForceErrorLaw{};
     const double learnt = (of_kind.known() ? of_kind : network_.error).At(size);
-    // It was learnt of forces that change, too: only what more of that there is now counts.
+    // The training contains changing forces, too: only the excess over that change counts.
     const double changing = std::hypot(lag * pace_F_.norm(), kLeap * leap_);
     return std::hypot(network_.rest_sigma, std::max(learnt, changing));
   }

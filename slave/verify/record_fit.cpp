@@ -25,8 +25,8 @@ Directions DirectionsOf(const Matrix3Xd& vectors) {
   return TestedDirections(centred * centred.transpose());
 }
 
-// The measured force at `t`, from the row `*at` on, which moves on with the time. `t`: within the
-// record.
+// Returns the measured force at `t`, which lies within the record. The search starts at the row
+// `*at` and moves it on.
 Vector3d MeasuredAt(const ForceRecord& record, double t, Index* at) {
   while (*at + 2 < record.t.size() && record.t(*at + 1) < t) ++*at;
   const double from = record.t(*at), until = record.t(*at + 1);
@@ -35,8 +35,8 @@ Vector3d MeasuredAt(const ForceRecord& record, double t, Index* at) {
          share * (record.measured.col(*at + 1) - record.measured.col(*at));
 }
 
-// Squared errors of linear maps with delays, of the rows whose measured force is known at every
-// delay up to `reach`.
+// Computes the squared errors of linear maps with delays. It uses the rows whose measured force is
+// known at every delay up to `reach`.
 class DelaySearch {
  public:
   DelaySearch(const ForceRecord& record, double reach)
@@ -77,7 +77,7 @@ class DelaySearch {
   Matrix3Xd estimated_;
 };
 
-// Where the parabola through three values at -1, 0 and 1 is least.
+// Returns the place of the minimum of the parabola through three values at -1, 0 and 1.
 double Vertex(double before, double at, double after) {
   return (before - after) / (2 * (before - 2 * at + after));
 }
@@ -88,7 +88,7 @@ VectorXd Loading(const Matrix3Xd& measured, const Vector3d& direction) {
   constexpr double kRestingShare = 0.1;  // of the fastest change
   const Index n = measured.cols();
   VectorXd along = measured.transpose() * direction;
-  // Towards larger forces, whichever way the direction points.
+  // Makes the direction point towards larger forces.
   if (std::abs(along.minCoeff()) > std::abs(along.maxCoeff())) along = -along;
   VectorXd change(n);
   for (Index i = 0; i < n; ++i) {

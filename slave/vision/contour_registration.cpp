@@ -115,7 +115,7 @@ class Fitter {
     return pairs > 0 ? sum / pairs : 0;
   }
 
-  // Variance of the edge's place beside the outline [m^2].
+  // Variance of the distance between edge and outline [m^2].
   [[nodiscard]] double ShapeAndFit(double variance, int inliers) const {
     const std::size_t count = feet_.size();
     const std::size_t nearest = count < kCloseTogether ? 1 : 2;

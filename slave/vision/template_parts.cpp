@@ -10,15 +10,15 @@
 namespace palpate {
 namespace {
 
-constexpr double kPartWidth = 14, kPartHeight = 10;  // about [px]
+constexpr double kPartWidth = 14, kPartHeight = 10;  // approximate size of a part [px]
 constexpr int kMaxAcross = 4, kMaxAlong = 8;
 constexpr double kMinTrusted = 0.85;   // part of a part's pixels that the alignment trusts
-constexpr double kMinVariance = 0.15;  // of the whole template's
-constexpr double kStep = 2;            // of the difference along the tool, to either side [px]
+constexpr double kMinVariance = 0.15;  // of a part, by that of the whole template
+constexpr double kStep = 2;            // of the difference quotient along the tool [px]
 constexpr std::size_t kMinParts = 4;   // parts
-constexpr double kMinSignal = 0.25;    // of the variance: fine texture looks like noise, too
-constexpr double kMaxChange = 1.5;     // of the template's largest, in an image
-constexpr int kSamePeak = 3;           // [px]
+constexpr double kMinSignal = 0.25;    // part of the variance that is not noise
+constexpr double kMaxChange = 1.5;     // in an image, by the template's largest change
+constexpr int kSamePeak = 3;           // distance within which two peaks are one [px]
 constexpr double kFits = 0.6;          // score of a part
 
 struct Cut {
@@ -47,7 +47,8 @@ int Pieces(int length, double wanted, int most) {
   return std::clamp(static_cast<int>(std::lround(length / wanted)), 1, most);
 }
 
-// The difference over 2 `step`, along the tool; at the border of what is there. At most `most`.
+// Computes the difference over 2 `step` along the tool, clamped to `most` levels. At the border it
+// uses the border's pixels.
 void Differentiate(const GreyPatch& levels, const cv::Point& step, int most, GreyPatch& out) {
   out.Resize(levels.width, levels.height);
   const auto clamped = [](int i, int size) { return std::clamp(i, 0, size - 1); };
@@ -71,7 +72,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
       step_(static_cast<int>(std::lround(kStep * tip.along.x())),
             static_cast<int>(std::lround(kStep * tip.along.y()))),
       trust_(height_ - 2, width_ - 2) {
-  Differentiate(tip.pixels, step_, most_, change_);
+  Differentiate(tip.pixels, step_, max_difference_, change_);
   // Pixels beyond the template are not known, so its border is left out.
   const cv::Point inset(std::abs(step_.x), std::abs(step_.y));
   const cv::Size inside(width_ - 2 * inset.x, height_ - 2 * inset.y);
@@ -99,7 +100,7 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
     for (const int change : part.ncc.pattern().levels)
       largest = std::max(largest, std::abs(change));
   }
-  most_ = static_cast<int>(kMaxChange * largest);
+  max_difference_ = static_cast<int>(kMaxChange * largest);
   const double noise = NoiseOf(tip.pixels);
   signal_ = std::max(variance_ - 2 * noise * noise, kMinSignal * variance_);
   scores_.resize(parts_.size());
@@ -128,7 +129,7 @@ TemplateParts::Place TemplateParts::Find(const GreyPatch& window) {
   Place place;
   const cv::Size size(window.width - width_ + 1, window.height - height_ + 1);
   if (size.width < 1 || size.height < 1 || !usable()) return place;
-  Differentiate(window, step_, most_, change_);
+  Differentiate(window, step_, max_difference_, change_);
   for (Part& part : parts_) part.ncc.Match(change_);
   ScoreMap map(size);
   for (int y = 0; y < map.rows; ++y) {
@@ -152,7 +153,7 @@ double TemplateParts::ScoreNear(const GreyPatch& window, const cv::Point& at) {
   const cv::Rect around = cv::Rect(at - reach, cv::Size(width_, height_) + cv::Size(2 * reach)) &
                           cv::Rect(0, 0, window.width, window.height);
   CutOut(window, around, crop_);
-  Differentiate(crop_, step_, most_, change_);
+  Differentiate(crop_, step_, max_difference_, change_);
   double best = 0;
   for (int y = 0; y + height_ <= around.height; ++y) {
     for (int x = 0; x + width_ <= around.width; ++x) {

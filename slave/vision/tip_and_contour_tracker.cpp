@@ -146,7 +146,7 @@ struct TipAndContourTracker::Parts {
 
   GreyFormat format;
   double noise = 0;                 // of the first image [1/255 of full scale]
-  Eigen::Vector2d direction{0, 0};  // of the tool in the image; zero: nobody knows
+  Eigen::Vector2d direction{0, 0};  // of the tool in the image; zero: unknown
   std::optional<TipTracker> tip;
   RestContour contour;
   TipObservation observation;

@@ -75,7 +75,7 @@ def session(scene, cores, seconds, folder):
         master.process.wait()
         elapsed = time.monotonic() - before[2]
         used = [(cpu_seconds(program.process.pid) - start) / elapsed for program, start in zip((slave, simulator), before)]
-        most_mb = [memory(slave.process.pid, "VmHWM"), memory(simulator.process.pid, "VmHWM"), master_mb]
+        max_mb = [memory(slave.process.pid, "VmHWM"), memory(simulator.process.pid, "VmHWM"), master_mb]
     finally:
         slave.stop()
         if simulator:
@@ -84,7 +84,7 @@ def session(scene, cores, seconds, folder):
     error = report.get("force_error_delay_compensated") or {}
     age, relative = report["state_age_us"], error.get("relative_rms")
     return (f"| {scene} | {cores} | {age['p50'] / 1e3:.0f}, {age['p99'] / 1e3:.0f} ms | {used[0]:.2f} | {used[1]:.2f} | "
-            f"{', '.join(f'{value:.0f}' for value in most_mb)} | {report['missed']} of {report['ticks']} | "
+            f"{', '.join(f'{value:.0f}' for value in max_mb)} | {report['missed']} of {report['ticks']} | "
             f"{f'{100 * relative:.1f} %' if relative is not None else '-'} |")
 
 

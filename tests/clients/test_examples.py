@@ -103,8 +103,8 @@ class Examples(FolderTest):
     def check_cut_link(self, *examples):
         """Every example ends with an error when nothing arrives any more, though nobody closes the connection."""
         def cut(slave, words):
-            with DelayingLine(slave.address, 0, most_down=10_000) as line:
-                return words[0], run(*self.command(words[0]), line.address, *words[1:], env=self.environment), line.bytes_down - line.most_down
+            with DelayingLine(slave.address, 0, max_down=10_000) as line:
+                return words[0], run(*self.command(words[0]), line.address, *words[1:], env=self.environment), line.bytes_down - line.max_down
 
         with Slave(BLOCK) as simulated, Slave(BLOCK, *ARM, simulates=False) as driven, futures.ThreadPoolExecutor() as pool:
             ends = [pool.submit(cut, driven if words[0] == "drive_arm" else simulated, words) for words in examples]

@@ -1,6 +1,6 @@
 """A camera's driver that goes wrong: bad_feeder.py flood|garble HOST:PORT. Ends on SIGTERM.
 
-flood: grey pictures as fast as the line takes them; garble: bytes that are no picture, cut ones, of other sizes, of
+flood: grey images as fast as the line takes them; garble: bytes that are no image, cut ones, of other sizes, of
 other times, each on a stream of its own.
 """
 import itertools
@@ -24,7 +24,7 @@ def garbled(draw):
     if draw.random() < 0.3:
         message.sensed_at.seconds = draw.choice([0, -10**12, 10**12])
     if draw.random() < 0.3:
-        message.right.CopyFrom(message.picture)
+        message.right.CopyFrom(message.image)
     return message
 
 

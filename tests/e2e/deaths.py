@@ -19,7 +19,7 @@ from delaying_line import DelayingLine
 from programs import BLOCK, PATIENCE, SLAVE, Slave, memory, operate, read_json, wait_until
 from tick_log import Log
 
-LONGEST, PRESSED, GROWTH = 0.100, 0.3, 16  # [s], [N], [MB]
+MAX_DELAY, PRESSED, GROWTH = 0.100, 0.3, 16  # [s], [N], [MB]
 HERE = pathlib.Path(__file__).resolve().parent
 
 
@@ -99,7 +99,7 @@ def main():
                   f"{1e3 * max(delays):.0f}, bare loop late by {1e3 * late:.1f}), {report['epochs']} engagements, master "
                   f"{early[0]:.0f} to {costs[-1][0]:.0f} MB, {early[1]} to {costs[-1][1]} descriptors", flush=True)
             wrong += [f"{name}: {what}" for what, is_so in [
-                ("too late", max(delays) > LONGEST + late), ("went on without an engagement", report["epochs"] <= a.times),
+                ("too late", max(delays) > MAX_DELAY + late), ("went on without an engagement", report["epochs"] <= a.times),
                 ("memory", costs[-1][0] > early[0] + GROWTH), ("descriptors", costs[-1][1] > early[1] + 3)] if is_so]
     print("\n".join(wrong), file=sys.stderr)
     return 1 if wrong else 0

@@ -8,12 +8,12 @@ import time
 class DelayingLine:
     """Listens on a free port and passes on to `target` (HOST:PORT), `delay` [s] later each way.
 
-    After `most_down` bytes to the clients everything is lost, as by a cable that is pulled: no end reaches either side.
+    After `max_down` bytes to the clients everything is lost, as by a cable that is pulled: no end reaches either side.
     """
 
-    def __init__(self, target, delay, most_down=float("inf")):
+    def __init__(self, target, delay, max_down=float("inf")):
         host, port = target.rsplit(":", 1)
-        self.target, self.delay, self.most_down = (host, int(port)), delay, most_down
+        self.target, self.delay, self.max_down = (host, int(port)), delay, max_down
         self.bytes_down = 0  # to whoever connected
 
     def __enter__(self):
@@ -64,7 +64,7 @@ class DelayingLine:
     def _take(self, source, waiting, up):
         try:
             while data := source.recv(1 << 16):
-                if self.bytes_down > self.most_down:
+                if self.bytes_down > self.max_down:
                     continue
                 waiting.put((time.monotonic() + self.delay, data))
                 self.bytes_down += 0 if up else len(data)

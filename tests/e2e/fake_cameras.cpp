@@ -58,7 +58,7 @@ class FakeVideoBackend final : public VideoBackend {
     return camera->is_there() ? std::move(camera) : nullptr;
   }
   [[nodiscard]] std::unique_ptr<VideoStream> OpenUrl(
-      const std::string& /*address*/, std::chrono::milliseconds /*patience*/) const override {
+      const std::string& /*address*/, std::chrono::milliseconds /*timeout*/) const override {
     return nullptr;
   }
   [[nodiscard]] cv::Mat Decode(Bytes /*bytes*/) const override { return {}; }

@@ -26,7 +26,7 @@ from programs import BLOCK, ROOT, SLAVE, run
 DATA = ROOT.parent / "shared/data/teleop_round_trips"
 LINKS = {"local": None, "building Wi-Fi": "wifi_building", "repeater": "wifi_repeater", "4G": "mobile_4g"}
 RENDERS = {"local": "patch model", "hold": "newest force"}
-MOST_ERROR = 0.01  # of the peak, rms
+MAX_ERROR = 0.01  # of the peak, rms
 PRESS_FORCE, CYCLE = 2.4, 4  # of the simulated operator on the block: largest force [N], period of its presses [s]
 TOUCH, APART, WAIT = 0.05, 300, 0.3  # of the peak; ticks between two contacts; round trip that `connect` waits for [s]
 
@@ -115,7 +115,7 @@ def main():
                 total.add(report, rows)
             print(f"| {link} | {name} | {100 * total.error():.2f} %, {100 * total.most:.2f} % | "
                   f"{100 * total.hold_share():.1f} % | {total.missed} of {total.contacts}, {options.parts * options.seconds / CYCLE:.0f} cycles | {-1e3 * total.energy:.2f} mJ |", flush=True)
-            holds = holds and total.energy >= NOISE_ENERGY and (render != "local" or total.error() <= MOST_ERROR)
+            holds = holds and total.energy >= NOISE_ENERGY and (render != "local" or total.error() <= MAX_ERROR)
     return 0 if holds else 1
 
 

@@ -107,7 +107,7 @@ class Block(Lies):
         self.lie("block, a queue of 0.2 s", camera="queue")
 
     def test_zoom(self):
-        self.lie("block, the picture a tenth larger", camera="zoom")
+        self.lie("block, the image a tenth larger", camera="zoom")
 
     def test_scale(self):
         self.lie("block, the arm goes 0.64 of the way", arm="scale")
@@ -140,7 +140,7 @@ class Membrane(Lies):
         self.lie("membrane, left and right exchanged", camera="exchange")
 
     def test_right_late(self):
-        self.lie("membrane, the right picture a pair late", camera="right-late")
+        self.lie("membrane, the right image a pair late", camera="right-late")
 
     def test_scale(self):
         self.lie("membrane, the arm goes 0.64 of the way", arm="scale")

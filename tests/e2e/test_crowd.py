@@ -1,4 +1,4 @@
-"""Sixteen observers with pictures and meshes, one of 100 000 nodes, beside somebody who operates.
+"""Sixteen observers with images and meshes, one of 100 000 nodes, beside somebody who operates.
 
   test_crowd.py [--seconds 4] [--tries 3]    prints the age of the operator's commands at the slave, alone and in the crowd
 
@@ -20,14 +20,14 @@ from tick_log import times_held
 from untrusted_clients import OURS, PREFACE, SETTINGS, WINDOW_UPDATE, call, connect, frame
 
 OBSERVERS = 16
-MOST = 2  # times as old as alone
+MAX_AGE_RATIO = 2  # times as old as alone
 WIDEST = 2**31 - 1  # window of HTTP/2 [bytes]
 MESH = struct.pack("<Bd", 0x09, 30) + b"\xf8\x01\x01"  # max_rate, traction: as the page asks
 VIDEO = struct.pack("<Bd", 0x09, 60) + b"\x10\x01"  # max_rate, overlays
 
 
 def observe(address, counted):
-    """Sixteen connections that read what comes of a mesh and pictures each; counts the bytes."""
+    """Sixteen connections that read what comes of a mesh and images each; counts the bytes."""
     os.nice(5)  # they are elsewhere
     ready = selectors.DefaultSelector()
     for _ in range(OBSERVERS):
@@ -82,7 +82,7 @@ def bears(name, slave, a, folder):
               f"{count / a.seconds / 1e6:.1f} MB/s to them", flush=True)
         if not count:
             raise AssertionError("the crowd saw nothing")
-        if age <= MOST * alone and not held:
+        if age <= MAX_AGE_RATIO * alone and not held:
             return True
     return False
 

@@ -8,7 +8,7 @@ from programs import BLOCK, PATIENCE, SLAVE, FolderTest, Slave, operate, read_js
 from tick_log import TICK, force, whole_rows
 
 # By design the force is gone 80 ms after the last state; what the machine keeps the loop waiting comes on top.
-LONGEST = 0.100  # [s]
+MAX_DELAY = 0.100  # [s]
 
 
 class Death(FolderTest):
@@ -33,7 +33,7 @@ class Death(FolderTest):
         lost = [0.0] + [max(0.0, float(b["t"]) - float(a["t"]) - TICK) for a, b in zip(rows, rows[1:])]
         for k, row in enumerate(rows):
             if force(row) > 0:
-                self.assertLessEqual(float(row["age_s"]), LONGEST + sum(lost[max(0, k - 200):k + 1]), row)
+                self.assertLessEqual(float(row["age_s"]), MAX_DELAY + sum(lost[max(0, k - 200):k + 1]), row)
         return read_json(self.out / "report.json")
 
     def again(self, address):
@@ -107,7 +107,7 @@ class Death(FolderTest):
             known = len(self.rows())
 
             def is_back():  # the log comes in pieces: old rows are of the old slave
-                return any(0 < float(row["age_s"]) < LONGEST for row in self.rows()[known + 1000:])
+                return any(0 < float(row["age_s"]) < MAX_DELAY for row in self.rows()[known + 1000:])
             self.assertTrue(wait_until(is_back))
             self.assertEqual(self.rows()[-1]["state"], "ESTOP")
             master.send_signal(signal.SIGUSR2)

@@ -57,7 +57,7 @@ def session(trip, render="local", scene=BLOCK):
 
 class Delay(unittest.TestCase):
     def test_the_error_at_the_commanded_place_does_not_grow_with_the_delay(self):
-        """Reference: the run without delay, of the same hand. What no model can know (noise of the pictures, the arm's
+        """Reference: the run without delay, of the same hand. What no model can know (noise of the images, the arm's
         own lag) is in both; two runs alike differ by 0.1 % of the peak and more in it,
         which is not the delay's."""
         errors = {}

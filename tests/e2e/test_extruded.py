@@ -10,7 +10,7 @@ from tick_log import followed, press_until
 
 CUBE = ROOT / "deploy/scenes/gel-cube.yaml"
 # Of the peak, as the scene's model promises: rms, and the largest error of a valid state.
-RMS, LARGEST, VALID = 0.05, 0.1, 0.8
+RMS, MAX_ERROR, VALID = 0.05, 0.1, 0.8
 
 
 def force(row, prefix):
@@ -31,7 +31,7 @@ class Extruded(FolderTest):
         self.assertGreater(len(pressed), 20)
         self.assertGreaterEqual(len(valid), VALID * len(pressed))
         self.assertLess(math.sqrt(sum(e * e for e in errors) / len(errors)), RMS * peak)
-        self.assertLess(max(errors), LARGEST * peak)
+        self.assertLess(max(errors), MAX_ERROR * peak)
 
     def test_a_press_is_estimated_live(self):
         with Slave(CUBE) as slave:

@@ -19,7 +19,7 @@ SCENES = ["silicone-block", "zebrafish-embryo", "rubber-membrane", "foam-cube", 
 FASTEST = 0.040               # of a stroke at the tool, unless the manipulator is slower [m/s]
 STROKE = 0.1                  # [s]
 PERIOD = 0.002                # between commands [s]
-MOST = 1.15                   # of a guard
+MAX_RATIO = 1.15                   # of a guard
 NEAR = 0.9                    # of a guard: less shows nothing about it
 ASIDE_FROM = 0.8              # of a guard: where strokes along the surface begin
 UNITS = {"N": 1, "mm": 1e-3, "um": 1e-6}
@@ -140,7 +140,7 @@ class Guards(unittest.TestCase):
         print(f"{' '.join([scene, pattern, *overrides])}, pause {pause:g} s: guards {force_guard:g} N and "
               f"{1e3 * depth_guard:g} mm, true force {operator.force:.3f} N ({ratios[0]:.2f}), depth "
               f"{1e3 * operator.depth:.2f} mm ({ratios[1]:.2f}), {operator.epoch} engagements", flush=True)
-        self.assertLess(max(ratios), MOST)
+        self.assertLess(max(ratios), MAX_RATIO)
         return ratios, operator.limits
 
     def test_strokes_into_the_block_end_at_its_guards(self):

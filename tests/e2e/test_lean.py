@@ -11,16 +11,16 @@ import unittest
 from programs import BARE, BLOCK, PATIENCE, ROOT, SLAVE, Slave, cpu_seconds, deep, memory, operate, run
 
 # 55 come with gRPC, 21 with OpenCV's core; imgcodecs, videoio and PCL each bring more than the rest together.
-MOST_LIBRARIES = 100
-# Half of what the start took with all of them linked. Most of it is the model and the pictures decoded ahead.
-MOST_MEMORY = 60e6  # [bytes]
+MAX_LIBRARIES = 100
+# Half of what the start took with all of them linked. Most of it is the model and the images decoded ahead.
+MAX_MEMORY = 60e6  # [bytes]
 # A second of a slave that nobody reads; 3600 where arm, watchdog, publisher and door kept their pace. 20 each come from health and door.
-MOST_WAKINGS = 150
+MAX_WAKINGS = 150
 ON_DEMAND = ("libopencv_videoio", "libopencv_imgcodecs", "libopencv_calib3d", "libpcl_", "libavcodec", "libgdal")
 
 
 def recorded(folder):
-    """The block's scene with pictures of its simulated camera as files."""
+    """The block's scene with images of its simulated camera as files."""
     done = run(SLAVE, "process", BLOCK, "--out", folder, "--frames")
     assert done.returncode == 0, done.stderr
     scene = folder / "recorded.yaml"
@@ -41,15 +41,15 @@ def bare_cpu():
 
 
 class Start(unittest.TestCase):
-    def test_a_slave_with_pictures_as_files_loads_little(self):
+    def test_a_slave_with_images_as_files_loads_little(self):
         with tempfile.TemporaryDirectory() as folder:
             with Slave(recorded(pathlib.Path(folder))) as slave:
                 pid = slave.process.pid
                 loaded, used, seconds = libraries(pid), 1e6 * memory(pid), cpu_seconds(pid)
         bare = bare_cpu()
         print(f"{len(loaded)} libraries, {used / 1e6:.0f} MB, {seconds:.2f} s of CPU: {seconds / bare:.0f} times a bare python's")
-        self.assertLessEqual(len(loaded), MOST_LIBRARIES)
-        self.assertLessEqual(used, MOST_MEMORY)
+        self.assertLessEqual(len(loaded), MAX_LIBRARIES)
+        self.assertLessEqual(used, MAX_MEMORY)
         self.assertEqual([name for name in loaded if pathlib.Path(name).name.startswith(ON_DEMAND)], [])
 
 
@@ -79,7 +79,7 @@ class Idle(unittest.TestCase):
             self.assertEqual(master.wait(timeout=PATIENCE), 0, "and it is there at once for who comes")
             print(f"idle: {100 * idle_cpu:.1f} % of a core, woken {idle_wakings:.0f} times a second; "
                   f"operated: {100 * busy_cpu:.1f} %, {busy_wakings:.0f}")
-        self.assertLess(idle_wakings, MOST_WAKINGS)
+        self.assertLess(idle_wakings, MAX_WAKINGS)
         self.assertLess(2 * idle_cpu, busy_cpu)
 
 

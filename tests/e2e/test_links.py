@@ -99,7 +99,7 @@ class PlantedLinks(unittest.TestCase):
         decide()
         self.check(f"palpate/{kept}")
 
-    def test_the_picture_that_shows_what_was_found(self):
+    def test_the_image_that_shows_what_was_found(self):
         rows = (bytes(40 if 60 < x < 260 and 100 < y < 140 else 200 for x in range(320)) for y in range(240))
         (self.folder / "bar.png").write_bytes(png(320, 240, 8, rows))
         scene = self.folder / "scene.yaml"

@@ -46,7 +46,7 @@ class Offline(FolderTest):
         for part in ("rms_N", "model_rms_N", "tracking_rms_N"):
             self.assertLess(error[part] / error["true_peak_N"], 0.03, part)  # elements this fine: 2.6 %, reference b
 
-    def test_states_are_one_row_per_picture(self):
+    def test_states_are_one_row_per_image(self):
         rows = read_rows(self.shipped / "states.csv")
         self.assertEqual(len(rows), self.summary["frames"])
         self.assertEqual(list(rows[0])[:14], "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,"
@@ -63,13 +63,13 @@ class Offline(FolderTest):
 
     def test_what_was_recorded_is_estimated_again(self):
         live = read_rows(self.shipped / "states.csv")
-        # One line of the scene changed; scene and pictures named from another folder.
+        # One line of the scene changed; scene and images named from another folder.
         scene = self.shipped / "scene.yaml"
         scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: frames"))
         (self.shipped / "frames/000100.png").write_bytes(b"damaged")
         done = run(SLAVE, "process", f"{self.shipped.name}/scene.yaml", "--out", self.out / "again",
                    cwd=self.shipped.parent)
-        self.assertEqual(done.returncode, 1, "the damaged picture ends the run")
+        self.assertEqual(done.returncode, 1, "the damaged image ends the run")
         self.assertIn("000100.png", done.stderr)
         recorded = read_rows(self.out / "again/states.csv")
         self.assertEqual(len(recorded), 99, "earlier estimates stay readable")
@@ -108,7 +108,7 @@ class Offline(FolderTest):
         rows = read_rows(self.out / "states.csv")
         cue = next(i for i, row in enumerate(rows) if row["validity"] == "punctured")
         depth = [math.hypot(*(float(row["contact_" + axis]) - float(row["tip_" + axis]) for axis in "xy")) for row in rows]
-        # Passed by the first punctured picture and no earlier one; measured along the tool's way, which is at most
+        # Passed by the first punctured image and no earlier one; measured along the tool's way, which is at most
         # 10 degrees from the surface's normal.
         self.assertGreater(depth[cue], 150e-6)
         touching = [d for d, row in zip(depth[:cue], rows) if float(row["fx"]) != 0]

@@ -11,7 +11,7 @@ from tick_log import followed, press_until
 SCENES = ROOT / "deploy/scenes"
 SLOW = ["--override", "operator.press.speed=4 mm/s"]
 SHALLOW = ("--override", "operator.press.depth=2 mm")  # soon recorded
-LEAST = 2000  # ticks in contact whose force is known
+MIN_TICKS = 2000  # ticks in contact whose force is known
 
 
 class Simulator(FolderTest):
@@ -46,10 +46,10 @@ class Simulator(FolderTest):
         """A slow press; `most`: largest rms error of the estimated force, over the peak."""
         log = self.out / "log.csv"
         with Slave(SCENES / f"{scene}.yaml", *SLOW) as slave:
-            press_until(lambda rows: followed(rows) > 1.5 * LEAST, slave.address, self.out)
+            press_until(lambda rows: followed(rows) > 1.5 * MIN_TICKS, slave.address, self.out)
         error, delay, ticks = force_error(log)
         print(f"{scene}: {100 * error:.2f} % after {delay} ms", flush=True)
-        self.assertGreater(ticks, LEAST)
+        self.assertGreater(ticks, MIN_TICKS)
         self.assertLess(error, most)
 
     # Twice what the offline runs of RESULTS have: the tool moves between samples.

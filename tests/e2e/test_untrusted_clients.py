@@ -16,7 +16,7 @@ from programs import PATIENCE, Slave, memory, operate, read_json, wait_until
 from tick_log import times_held, whole_rows
 from untrusted_clients import ATTACKS, Stopper, answers
 
-MOST_MEMORY = 300       # [MB]
+MAX_MEMORY = 300       # [MB]
 ATTACKERS = 2           # processes
 
 
@@ -88,7 +88,7 @@ def main():
                   f"  {100 * saw['stolen']:.1f} % {saw['trouble']}", flush=True)
             wrong += [f"{name}: {words}" for words, is_so in [
                 ("the slave died", not saw["alive"]), ("does not respond", saw["answered"] is None),
-                (f"{saw['memory']:.0f} MB", saw["memory"] > MOST_MEMORY)] if is_so]
+                (f"{saw['memory']:.0f} MB", saw["memory"] > MAX_MEMORY)] if is_so]
     print("\n".join(wrong), file=sys.stderr)
     return 1 if wrong else 0
 

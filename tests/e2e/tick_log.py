@@ -40,11 +40,11 @@ class Log:
         return max((force(row) for row in rows[-50:]), default=0)
 
     def states(self):
-        """How many of the rows that are kept were in which state, for which reason."""
+        """Number of kept rows by state and reason."""
         return dict(collections.Counter(f"{row['state']} {row['reason']}".strip() for row in self.rows))
 
     def fell_silent(self, since):
-        """[s] from a monotonic time to the last tick with a force before a second without one; None: not yet."""
+        """Seconds from a monotonic time to the last tick with a force before a second without one; None: not yet."""
         after = [row for row in self.follow() if float(row["t"]) + self.behind > since]
         estimated = [k for k, row in enumerate(after) if force(row) > 0]
         last = estimated[-1] if estimated else 0
@@ -72,7 +72,7 @@ def whole_rows(file):
 
 
 def times_held(states):
-    """How often the operator was held or thrown out."""
+    """How often FOLLOWING ended in HOLD or DISCONNECTED."""
     return sum(b in ("HOLD", "DISCONNECTED") and a == "FOLLOWING" for a, b in zip(states, states[1:]))
 
 

@@ -1,4 +1,4 @@
-// Datagrams as strangers treat them.
+// Datagrams of arbitrary senders.
 #include "tests/shared/link/datagram_sequence.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,4 +1,4 @@
-// Force networks.
+// Files of force networks.
 #include <stdexcept>
 
 #include "slave/tactile/network/network_file.h"

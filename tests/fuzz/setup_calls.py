@@ -29,7 +29,7 @@ palpate, messages, states = load_package()
 import grpc  # noqa: E402
 from palpate.v1 import setup_pb2 as setups  # noqa: E402
 
-MOST_MB = 200
+MAX_MB = 200
 ALLOWED = re.compile(r"(scenes(/(current|last|\d+))?/)?(scene\.yaml|tip\.png|outline\.csv|lens\.yaml|image\.jpg)"
                      r"|scenes(/(current|last|\d+))?")
 WORDS = ["", "-1", "0", "1e308", "nan", "127 kPa", "5 object.", "object.", "/etc/passwd", "../../x", "/", "..", "~", "*", "%s%n", "\x00",
@@ -224,7 +224,7 @@ def main():
                     found.append(f"the slave ended: {slave.process.returncode}")
                 elif master.poll() is not None:
                     found.append(f"the master ended: {master.returncode}")
-                elif memory(slave.process.pid, "VmHWM") > MOST_MB:
+                elif memory(slave.process.pid, "VmHWM") > MAX_MB:
                     found.append(f"the slave took {memory(slave.process.pid, 'VmHWM'):.0f} MB")
                 elif strange_files(saved) and not wait_until(lambda: not strange_files(saved)):  # a file that is written has another name
                     found.append(f"files: {strange_files(saved)}")

@@ -20,8 +20,8 @@ constexpr double kEventEvery = 0.08;  // mean [s]
 constexpr double kSamplePeriod = 1.0 / 60;
 constexpr double kAbsurdForce = 1e10;  // the wire allows it, the loop does not [N]
 
-// From the last state that the loop used to zero force [s]: link timeout 30 ms, hold 10 ms, fade
-// 40 ms, the slew limit's 3.3 N / (0.2 N/ms), and two ticks.
+// Time from the last state that the loop used to zero force [s]: link timeout 30 ms, hold 10 ms,
+// fade 40 ms, the slew limit's 3.3 N / (0.2 N/ms), and two ticks.
 constexpr double kForceEndsWithin = 0.030 + 0.010 + 0.040 + 0.0165 + 0.002;
 constexpr double kWatchPeriod = 0.002;  // [s]
 

@@ -27,7 +27,7 @@ async function axe(stage, what, sizes = SIZES) {
 }
 
 test('the set-up by keyboard alone: Next is in view, the focus is visible, axe finds nothing at any step', async () => {
-  const person = await Person.sitDown({ images: images(), rate: 60, saved: path.join(SCRATCH, `saved-keys-${process.pid}`), size: [1024, 640] }), { page, stage } = person;
+  const person = await Person.open({ images: images(), rate: 60, saved: path.join(SCRATCH, `saved-keys-${process.pid}`), size: [1024, 640] }), { page, stage } = person;
   const next = async (step) => {
     await axe(stage, `step ${step}`, ['object', 'tool'].includes(step) ? [SIZES[2], SIZES[0], SIZES[1]] : [SIZES[1]]);
     await fits(page, '#setup-next');
@@ -75,12 +75,12 @@ test('the set-up by keyboard alone: Next is in view, the focus is visible, axe f
     await axe(stage, 'step press');
     assert.deepEqual(stage.errors, []);
   } finally {
-    await person.standUp();
+    await person.close();
   }
 });
 
 test('the set-up by touch in 390 px: pinch, taps, drags of a point and of the box', async () => {
-  const person = await Person.sitDown({ images: images(), rate: 60, saved: path.join(SCRATCH, `saved-touch-${process.pid}`), size: [390, 844], touch: true }), { page, stage } = person;
+  const person = await Person.open({ images: images(), rate: 60, saved: path.join(SCRATCH, `saved-touch-${process.pid}`), size: [390, 844], touch: true }), { page, stage } = person;
   const session = await page.context().newCDPSession(page);
   const touch = (type, ...points) => session.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
   const canvas = page.locator('#setup-canvas');
@@ -142,7 +142,7 @@ test('the set-up by touch in 390 px: pinch, taps, drags of a point and of the bo
     await stage.shoot('everyone-press-390');
     assert.deepEqual(stage.errors, []);
   } finally {
-    await person.standUp();
+    await person.close();
   }
 });
 

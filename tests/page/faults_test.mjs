@@ -113,7 +113,7 @@ describe('a camera that goes silent while nobody operates', () => {
   beforeEach(async () => {
     imagesOf(path.join(ROOT, 'deploy/scenes/silicone-block.yaml'), source);
     fill((file) => symlinkSync(first, file));
-    ({ stage } = await Person.sitDown({ images: path.join(folder, '%06d.png'), rate: 15, saved: path.join(SCRATCH, `saved-silent-${process.pid}`) }));
+    ({ stage } = await Person.open({ images: path.join(folder, '%06d.png'), rate: 15, saved: path.join(SCRATCH, `saved-silent-${process.pid}`) }));
   });
   afterEach(async () => {
     await stage.close();

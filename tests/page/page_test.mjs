@@ -122,7 +122,7 @@ describe('a scripted hand presses the block', () => {
       stage.slave.kill('SIGCONT');
     }
     console.log(`a lost line is shown after ${delays} ms`);
-    if (Math.min(...delays) > 300) await stage.blameMachine(new Error(`shown after ${delays} ms`));
+    if (Math.min(...delays) > 300) await stage.explainByLoad(new Error(`shown after ${delays} ms`));
   });
 
   // The page may not yet have drawn a message that this test received, and a key changes what is drawn.
@@ -443,7 +443,7 @@ describe('a mouse feels the block', () => {
   });
 
   // A page that a busy machine keeps from speaking for 250 ms is let go, as it must be: then a gesture is made again.
-  const byHand = (gesture, what) => until(gesture, what).catch((error) => stage.blameMachine(error));
+  const byHand = (gesture, what) => until(gesture, what).catch((error) => stage.explainByLoad(error));
 
   // Holds the button in the middle of the view until the tool follows, and not still from before.
   const press = () => byHand(async () => {

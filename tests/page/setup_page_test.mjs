@@ -17,7 +17,7 @@ const CORNERS = [[0, 0], [88, 0], [88, 88], [0, 88]].map(toImage), TIP = toImage
 test("the silicone block's images, set up by clicks that are 2 px off, give the forces of the hand-written scene", async () => {
   const folder = path.join(SCRATCH, 'setup-silicone-block'), saved = path.join(SCRATCH, `saved-${process.pid}`);
   const images = imagesOf(path.join(ROOT, 'deploy/scenes/silicone-block.yaml'), folder);
-  const person = await Person.sitDown({ images, rate: 60, saved, off: 2, seed: 11 }), { stage } = person;
+  const person = await Person.open({ images, rate: 60, saved, off: 2, seed: 11 }), { stage } = person;
   try {
     await stage.shows('state', /OBSERVING/);
     const began = Date.now();
@@ -107,7 +107,7 @@ test("the silicone block's images, set up by clicks that are 2 px off, give the 
     await stage.shoot('setup-station');
     assert.deepEqual(stage.errors, []);
   } finally {
-    await person.standUp();
+    await person.close();
   }
   const { scene, states } = processSaved(saved), hand = statesOf(folder);
   assert.equal(states.length, hand.length);
@@ -160,7 +160,7 @@ const alterNextImage = (page, { filter = 'none', paper = [0, 0, 0, 0], boxes = [
 
 deepTest('each of 27 wrong answers gives a message at its step, changes no other step, and is undone', async () => {
   const images = imagesOf(BLOCK, path.join(SCRATCH, 'setup-silicone-block'));
-  const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-wrong-${process.pid}`) }), { page, stage } = person;
+  const person = await Person.open({ images, rate: 60, saved: path.join(SCRATCH, `saved-wrong-${process.pid}`) }), { page, stage } = person;
   const fill = (name, value) => () => person.fill(name, value);
   const clicks = (...places) => async () => { for (const place of places) await person.click(place, 0); };
   const erase = () => page.click('#setup-erase');
@@ -224,7 +224,7 @@ deepTest('each of 27 wrong answers gives a message at its step, changes no other
     await person.shows('setup-contact', /force is about/);
     assert.deepEqual(stage.errors.filter((text) => !/status of (400|409)/.test(text)), []);
   } finally {
-    await person.standUp();
+    await person.close();
   }
 });
 
@@ -252,7 +252,7 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
   const folder = path.join(SCRATCH, 'setup-slow');
   imagesOf(BLOCK, folder, ['--override', 'operator.press.speed=2.5 mm/s', '--override', 'operator.press.depth=4.5 mm']);
   const { images, places } = stepsOf(folder, [0.9, 1.5, 2.1, 2.7, 3.3, 3.9].map((depth) => 1e-3 * depth));
-  const person = await Person.sitDown({ images, rate: 30, saved: path.join(SCRATCH, `saved-scale-${process.pid}`), off: 2, seed: 5 }), { page, stage } = person;
+  const person = await Person.open({ images, rate: 30, saved: path.join(SCRATCH, `saved-scale-${process.pid}`), off: 2, seed: 5 }), { page, stage } = person;
   try {
     await answerAll(person, { modulus: '60', identify: true });
     await person.go('check');
@@ -292,7 +292,7 @@ test('readings of a kitchen scale give the modulus within its interval, from a g
     assert.ok(Number(material.modulus) > 120 && material.by === 'modulus' && Number(material.tolerance) < 6, JSON.stringify(material));
     assert.deepEqual(stage.errors, []);
   } finally {
-    await person.standUp();
+    await person.close();
   }
 });
 
@@ -301,7 +301,7 @@ deepTest('the printed board of the guide gives the scale within 1 %', async () =
   const squares = [...pdf.matchAll(/^(\S+) (\S+) 5 5 re f$/gm)].map(([, x, y]) => [Number(x), Number(y)]), px = 1 / 0.35;
   assert.equal(squares.length, 35);
   const [left, top] = [Math.min(...squares.map(([x]) => x)), Math.max(...squares.map(([, y]) => y))];
-  const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-board-${process.pid}`) }), { page } = person;
+  const person = await Person.open({ images, rate: 60, saved: path.join(SCRATCH, `saved-board-${process.pid}`) }), { page } = person;
   try {
     await alterNextImage(page, { paper: [14, 180, 170, 126], boxes: squares.map(([x, y]) => [25 + px * (x - left), 192 + px * (top - y), 5 * px, 5 * px]) });
     await page.click('#setup-freeze');
@@ -315,7 +315,7 @@ deepTest('the printed board of the guide gives the scale within 1 %', async () =
     const pixel = Number.parseFloat(await person.stage.text('setup-scale-fact'));
     assert.ok(Math.abs(pixel / 0.35 - 1) < 0.01, `${pixel}`);
   } finally {
-    await person.standUp();
+    await person.close();
   }
 });
 
@@ -323,7 +323,7 @@ test('over TLS the page sets up with the certificate of an admin, and tells who 
   const images = imagesOf(BLOCK, path.join(SCRATCH, 'setup-silicone-block')), [slave, operator, admin] = [certificate('slave', '127.0.0.1'), certificate('operator', '127.0.0.1'), certificate('admin')];
   for (const isAdmin of [false, true]) {
     const args = ['--tls', operator, ...(isAdmin ? ['--setup-tls', admin] : [])];
-    const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-tls-${process.pid}`), slaveArgs: ['--tls', slave], view: '0.0.0.0:0', args });
+    const person = await Person.open({ images, rate: 60, saved: path.join(SCRATCH, `saved-tls-${process.pid}`), slaveArgs: ['--tls', slave], view: '0.0.0.0:0', args });
     try {
       await person.freezeAtRest(TIP);
       await person.go('object');
@@ -331,7 +331,7 @@ test('over TLS the page sets up with the certificate of an admin, and tells who 
       if (isAdmin) await person.shows('setup-object-fact', /9\d % of the outline|100 % of the outline/);
       else await person.shows('setup-problems', /--setup-tls and the certificate of an admin/);
     } finally {
-      await person.standUp();
+      await person.close();
     }
   }
 });

@@ -42,13 +42,13 @@ export class Person {
     Object.assign(this, { stage, off, random: normal(seed) });
   }
   // A slave that waits for a scene on `images`, its station, and a person before it.
-  static async sitDown({ images, rate, saved, off, seed, slaveArgs, ...station }) {
+  static async open({ images, rate, saved, off, seed, slaveArgs, ...station }) {
     mkdirSync(saved, { recursive: true });
     const slave = await serveSetup(saved, images, rate, slaveArgs), stage = await Stage.open({ scene: 'setup', slave, device: 'pointer', log: false, size: [1280, 800], scheme: 'light', ...station });
     await stage.sees('#setup');
     return new Person(stage, { off, seed });
   }
-  async standUp() {
+  async close() {
     await this.stage.close();
     await this.stage.endSlave();
   }

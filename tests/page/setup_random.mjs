@@ -10,7 +10,7 @@ import path from 'node:path';
 import { Person, cameraOf, compare, imagesOf, processSaved, trueStatesOf, uniform } from './setup_person.mjs';
 import { SCRATCH, until } from './stage.mjs';
 
-const LIMIT = 0.1, LONGEST_S = 60;  // error of the peak, rms; page time
+const LIMIT = 0.1, MAX_S = 60;  // error of the peak, rms; page time
 const [count, seed] = [Number(process.argv[2] || 12), Number(process.argv[3] || 1)];
 
 // A scene of `random` size, shape, stiffness and view: its text and what a person knows of it. Lengths in mm.
@@ -96,14 +96,14 @@ for (let i = 0; i < count; ++i) {
   let person = null, words = '';
   try {
     const images = imagesOf(path.join(folder, 'scene.yaml'), path.join(folder, 'truth'));
-    person = await Person.sitDown({ images, rate: 30, saved, off: 2, seed: 100 * seed + i });
+    person = await Person.open({ images, rate: 30, saved, off: 2, seed: 100 * seed + i });
     const began = Date.now();
     await setUp(person, known);
     const seconds = (Date.now() - began) / 1e3;
     await until(async () => /Largest valid depth/.test(await person.stage.text('setup-largest')), 'a valid force', 20000).catch(() => {});
     await person.stage.shoot(`random-${seed}-${i}`);
     const { states } = processSaved(saved), { rms, worst, valid, sigmas, touched } = compare(states, trueStatesOf(path.join(folder, 'truth')));
-    const isMet = (rms <= LIMIT || valid === 0) && seconds < LONGEST_S;
+    const isMet = (rms <= LIMIT || valid === 0) && seconds < MAX_S;
     met += isMet;
     if (touched) [1, ...sigmas].forEach((share, k) => { all[k] += share * touched; });
     words = `${isMet ? 'met' : 'NOT MET'}: ${seconds.toFixed(1)} s, rms ${(100 * rms).toFixed(2)} %, worst ${(100 * worst).toFixed(2)} %, valid ${(100 * valid).toFixed(0)} %, within one and two sigma ${sigmas.map((share) => `${(100 * share).toFixed(0)} %`).join(', ')}`;
@@ -112,7 +112,7 @@ for (let i = 0; i < count; ++i) {
     words = `NOT MET: ${String(error.message).split('\n')[0]} ${problems}`;
     await person?.stage.shoot(`random-${seed}-${i}`).catch(() => {});
   }
-  await person?.standUp();
+  await person?.close();
   console.log(`${i} ${known.kind} ${known.width} mm, ${known.modulus} kPa, ${known.round ? 'round' : 'flat'} ${known.tool} mm: ${words}`);
 }
 console.log(`${met} of ${count} met; within one and two sigma ${all.slice(1).map((part) => `${((100 * part) / all[0]).toFixed(0)} %`).join(', ')} of ${all[0]} states`);

@@ -166,7 +166,7 @@ export class Stage {
     return until(() => this.status && condition(this.status), what).then(() => this.status);
   }
   // Throws `error`, or TooBusy where the page, whose thread has little to do, is kept from it for long within four seconds.
-  async blameMachine(error) {
+  async explainByLoad(error) {
     const silence = await this.page.evaluate(async () => {
       let longest = 0, last = performance.now();
       const beat = setInterval(() => { [longest, last] = [Math.max(longest, performance.now() - last), performance.now()]; }, 20);

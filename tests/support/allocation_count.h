@@ -4,9 +4,9 @@
 
 namespace palpate {
 
-// How often operator new was called so far, all threads together.
+// Number of calls of operator new so far, of all threads.
 long AllocationCount() noexcept;
-// The same of the calling thread alone.
+// Number of calls of the calling thread.
 long OwnAllocationCount() noexcept;
 
 }  // namespace palpate

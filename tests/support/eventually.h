@@ -9,7 +9,7 @@ namespace palpate {
 // How long anything may take before a test gives up: ten times what the slowest needs.
 inline constexpr std::chrono::seconds kLiveness{120};
 
-// Looks again until `condition` holds or patience is over.
+// Looks again until `condition` holds or the time is over.
 template <class Condition>
 bool Eventually(const Condition& condition) {
   const auto end = std::chrono::steady_clock::now() + kLiveness;

@@ -1,4 +1,4 @@
-// Progress that lets so many reports pass and then says stop.
+// A progress listener that requests a stop after `reports` reports.
 #pragma once
 
 #include <string>

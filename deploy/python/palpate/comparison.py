@@ -68,7 +68,7 @@ def verify_forces(measured: ArrayLike, estimated: ArrayLike, t: ArrayLike | None
     holds = _column(hold, "hold", count, np.int64)
     if holds is not None and np.any((holds < 0) | (holds > 10**9)):
         raise ValueError("hold: expected the number of a load, from 0")
-    return of_report(*_core.judge_arrays(forces[0], forces[1], times, spread, holds, _column(valid, "valid", count, np.int64), source))
+    return of_report(*_core.compare_arrays(forces[0], forces[1], times, spread, holds, _column(valid, "valid", count, np.int64), source))
 
 
 def of_report(report: str, text: str, passes: bool) -> Comparison:
@@ -86,7 +86,7 @@ def verify_table(file: str | os.PathLike[str], **columns: str) -> Comparison:
         if not hasattr(request, name):
             raise TypeError(f"verify_table: {name}: expected {', '.join(n for n in dir(request) if n[0] != '_')}")
         setattr(request, name, value)
-    return of_report(*_core.judge_table(os.fspath(file), request))
+    return of_report(*_core.compare_table(os.fspath(file), request))
 
 
 def _vectors(values: ArrayLike, name: str) -> NDArray[np.float64]:

@@ -17,13 +17,13 @@ import torch
 
 from palpate.formats import what_is
 from palpate.training.networks import FORGET_BIAS, NETWORK_FILE, single_precision, write_document
-from palpate.training.recordings import MOST_CHANNELS, RATE, WINDOW, Array, InputError
+from palpate.training.recordings import MAX_CHANNELS, RATE, WINDOW, Array, InputError
 
 TENSORS_FILE = "tensors.json"
 INPUTS = (21, 19)
-LARGEST_WINDOW = 1000
+MAX_WINDOW = 1000
 WINDOWS = 20  # random windows that are compared
-LARGEST_DIFFERENCE = 1e-6  # of an output, relative to 1 + the largest output of the random windows
+MAX_DIFFERENCE = 1e-6  # of an output, relative to 1 + the largest output of the random windows
 AUTHORS_FORCE = 1.0  # largest force that paper B's authors trained on, IV.A [N]
 ACTIVATIONS: dict[type, str] = {torch.nn.Tanh: "tanh", torch.nn.ReLU: "relu", torch.nn.Sigmoid: "sigmoid", torch.nn.ELU: "elu",
                                 torch.nn.LeakyReLU: "leaky_relu", torch.nn.Identity: "identity"}
@@ -207,7 +207,7 @@ def compare(module: torch.nn.Module, layers: Layers, window: int) -> float:
         raise InputError(f"PyTorch gives {expected.shape[1]} numbers per window, the layers give {got.shape[1]}: "
                          "the forward pass is not the sequence of its layers")
     difference = float(np.abs(got - expected).max())
-    if not difference <= LARGEST_DIFFERENCE * (1 + np.abs(expected).max()):
+    if not difference <= MAX_DIFFERENCE * (1 + np.abs(expected).max()):
         raise InputError(f"the converted network differs from PyTorch by {difference:.3g}: the forward pass is not the sequence "
                          "of its layers, or an activation is a function (--activation)")
     return difference
@@ -417,8 +417,8 @@ def require_sensor(options: argparse.Namespace) -> None:
     """Raises InputError: an incomplete description of a sensor without electrodes."""
     if not options.channels and not options.unit:
         return
-    if not 1 <= options.channels <= MOST_CHANNELS or not 1 <= len(options.unit) <= 16:
-        raise InputError(f"--channels {options.channels} --unit {options.unit or '(none)'}: expected 1 to {MOST_CHANNELS} channels and "
+    if not 1 <= options.channels <= MAX_CHANNELS or not 1 <= len(options.unit) <= 16:
+        raise InputError(f"--channels {options.channels} --unit {options.unit or '(none)'}: expected 1 to {MAX_CHANNELS} channels and "
                          "their unit")
     if not options.noise > 0 or not max(options.sigma) > 0 or min(options.sigma) < 0:
         raise InputError("--channels N --unit U: expected --noise X, the rms of a channel at rest, and --sigma X Y Z, the errors of the "
@@ -428,8 +428,8 @@ def require_sensor(options: argparse.Namespace) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     options = parse(arguments)
     try:
-        if not 1 <= options.window <= LARGEST_WINDOW:
-            raise InputError(f"--window {options.window}: expected 1 to {LARGEST_WINDOW}")
+        if not 1 <= options.window <= MAX_WINDOW:
+            raise InputError(f"--window {options.window}: expected 1 to {MAX_WINDOW}")
         require_sensor(options)
         module = load(options.source, options.state, options.trust)
         layers = layers_of(module, options.activation, options.channels)

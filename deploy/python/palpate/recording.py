@@ -23,7 +23,7 @@ from palpate.v1 import recording_pb2, state_pb2
 MAGIC = b"\x89MCAP0\r\n"
 # Opcodes of the records that matter here.
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA, DATA_END = 2, 3, 4, 5, 6, 9, 12, 15
-LARGEST_CHUNK = 256 << 20  # uncompressed [bytes]
+MAX_CHUNK = 256 << 20  # uncompressed [bytes]
 PART_NOTE = "palpate.part"  # metadata that identifies the recording of a part, and its number
 
 
@@ -274,7 +274,7 @@ def _unpacked(packed: bytes, size: int, how: str) -> bytes | None:
     """None: damaged, or compressed with something else."""
     if how == "":
         return packed if len(packed) == size else None
-    if how != "zstd" or size > LARGEST_CHUNK:
+    if how != "zstd" or size > MAX_CHUNK:
         return None
     out = ctypes.create_string_buffer(size)
     if _zstd().ZSTD_decompress(out, size, packed, len(packed)) != size:

@@ -20,10 +20,10 @@ from palpate.training.recordings import (WINDOW, Array, DataArgument, InputError
                                          last_samples, parse_arguments, read_recordings, refuse_repetitions,
                                          remarks_on, require_same_channels, split_contacts, windows_of)
 
-FEWEST_WINDOWS = 100  # one second of samples
+MIN_WINDOWS = 100  # one second of samples
 QUICK_TEST = 10_000  # windows that are tested after a stop
-LEAST_FORCE = 1e-6  # an fz that varies by less is constant [N]
-LEAST_CORRELATION = 0.5  # of fz, below which a gain is refused
+MIN_FORCE = 1e-6  # an fz that varies by less is constant [N]
+MIN_CORRELATION = 0.5  # of fz, below which a gain is refused
 REST_TIME = 0.5  # at the beginning of a recording, without contact [s]
 
 EPILOG = """DATA is one of
@@ -123,8 +123,8 @@ def axes(values: Array) -> list[float | None]:
 
 def train_one(arguments: argparse.Namespace, names: str, data: Data, architecture: str, folder: pathlib.Path,
               stop: Stop) -> ForceErrors:
-    train = enough(data.split.train, "training", FEWEST_WINDOWS)
-    validation = enough(data.split.validation, "validation", FEWEST_WINDOWS // 10)
+    train = enough(data.split.train, "training", MIN_WINDOWS)
+    validation = enough(data.split.validation, "validation", MIN_WINDOWS // 10)
     test = enough(data.split.test, "the test", 1)
     options = Options(architecture, arguments.optimiser, arguments.rate, arguments.epochs, arguments.patience, arguments.batch,
                       arguments.seed)
@@ -208,7 +208,7 @@ def fit_gain(arguments: argparse.Namespace, names: str, data: list[DataArgument]
     require_signals(recordings + tested, str(arguments.source), network.inputs)
     remark(recordings + tested)
     fz = np.concatenate([r.force[r.begin:r.end, 2] for r in recordings])
-    if not float(np.ptp(fz)) > LEAST_FORCE:
+    if not float(np.ptp(fz)) > MIN_FORCE:
         raise InputError("fz is the same in all samples: no gain can be fitted to it")
 
     def compare(some: list[Recording]) -> tuple[Array, Array]:
@@ -226,9 +226,9 @@ def fit_gain(arguments: argparse.Namespace, names: str, data: list[DataArgument]
     network.gain = gain
     network.learnt_force = float(np.linalg.norm(truth, axis=1).max())
     own = compare_forces(gain * estimated, truth)
-    if not own.correlation[2] >= LEAST_CORRELATION:
+    if not own.correlation[2] >= MIN_CORRELATION:
         raise InputError(f"{names}: fz of the network and of the recording have correlation {own.correlation[2]:.2f}: expected "
-                         f"{LEAST_CORRELATION:g} or more. Check the finger, the sensor, and that the slice has rest around "
+                         f"{MIN_CORRELATION:g} or more. Check the finger, the sensor, and that the slice has rest around "
                          "its contacts")
     print(f"gain {gain:.4f}, trained up to {network.learnt_force:.3f} N\nfitted on {names}\n  {own.along_normal()}")
     errors = own

@@ -42,7 +42,8 @@ class OpenCvVideoBackend final : public VideoBackend {
     if (!capture.isOpened()) return nullptr;
     capture.set(cv::CAP_PROP_FPS, rate);
     capture.set(cv::CAP_PROP_BUFFERSIZE, 1);
-    // Where the driver allows: light that is put right from image to image is no light at all.
+    // Switches automatic exposure and white balance off where the driver allows it: images with
+    // corrected light do not show how the light changed.
     constexpr double kManual = 1;  // V4L2's V4L2_EXPOSURE_MANUAL
     capture.set(cv::CAP_PROP_AUTO_EXPOSURE, kManual);
     capture.set(cv::CAP_PROP_AUTO_WB, 0);

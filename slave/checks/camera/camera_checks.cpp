@@ -172,7 +172,7 @@ Verdict ExamineTool(const Scene& scene, const FirstImage& first) {
   const bool aside = std::abs(end->aside) > Limits::kToolElsewhere;
   const bool wide = std::abs(end->width / first.width_px - 1) > Limits::kToolWidth;
   if (beyond || (aside && !wide)) return elsewhere;
-  if (aside == wide) return {Validity::kValid};  // both: something covers a side of it
+  if (aside == wide) return {Validity::kValid};  // both: something covers a side of the tool
   return Failed(FailedCheck::kScale, "the tool is not as wide as the scene's in the first image");
 }
 

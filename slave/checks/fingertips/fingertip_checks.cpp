@@ -32,7 +32,7 @@ class ElectrodesCheck final : public Check<FingertipSample> {
   }
 };
 
-// Fingertip and force are as those of the network's training.
+// Checks that fingertip and force are like those of the network's training.
 class ResponseCheck final : public Check<FingertipSample> {
  public:
   void Examine(const FingertipSample& sample, Findings* findings) noexcept override {
@@ -119,9 +119,9 @@ class RestContactCheck final : public Check<FingertipSample> {
     if (touch.is_baseline) pulling_ = 0;
     const double error = std::hypot(network.rest_sigma, network.sigma.z());
     const bool pulls = touch.force_F && touch.force_F->z() > kPull * error;
-    const double patience = kPullTime * network.rate;
-    if (pulling_ < patience) pulling_ = pulls ? pulling_ + 1 : 0;
-    return pulls || pulling_ >= patience;
+    const double max_pulling = kPullTime * network.rate;
+    if (pulling_ < max_pulling) pulling_ = pulls ? pulling_ + 1 : 0;
+    return pulls || pulling_ >= max_pulling;
   }
 
   static constexpr double kPull = 5;        // [sigma]

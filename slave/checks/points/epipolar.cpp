@@ -21,14 +21,14 @@ constexpr double kRemembered = 0.97;
 // Share that is kept after a pair without information, because clocks drift slowly [-]. [tuned:
 // epipolar_test, what is at rest after a motion]
 constexpr double kKept = 0.999;
-// Scatter at rest that may be the noise of the images alone, by that noise [-]. [tuned:
+// Scatter at rest, relative to the noise of the images, that this noise alone explains [-]. [tuned:
 // epipolar_test, a scatter of 0.1 to 1.5 of the noise]
 constexpr double kNoLess = 0.2, kNoMore = 1.1;
-// Square of a position's change between two images, squared, by that of the miss: what noise makes
-// of it
-// [-]. [derived: the mean of two images in each of two pairs, against their difference]
+// Squared change of a position between two images, by the squared miss, that noise alone makes [-].
+// [derived: the mean of two images in each of two pairs, against their difference]
 constexpr double kNoiseMoves = 0.5;
-// Motion by that of noise; less says nothing of instants [-]. [tuned: skew_test]
+// Motion relative to that of noise from which on the points show the instants [-]. [tuned:
+// skew_test]
 constexpr double kMoves = 3;
 
 constexpr std::string_view kMoved =
@@ -200,14 +200,14 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
     const double by_sigma = (Place(row, 0) - Place(row, lag)) / row.sigma;
     return row.counts && std::isfinite(by_sigma) ? by_sigma : 0.0;
   };
-  // A motion that a moved camera would explain says nothing.
+  // Leaves out the motion that a moved camera would explain.
   Eigen::Vector4d share(0, 0, 0, 0);
   for (const Row& row : rows_) {
     if (row.kept) share += row.motions * moved(row);
   }
   share = normal_.ldlt().solve(share);
-  // Without the one that says most: a point that one eye saw beside its place moved and misses at
-  // once.
+  // Leaves out the point with the largest share: a point that one camera saw at a wrong place has a
+  // motion and a miss at the same time.
   Share most, sum;
   for (const Row& row : rows_) {
     if (!row.counts) continue;
@@ -253,7 +253,7 @@ void EpipolarCheck::CheckRest(const SurfaceObservation& seen, Findings* findings
   if (count < kMinPoints) return;
   const double explained = slope.dot(normal.ldlt().solve(slope));
   const double scatter = (square - explained) / (count - kMotions);
-  const double most = most_at_rest_ + 2 * rig_.rms_px;
+  const double most = max_at_rest_ + 2 * rig_.rms_px;
   if (explained > most * most * count + kMotions * NoiseLimits::kSignificant * scatter) {
     findings->Fail(FailedCheck::kEpipolar, kOtherRig);
   }

@@ -12,8 +12,8 @@
 
 namespace palpate {
 
-// `rig`: unused for depth images. `surface_O`: of a body that is compared with the surface at rest;
-// empty: none. `rest`: gets the comparison; it must outlive the checks.
+// `rig` is not used with depth images. `surface_O`: the body that is compared with the surface at
+// rest; empty: none. `rest` gets the comparison and must outlive the checks.
 Checks<PointsSample> MakePointsChecks(const Scene& scene, const StereoRig& rig,
                                       const SurfaceMesh& surface_O,
                                       std::optional<RestSurface>* rest);

@@ -16,7 +16,7 @@ namespace palpate {
 struct BoardImage {
   std::string name;  // of the file
   std::optional<Corners> corners;
-  std::string why_not;  // where there are none
+  std::string why_not;  // why there are no corners
 };
 
 struct BoardImages {

@@ -102,7 +102,7 @@ void PrintPlaces(const Scene& scene, const Localiser& localiser) {
                         tactile.hold == Tactile::Hold::kForce ? "force" : "displacement"));
 }
 
-// Fingertips that press with changing counts, in thin air.
+// Returns samples of fingertips with changing counts that touch nothing.
 TactileFrame Busy(const Scene& scene, int sample) {
   TactileFrame frame;
   frame.sequence = static_cast<std::uint64_t>(sample) + 1;

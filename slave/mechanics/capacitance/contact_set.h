@@ -25,8 +25,8 @@ class ContactPlaces {
   // Empty: found; otherwise why not, one clause with static lifetime. Allocates nothing where
   // `footprint` has room already. Called only for contacts that changed; the contact is finite.
   virtual std::string_view Find(const Contact& contact, ContactFootprint* footprint) = 0;
-  // Whether contacts that are too narrow for the mesh get wider discs (SurfaceFootprints)
-  // from now on, as they do at first.
+  // Permits wider discs (SurfaceFootprints) for contacts that are too narrow for the mesh. They are
+  // permitted at first.
   virtual void MayWiden(bool /*may*/) {}
 };
 
@@ -92,11 +92,11 @@ class ContactSet {
   [[nodiscard]] bool IsSame(std::span<const Contact> contacts) const;
   [[nodiscard]] bool IsCrowded() const;
   bool Find(const Contact& contact, ContactSlot* slot);
-  // Contacts move from slot to slot: storage that fits one fits all.
+  // Gives each slot the storage of the largest contact, because contacts move from slot to slot.
   void MakeRoom() {
     for (auto& slot : slots_) {
-      slot.footprint.places.reserve(most_places_);
-      slot.footprint.arms.reserve(most_places_);
+      slot.footprint.places.reserve(max_places_);
+      slot.footprint.arms.reserve(max_places_);
     }
   }
   bool Number();
@@ -113,10 +113,10 @@ class ContactSet {
   std::vector<int> moved_by_;  // per place: the last set in which a contact moved it
   int set_ = 0;
   bool known_ = false;
-  bool crowded_ = false;            // some would have got wider discs, had they been alone
+  bool crowded_ = false;            // a neighbour kept a contact from a wider disc
   std::vector<ContactSlot> slots_;  // the first count_ are in use: footprints keep their memory
   int count_ = 0;
-  std::size_t most_places_ = 1;  // of a footprint so far: all slots have that much room
+  std::size_t max_places_ = 1;  // of a footprint so far: all slots have that much room
   std::vector<ForceUnknown> unknowns_;
   int rows_ = 0, loads_ = 0;
   std::string_view failure_;

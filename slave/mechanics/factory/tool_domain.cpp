@@ -16,11 +16,11 @@ namespace {
 // Width of a round tool's contact at a tenth of its radius deep, by that of its shaft. [by Hertz]
 constexpr double kRoundWidth = 0.3;
 constexpr double kNarrowest = 1e-3;  // of a contact, by l: a point has no width
-// Of `extruded`, by its own mesh [-]; from a Poisson ratio of 0.49 on its elements begin to lock.
-// [measured: five blocks of extruded_model_test, within 3 %; nu = 0.49 by presses.py, 4.8 %]
+// Error of `extruded` by its own mesh [-]. From a Poisson ratio of 0.49 on its elements begin to
+// lock. [measured: five blocks of extruded_model_test, within 3 %; nu = 0.49 by presses.py, 4.8 %]
 constexpr double kExtrudedError = 0.03, kLockingError = 0.05, kLocks = 0.49;
-constexpr double kShortest = 0.25;  // extent of a tool by its width: the same
-constexpr double kUnsure = 0.1;     // of g [measured: plane_thickness.py]
+constexpr double kMinExtent = 0.25;  // extent of a tool by its width: the same
+constexpr double kUnsure = 0.1;      // of g [measured: plane_thickness.py]
 
 struct Lengths {
   double larger = 0, smaller = 0;  // L, l [m]
@@ -102,7 +102,7 @@ ToolDomain::ToolDomain(const Scene& scene, const Tool& tool, const ObjectMesh& m
     if (error_ > scene.model.tolerance) doubt_ = kExtrudedMesh;
     const double T = ThicknessOf(scene.object.geometry);
     if (tool.depth != scene.tool->depth) doubt_ = kOtherExtent;
-    if (std::min(tool.depth.value_or(T), T) < kShortest * tool.width) doubt_ = kShortExtent;
+    if (std::min(tool.depth.value_or(T), T) < kMinExtent * tool.width) doubt_ = kShortExtent;
   }
   const auto* disc = std::get_if<MembraneDisc>(&mesh);
   if (disc != nullptr && tool.IsRigidFace()) {

@@ -50,7 +50,7 @@ class ToolPress {
 
   ToolDomain domain_;
   BoundaryMesh outline_;  // of a planar object under a growing contact, else empty
-  SurfaceMesh surface_;   // of a volume, likewise
+  SurfaceMesh surface_;   // of a volume
   std::optional<RoundIndenter> indenter_;
   bool is_rigid_face_ = false;
   struct Plate {

@@ -57,7 +57,7 @@ void HeldTangent::Fill(const BlockMatrix& matrix, double scale,
     for (int a = 0; a < 3; ++a) {
       for (int b = 0; b < 3; ++b) {
         const int i = sum.node[a], j = sum.node[b];
-        if (i > j || j >= pattern_.rows()) continue;  // held wholly: it has no row, weighs nothing
+        if (i > j || j >= pattern_.rows()) continue;  // a node without a free component has no row
         const int k = pattern_.Find(j, i);
         for (int c = 0; c < 3; ++c) {
           At(j, k, c, c) += kPenalty * sum.weight[a].v[c] * sum.weight[b].v[c];

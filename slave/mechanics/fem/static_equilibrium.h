@@ -1,8 +1,8 @@
-// Equilibrium of a body at rest: f_int(u) = f_ext among the possible motions, by Newton's method
-// with a line search on the potential energy: with the exact tangent of the neo-Hookean law, else
-// with the warped one. A query begins with the combination of the last motions of the body that
-// moves the contacts most nearly as they move now: then one step per query is small, and what it
-// neglects smaller still.
+// Equilibrium of a body at rest: f_int(u) = f_ext among the possible motions. Newton's method with
+// a line search on the potential energy finds it. It uses the exact tangent of the neo-Hookean law,
+// and the warped one of other laws.
+// A query starts from a prediction: the combination of the last motions of the body that moves the
+// contacts most nearly as they move now. One step per query then leaves a small error.
 #pragma once
 
 #include <array>
@@ -19,10 +19,10 @@ namespace palpate::fem {
 class StaticEquilibrium {
  public:
   struct Params {
-    double residual = 1e-6;  // of the loads' norm, supports' and contacts' reactions counted
+    double residual = 1e-6;  // relative to the norm of loads and reactions
     bool linear = false;
-    // After it, the best answer so far is given; at least one step is made, with a whole linear
-    // solution [s]. 0: none.
+    // Time after which the best answer so far is returned [s]. At least one step with a whole
+    // linear solution is made. 0: no deadline.
     double deadline = 0;
     Progress* progress = nullptr;  // of searches that take long; may be null, else outlives this
   };
@@ -31,14 +31,14 @@ class StaticEquilibrium {
 
   // Returns to the state after construction: at rest.
   void Reset() noexcept;
-  // Call when contacts hold other components.
+  // Call this when the contacts hold other components than before.
   void Renew() noexcept {
     solver_.Reset();
-    holds_others_ = true;
+    has_new_constraints_ = true;
   }
-  // Finds u for the forces and constraints, from the last one, or from rest should that fail; in
-  // parts where all at once does not converge. False: not found, or stopped; the last equilibrium
-  // is kept.
+  // Finds u for the forces and constraints. The search starts from the last u, then from rest, and
+  // then applies parts of the load one after the other. Returns false if no u was found, or the
+  // search was stopped: the last equilibrium is kept.
   bool Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept;
   // Solves with tools in increments of their path. Call Begin, then Increment with all loads at the
   // end of the increment, and End after the last one. The contact of the tools is updated between
@@ -51,11 +51,11 @@ class StaticEquilibrium {
 
   [[nodiscard]] bool interrupted() const { return progress_.stopped(); }
   [[nodiscard]] const NodeVector& displacement() const { return u_; }
-  // f_int - f_ext: what supports and contacts add.
+  // f_int - f_ext: the forces of supports and contacts.
   [[nodiscard]] const NodeVector& reaction() const { return reaction_; }
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
-  [[nodiscard]] double residual() const { return relative_residual_; }  // reached
-  [[nodiscard]] bool ended_early() const { return ended_early_; }       // by the deadline
+  [[nodiscard]] double residual() const { return relative_residual_; }
+  [[nodiscard]] bool ended_early() const { return ended_early_; }  // by the deadline
   // First-order errors by the residual of the last query with the neo-Hookean law: of the
   // displacements, and of the nodal forces of contacts and supports.
   [[nodiscard]] const NodeVector& displacement_error() const { return x_; }
@@ -68,8 +68,8 @@ class StaticEquilibrium {
   }
 
  private:
-  static constexpr int kMotions = 3;            // a contact moves along three axes
-  static constexpr std::size_t kMostWays = 64;  // of tools, in a motion
+  static constexpr int kMotions = 3;            // one per axis along which a contact moves
+  static constexpr std::size_t kMaxPaths = 64;  // displacements of tools in one motion
 
   bool SolveInParts(const NodeVector& f_ext, const Constraints& constraints) noexcept;
   bool Iterate(const Constraints& constraints, double part) noexcept;
@@ -77,8 +77,9 @@ class StaticEquilibrium {
   void Predict(const Constraints& constraints) noexcept;
   void LearnMotion(const Constraints& constraints) noexcept;
   void EstimateError(const Constraints& constraints) noexcept;
-  [[nodiscard]] double GapSlack() const;  // what contacts may lack of where they are moved to
-  [[nodiscard]] double AimOf() const;     // the residual that Newton's method is driven to
+  [[nodiscard]] double GapTolerance()
+      const;  // accepted distance of contacts from their prescribed places [m]
+  [[nodiscard]] double TargetResidual() const;  // at which Newton's method ends
   enum class With { kForces, kTangent };
   void Update(With with) noexcept;
   void PrepareTangent() noexcept;
@@ -94,30 +95,30 @@ class StaticEquilibrium {
   SearchProgress progress_;
   BlockMatrix tangent_;
   LinearSolver solver_;
-  bool is_current_ = false;      // forces and energy are those of u_
-  bool has_tangent_ = false;     // and so is the tangent
-  bool tangent_serves_ = false;  // for one more step although it is not
+  bool is_current_ = false;     // forces and energy are those of u_
+  bool has_tangent_ = false;    // the tangent is that of u_
+  bool keeps_tangent_ = false;  // one more step uses the tangent of an earlier u
   NodeVector u_, last_u_, good_u_, f_ext_, last_f_, f_int_, r_, x_, lift_, trial_, reaction_;
   // Motion of a query: of all nodes, and of the nodes that contacts prescribe.
   struct Motion {
     NodeVector body, contacts;
-    std::array<Eigen::Vector3d, kMostWays> ways;  // of tools
-    int way_count = 0;
-    double square = 0;            // of `contacts`, before what newer ones share was removed
-    bool is_independent = false;  // of newer ones
+    std::array<Eigen::Vector3d, kMaxPaths> paths;  // displacement of each tool [m]
+    int path_count = 0;
+    double square = 0;            // squared norm of `contacts` before orthogonalization
+    bool is_independent = false;  // not a combination of newer motions
   };
   void FindHeld(const Constraints& constraints, Motion* motion) const noexcept;
   std::array<Motion, kMotions> motions_;  // of the last queries, newest first
   int motion_count_ = 0;
-  bool holds_others_ = false;      // than when the motions were learnt
-  ToolContacts* tools_ = nullptr;  // of the increment that is solved
-  NodeVector f_base_;              // what acts beside their friction
+  bool has_new_constraints_ = false;  // other nodes are held than when the motions were stored
+  ToolContacts* tools_ = nullptr;     // of the increment that is solved
+  NodeVector f_base_;                 // forces without the friction of the tools
   bool ended_early_ = false;
   ElementSummary summary_;
-  double shift_ = 0;      // makes a tangent definite
+  double shift_ = 0;      // stiffness added to make a tangent definite
   double reference_ = 0;  // the loads' and reactions' norm
   double before_ = 0;     // norm of the reactions before the query
-  double released_ = 0;   // what counts in place of reference_ where loads are gone
+  double released_ = 0;   // takes the place of reference_ once the loads are gone
   double relative_residual_ = 0;
   int newton_steps_ = 0, iterations_ = 0;
 };

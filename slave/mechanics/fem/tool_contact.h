@@ -55,14 +55,14 @@ class ToolContact {
   // by `u`. May be called again for another increment from there.
   void Begin(const Eigen::Vector3d& displacement, const NodeVector& u) noexcept;
   // Owners of nodes of the body: a tool's number, or one of these.
-  static constexpr int kNoTool = -1, kTaken = -2;  // the latter: held by another contact
+  static constexpr int kNoTool = -1, kTaken = -2;  // kTaken: held by another contact
   // Makes nodes that touch this tool its own.
   void Claim(int me, std::vector<int>* owner) const noexcept;
   // Updates which nodes touch and stick, after the displacements `u` and with the nodal forces
   // `reaction`, without the tool's own friction. `slack`: of forces by the largest, of gaps by the
   // depth [-]. `me`: this tool's number. True: some node changed.
-  bool Judge(const NodeVector& u, const NodeVector& reaction, double slack, bool steps, int me,
-             std::vector<int>* owner) noexcept;
+  bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack, bool steps,
+                      int me, std::vector<int>* owner) noexcept;
   // The forces that nodes have at the end of an increment, which is accepted.
   void Accept(const NodeVector& u, const NodeVector& reaction) noexcept;
 

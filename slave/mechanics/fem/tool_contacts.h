@@ -34,13 +34,14 @@ class ToolContacts {
     return tools_[static_cast<std::size_t>(tool)];
   }
 
-  // An increment of one of them to a displacement of its apex [units], see ToolContact::Begin.
+  // Begins an increment of one tool to a displacement of its apex [units], see ToolContact::Begin.
   void Begin(int tool, const Eigen::Vector3d& displacement, const NodeVector& u) noexcept {
     tools_[static_cast<std::size_t>(tool)].Begin(displacement, u);
   }
-  [[nodiscard]] double depth() const noexcept;  // the largest, of the increment [units]
-  // Holds the nodes as they touch now. True: others than before. See ToolContact::Judge.
-  bool Judge(const NodeVector& u, const NodeVector& reaction, double slack, bool steps) noexcept;
+  [[nodiscard]] double depth() const noexcept;  // largest depth of the increment [units]
+  // Updates which nodes touch, see ToolContact::UpdateTouching. Returns whether they have changed.
+  bool UpdateTouching(const NodeVector& u, const NodeVector& reaction, double slack,
+                      bool steps) noexcept;
   // Replaces the motion of nodes that touch by the increment's way of their tool, or by `ways` of
   // another one.
   [[nodiscard]] Eigen::Vector3d Way(int tool) const { return at(tool).way(); }

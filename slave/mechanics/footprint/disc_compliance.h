@@ -19,7 +19,7 @@ struct DiscCompliance {
 // Compliance of a rigid disc that sticks: Spence (1968); across: Bycroft (1956), who lets the
 // normal traction be what it is on average, exact at nu = 1/2.
 DiscCompliance OfBondedDisc(double poisson_ratio) noexcept;
-// Compliance of one that slides: Boussinesq's flat punch. Across: none.
+// Compliance of a disc that slides: Boussinesq's flat punch; none across.
 DiscCompliance OfSlidingDisc(double poisson_ratio) noexcept;
 // Mean displacement under an even load: Johnson, Contact Mechanics, 3.4 and 3.6.
 DiscCompliance OfEvenLoad(double poisson_ratio) noexcept;

@@ -49,7 +49,7 @@ class VolumeContacts {
                            response.force_O, response.displacement_O);
   }
   [[nodiscard]] std::string_view failure() const { return failure_; }
-  // The last set is not to be trusted.
+  // Forgets the last set.
   void Forget() { ready_ = false; }
 
  private:

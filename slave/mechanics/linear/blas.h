@@ -3,8 +3,8 @@
 
 namespace palpate::blas {
 
-// OpenBLAS computes on one thread while this lives, as in the programs, and then on as many as
-// before. No-op with another BLAS. One at a time.
+// OpenBLAS computes on one thread while this object exists, and then on as many as before. It does
+// nothing with another BLAS. One object at a time.
 class OneThread {
  public:
   OneThread() noexcept;

@@ -5,9 +5,10 @@
 
 namespace palpate {
 
-// Neighbours of every node, itself included. Nodes, first to be eliminated first: METIS' nested
-// dissection (Karypis and Kumar 1998), then so that each node comes soon after those it is
-// eliminated after. The same for the same graph; one call runs at a time. Throws std::bad_alloc.
+// Returns the nodes in their order of elimination. `neighbours` of a node contain the node itself.
+// The order is METIS' nested dissection (Karypis and Kumar 1998), rearranged so that each node
+// follows soon after those on which it depends. The same graph gives the same order. One call runs
+// at a time. Throws std::bad_alloc.
 std::vector<int> EliminationOrder(const std::vector<std::vector<int>>& neighbours);
 
 }  // namespace palpate

@@ -17,8 +17,8 @@ class SpdFactor {
   // std::bad_alloc.
   explicit SpdFactor(const Eigen::SparseMatrix<double>& lower);
 
-  // Solves in place for `count` right-hand sides, column by column. The digits of one depend on how
-  // many are solved together.
+  // Solves in place for `count` right-hand sides, column by column. The rounding of a column
+  // depends on `count`.
   void Solve(double* columns, int count);
 
   [[nodiscard]] std::size_t memory_bytes() const { return factor_->memory_bytes(); }

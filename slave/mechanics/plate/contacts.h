@@ -21,13 +21,13 @@ struct Geometry {
 // One contact; deflections and forces are positive along -z.
 struct Touch {
   Contact::Kind kind = Contact::Kind::kDisplacement;
-  Disc disc;  // by the radius a
+  Disc disc;  // in units of the radius a
   Face face = Face::kEven;
-  double value = 0;  // prescribed deflection by a, or load [N]
+  double value = 0;  // prescribed deflection in units of a, or load [N]
 
   [[nodiscard]] bool moved() const { return kind == Contact::Kind::kDisplacement; }
   [[nodiscard]] bool is_rigid() const { return face == Face::kRigid; }
-  // Its forces are sought: those of its place, or how its load is spread over its places.
+  // The solution determines the forces on its places, or how its load is distributed over them.
   [[nodiscard]] bool is_sought() const { return moved() || is_rigid(); }
   [[nodiscard]] bool IsAt(const Touch& other) const {
     return kind == other.kind && face == other.face && disc.centre == other.disc.centre &&
@@ -35,11 +35,11 @@ struct Touch {
   }
 };
 
-// Converts contacts to `touches` (resized; no allocation once it was as large). Empty if all are
-// possible, else the reason: a value that is not finite; a component across the normal; a point off
-// the disc; a contact over the rim; a displaced point on the rim; overlapping contacts of which one
-// is displaced or rigid; deflections beyond 1e6 radii. A rigid face of less than 1e-4 radii presses
-// as an even one.
+// Converts contacts to `touches`, which is resized; it allocates only if it grows. Returns empty
+// text if all contacts are possible, else the reason: a value that is not finite; a component
+// across the normal; a point off the disc; a contact over the rim; a displaced point on the rim;
+// overlapping contacts of which one is displaced or rigid; deflections beyond 1e6 radii. A rigid
+// face of less than 1e-4 radii presses as an even one.
 std::string_view Check(std::span<const Contact> contacts, const Geometry& geometry,
                        std::vector<Touch>* touches);
 

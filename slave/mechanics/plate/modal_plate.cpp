@@ -126,7 +126,7 @@ bool ModalPlate::Newton(double share) noexcept {
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     if (!Linearise()) return false;
     Comply();
-    // The amplitudes first as they would be without a change of the forces that are sought.
+    // First the amplitudes without a change of the unknown forces.
     step_ = -gradient_;
     factor_.solveInPlace(step_);
     if (!SeekForces(share)) return false;

@@ -129,7 +129,7 @@ class ModalPlate {
   std::vector<Eigen::Index> firsts_;     // the first place of each press, and the end
   std::vector<std::size_t> contact_of_;  // per place
   PressedPlaces pressed_;
-  std::vector<double> sought_;         // of the contacts whose forces are sought: their values
+  std::vector<double> sought_;         // values of the contacts with unknown forces
   Eigen::MatrixXd at_, load_, short_;  // f and l, column per place; g
   Eigen::MatrixXd centres_;            // the modes at the centres, column per contact
   Eigen::VectorXd resolution_;         // g_ss for points at the centres, by 1 / D
@@ -141,7 +141,7 @@ class ModalPlate {
   Eigen::LLT<Eigen::MatrixXd> factor_;
   Eigen::MatrixXd by_load_;      // tangent^-1 load_
   Eigen::MatrixXd compliance_;   // of places
-  Eigen::VectorXd free_, next_;  // deflections without the forces sought; those forces
+  Eigen::VectorXd free_, next_;  // deflections without the unknown forces; those forces
 };
 
 }  // namespace palpate::plate

@@ -12,7 +12,7 @@ namespace palpate::plate {
 
 struct Indentation {
   double place = 0;        // of the load [radii], below 1
-  double deflection = 0;   // under it, by the radius
+  double deflection = 0;   // under the load, by the radius
   double slenderness = 0;  // t / a
 };
 
@@ -21,7 +21,8 @@ struct Indentation {
 // Where it is below 0.15, it is within 0.03 of the measured one.
 double ExcessAtDepth(const Indentation& indentation) noexcept;
 
-// Where at the centre that is `excess`, by the radius; 0: nowhere, the plate is too thick.
+// Deflection at the centre, by the radius, at which the excess is `excess`; 0: the plate is too
+// thick for any.
 double DeflectionOfExcess(double excess, double slenderness) noexcept;
 
 // One standard deviation, by the force, of what the law does to the force found from the shape

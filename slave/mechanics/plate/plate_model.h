@@ -44,7 +44,7 @@ class PlateModel final : public PlateSurface {
   Eigen::MatrixXd compliance_;            // deflection at a place, column: by a load of one there
   Eigen::VectorXd forces_, deflections_;  // at the places, nondimensional
   plate::PressedPlaces pressed_;
-  std::vector<double> values_;  // of the contacts whose forces are sought
+  std::vector<double> values_;  // of the contacts with unknown forces
 };
 
 }  // namespace palpate

@@ -47,10 +47,10 @@ class PlateSurface : public DeformationModel {
  protected:
   explicit PlateSurface(const plate::Geometry& geometry);
 
-  // Fills the responses to touches_. False: failed.
+  // Fills the responses to touches_. Returns false on failure.
   virtual bool TryRespond(std::span<const Contact> contacts,
                           std::span<ContactResponse> responses) = 0;
-  // Along z [m] under the last contacts that were answered, at `x` [radii].
+  // Displacement along z [m] under the last contacts that were answered, at `x` [radii].
   [[nodiscard]] virtual double DisplacementAt(const Eigen::Vector2d& x) noexcept = 0;
 
   void ComputeResponses(std::span<const Contact> contacts,

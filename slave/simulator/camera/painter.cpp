@@ -40,8 +40,8 @@ Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO,
   return X;
 }
 
-// The true lens of a hand-held scene, which the slave does not know: its only distortion is radial,
-// of third order.
+// Returns the true lens of a hand-held scene. The slave does not know its radial distortion of
+// third order.
 Lens UnknownLens(const Camera& camera, double shift) {
   const double width = camera.size[0], height = camera.size[1];
   const double corner = 0.5 * std::hypot(width, height);  // at 45 degrees from the axis
@@ -71,7 +71,7 @@ std::optional<LensWarp> LensOf(const Scene& scene) {
 }
 
 constexpr std::uint32_t kDebrisDraw = 0x6465;  // apart from what else the seed draws
-constexpr double kLeastDefocus = 0.05;         // less is none [px]
+constexpr double kMinDefocus = 0.05;           // smaller ones are not painted [px]
 
 double Between(std::mt19937& random, double least, double most) {
   return least + (most - least) * static_cast<double>(random()) / 4294967296.0;
@@ -103,8 +103,8 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
   if (scene.tool->IsNarrowerThan(ThicknessOf(scene.object.geometry))) PaintSides(scene);
 }
 
-// The sides that the camera sees beside the front face: between each edge of the front and that of
-// the back, and the back itself. They stay as they are at rest.
+// Paints the sides that the camera sees around the front face: those between the edges of front and
+// back, and the back itself. They keep their shape at rest.
 void Painter::PaintSides(const Scene& scene) {
   const Eigen::Affine2d X_IB = ImageOfBody(*scene.sense.Find<Camera>(), true_body_.X_SO(),
                                            ThicknessOf(scene.object.geometry));
@@ -348,7 +348,7 @@ void Microscope::Show(cv::Mat* seen) {
   }
   const double phase = 2 * std::numbers::pi * static_cast<double>(images_++) / kFocusPeriod;
   const double sigma = defocus_ * 0.5 * (1 - std::cos(phase));
-  if (sigma > kLeastDefocus) cv::GaussianBlur(*seen, *seen, {}, sigma);
+  if (sigma > kMinDefocus) cv::GaussianBlur(*seen, *seen, {}, sigma);
 }
 
 }  // namespace palpate::simulation

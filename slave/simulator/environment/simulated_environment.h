@@ -26,15 +26,15 @@ namespace palpate {
 
 // Contacts without an operator.
 struct ScriptedRun {
-  double duration = 0;  // of a target that moves on a path [s]; 0: its own
+  double duration = 0;  // of a moving target [s]; 0: that of its path
   int presses = 1;      // contacts of fingertips
 };
 
 // Whether a tool waits until its contact is solved, or must not be delayed.
-enum class Patience : std::uint8_t { kWaits, kNone };
+enum class WhenUnsolved : std::uint8_t { kWait, kUseNearest };
 
-// Samples of a simulator: in real time one every 1 / rate seconds, late ones are skipped; or those
-// of a script, as fast as they are computed, with times from Time{}.
+// A source of simulated samples. In real time there is one every 1 / rate seconds, and late ones
+// are skipped. With a script they come as fast as they are computed, with times from Time{}.
 template <typename Source, typename Sample>
 class SimulatedSource final : public Source {
  public:
@@ -104,20 +104,21 @@ inline Eigen::Isometry3d TruePose(const Scene& scene) {
 class SimulatedEnvironment : public GroundTruth {
  public:
   // Moves the tool's tip here, S [m]. Thread-safe. Positions that are not finite are ignored. A
-  // simulator is moved with one patience only.
-  virtual void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) = 0;
-  // Offset of the tip from its script where a hand guides it (`site.hand`), `t` [s] after the start
-  // [m].
+  // simulator is moved with one of both only.
+  virtual void MoveTool(const Eigen::Vector3d& p_S_tip,
+                        WhenUnsolved when_unsolved = WhenUnsolved::kWait) = 0;
+  // Returns the offset of the tip from its script if a hand guides it (`site.hand`), at `t` [s]
+  // after the start [m].
   [[nodiscard]] virtual Eigen::Vector3d HandOffset(double /*t*/) const {
     return Eigen::Vector3d::Zero();
   }
-  // Solves the scene's contact before the start of operation; the tool is at home afterwards.
-  // Seconds.
+  // Solves the scene's contact before the start of operation. The tool is at home afterwards. Takes
+  // seconds.
   virtual void SolveAhead() = 0;
-  // Sources that observe this simulator, which must outlive them; one source at a time, null: this
-  // kind does not exist. `scene`: that of the simulator. `run`: the samples of its script, as fast
-  // as they are computed; nullopt: those of the tool that MoveTool moves, at the scene's rate.
-  // Throw std::invalid_argument naming the key: there is no script for it.
+  // Open sources of samples, one at a time; null: this kind does not exist. This object must
+  // outlive them. `scene` is that of the simulator. With `run` the samples follow its script, as
+  // fast as they are computed; without it they show the tool of MoveTool at the scene's rate. They
+  // throw std::invalid_argument with the key if there is no script for it.
   virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/,
                                                   const std::optional<ScriptedRun>& /*run*/) {
     return nullptr;

@@ -44,14 +44,14 @@ struct SolvedPress {
   std::shared_ptr<const RestBody> body;
   std::shared_ptr<const DepthSteps> depth_steps = std::make_shared<DepthSteps>();
   double s = 0;        // way in `depth_steps` [m]
-  bool solved = true;  // false: that of another position or depth, because this one is not solved
+  bool solved = true;  // false: steps of another position or depth, because this one is not solved
 };
 
 // Solves contacts in advance: a separate thread computes the steps for the present position, one by
 // one, so that a contact only reads them.
 class LoadPathCache {
  public:
-  // Positions beside the approach, in multiples of the raster: positions nearer than half of it
+  // Position across the approach, in multiples of the raster. Positions nearer than half a raster
   // share the steps.
   using Key = std::pair<int, int>;
   static constexpr double kRaster = 5e-3;  // [m]
@@ -60,18 +60,17 @@ class LoadPathCache {
   LoadPathCache(const TrueObject& object, double deepest);
 
   [[nodiscard]] Key KeyOf(const Eigen::Vector3d& h_O) const;
-  // Requests a contact here: the newest request is processed. Returns the motion along the approach
-  // until the first finger touches; infinity: none does. Waits for a new position, tens of
-  // milliseconds.
+  // Requests a contact at `key`; the newest request is processed. Returns the motion along the
+  // approach until the first finger touches, infinity if none does. At a new position it waits for
+  // tens of milliseconds.
   double Expect(const Key& key);
-  // The same without waiting: at a new position that of the nearest known one.
+  // As Expect without waiting: at a new position it returns the value of the nearest known one.
   double ExpectNow(const Key& key);
-  // The series here, as far as way `s` at least if there is one so far, waiting for it if need be
-  // (a third of a second or so per millimetre of depth). May be shorter where no equilibrium was
-  // found.
+  // Returns the steps at `key` up to depth `s` [m] or more. It waits for them, about a third of a
+  // second per millimetre. The steps end earlier where no equilibrium was found.
   SolvedPress Await(const Key& key, double s);
-  // The same without waiting. What is not solved yet is that of the nearest position that is, at
-  // the same way beyond the first contact; if none is solved so far, that of the deepest one.
+  // As Await without waiting. An unsolved position gets the steps of the nearest solved one at the
+  // same depth beyond the first contact, else those of the deepest one.
   SolvedPress Find(const Key& key, double s);
 
  private:

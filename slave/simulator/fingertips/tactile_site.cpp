@@ -22,17 +22,17 @@ using Eigen::Vector3d;
 using simulation::LoadPathCache;
 
 constexpr double kFriction = 1;        // of the skin on the object [-]
-constexpr double kFarthest = 1e6;      // hands farther from home are none [m]
-constexpr double kLeastDepth = 0.01;   // a series reaches so far at least [m]
-constexpr double kDepthReserve = 1.5;  // and so many times operator.press.depth
-constexpr double kMostOfBody = 0.6;    // but not farther into the body than this part of it
+constexpr double kMaxDistance = 1e6;   // positions farther from home are ignored [m]
+constexpr double kMinDepth = 0.01;     // least depth of the solved steps [m]
+constexpr double kDepthReserve = 1.5;  // the same in multiples of operator.press.depth
+constexpr double kMaxOfBody = 0.6;     // limit of both, as part of the body's size
 
 // Where the hand is and what it presses.
 struct HandState {
   Vector3d h_O{0, 0, 0};  // displacement from home
-  double s = 0;           // of it along the approach
+  double s = 0;           // its part along the approach [m]
   bool pressing = false;
-  Vector3d slip_O{0, 0, 0};       // sideways since the contact stuck
+  Vector3d slip_O{0, 0, 0};       // tangential motion since the contact stuck [m]
   simulation::SolvedPress press;  // without depth steps while nothing touches
 };
 
@@ -44,11 +44,11 @@ double DeepestOf(const Scene& scene, const simulation::TrueObject& object,
     low = std::min(low, along);
     high = std::max(high, along);
   }
-  const double wanted = std::max(kLeastDepth, kDepthReserve * scene.operator_options.press_depth);
-  return std::min(wanted, kMostOfBody * (high - low));
+  const double wanted = std::max(kMinDepth, kDepthReserve * scene.operator_options.press_depth);
+  return std::min(wanted, kMaxOfBody * (high - low));
 }
 
-constexpr int kStepsPerSample = 4;  // of a script: the hand's path is followed, not jumped
+constexpr int kStepsPerSample = 4;  // steps along a script's path from sample to sample
 constexpr double kSettle = 0.2, kHold = 1, kRest = 0.5;  // of a script [s]
 
 using FingertipSource = SimulatedSource<TactileSource, TactileFrame>;
@@ -79,12 +79,12 @@ struct TactileSite::State {
     return object.X_SO() * object.hand().fingers.front().X_OF_home *
            Vector3d(0, 0, -object.hand().shape.radius);
   }
-  void Move(const Vector3d& h_O, Patience patience);
+  void Move(const Vector3d& h_O, WhenUnsolved when_unsolved);
   void Stick(HandState* hand);
   [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
                                   const simulation::TouchBetween& between) const;
   [[nodiscard]] FingerTruth TruthOf(std::size_t f, const HandState& hand) const;
-  // How the finger nearest to `p_O` moves with the hand.
+  // Returns the motion of the finger nearest to `p_O`.
   [[nodiscard]] double SenseNear(const Vector3d& p_O, const HandState& hand) const;
   FingerReading ReadingOf(std::size_t f, const HandState& hand);
   [[nodiscard]] HandState now() const {
@@ -97,11 +97,11 @@ struct TactileSite::State {
   const double period, press_depth, skin_scale, tangential_part;
   double home_gap = 0;
   std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
-  std::uint64_t sequence = 0;                  // likewise
+  std::uint64_t sequence = 0;                  // TakeSample's thread only
 
   std::mutex moving;                 // one mover at a time; guards what follows
   LoadPathCache::Key pressed{0, 0};  // series of the press that goes on
-  Vector3d anchor_O{0, 0, 0};        // where beside the approach it stuck
+  Vector3d anchor_O{0, 0, 0};        // position across the approach at which it stuck
 
   mutable std::mutex mutex;  // guards what others read
   HandState hand_now;
@@ -130,14 +130,14 @@ void TactileSite::State::Stick(HandState* hand) {
   hand->slip_O = slip_O;
 }
 
-void TactileSite::State::Move(const Vector3d& h_O, Patience patience) {
+void TactileSite::State::Move(const Vector3d& h_O, WhenUnsolved when_unsolved) {
   HandState next;
   next.h_O = h_O;
   next.s = h_O.dot(object.hand().approach_O);
   next.press.body = now().press.body;
   const bool was_pressing = now().pressing;
   if (!was_pressing) pressed = all_series.KeyOf(h_O);
-  const bool waits = patience == Patience::kWaits;
+  const bool waits = when_unsolved == WhenUnsolved::kWait;
   if (next.s > (waits ? all_series.Expect(pressed) : all_series.ExpectNow(pressed))) {
     next.press = waits ? all_series.Await(pressed, next.s) : all_series.Find(pressed, next.s);
     next.pressing = true;
@@ -192,12 +192,12 @@ TactileSite::TactileSite(const Scene& scene, const SiteResolution& resolution)
 
 TactileSite::~TactileSite() = default;
 
-void TactileSite::MoveTool(const Vector3d& p_S_tip, Patience patience) {
+void TactileSite::MoveTool(const Vector3d& p_S_tip, WhenUnsolved when_unsolved) {
   if (!p_S_tip.allFinite()) return;
   const Vector3d h_O = state_->object.X_SO().linear().transpose() * (p_S_tip - state_->home());
-  if (h_O.cwiseAbs().maxCoeff() > kFarthest) return;
+  if (h_O.cwiseAbs().maxCoeff() > kMaxDistance) return;
   const std::lock_guard moving(state_->moving);
-  state_->Move(h_O, patience);
+  state_->Move(h_O, when_unsolved);
 }
 
 void TactileSite::SolveAhead() {

@@ -11,7 +11,7 @@
 namespace palpate::simulation {
 namespace {
 
-constexpr std::array kFirstDepthSteps{0.05, 0.1};  // in press depths, beside every fifth
+constexpr std::array kFirstDepthSteps{0.05, 0.1};  // in press depths, added to every fifth of one
 constexpr double kEvery = 0.2;
 constexpr double kLinear = 0.1;       // of the thickness: so far the first depth step may be
 constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one
@@ -36,7 +36,7 @@ std::vector<double> Depths(const PressCache::Plan& plan) {
 // Every raster from the centre on as far as the tool keeps away from the rim, and home.
 std::vector<double> Radii(const PressCache::Plan& plan) {
   const double rim = plan.geometry.radius, raster = PressCache::kRaster * rim;
-  const double farthest = std::max(0.0, std::min(PressCache::kFarthest * rim, rim - plan.width));
+  const double farthest = std::max(0.0, std::min(PressCache::kMaxPlace * rim, rim - plan.width));
   std::vector<double> radii{0};
   for (int k = 1; k * raster < farthest - kSameRadius * raster; ++k) radii.push_back(k * raster);
   if (farthest > 0) radii.push_back(farthest);

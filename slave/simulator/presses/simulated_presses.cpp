@@ -21,8 +21,8 @@ constexpr double kBackwards = 14e-3;        // furthest place behind the tip's s
 constexpr double kSoftest = 2e3;            // objects' modulus E / (1 - nu^2): foam [Pa]
 constexpr double kHardest = 1e7;            // hard rubber; the skin itself yields more [Pa]
 constexpr double kWidestProbe = 3e-3, kWidestContact = 12e-3;  // radii [m]
-constexpr double kFlattest = 2.2;   // as wide as on a flat object a fingertip lies, to a sphere's
-constexpr double kLonger = 1.5;     // that, where it lies on its pad as long as it is
+constexpr double kFlattest = 2.2;   // width of contact on a flat object, by that on a sphere
+constexpr double kLonger = 1.5;     // factor of the width where the finger lies on its whole pad
 constexpr double kGentlest = 0.01;  // peak of a press, parts of the largest one
 constexpr double kFriction = 0.5;   // largest tangential force, parts of the normal one
 
@@ -32,7 +32,7 @@ class Dice {
   double Between(double low, double high) {
     return low + (high - low) * (static_cast<double>(random_() >> 11) * 0x1p-53);
   }
-  // Small ones as often as large ones.
+  // Draws between `low` and `high`, evenly in the logarithm.
   double Ratio(double low, double high) { return low * std::pow(high / low, Between(0, 1)); }
 
  private:
@@ -74,8 +74,8 @@ class Press {
         modulus_(dice->Ratio(kSoftest, kHardest)),
         upwards_(dice->Between(-kUpwards / 2, kUpwards)),
         backwards_(upwards_ > 0 ? 0 : kBackwards * std::pow(dice->Between(0, 1), 2)),
-        longest_(upwards_ > 0 ? 1 : kLonger),
-        flatness_(dice->Between(1, longest_ * kFlattest)),
+        max_scale_(upwards_ > 0 ? 1 : kLonger),
+        flatness_(dice->Between(1, max_scale_ * kFlattest)),
         sideways_(dice->Between(-kSideways, kSideways)),
         roll_(-0.1, 0.1, dice),
         level_(0.7, 1, dice),
@@ -98,13 +98,13 @@ class Press {
     // Hertz: a sphere on an elastic half space, 3 F R = 4 E a^3; along its side a fingertip is no
     // sphere. Wider probes press on all they have, and a fingertip has no more than its pad.
     const double hertz = flatness_ * std::cbrt(0.75 * normal_force * kRadius / modulus_);
-    load.radius = std::min(std::max(probe_radius_, hertz), longest_ * kWidestContact);
+    load.radius = std::min(std::max(probe_radius_, hertz), max_scale_ * kWidestContact);
     return load;
   }
 
  private:
   static double Smooth(double x) { return x * x * (3 - 2 * x); }
-  double peak_, rise_, hold_, fall_, probe_radius_, modulus_, upwards_, backwards_, longest_,
+  double peak_, rise_, hold_, fall_, probe_radius_, modulus_, upwards_, backwards_, max_scale_,
       flatness_, sideways_;
   Wave roll_, level_, along_, across_;
 };

@@ -68,14 +68,14 @@ Intensities PressureWeighted(const TactileSignals& change, const SignalFlaws& fl
                              double threshold) noexcept;
 
 // A contact from intensities by averaging directions: an improved form of the paper's equations (1)
-// to (4). Every electrode is first projected on the finger's surface (equation 4), and what is
-// averaged is its outward normal there, weighted by intensity:
+// to (4). Every electrode is first projected on the finger's surface (equation 4). Its outward
+// normal there is averaged, weighted by intensity:
 //
 //   n = sum I_i n_i / |sum I_i n_i|
 //
-// The paper averages places inside the core and projects their mean. There electrodes far behind
-// pull the mean backwards by their whole distance, though they say no more of the direction than
-// near ones.
+// The paper averages positions inside the core and projects their mean. Electrodes far behind then
+// pull the mean backwards by their whole distance, although they contain no more information on the
+// direction than near ones.
 struct ContactDirection {
   Eigen::Vector3d n_F{0, 0, 0};  // unit
   double axis_x = 0;             // where the axis is met, the intensities' mean [m], <= 0

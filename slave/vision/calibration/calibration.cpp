@@ -185,7 +185,7 @@ void Drop(std::size_t k, Calibration* c) {
   c->views.erase(c->views.begin() + static_cast<std::ptrdiff_t>(k));
 }
 
-// The quantity whose standard deviation is asked.
+// The quantity whose standard deviation is computed.
 double QuantityOf(const StereoRig& rig) {
   return rig.baseline() > 0 ? rig.baseline() : std::sqrt(rig.left.fx * rig.left.fy);
 }
@@ -207,7 +207,7 @@ std::vector<std::size_t> GroupsOf(const Calibration& c) {
   return groups;
 }
 
-// From the views of the chosen groups alone.
+// Calibrates with the views of the chosen groups alone.
 double EstimateFrom(const Calibration& c, const std::vector<std::size_t>& groups,
                     std::span<const std::size_t> chosen) {
   std::vector<BoardView> views;
@@ -223,7 +223,8 @@ double EstimateFrom(const Calibration& c, const std::vector<std::size_t>& groups
   return QuantityOf(rig);
 }
 
-// A half has twice the variance of all views, the difference of two halves four times.
+// The variance of a half is twice that of all views, and that of the difference of two halves four
+// times.
 void SetSigma(Calibration* c) {
   constexpr int kHalves = 21;  // odd and even views, then random halves
   const std::vector<std::size_t> groups = GroupsOf(*c);
@@ -271,14 +272,14 @@ double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& s
   return static_cast<double>(covered.size()) / (kColumns * kRows);
 }
 
-// Limits, and from where on one is warned.
+// Limits, and values from which on there is a warning.
 constexpr double kSigma = 0.01, kSigmaWarned = 0.005;      // of baseline or focal length
 constexpr double kResidual = 1.0, kResidualWarned = 0.5;   // [px]
-constexpr double kCoverage = 0.15, kCoverageWarned = 0.4;  //
+constexpr double kCoverage = 0.15, kCoverageWarned = 0.4;  // part of the image
 constexpr double kFocal = 0.02;                            // sigma, relative
 constexpr double kUsed = 0.5;                              // of the views that show the board
 
-void Judge(Calibration* c) {
+void SetVerdict(Calibration* c) {
   const auto judge = [&](bool is_refused, bool is_weak, const std::string& words) {
     if (is_refused) {
       c->reasons.push_back(words);
@@ -366,7 +367,7 @@ Calibration Calibrate(const Board& board, const std::vector<BoardView>& views,
     out.coverage.push_back(CoverageOf(SideOf(out.views, &BoardView::right), sizes.right));
   }
   SetSigma(&out);
-  Judge(&out);
+  SetVerdict(&out);
   return out;
 }
 

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kReach = 2;     // a sharp dot's edge ends within so much of it [px]
+constexpr double kReach = 2;     // distance within which a sharp dot's edge ends [px]
 constexpr double kMaxReach = 8;  // and a blurred one's [px]
 // The reach of a blurred edge, in sigma of its blur [-]. [tuned: BlurDoesNotMoveADot]
 constexpr double kReachInBlurs = 2.65;
@@ -148,7 +148,7 @@ bool FitGround(const Window& w, double threshold, GroundRing* ground, double* in
 struct Weighed {
   double sum = 0, x = 0, y = 0;
   double spread = 0;  // of the pixels
-  int foreign = 0;    // pixels that are dot where there is none, or the reverse
+  int foreign = 0;    // dark pixels outside of the dot, or bright ones inside
   int edge = 0;       // pixels between dot and ground, where the ring is ground
 };
 

@@ -32,7 +32,7 @@ double NormalQuantile(double below) {
   return low;
 }
 
-// The series of van der Corput, shifted: any stretch of it is spread evenly over (0, 1).
+// The van der Corput sequence with a shift: any part of it is spread evenly over (0, 1).
 double Spread(std::uint32_t seed, int number) {
   double share = Dice(seed).Share();
   double digit = 0.5;

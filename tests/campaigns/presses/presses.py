@@ -29,7 +29,7 @@ import pressed_box
 import pressed_sheet
 
 TOLERANCE = 0.05  # of the scenes
-FACTOR, LARGEST = 1.5, 0.15  # times the stated error; error of a valid force
+FACTOR, MAX_ERROR = 1.5, 0.15  # times the stated error; error of a valid force
 SIDES = 48  # of a hole
 
 
@@ -408,14 +408,14 @@ def main():
             is_off = given.is_valid and abs(error) > FACTOR * given.stated
             valid += given.is_valid
             beyond += is_off
-            far += given.is_valid and abs(error) > LARGEST
+            far += given.is_valid and abs(error) > MAX_ERROR
             if press.elements >= 4 and press.kind in ("volume", "sheet", "holes"):
                 fine += 1
                 fine_valid += given.is_valid
             stated = "" if given.stated is None else f" (stated {100 * given.stated:.2g} %)"
             print(f"{number} {press.kind} {press.words}: {given.force:.4g} N, truth {truth:.4g} N, {100 * error:+.1f} %{stated}, "
                   f"{given.validity}{'  <--' if is_off else ''}", flush=True)
-    print(f"{valid} valid; {beyond} beyond {FACTOR:g} times the stated error, {far} beyond {100 * LARGEST:g} %; "
+    print(f"{valid} valid; {beyond} beyond {FACTOR:g} times the stated error, {far} beyond {100 * MAX_ERROR:g} %; "
           f"with 4 or more elements under the tool {fine_valid} of {fine} valid")
     return 1 if beyond > 1 or far else 0
 

@@ -132,7 +132,7 @@ void AddTime(CaseTable* table) {
   });
 }
 
-// The object's outline about its own middle.
+// Scales the object's outline about its centre.
 void Scale(double factor, Geometry* geometry) {
   if (auto* box = std::get_if<RectangleGeometry>(geometry)) {
     box->width *= factor;

@@ -43,13 +43,13 @@ Paint Moire(double levels);     // waves of 2.7 px and of 31 px multiplied, stan
 Paint Inverted();
 
 // --- light
-Paint OneSided(double strength);  // so much lighter at one side, darker at the other
+Paint OneSided(double strength);  // lighter by `strength` at one side, darker at the other
 
 // --- on the line
 enum class Part { kUpper, kLower };
 Paint PartlyGrey(Part part, double share);
-// Where the image is as it was in the first one: `share` of it; of one eye, side < 0: of both; or
-// so many of its blocks of 16 px.
+// Where the image keeps the content of the first one: `share` of it, of the camera `side` (below 0:
+// of both), or as many of its blocks of 16 px.
 using Mask = std::function<void(const Moment&, cv::Mat&)>;
 Mask PartlyOld(Part part, double share, int side = -1);
 Mask BlocksLost(double share);

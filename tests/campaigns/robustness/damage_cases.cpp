@@ -161,8 +161,8 @@ void AddLaterForTwo(CaseTable* table) {
   table->Rarely(false);
 }
 
-// For one camera and for two; first counted with the checks as they stood, none of which was made
-// for any of these.
+// Cases for one camera and for two. They were first counted with the checks of that time, none of
+// which was made for them.
 void AddUnseen(CaseTable* table) {
   table->Rarely(true);
   table->Add("rain", "streaks", {20}, {150}, [](double s) { return Rain(static_cast<int>(s)); });

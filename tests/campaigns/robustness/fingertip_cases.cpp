@@ -181,7 +181,7 @@ Alteration EachElectrode(
   }));
 }
 
-// First counted with the checks as they stood, none of which was made for any of these.
+// These were first counted with the checks of that time, none of which was made for them.
 void AddUnseen(CaseTable* table) {
   table->Rarely(true);
   table->Add("an electrode is late", "samples", {}, {3, 10},
@@ -231,7 +231,7 @@ void AddUnseen(CaseTable* table) {
   table->Rarely(false);
 }
 
-// As of AddUnseen: with the checks as they stood before.
+// As in AddUnseen, these were first counted with the checks of that time.
 void AddUnseenToo(CaseTable* table) {
   table->Rarely(true);
   // Each its own way, of which nothing was to be seen at rest.

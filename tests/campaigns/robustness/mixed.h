@@ -1,4 +1,4 @@
-// Two alterations at once, drawn at random: what nobody had in mind.
+// Two random alterations at the same time.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The stages' own files share this: scenes as they are shipped, and how a press goes.
+// Scenes as they are shipped, and the course of a press, for the files of the stages.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,12 @@ namespace palpate::robustness {
 using Overrides = std::vector<std::string>;
 Scene Shipped(const std::string& name, const Overrides& overrides);
 
-// How many samples each part of a press has.
+// Number of samples of each part of a press.
 struct Counts {
   std::size_t rest = 0, in = 0, hold = 0, back = 0, after = 0;
 
   [[nodiscard]] Script script() const;
-  // Part of the way in that is gone at this sample, 0 to 1.
+  // Share of the indentation at this sample, 0 to 1.
   [[nodiscard]] double WayAt(std::size_t index) const;
 };
 

@@ -129,7 +129,7 @@ class Tally {
     ++score_.valid;
     const Eigen::Vector3d force = row.force.value_or(kUnknownVector);
     const double error = (force - truth).norm() / peak_, sigma = row.sigma / peak_;
-    // So written, a number that is none is silent too.
+    // This comparison also rejects NaN.
     if (!(error <= kSilentShare || error <= kSilentSigmas * sigma)) ++score_.silent;
     if (std::max(force.norm(), truth.norm()) <= kContactShare * peak_) return;
     squares_ += error * error;

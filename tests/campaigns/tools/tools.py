@@ -25,7 +25,7 @@ from programs import png  # noqa: E402
 from setups import BOX, TIP, decoded  # noqa: E402  of the shipped block's first image
 
 SCENE = ROOT / "deploy/scenes/silicone-block.yaml"
-LARGEST, LEAST_VALID, TOUCHES = 0.1, 0.8, 0.01
+MAX_ERROR, MIN_VALID, TOUCHES = 0.1, 0.8, 0.01
 DISC = ["object.geometry={disc: {radius: 40 mm, thickness: 9 mm}}",
         "object.fixed={arc: {centre: -90 deg, half_angle: 40 deg}}", "manipulator.home=[0, 46 mm, 0]",
         "sense.camera.pose={translation: [0, 6 mm, 0]}"]
@@ -42,7 +42,7 @@ def process(slave, overrides, out, *options):
         return list(csv.DictReader(file))
 
 
-def report(name, rows, least_valid):
+def report(name, rows, min_valid):
     def vector(row, prefix):
         return [float(row[prefix + axis] or "nan") for axis in ("fx", "fy", "fz")]
 
@@ -57,7 +57,7 @@ def report(name, rows, least_valid):
     for _, row in errors:
         if row["validity"] != "valid":
             checks[row["check"]] = checks.get(row["check"], 0) + 1
-    holds = worst <= LARGEST and len(valid) >= least_valid * len(touching)
+    holds = worst <= MAX_ERROR and len(valid) >= min_valid * len(touching)
     print(f"{'holds' if holds else 'FAILS'}  {name:48} error {100 * rms:5.1f} % rms, worst valid {100 * worst:5.1f} %, "
           f"valid {len(valid)} of {len(touching)}  {checks or ''}", flush=True)
     return holds
@@ -78,7 +78,7 @@ def anchors(slave, folder, only, seed):
             continue
         tip = f"sense.tip={{track: template, template: {template}, anchor: [{TIP[0] - left}, {TIP[1] - top + off}]}}"
         rows = process(slave, [*undisturbed, tip], folder / f"anchor{off}")
-        holds &= report(name, rows, LEAST_VALID if off == 0 else 0)
+        holds &= report(name, rows, MIN_VALID if off == 0 else 0)
     return holds
 
 
@@ -97,7 +97,7 @@ def leaning(slave, folder, only, seed):
                                  f"tool={{{tool}, depth: whole, direction: [{math.sin(lean):.6f}, {-math.cos(lean):.6f}]}}"]
                     if way == "hand":
                         overrides.append(f"site.hand={{tilt: {angle} deg}}")
-                    holds &= report(name, process(slave, overrides, folder / name.replace(" ", "")), LEAST_VALID)
+                    holds &= report(name, process(slave, overrides, folder / name.replace(" ", "")), MIN_VALID)
     return holds
 
 

@@ -1,5 +1,5 @@
-// The same person before the page itself, in Chromium: browser.mjs FOLDER. Needs PALPATE_BIN and PALPATE_SCRATCH as tests/page/run.sh
-// sets them. Prints {done, seconds} or {step, words}.
+// The same person uses the page in Chromium: browser.mjs FOLDER. Needs PALPATE_BIN and PALPATE_SCRATCH as
+// tests/page/run.sh sets them. Prints {done, seconds} or {step, words}.
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
 
@@ -7,11 +7,11 @@ import { Person } from '../../page/setup_person.mjs';
 import { until } from '../../page/stage.mjs';
 
 const [folder] = process.argv.slice(2), known = JSON.parse(readFileSync(path.join(folder, 'setup.json'), 'utf8'));
-const person = await Person.sitDown({ images: path.join(folder, 'frames/%06d.jpg'), rate: 30, saved: path.join(folder, 'browser'), size: [1280, 900] });
+const person = await Person.open({ images: path.join(folder, 'frames/%06d.jpg'), rate: 30, saved: path.join(folder, 'browser'), size: [1280, 900] });
 const { page, stage } = person, began = Date.now();
 const settled = () => until(async () => !/\.\.\.$/.test(await stage.text('setup-hint')), 'the slave');
 let result;
-// The next step, once the questions of this one are answered; throws what the page says against it.
+// Goes to the next step after the questions of this one are answered. Throws the objection of the page.
 async function next() {
   await settled();
   const asked = page.locator('#setup-questions [data-answer=right]');
@@ -62,6 +62,6 @@ try {
 } catch (error) {
   result = { step: error.step, words: error.words || [String(error.message).split('\n')[0], await stage.text('setup-problems').catch(() => '')] };
 }
-await person.standUp();
+await person.close();
 console.log(JSON.stringify({ asked: [], ...result }));
 process.exit(0);

@@ -145,12 +145,12 @@ class Stage:
             self.tool(canvas, tip, front, back)
             self.fill(canvas, near, setup.colour)
         self.hand(canvas, tip)
-        picture = np.asarray(Image.fromarray(canvas).reduce(FINE), float)
-        picture = np.asarray(Image.fromarray(picture.astype(np.uint8)).filter(ImageFilter.GaussianBlur(setup.blur)), float)
-        picture = picture * (self.light * self.shade(tip) * gain)[..., None]
-        picture += setup.noise * self.rng.standard_normal(picture.shape, np.float32)
+        image = np.asarray(Image.fromarray(canvas).reduce(FINE), float)
+        image = np.asarray(Image.fromarray(image.astype(np.uint8)).filter(ImageFilter.GaussianBlur(setup.blur)), float)
+        image = image * (self.light * self.shade(tip) * gain)[..., None]
+        image += setup.noise * self.rng.standard_normal(image.shape, np.float32)
         coded = io.BytesIO()
-        Image.fromarray(np.clip(picture + 0.5, 0, 255).astype(np.uint8)).save(coded, "JPEG", quality=QUALITY)
+        Image.fromarray(np.clip(image + 0.5, 0, 255).astype(np.uint8)).save(coded, "JPEG", quality=QUALITY)
         return coded.getvalue()
 
     def sides(self, canvas, near, far, colour):

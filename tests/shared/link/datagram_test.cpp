@@ -1,5 +1,5 @@
-// Datagrams that only two ends make and read: what strangers, replays, damage and other sessions
-// bring changes nothing.
+// Datagrams between two ends: packets of strangers, replays, damaged ones and those of other
+// sessions change nothing.
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -57,8 +57,7 @@ TEST(SealFormat, IsThatOfTheContract) {
 }
 
 TEST_F(SealTest, WhatWasSealedIsOpenedAndNothingOfItShows) {
-  for (const std::string& text :
-       {std::string("x"), std::string(kLargestDatagram - kSealSize, 'y')}) {
+  for (const std::string& text : {std::string("x"), std::string(kMaxDatagram - kSealSize, 'y')}) {
     const Bytes sealed = Sealed(text);
     EXPECT_EQ(sealed.size(), text.size() + kSealSize);
     EXPECT_EQ(Copy(opener_.Open(sealed)), ToBytes(text));
@@ -100,7 +99,7 @@ sockaddr_storage Loopback(int family) {
   return address;
 }
 
-// What came, as the line's thread hands it over.
+// The received datagrams, as the line's thread passes them on.
 class Heard {
  public:
   DatagramLine::OnMessage take() {
@@ -132,7 +131,7 @@ bool SendUntil(DatagramLine* line, const std::string& text,
   return true;
 }
 
-// One who has no key, at an address of his own.
+// A sender without a key, at another address.
 class Stranger {
  public:
   explicit Stranger(const sockaddr_storage& at) : fd_(socket(AF_INET, SOCK_DGRAM, 0)), at_(at) {
@@ -151,9 +150,9 @@ class Stranger {
     pollfd one{fd_, POLLIN, 0};
     return poll(&one, 1, 100) == 1;
   }
-  // What waits.
+  // The datagrams that wait in the socket.
   [[nodiscard]] Bytes Receive() const {
-    Bytes bytes(2 * kLargestDatagram);
+    Bytes bytes(2 * kMaxDatagram);
     const ssize_t came = recv(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT);
     bytes.resize(came < 0 ? 0 : static_cast<std::size_t>(came));
     return bytes;
@@ -164,7 +163,7 @@ class Stranger {
   sockaddr_storage at_;
 };
 
-// One who answers, and where he does.
+// A sender with keys, and its address.
 class LineTest : public testing::Test {
  protected:
   std::unique_ptr<DatagramLine> Call() {
@@ -185,7 +184,7 @@ class LineTest : public testing::Test {
 
 TEST_F(LineTest, StrangersAreNeitherHeardNorAnsweredAndCostTheOthersNothing) {
   const Stranger stranger(At());
-  for (std::size_t size = 0; size < 2 * kLargestDatagram; ++size) stranger.Send(Bytes(size));
+  for (std::size_t size = 0; size < 2 * kMaxDatagram; ++size) stranger.Send(Bytes(size));
   answerer_.Send("state");
   EXPECT_FALSE(stranger.IsAnswered());
   EXPECT_TRUE(heard_.texts().empty());
@@ -193,7 +192,7 @@ TEST_F(LineTest, StrangersAreNeitherHeardNorAnsweredAndCostTheOthersNothing) {
   EXPECT_TRUE(SendUntil(caller.get(), "command", [&] { return !heard_.texts().empty(); }));
 }
 
-// Somebody between the two sends what he saw once more, from his own address.
+// A third party repeats what it saw, from its own address.
 TEST_F(LineTest, AReplayIsNotHeardAndTurnsNoAnswersAside) {
   DatagramSealer caller(keys_.receive);
   const Stranger honest(At()), replaying(At());
@@ -206,7 +205,7 @@ TEST_F(LineTest, AReplayIsNotHeardAndTurnsNoAnswersAside) {
   EXPECT_EQ(heard_.texts(), std::vector<std::string>{"command"});
 }
 
-// The two ways have keys of their own.
+// Each direction has its own key.
 TEST_F(LineTest, AnAnswerSentBackIsNotHeard) {
   DatagramSealer caller(keys_.receive);
   const Stranger honest(At());

@@ -116,7 +116,7 @@ TEST_F(ImageInboxTest, PairsAreGreyAndStateTheirSkew) {
   EXPECT_EQ(pair->right.size(), cv::Size(kWidth, kHeight));
   EXPECT_NEAR(inbox.health().skew, 0.003, 1e-6);
   EXPECT_NEAR(pair->skew, 0.003, 1e-6);
-  // The right one came as it was taken, as far as anybody knows.
+  // The right image arrived when it was taken, as far as the slave can know.
   EXPECT_NEAR(SecondsBetween(pair->sensed_at, now_ + Seconds(latency_)), 0.0015, 1e-6);
 }
 

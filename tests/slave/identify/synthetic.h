@@ -1,4 +1,4 @@
-// Tests of known laws that the tests of `identify` fit.
+// Material tests of known laws, which the tests of `identify` fit.
 #pragma once
 
 #include <random>

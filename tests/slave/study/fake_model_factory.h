@@ -1,4 +1,4 @@
-// Models whose answers, cost and troubles a test decides, and a clock that only they move.
+// Models with answers, cost and errors that a test sets, and a clock that only they advance.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace palpate::study::fake {
 
-// Force = stiffness x depth, straight back.
+// The force is stiffness times depth, against the displacement.
 class Spring final : public DeformationModel {
  public:
   Spring(double stiffness, double update_s, double* clock)

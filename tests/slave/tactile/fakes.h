@@ -1,4 +1,4 @@
-// A network and a localiser whose answers a test decides.
+// A network and a localiser whose answers a test sets.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace palpate::testing_fakes {
 
-// Tells the mean over its window of E1, E2, E3, in newtons per count.
+// The force is the mean of E1, E2 and E3 over the window, in newtons per count.
 class MeanNetwork final : public ForceNetwork {
  public:
   static constexpr double kPerCount = 0.01;
@@ -67,7 +67,8 @@ class MeanNetwork final : public ForceNetwork {
   NetworkInfo info_;
 };
 
-// Touches with the middle of the pad when E4 has changed by five counts; E5 reports saturation.
+// Reports a contact in the middle of the pad when E4 has changed by five counts. E5 reports
+// saturation.
 class PadLocaliser final : public Localiser {
  public:
   explicit PadLocaliser(double radius = 7e-3) : radius_(radius) {}

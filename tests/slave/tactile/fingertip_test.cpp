@@ -82,7 +82,7 @@ TEST_F(FingertipTest, AForceWithinTheNetworksErrorIsNoTouch) {
   EXPECT_FALSE(fingertip_.touch().touching);
 }
 
-TEST_F(FingertipTest, ASilentFingertipIsStaleThenLostAndStartsItsWindowAnew) {
+TEST_F(FingertipTest, ASilentFingertipIsStaleThenLostAndItsWindowStartsAgain) {
   Rest(10);
   Press({0, 0, -0.4}, 10);
   const FingerReading missing;
@@ -99,8 +99,8 @@ TEST_F(FingertipTest, ASilentFingertipIsStaleThenLostAndStartsItsWindowAnew) {
   EXPECT_TRUE(fingertip_.touch().force_F.has_value());
 }
 
-// Up to two are taken for granted, with a sigma that grows; the window is filled as if they had
-// come.
+// Up to two missing samples are interpolated, with a sigma that grows. The window is filled as if
+// they had come.
 TEST_F(FingertipTest, AFewMissingSamplesAreMadeUpFor) {
   Rest(10);
   Press({0, 0, -0.4}, 10);
@@ -113,7 +113,7 @@ TEST_F(FingertipTest, AFewMissingSamplesAreMadeUpFor) {
   }
 }
 
-// What drifts while nothing is near is rest; what presses is not, even there.
+// The baseline follows a drift while nothing is near. A press is not drift, even then.
 TEST_F(FingertipTest, RestValuesAreFollowedWhileNothingIsNear) {
   Rest(10);
   const auto drifted = [](float counts, float pressure) {
@@ -146,7 +146,8 @@ TEST_F(FingertipTest, CountsThatAreNotFiniteAreFlaggedAndForgotten) {
   }
 }
 
-// Silent from the start at either end of the converter: nothing seems to touch, which is not known.
+// Electrodes that saturate from the start at either end of the converter: no contact is detected,
+// but none can be excluded.
 TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
   for (const float end : {0.0F, 4095.0F}) {
     for (const char* variant : {"auto", "paper"}) {
@@ -164,7 +165,7 @@ TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
   }
 }
 
-// The network looks back over ten samples: nine more hold the flawed one.
+// The network's window has ten samples: nine more contain the flawed one.
 TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
   Rest(10);
   Press({0, 0, -0.9}, 10);
@@ -180,7 +181,7 @@ TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
   EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
 }
 
-// What is constant for 100 samples at 100 Hz has no noise: it is no electrode that works.
+// An electrode without change for 100 samples at 100 Hz has no noise, so it does not work.
 TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
   for (const bool touches : {false, true}) {
     for (const std::size_t stuck : {std::size_t{0}, std::size_t{7}, kElectrodeCount * 1UL}) {
@@ -224,8 +225,8 @@ TEST_F(FingertipTest, NoSampleAllocates) {
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 
-// A driver that repeats itself is known within five samples by a noise that went silent; electrodes
-// without noise say nothing before their patience is over.
+// Five samples without noise flag a driver that repeats its sample. Electrodes that never had noise
+// are flagged after the longest constant time of the training.
 TEST(StuckElectrodesTest, ASilencedNoiseIsAFrozenSample) {
   StuckElectrodes noisy(100, kElectrodeCount), quiet(100, kElectrodeCount);
   FingerReading reading, same;

@@ -11,7 +11,8 @@
 namespace palpate {
 namespace {
 
-// Part inside, from the signed distance to an edge (positive inside).
+// Returns the part of a pixel that is inside, from its signed distance to an edge (positive
+// inside).
 double Inside(double distance, double blur) {
   return 0.5 * std::erfc(-distance / (std::sqrt(2.0) * blur));
 }

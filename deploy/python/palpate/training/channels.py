@@ -11,7 +11,7 @@ from palpate.training.recordings import Array, Recording
 
 NOISES = 6  # rms of a residual without contact, which noise alone does not exceed
 MARGIN = 1.5  # of the largest values, which other contacts may exceed
-FEWEST_BASELINES = 2
+MIN_BASELINES = 2
 
 
 @dataclasses.dataclass
@@ -31,7 +31,7 @@ class ChannelPattern:
                                                     "second_difference")}
 
     def set_baselines(self, baselines: Array, force_of: Callable[[Array], Array]) -> None:
-        if len(baselines) < FEWEST_BASELINES:
+        if len(baselines) < MIN_BASELINES:
             return
         self.baseline = baselines.mean(axis=0)
         self.baseline_force = float(np.linalg.norm(force_of(baselines - self.baseline), axis=1).max())

@@ -22,15 +22,15 @@ ARCHITECTURES = tuple(f"{kind}_{inputs}" for kind in ("rnn", "dnn", "tnn") for i
 LSTM_UNITS, DENSE_UNITS, TRACE_UNITS = 20, 38, 64  # per layer, two layers; 38: twice 19 (Su et al.)
 FORGET_BIAS = 1.0
 TRACE_TIMES = (0.02, 0.06, 0.3, 1.0, 3.0)  # time constants of the running means [s]
-LEAST_TRACE = 0.1  # below this size the features of traces include the size
+MIN_TRACE = 0.1  # below this size the features of traces include the size
 
 QUIET_SIGNAL = 0.25  # least scale of an electrode, relative to the rms of all
 QUIET_AXIS = 0.1  # least scale of a force axis, relative to the largest
 GENTLE = 0.02  # of the largest force: below it errors of traces count nearly alike
-LEAST_APART, LEAST_UNLIKE = 1e-4, 1e-4  # added to the variance of signals and of features
+MIN_APART, MIN_UNLIKE = 1e-4, 1e-4  # added to the variance of signals and of features
 
-LARGEST_GRADIENT = 5.0  # longer gradients are cut to this length
-MOST_VALIDATION = 4096  # windows
+MAX_GRADIENT = 5.0  # longer gradients are cut to this length
+MAX_VALIDATION = 4096  # windows
 EPOCH_WINDOWS, TRACED_PASSES = 16384, 8  # windows per epoch; a window of traces costs a fiftieth of one of samples
 ADAM_RATE, SGD_RATE = 4e-3, 0.01
 
@@ -122,7 +122,7 @@ def scales_of(recordings: Sequence[Recording], windows: Windows, inputs: int) ->
 
 def traces(x: Array) -> tuple[Array, Array]:
     """Features n x 6 inputs of scaled signals n x inputs, and the size that they are relative to."""
-    size = np.sqrt((x[:, :19]**2).mean(axis=1) + LEAST_TRACE**2)
+    size = np.sqrt((x[:, :19]**2).mean(axis=1) + MIN_TRACE**2)
     shares = [1 - math.exp(-1 / (time * RATE)) for time in TRACE_TIMES]
     means = [lfilter([share], [1, share - 1], x, axis=0) for share in shares]
     return np.concatenate([x, *means], axis=1) / size[:, None], size
@@ -145,7 +145,7 @@ class Data:
                 forces[k] = forces[k] / size[:, None]
                 weights[k] = weights[k] * size
             # A sample and its running means are nearly the same: what distinguishes them would be learnt last.
-            values, vectors = np.linalg.eigh(self._covariance(signals, LEAST_UNLIKE))
+            values, vectors = np.linalg.eigh(self._covariance(signals, MIN_UNLIKE))
             self.mix = vectors @ np.diag(values**-0.5) @ vectors.T
             signals = [signal @ self.mix.astype(np.float32) for signal in signals]
         self.offsets = np.cumsum([0, *(len(signal) for signal in signals)])
@@ -160,7 +160,7 @@ class Data:
 
     def _replace_electrodes(self, signals: list[Array]) -> None:
         """In every other recording one electrode, in turn, is its expectation from the others, as a stuck one is in use."""
-        precision = np.linalg.inv(self._covariance(signals, LEAST_APART))
+        precision = np.linalg.inv(self._covariance(signals, MIN_APART))
         for k in range(1, len(signals), 2):
             e = k // 2 % 19
             shares = -precision[e] / precision[e, e]
@@ -329,7 +329,7 @@ def train(recordings: Sequence[Recording], train_windows: Windows, validation_wi
     optimiser: torch.optim.Optimizer = (torch.optim.Adam(trained, lr=rate) if options.optimiser == "adam"
                                         else torch.optim.SGD(trained, lr=rate))
     deck = Deck(data.rows(train_windows), torch.Generator().manual_seed(options.seed))
-    validation = data.rows(validation_windows[::-(-len(validation_windows) // MOST_VALIDATION)])
+    validation = data.rows(validation_windows[::-(-len(validation_windows) // MAX_VALIDATION)])
     per_epoch = min(len(train_windows), EPOCH_WINDOWS * (TRACED_PASSES if traced else 1))
     epochs: list[Epoch] = []
     best, best_state, stopped = 0, module.state_dict(), False
@@ -344,7 +344,7 @@ def train(recordings: Sequence[Recording], train_windows: Windows, validation_wi
             optimiser.zero_grad()
             loss = loss_of(rows)
             loss.backward()
-            torch.nn.utils.clip_grad_norm_(trained, LARGEST_GRADIENT)
+            torch.nn.utils.clip_grad_norm_(trained, MAX_GRADIENT)
             optimiser.step()
             loss_sum += float(loss) * len(rows) / per_epoch
             seen += len(rows)

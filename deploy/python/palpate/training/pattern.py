@@ -13,12 +13,12 @@ from palpate.training.recordings import Array, Recording, Windows, last_samples
 USED = [*range(19), 20]  # E1 to E19 and pdc; pac0 is the rate of pdc and depends on the past
 NOISE2 = np.array([0.85] * 19 + [1.6])  # usual variance of the signals without contact: five real fingers [counts^2]
 
-LEAST_SIZE = 30.0  # signals below it are noise [counts]
-LEAST_SIZE_KIND = 10.0  # size of the gentlest contact when its kind is determined [counts]
-LEAST_FORCE, LARGEST_FORCE = 0.02, 3.0  # forces that the pattern is learnt from [N]
+MIN_SIZE = 30.0  # signals below it are noise [counts]
+MIN_SIZE_KIND = 10.0  # size of the gentlest contact when its kind is determined [counts]
+MIN_FORCE, MAX_FORCE = 0.02, 3.0  # forces that the pattern is learnt from [N]
 KINDS = 40
-FEWEST = 100 * len(USED)  # samples per kind
-MOST = 200_000  # samples used
+MIN_SAMPLES = 100 * len(USED)  # samples per kind
+MAX_SAMPLES = 200_000  # samples used
 BY_DIRECTION, BY_LIKELIHOOD = 12, 8  # rounds
 FLOOR = 2e-5  # of the variance of unit signals
 RIDGE = 1e-6
@@ -58,12 +58,12 @@ def _likelihood_cost(x: Array, kinds: Sequence[Kind]) -> Array:
 
 def learn_pattern(recordings: Sequence[Recording], windows: Windows) -> Pattern | None:
     """From the last samples of `windows`. None: fewer samples than a hundred times the number of signals."""
-    signals, forces = last_samples(recordings, windows[::len(windows) // MOST + 1])
+    signals, forces = last_samples(recordings, windows[::len(windows) // MAX_SAMPLES + 1])
     signals = signals[:, USED]
     size, length = np.linalg.norm(forces, axis=1), np.linalg.norm(signals, axis=1)
-    used = (size > LEAST_FORCE) & (size < LARGEST_FORCE) & (length > LEAST_SIZE)
+    used = (size > MIN_FORCE) & (size < MAX_FORCE) & (length > MIN_SIZE)
     signals, forces, size, length = signals[used], forces[used], size[used], length[used]
-    count = min(KINDS, len(signals) // FEWEST)
+    count = min(KINDS, len(signals) // MIN_SAMPLES)
     if count == 0:
         return None
     weighted = signals / size[:, None]
@@ -86,8 +86,8 @@ def learn_errors(pattern: Pattern, recordings: Sequence[Recording], windows: Win
     """Sets the error law of each kind from windows that were not used for training."""
     signals = last_samples(recordings, windows)[0][:, USED]
     size = np.linalg.norm(measured, axis=1)
-    in_contact = size > LEAST_FORCE
-    size2 = np.maximum((signals**2).sum(axis=1) - NOISE2.sum(), LEAST_SIZE_KIND**2)
+    in_contact = size > MIN_FORCE
+    size2 = np.maximum((signals**2).sum(axis=1) - NOISE2.sum(), MIN_SIZE_KIND**2)
     costs = np.empty((len(signals), len(pattern.kinds)))
     for k, kind in enumerate(pattern.kinds):
         # det and inverse of size2 shape + noise, in the basis that diagonalises shape relative to the noise.

@@ -11,22 +11,22 @@ import numpy.typing as npt
 from palpate.training.channels import baselines_of, learn_channels
 from palpate.training.errors import CONTACT_SHARE, ErrorLaw, ForceErrors, compare_forces, fit_law
 from palpate.training.networks import QUIET_SIGNAL, Network
-from palpate.training.recordings import (LONGEST_CONSTANT, Array, InputError, Recording, Sensor, Stretch, find_contacts)
+from palpate.training.recordings import (MAX_CONSTANT, Array, InputError, Recording, Sensor, Stretch, find_contacts)
 
-LEAST_SIZE = 0.1  # added to the size of the channels, as FORMAT.md says
+MIN_SIZE = 0.1  # added to the size of the channels, as FORMAT.md says
 # Relative to the mean square of a feature. Smaller ones fit one day and not the next.
 RIDGES = (1e-3, 3e-3, 1e-2)
 PARTS = 5  # of the contacts, each of which is estimated from the others
-FEWEST_CONTACTS = 3
+MIN_CONTACTS = 3
 COVERED = ((1, 0.6827), (2, 0.9545))  # sigmas and the share of errors within them
-LEAST_NOISE = 2e-3  # of the rms of the channels
+MIN_NOISE = 2e-3  # of the rms of the channels
 CONSTANT = 3  # times the longest that a channel stayed the same, and it is dead
-FEWEST_CONSTANT = 5  # samples
+MIN_CONSTANT = 5  # samples
 
 
 def features(x: Array) -> Array:
     """n x 3 N of scaled channels n x N: x, x times their size, x squared."""
-    size = np.sqrt((x**2).mean(axis=1, keepdims=True) + LEAST_SIZE**2)
+    size = np.sqrt((x**2).mean(axis=1, keepdims=True) + MIN_SIZE**2)
     return np.concatenate([x, x * size, x * x], axis=1)
 
 
@@ -41,8 +41,8 @@ class Samples:
 def samples_of(recordings: Sequence[Recording]) -> Samples:
     """Every fifth contact belongs to a part; with five recordings or more every fifth recording."""
     contacts = find_contacts(recordings)
-    if len(contacts) < FEWEST_CONTACTS:
-        raise InputError(f"{len(contacts)} contacts: expected {FEWEST_CONTACTS} or more")
+    if len(contacts) < MIN_CONTACTS:
+        raise InputError(f"{len(contacts)} contacts: expected {MIN_CONTACTS} or more")
     by_recording = len({c.recording for c in contacts}) >= PARTS
     count = len(recordings) if by_recording else len(contacts)
 
@@ -103,7 +103,7 @@ def noise_of(recordings: Sequence[Recording], scale: Array) -> float:
     """The median rms of a channel from sample to sample without contact."""
     largest = max(float(np.linalg.norm(r.force, axis=1).max()) for r in recordings)
     steps = [np.diff(r.change, axis=0)[(np.linalg.norm(r.force, axis=1) < CONTACT_SHARE * largest)[1:]] for r in recordings]
-    return float(max(np.median(np.sqrt((np.concatenate(steps)**2).mean(axis=0) / 2)), LEAST_NOISE * np.sqrt((scale**2).mean())))
+    return float(max(np.median(np.sqrt((np.concatenate(steps)**2).mean(axis=0) / 2)), MIN_NOISE * np.sqrt((scale**2).mean())))
 
 
 def train(recordings: Sequence[Recording], test: Sequence[Recording], sensor: Sensor) -> tuple[Network, ForceErrors, float]:
@@ -140,5 +140,5 @@ def train(recordings: Sequence[Recording], test: Sequence[Recording], sensor: Se
                       [(kernel, np.zeros(3))], rate=sensor.rate, sigma=errors.rmse, rest_sigma=errors.at_rest, law=errors.law,
                       learnt_force=float(np.linalg.norm(samples.force, axis=1).max()), unit=sensor.unit,
                       noise=noise, drift=drift_of(estimated, measured, age), channels=pattern,
-                      longest_constant=max(CONSTANT * constant, FEWEST_CONSTANT / sensor.rate) if constant < LONGEST_CONSTANT else 0.0)
+                      longest_constant=max(CONSTANT * constant, MIN_CONSTANT / sensor.rate) if constant < MAX_CONSTANT else 0.0)
     return network, errors, ridge

@@ -24,15 +24,15 @@ WINDOW = 50  # samples
 
 TIME_COLUMNS = ("rel_time_s", "time_s", "t_s", "t", "time", "timestamp")
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.4482216152605}
-MOST_CHANNELS = 256
-LONGEST_CONSTANT = 5.0  # a channel that stays the same for longer says nothing about whether it works [s]
-LARGEST_FORCE_GAP = 0.1  # longer gaps of a force sensor are not interpolated [s]
+MAX_CHANNELS = 256
+MAX_CONSTANT = 5.0  # a channel that stays the same for longer says nothing about whether it works [s]
+MAX_FORCE_GAP = 0.1  # longer gaps of a force sensor are not interpolated [s]
 OFFSET_TIME = 0.5  # mean force of this time is the force sensor's offset [s]
 TIME_UNITS = (("nanoseconds", 1e-9), ("microseconds", 1e-6), ("milliseconds", 1e-3))
-LARGEST_GAP = 3  # periods; a longer step is a gap
+MAX_GAP = 3  # periods; a longer step is a gap
 SAME_PERIOD = 0.1  # relative difference up to which samples are used unchanged
 
-MOST_FORCE = 200.0  # a fingertip and its sensor bear less [N]
+MAX_FORCE = 200.0  # a fingertip and its sensor bear less [N]
 REVERSED = 0.5  # mean fz by the mean size of the force in contact, above which the sign is that of the reaction
 PULLS = 0.1  # share of contact with fz > 0, above which it is remarked
 REST_CHANGE = 0.05  # of the largest force, which the force may change by within the rest
@@ -40,10 +40,10 @@ REST_NOISES = 5  # rms of the force within the rest
 
 CONTACT_SHARE = 0.05  # contact: force above this share of the largest one
 PAUSE = 0.5  # shorter pauses belong to the contact [s]
-SHORTEST_CONTACT = 0.1  # shorter contacts are spikes of the force sensor [s]
+MIN_CONTACT = 0.1  # shorter contacts are spikes of the force sensor [s]
 SET_ASIDE = 0.2
 ENOUGH_RECORDINGS = 5
-SHORTEST_PART = 60  # samples: a window of 50 and a few more
+MIN_PART = 60  # samples: a window of 50 and a few more
 
 
 @dataclasses.dataclass(frozen=True)
@@ -282,8 +282,8 @@ def _channels(table: Table, finger: str, sensor: Sensor) -> Array:
     for k in range(1, max(columns) + 1):
         if k not in columns:
             raise InputError(f"{where}: no column {prefix}{sensor.prefix}{k}: expected all up to {max(columns)}")
-    if len(columns) > MOST_CHANNELS:
-        raise InputError(f"{where}: {len(columns)} channels: expected 1 to {MOST_CHANNELS}")
+    if len(columns) > MAX_CHANNELS:
+        raise InputError(f"{where}: {len(columns)} channels: expected 1 to {MAX_CHANNELS}")
     return np.stack([table.numbers(columns[k]) for k in sorted(columns)], axis=1)
 
 
@@ -319,7 +319,7 @@ class ForceCurve:
     """What a force sensor recorded, less the mean of its first half second."""
 
     def __init__(self, table: Table, sensor: Sensor = Sensor()) -> None:
-        self.gap = max(LARGEST_FORCE_GAP, LARGEST_GAP / sensor.rate)
+        self.gap = max(MAX_FORCE_GAP, MAX_GAP / sensor.rate)
         if sensor.normal is not None:
             column = table.find(sensor.normal[0])
             if column is None:
@@ -355,7 +355,7 @@ def _instants(file: pathlib.Path, t: Array, rate: float) -> tuple[Array, npt.NDA
         raise InputError(f"{file}: a sample every {period:.3g} s: expected at most {4 / rate:.3g} s, or another --sample-rate"
                          + "".join(likely[:1]))
     step = period if abs(period - 1 / rate) <= SAME_PERIOD / rate else 1 / rate
-    largest = LARGEST_GAP * max(period, 1 / rate)
+    largest = MAX_GAP * max(period, 1 / rate)
     cuts = [0, *(int(i) + 1 for i in np.flatnonzero(steps > largest)), len(t)]
     times: list[Array] = []
     for begin, end in zip(cuts, cuts[1:]):
@@ -444,7 +444,7 @@ def remarks_on(recordings: Sequence[Recording]) -> list[str]:
     force = np.concatenate([r.force[r.begin:r.end] for r in recordings])
     size = np.linalg.norm(force, axis=1)
     remarks = []
-    if size.max() > MOST_FORCE:
+    if size.max() > MAX_FORCE:
         remarks.append(f"forces up to {size.max():.4g} N: more than a fingertip bears; in millinewtons these are {1e-3 * size.max():.4g} N: "
                        "then name the columns fx [mN], fy [mN], fz [mN], or divide FACTOR of --normal by 1000")
     touches = size > CONTACT_SHARE * size.max()
@@ -472,7 +472,7 @@ def _contacts(recording: Recording, threshold: float) -> list[tuple[int, int]]:
             contacts[-1] = (contacts[-1][0], i + 1)
         else:
             contacts.append((i, i + 1))
-    return [(a, b) for a, b in contacts if recording.t[b - 1] - recording.t[a] >= SHORTEST_CONTACT]
+    return [(a, b) for a, b in contacts if recording.t[b - 1] - recording.t[a] >= MIN_CONTACT]
 
 
 def find_contacts(recordings: Sequence[Recording]) -> list[Stretch]:
@@ -523,7 +523,7 @@ def _take_parts(stretches: list[Stretch]) -> tuple[list[Stretch], list[Stretch]]
     taken, left = [], []
     for s in stretches:
         tenth = (s.end - s.begin) // 10
-        cuts = [(3, 4), (6, 7)] if tenth >= SHORTEST_PART else [(4, 6)] if 2 * tenth >= SHORTEST_PART else []
+        cuts = [(3, 4), (6, 7)] if tenth >= MIN_PART else [(4, 6)] if 2 * tenth >= MIN_PART else []
         begin, look_back = s.begin, s.look_back
         for first, last in cuts:
             left.append(Stretch(s.recording, begin, s.begin + first * tenth, look_back))

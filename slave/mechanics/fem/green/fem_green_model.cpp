@@ -92,7 +92,7 @@ void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
   for (std::size_t k = 0; k < responses.size(); ++k) {
     ContactResponse& response = responses[k];
     if (!MayTakeDoubt(response)) continue;
-    if (!(Softness(solver_.slots()[k], response.force_O) > kMostSoftness)) continue;
+    if (!(Softness(solver_.slots()[k], response.force_O) > kMaxSoftness)) continue;
     response.validity = Validity::kExtrapolated;
     response.doubt = kStiffInBending;
   }

@@ -48,7 +48,7 @@ class Supports {
   HeldNodes held_;  // middles too
   Eigen::VectorXd volumes_;
   std::vector<bool> used_;
-  fem::HeldMotions motions_;                 // nothing held
+  fem::HeldMotions motions_;                 // of a body that nothing holds
   std::vector<int> node_of_, component_of_;  // per unknown; -1: a pressure
   fem::HeldMotions::Motions free_motions_;
   std::vector<int> pins_;

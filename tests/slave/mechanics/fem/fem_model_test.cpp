@@ -138,7 +138,7 @@ TEST(FemModel, ThreadsDoNotChangeABit) {
 TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
   const SolidMesh mesh = Block(6);
   const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });
-  const auto swing = [&](double residual, double* most_iterations) {
+  const auto swing = [&](double residual, double* max_iterations) {
     auto params = solids::Foam();
     params.options.time = FemOptions::Time::kDynamic;
     params.options.residual = residual;
@@ -152,7 +152,7 @@ TEST(FemModel, SwingsTheSameWithFactorsThatAge) {
       model.Respond(contacts, responses);
       EXPECT_LE(model.residual(), residual) << "step " << step;
       const double iterations = model.stepper()->last_solve().iterations;
-      *most_iterations = std::max(*most_iterations, iterations);
+      *max_iterations = std::max(*max_iterations, iterations);
     }
     EXPECT_EQ(AllocationCount(), before);
     return responses[0].displacement_O;

@@ -1,6 +1,6 @@
-// What a rigid sphere does to an elastic half-space: K. L. Johnson, Contact Mechanics, 1985,
+// Contact of a rigid sphere with an elastic half-space: K. L. Johnson, Contact Mechanics, 1985,
 // sections 4.2 (Hertz) and 7.2 (Cattaneo and Mindlin; Mindlin and Deresiewicz for a tangential
-// force that turns back).
+// force that reverses).
 #pragma once
 
 #include <algorithm>

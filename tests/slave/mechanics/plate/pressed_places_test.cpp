@@ -53,8 +53,8 @@ struct OnPlate {
   Eigen::VectorXd free, forces;
 };
 
-// Laws of contact without adhesion: no place pulls, none is inside the tool, and where there is a
-// force there is no gap. Pulled upwards, the same with all signs turned.
+// Laws of contact without adhesion: no place pulls, none is inside the tool, and there is no gap
+// where there is a force. A tool that pulls upwards obeys the same laws with all signs reversed.
 TEST(PressedPlaces, NoneOfARigidFacePullsOrIsInsideIt) {
   for (const double place : {0.0, 0.2, 0.5, 0.7}) {
     for (const double depth : {0.01, -0.01}) {
@@ -70,8 +70,8 @@ TEST(PressedPlaces, NoneOfARigidFacePullsOrIsInsideIt) {
   }
 }
 
-// Law: the load that a depth takes brings the face to this depth, touching alike; the stiffness of
-// both is the same.
+// Law: the load of a depth presses the face to this depth, with the same places in contact and the
+// same stiffness.
 TEST(PressedPlaces, ALoadIsTheInverseOfADepth) {
   for (const double place : {0.0, 0.3, 0.6}) {
     OnPlate on({{place, 0}, 0.1});

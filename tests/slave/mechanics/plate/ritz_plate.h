@@ -1,6 +1,6 @@
-// The clamped von Karman plate by another way: Ritz's method in all three displacements with
-// Cartesian polynomials, no Airy function, no Fourier modes, no Green's function. For loads over
-// discs on the x axis; nondimensional as in round_press.h.
+// The clamped von Karman plate by Ritz's method in all three displacements with Cartesian
+// polynomials: no Airy function, no Fourier modes, no Green's function. Loads act over discs on the
+// x axis. Values are nondimensional as in round_press.h.
 #pragma once
 
 namespace palpate::plate {

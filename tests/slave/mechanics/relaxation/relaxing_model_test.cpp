@@ -100,8 +100,7 @@ TEST(RelaxingModel, LoadsCreepToTheLongTermModulus) {
             1e-6 * in_the_end[1].force_O.norm());
 }
 
-// Displacements are those of the contacts prescribed, whatever was asked in between; asking for
-// them takes no time.
+// Contacts have their prescribed displacements, whatever was queried before. Queries take no time.
 TEST(RelaxingModel, DisplacementsOfASolutionTakeNoTime) {
   const auto model = Make(TissueScene()), other = Make(TissueScene());
   Solution first, second;

@@ -54,12 +54,13 @@ TEST(TactileSite, SidewaysMotionIsHeldUntilItSlips) {
 
 // Reference: the same contact once it is solved; the cube's top is even, so the solved contact
 // beside it is alike.
-TEST(TactileSite, WithoutPatienceAnUnsolvedContactIsTheNearestSolvedOne) {
+TEST(TactileSite, WithoutWaitingAnUnsolvedContactIsTheNearestSolvedOne) {
   const Vector3d beside{0, 9e-3, 0};
   TactileSite site(CubeScene(), kCoarse);
   PressBy(&site, 2e-3);
   PressBy(&site, -1e-3);
-  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside, Patience::kNone);
+  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside,
+                WhenUnsolved::kUseNearest);
   const Truth nearest = site.truth();
   EXPECT_FALSE(nearest.solved) << "it waited";
   EXPECT_TRUE(nearest.in_contact);
@@ -68,7 +69,8 @@ TEST(TactileSite, WithoutPatienceAnUnsolvedContactIsTheNearestSolvedOne) {
   EXPECT_TRUE(solved.solved);
   EXPECT_NEAR(nearest.force.z(), solved.force.z(), 0.25 * solved.force.z());
   EXPECT_NEAR(nearest.depth, solved.depth, 0.1e-3);
-  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside, Patience::kNone);
+  site.MoveTool(site.home() + (site.gap() + 1.5e-3) * site.approach() + beside,
+                WhenUnsolved::kUseNearest);
   EXPECT_TRUE(site.truth().solved);
   EXPECT_EQ(site.truth().force, solved.force);
 }

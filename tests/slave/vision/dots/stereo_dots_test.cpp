@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kRadius = 0.002;  // of a dot [m]
 
-// The membrane as a bump of `depth` [m] under `centre`, towards the cameras; what is drawn and what
-// is requested come from the same function, the images from perspective alone.
+// The membrane is a bump of `depth` [m] under `centre`, towards the cameras. Images and expected
+// points come from this function; the images add perspective alone.
 struct Bump {
   Eigen::Vector2d centre{0, 0};
   double depth = 0;
@@ -106,9 +106,9 @@ int Seen(const SurfaceObservation& observation) {
                                         [](const SurfacePoint& point) { return point.seen; }));
 }
 
-// Reference: the bump drawn. A pixel of disparity is 1.3 mm at 250 mm; the centroids' noise of
-// 0.009 px in two stereo and a rest frame of three images make 0.02 mm, and four times that for
-// the worst of 341.
+// Reference: the bump drawn. A pixel of disparity is 1.3 mm at 250 mm. The centroids' noise of
+// 0.009 px in both cameras and in a rest frame of three pairs makes 0.02 mm; four times that for
+// the worst of 341 points.
 TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
   StereoDots stereo(Params());
   Rest(&stereo);
@@ -126,9 +126,9 @@ TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
   EXPECT_LT(worst, 0.09e-3);
 }
 
-// Reference: the places drawn. Without the tilt's bias the places in depth would be off by up to
-// what the two stereo' biases differ; dots of 4 mm radius on a surface tilted by 40 degrees show
-// it.
+// Reference: the places drawn. Without correction of the tilt, the depths would be off by the
+// difference of the biases in both cameras. Dots of 4 mm radius on a surface tilted by 40 degrees
+// show it.
 TEST(StereoDots, TiltOfTheDotsDoesNotPullThem) {
   Bump bump;
   bump.X_SO.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix();

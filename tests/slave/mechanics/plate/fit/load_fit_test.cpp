@@ -87,7 +87,7 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
   }
 }
 
-// A live image cannot wait: points that no load explains would have the plate pressed thousands
+// A live image cannot wait. Points that no load explains would otherwise press the plate thousands
 // of times.
 TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
@@ -208,8 +208,8 @@ TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-// A plate that answers, three times as deep as it should, but for its second call and all from the
-// seventh on: a fit takes its derivatives and then gets no further.
+// A plate whose answers are three times too deep. Its second call fails, and all calls from the
+// seventh on: the fit gets its derivatives and then no further answer.
 class UnreliablePlate final : public PlateSurface {
  public:
   UnreliablePlate() : PlateSurface({kRadius, kThickness}) {}
