@@ -119,6 +119,7 @@ int Main(int argc, char** argv) {
       recorder =
           std::make_unique<ConnectRecorder>(a.record, a.record_limit, a.record_part, &a.link);
     }
+    a.link.details = a.views;
     line = std::make_unique<Line>(a.link);
     if (!IsMadeForScene(a)) device = OpenDevice(a.device, 0, 0);
   } catch (const CLI::ParseError& error) {

@@ -27,7 +27,7 @@ Recording::Options FileOptions(const std::filesystem::path& file, const std::str
 ConnectRecorder::ConnectRecorder(const std::filesystem::path& file, const std::string& limit,
                                  double part, SlaveLink::Options* link)
     : recording_(FileOptions(file, limit, part)) {
-  link->on_received = [this](const ReceivedState& state) { recording_.OnState(state); };
+  link->on_received = [this](const StateRecord& state) { recording_.OnState(state); };
   link->on_sent = [this](const OperatorCommand& command) { recording_.OnCommand(command); };
 }
 

@@ -18,6 +18,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "master/link/operator_calls.h"
 #include "master/link/setup_calls.h"
 #include "master/session/session.h"
 #include "master/station/live_station.h"
@@ -120,7 +121,7 @@ std::unique_ptr<Observer> OpenObserver(const Arguments& a, RenderMode render, Li
   link.longest_round_trip = line->link.longest_round_trip();
   Observer::Options options;
   if (render == RenderMode::kLocal || a.views) options.patches = &line->patches;
-  options.states = a.views;
+  options.health = a.views;
   if (recorder != nullptr) options.on_message = recorder->on_message();
   auto observer = std::make_unique<Observer>(link, std::move(options));
   if (recorder != nullptr) observer->Need(Observer::User::kRecording, SessionRecording::kViews);
@@ -145,12 +146,14 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   SlaveLink::Options setup = a.link;
   if (!a.setup_tls.empty()) setup.tls = a.setup_tls;
   LiveStation::Controls controls{
+      [link] { return link->state(); },
+      [link] { return link->TakeEvents(); },
       RequestEmergencyStop,
-      [link] { return link->known_stops(); },
-      [link](std::uint64_t stops) { return link->Reset(stops); },
-      [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
-      [link](const std::string& kind) { return link->SetModel(kind); },
-      [link] { return link->ReinitializeTracking(); },
+      [link] { return link->calls().known_stops(); },
+      [link](std::uint64_t stops) { return link->calls().Reset(stops); },
+      [link](const SlaveLink::Mapping& mapping) { return link->calls().SetMapping(mapping); },
+      [link](const std::string& kind) { return link->calls().SetModel(kind); },
+      [link] { return link->calls().ReinitializeTracking(); },
       [calls = std::make_shared<SetupCalls>(setup)](
           const std::string& call, const std::string& json, const std::stop_token& stop) {
         return calls->Make(call, json, stop);
@@ -215,13 +218,14 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   auto observer = OpenObserver(a, options.loop.render, line, recorder);
   options.patches = &line->patches;
   options.patch_stats = [&observer] { return observer->patch_stats(); };
-  options.emergency = {[line] {
-                         const bool is_requested = g_emergency.exchange(false);
-                         if (is_requested) line->link.CancelReset();
-                         return is_requested;
-                       },
-                       [line] { return line->link.EmergencyStop("by the operator's station"); },
-                       [line] { line->link.GiveUpStop(); }};
+  options.emergency = {
+      [line] {
+        const bool is_requested = g_emergency.exchange(false);
+        if (is_requested) line->link.calls().CancelReset();
+        return is_requested;
+      },
+      [line] { return line->link.calls().EmergencyStop("by the operator's station"); },
+      [line] { line->link.calls().GiveUpStop(); }};
   options.duration = a.duration;
   options.log = a.log;
   options.sensor_rate = scene.sensor_rate;
@@ -271,10 +275,11 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
       [&] { return g_stop.load() || line->link.denied(); },
       [&](const SessionStatus& status) {
         // Read before the request is taken: a stop that is requested later has another number.
-        const std::uint64_t stops = line->link.known_stops();
+        const std::uint64_t stops = line->link.calls().known_stops();
         if (g_reset.exchange(false)) {
-          calls.Submit(
-              [&, stops](const std::stop_token&) { reset_answer.Put(line->link.Reset(stops)); });
+          calls.Submit([&, stops](const std::stop_token&) {
+            reset_answer.Put(line->link.calls().Reset(stops));
+          });
         }
         if (const std::string* why = reset_answer.Take()) {
           console.Print(why->empty() ? "the emergency stop was reset"

@@ -3,21 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "master/haptics/tick_message.h"
+#include "shared/wire/enum_names.h"
+
 namespace palpate {
 namespace {
-
-constexpr std::array<std::string_view, kReasonCount> kNames{
-    "not_following", "stale",        "unknown",   "other_epoch", "fading",     "punctured",
-    "blending",      "beyond_model", "passivity", "clamped",     "not_finite", "bad_state",
-    "bad_device",    "slewed",       "projected", "offset_jump", "settings",   "aged",
-    "ended",         "plane",        "held",      "arm_fault",   "tared",      "fixture"};
 
 constexpr double kSlowest = 1e-4;  // no damping below: noise has no direction [m/s]
 
 }  // namespace
 
 std::string_view ToString(Reason reason) {
-  return kNames[static_cast<std::size_t>(reason)];
+  return ProtoNameOf(ToProto(reason));
 }
 
 std::string ToString(const Reasons& reasons) {
@@ -25,7 +22,7 @@ std::string ToString(const Reasons& reasons) {
   for (std::size_t i = 0; i < kReasonCount; ++i) {
     if (!reasons.Has(static_cast<Reason>(i))) continue;
     if (!text.empty()) text += '+';
-    text += kNames[i];
+    text += ToString(static_cast<Reason>(i));
   }
   return text;
 }

@@ -1,15 +1,14 @@
 #include "master/haptics/operator_machine.h"
 
-#include <array>
+#include "master/haptics/tick_message.h"
 
 namespace palpate {
 
 using enum OperatorState;
 
 std::string_view ToString(OperatorState state) {
-  constexpr std::array<std::string_view, kOperatorStateCount> kStateNames{
-      "DISCONNECTED", "READY", "ALIGNING", "FOLLOWING", "CLUTCHED", "HOLD", "ESTOP"};
-  return kStateNames[static_cast<std::size_t>(state)];
+  constexpr std::string_view kPrefix = "OPERATOR_PHASE_";
+  return std::string_view(v1::OperatorPhase_Name(ToProto(state))).substr(kPrefix.size());
 }
 
 OperatorState OperatorMachine::Step(const Input& in) noexcept {

@@ -7,8 +7,6 @@
 #include <thread>
 #include <utility>
 
-#include <google/protobuf/util/json_util.h>
-
 #include "master/link/remote_patch.h"
 #include "master/link/stream_keeper.h"
 #include "shared/link/priority_inheritance_mutex.h"
@@ -19,7 +17,6 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kPollEvery(1000);
-constexpr double kStateRate = 30;   // [Hz]
 constexpr double kTraceRate = 120;  // without a recording, which takes all [Hz]
 constexpr double kTraceAge = 1;     // [s]
 constexpr std::size_t kTracesKept = 2048;
@@ -39,13 +36,7 @@ v1::WatchMeshRequest MeshRequest(const ObservedViews& views) {
   request.set_max_rate(views.mesh_rate);
   request.set_nodal_forces(views.nodal_forces);
   request.set_traction(views.traction);
-  return request;
-}
-
-v1::WatchStateRequest StateRequest() {
-  v1::WatchStateRequest request;
-  request.set_max_rate(kStateRate);
-  request.set_details(true);
+  request.set_field(views.field);
   return request;
 }
 
@@ -62,19 +53,11 @@ ObservedViews Both(const ObservedViews& a, const ObservedViews& b) {
   both.mesh_rate = std::max(a.mesh_rate, b.mesh_rate);
   both.nodal_forces = a.nodal_forces || b.nodal_forces;
   both.traction = a.traction || b.traction;
+  both.field = a.field || b.field;
   return both;
 }
 
 }  // namespace
-
-std::string JsonOf(const google::protobuf::Message& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string json;
-  const auto written = google::protobuf::util::MessageToJsonString(message, &json, options);
-  return written.ok() ? json : std::string();
-}
 
 struct Observer::Parts {
   Parts(const SlaveLink::Options& link, Options chosen);
@@ -83,7 +66,6 @@ struct Observer::Parts {
   std::string Take(const v1::ImageState& frame);
   std::string Take(const v1::MeshState& message);
   std::string Take(const v1::PatchUpdate& message);
-  std::string Take(const v1::SlaveState& message);
   std::string Take(const v1::TraceUpdate& message);
   void Forward(const google::protobuf::Message& message) const {
     if (options.on_message) options.on_message(message);
@@ -92,8 +74,8 @@ struct Observer::Parts {
   void OpenImages();
   void OpenMeshes();
   void Poll(const std::stop_token& stop);
-  // Texts of the slave, or why there are none.
-  SlaveTexts Ask(const std::stop_token& stop);
+  // Scene and status of the slave, or why there are none.
+  SlaveHealth Ask(const std::stop_token& stop);
 
   [[nodiscard]] ObservedViews needed() const {
     const std::scoped_lock lock(mutex);
@@ -112,21 +94,18 @@ struct Observer::Parts {
   std::shared_ptr<const RemoteImage> image;
   std::uint64_t images_received = 0;
   std::shared_ptr<const RemoteMesh> mesh;
-  double deflection_peak = 0;  // [m]
-  PatchStats patches;          // without what the stream's keeper counts
-  ObservedState state;
-  Events events;
+  double deflection_peak = 0;          // [m]
+  PatchStats patches;                  // without what the stream's keeper counts
   std::map<Time, SampleTrace> traces;  // by the time of their samples
-  SlaveTexts texts;
+  SlaveHealth health;
   PriorityInheritanceCondition wake;  // never notified: a wait that ends with a stop
 
   mutable PriorityInheritanceMutex streams_mutex;  // guards the users' needs and their streams
   std::array<ObservedViews, kUsers> needs;
-  // Streams, and the thread of the texts; null: not needed. Last: they use all of the above.
+  // Streams, and the thread of the health; null: not needed. Last: they use all of the above.
   std::unique_ptr<StreamKeeper<v1::ImageState>> image_stream;
   std::unique_ptr<StreamKeeper<v1::MeshState>> mesh_stream;
   std::unique_ptr<StreamKeeper<v1::PatchUpdate>> patch_stream;
-  std::unique_ptr<StreamKeeper<v1::SlaveState>> state_stream;
   std::unique_ptr<StreamKeeper<v1::TraceUpdate>> trace_stream;
   std::jthread polling;
 };
@@ -141,13 +120,8 @@ Observer::Parts::Parts(const SlaveLink::Options& link, Options chosen)
         },
         [this](v1::PatchUpdate* message) { return Take(*message); });
   }
-  if (options.states) {
-    state_stream = std::make_unique<StreamKeeper<v1::SlaveState>>(
-        [this](grpc::ClientContext* call) { return stub->WatchState(call, StateRequest()); },
-        [this](v1::SlaveState* message) { return Take(*message); });
-  }
   const bool records = static_cast<bool>(options.on_message);
-  if (!options.states && !records) return;
+  if (!options.health && !records) return;
   trace_stream = std::make_unique<StreamKeeper<v1::TraceUpdate>>(
       [this, records](grpc::ClientContext* call) {
         return stub->WatchTrace(call, TraceRequest(records));
@@ -208,17 +182,6 @@ std::string Observer::Parts::Take(const v1::PatchUpdate& message) {
   return {};
 }
 
-std::string Observer::Parts::Take(const v1::SlaveState& message) {
-  std::string reason;
-  const auto read = FromProto(message, &reason);
-  if (!read) return {};  // the Operate stream reports it
-  std::string details = JsonOf(message.details());
-  const std::scoped_lock lock(mutex);
-  state = {*read, std::move(details), Clock::now()};
-  events.Add(read->events);
-  return {};
-}
-
 std::string Observer::Parts::Take(const v1::TraceUpdate& message) {
   Forward(message);
   const std::scoped_lock lock(mutex);
@@ -237,16 +200,16 @@ std::string Observer::Parts::Take(const v1::TraceUpdate& message) {
 
 void Observer::Parts::Poll(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    SlaveTexts answer = Ask(stop);
+    SlaveHealth answer = Ask(stop);
     std::unique_lock lock(mutex);
-    answer.version = texts.version + 1;
-    texts = std::move(answer);
+    answer.version = health.version + 1;
+    health = std::move(answer);
     wake.wait_until(lock, stop, std::chrono::steady_clock::now() + kPollEvery,
                     [] { return false; });
   }
 }
 
-SlaveTexts Observer::Parts::Ask(const std::stop_token& stop) {
+SlaveHealth Observer::Parts::Ask(const std::stop_token& stop) {
   using Stub = v1::Teleoperation::Stub;
   v1::Status status;
   v1::SceneDescription scene;
@@ -260,7 +223,7 @@ SlaveTexts Observer::Parts::Ask(const std::stop_token& stop) {
     revision = scene.settings_revision();
     Forward(scene);
   }
-  SlaveTexts taken{0, JsonOf(scene), JsonOf(status), {}};
+  SlaveHealth taken{.scene = scene, .status = status};
   try {
     taken.remote = ToRemoteScene(scene);
   } catch (const std::runtime_error&) {  // the link reports it
@@ -333,25 +296,15 @@ PatchStats Observer::patch_stats() const {
   return stats;
 }
 
-ObservedState Observer::state() const {
-  const std::scoped_lock lock(parts_->mutex);
-  return parts_->state;
-}
-
 std::optional<SampleTrace> Observer::TraceOf(Time sensed_at) const {
   const std::scoped_lock lock(parts_->mutex);
   const auto found = parts_->traces.find(sensed_at);
   return found == parts_->traces.end() ? std::nullopt : std::optional(found->second);
 }
 
-Events Observer::TakeEvents() {
+SlaveHealth Observer::health() const {
   const std::scoped_lock lock(parts_->mutex);
-  return std::exchange(parts_->events, Events());
-}
-
-SlaveTexts Observer::texts() const {
-  const std::scoped_lock lock(parts_->mutex);
-  return parts_->texts;
+  return parts_->health;
 }
 
 }  // namespace palpate

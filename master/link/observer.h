@@ -1,6 +1,6 @@
-// Observes the slave beside the Operate stream: images, meshes, local contact models, states with
-// the values of their checks, traces and status. All use one connection of their own. Each stream
-// is open once while somebody needs it, and is handed on to all who do.
+// Observes the slave beside the states of SlaveLink: images, meshes, local contact models, traces,
+// scene and status. All use one connection of their own. Each stream is open once while somebody
+// needs it, and is handed on to all who do.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+
+#include "palpate/v1/scene.pb.h"
+#include "palpate/v1/telemetry.pb.h"
 
 #include "master/haptics/received.h"
 #include "master/link/remote_mesh.h"
@@ -22,9 +25,6 @@ class Message;
 
 namespace palpate {
 
-// `message` as JSON with the field names of proto/palpate/v1; empty if that fails.
-std::string JsonOf(const google::protobuf::Message& message);
-
 // A received image.
 struct RemoteImage {
   std::uint64_t number = 0;   // rises by one per image
@@ -33,19 +33,12 @@ struct RemoteImage {
   std::string jpeg;
 };
 
-// A state with the values of its checks as JSON.
-struct ObservedState {
-  SlaveState state;  // sequence 0: none yet
-  std::string details = "{}";
-  Time received_at{};
-};
-
-// Scene and status of the slave in JSON, with the field names of proto/palpate/v1;
-// empty: not received yet.
-struct SlaveTexts {
+// Scene and status of the slave as received; empty: not yet.
+struct SlaveHealth {
   std::uint64_t version = 0;  // rises with each answer
-  std::string scene, status;
-  std::string trouble;                     // why nothing is received
+  std::optional<v1::SceneDescription> scene = {};
+  std::optional<v1::Status> status = {};
+  std::string trouble = {};                // why nothing is received
   std::optional<RemoteScene> remote = {};  // of `scene`; empty: not received, or out of range
 };
 
@@ -53,7 +46,7 @@ struct SlaveTexts {
 struct ObservedViews {
   double image_rate = 0;  // of images with the slave's overlays
   double mesh_rate = 0;
-  bool nodal_forces = false, traction = false;
+  bool nodal_forces = false, traction = false, field = false;
   bool operator==(const ObservedViews&) const = default;
 };
 
@@ -64,7 +57,7 @@ class Observer {
 
   struct Options {
     LatestValue<ReceivedPatch>* patches = nullptr;  // must outlive the observer; null: no patches
-    bool states = false;  // states with their checks 30 times a second, traces and texts
+    bool health = false;                            // traces, scene and status
     // Receives each SceneDescription that changed, and each Status, ImageState, MeshState
     // (with positions) and TraceUpdate. Called by several threads. Empty: not needed.
     std::function<void(const google::protobuf::Message&)> on_message = {};
@@ -91,12 +84,10 @@ class Observer {
   [[nodiscard]] std::shared_ptr<const RemoteMesh> mesh() const;
   [[nodiscard]] MeshStats mesh_stats() const;
   [[nodiscard]] PatchStats patch_stats() const;
-  [[nodiscard]] ObservedState state() const;  // the newest
   // Trace of the sample that was sensed at this time, slave's clock. nullopt: not received, or
   // older than a second.
   [[nodiscard]] std::optional<SampleTrace> TraceOf(Time sensed_at) const;
-  Events TakeEvents();  // events since the last call
-  [[nodiscard]] SlaveTexts texts() const;
+  [[nodiscard]] SlaveHealth health() const;
 
  private:
   struct Parts;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "shared/validation/validation.h"
+#include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 
 namespace palpate {
@@ -78,9 +79,9 @@ std::optional<OperatorCommand> OperateExchange::NextCommand(Time now) {
   return command;
 }
 
-bool OperateExchange::TakeFromStream(const v1::SlaveState& message, Time now) {
+bool OperateExchange::TakeFromStream(std::shared_ptr<v1::SlaveState> message, Time now) {
   std::string reason;
-  const auto state = FromProto(message, &reason);
+  const auto state = FromProto(*message, &reason);
   const std::scoped_lock lock(mutex_);
   if (!state) {
     with_.on_refused_state(reason);
@@ -88,20 +89,20 @@ bool OperateExchange::TakeFromStream(const v1::SlaveState& message, Time now) {
   }
   if (state->sequence <= stream_sequence_) return true;
   stream_sequence_ = state->sequence;
-  if (!PutIfNewer(*state, now)) overtaken_.Add(state->events);
+  if (!PutIfNewer(*state, std::move(message), now)) overtaken_.Add(state->events);
   return true;
 }
 
-bool OperateExchange::TakeDatagram(const v1::SlaveState& message, Time now) {
+bool OperateExchange::TakeDatagram(std::shared_ptr<v1::SlaveState> message, Time now) {
   std::string reason;
-  const auto state = FromProto(message, &reason);
+  const auto state = FromProto(*message, &reason);
   const std::scoped_lock lock(mutex_);
   if (is_over_) return false;
   if (!state) {
     with_.on_refused_state(reason);
     return false;
   }
-  if (PutIfNewer(*state, now)) ++with_.states_by_datagram;
+  if (PutIfNewer(*state, std::move(message), now)) ++with_.states_by_datagram;
   return true;
 }
 
@@ -117,15 +118,18 @@ bool OperateExchange::was_served() const {
   return last_sequence_ != 0;
 }
 
-bool OperateExchange::PutIfNewer(const SlaveState& state, Time now) {
+bool OperateExchange::PutIfNewer(SlaveState state, std::shared_ptr<v1::SlaveState> message,
+                                 Time now) {
   if (state.sequence <= last_sequence_) return false;
   if (std::exchange(last_sequence_, state.sequence) == 0) with_.on_first_state();
   ++with_.states_received;
+  if (const Events overtaken = std::exchange(overtaken_, {}); !overtaken.empty()) {
+    state.events.Add(overtaken);
+    ToProto(state.events, message->mutable_events());
+  }
 
   last_ = {state, now, with_.trips.Arrived(state, now), with_.trips.newest()};
-  last_.state.events.Add(std::exchange(overtaken_, {}));
-  with_.on_state(last_.state);
-  if (with_.on_received) with_.on_received(last_);
+  with_.on_state(state, {std::move(message), now});
   with_.states.Put(last_);
   return true;
 }

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include "palpate/v1/state.pb.h"
 
 #include "master/link/slave_link.h"
+#include "master/link/state_record.h"
 #include "shared/link/clock_offset.h"
 #include "shared/link/latest_value.h"
 #include "shared/link/priority_inheritance_mutex.h"
@@ -63,9 +65,8 @@ class OperateExchange {
     std::atomic<std::uint64_t>& states_received;
     std::atomic<std::uint64_t>& states_by_datagram;  // states received first by datagram
     std::function<void()> on_first_state;
-    std::function<void(const SlaveState&)> on_state;
+    std::function<void(const SlaveState&, const StateRecord&)> on_state;
     std::function<void(const std::string& reason)> on_refused_state;
-    std::function<void(const ReceivedState&)> on_received;  // may be empty
   };
 
   // Discards a command of the previous stream.
@@ -75,18 +76,18 @@ class OperateExchange {
   // since the last call; a command is not repeated, so that the slave notices a stopped loop. One
   // caller (the sender).
   std::optional<OperatorCommand> NextCommand(Time now);
-  // Passes on a state that arrived at `now`. False: it is refused as invalid. One caller each (the
-  // reader of the stream, the reader of datagrams).
-  bool TakeFromStream(const v1::SlaveState& message, Time now);
-  bool TakeDatagram(const v1::SlaveState& message, Time now);
+  // Keeps and passes on a state that arrived at `now`. False: it is refused as invalid. One caller
+  // each (the reader of the stream, the reader of datagrams).
+  bool TakeFromStream(std::shared_ptr<v1::SlaveState> message, Time now);
+  bool TakeDatagram(std::shared_ptr<v1::SlaveState> message, Time now);
   // The stream has ended: the haptic loop learns of it at once, and no later state is accepted.
   void End();
   // Returns whether a state arrived. Thread-safe.
   [[nodiscard]] bool was_served() const;
 
  private:
-  // False: the state is older than the newest one. Requires mutex_.
-  bool PutIfNewer(const SlaveState& state, Time now);
+  // `state`: of `message`. False: it is older than the newest one. Requires mutex_.
+  bool PutIfNewer(SlaveState state, std::shared_ptr<v1::SlaveState> message, Time now);
 
   const Surroundings with_;
   std::uint64_t stream_sequence_ = 0;       // used by the reader of the stream only

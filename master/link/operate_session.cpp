@@ -29,13 +29,13 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
     const std::stop_callback on_end(ended, [&] { either.request_stop(); });
     SendCommands(stream.get(), either.get_token());
   });
-  v1::SlaveState message;
+  auto message = std::make_shared<v1::SlaveState>();
   bool is_first = true;
-  while (stream->Read(&message)) {
+  while (stream->Read(message.get())) {
     if (std::exchange(is_first, false)) {
       if (const auto expiry = ExpiryOf(*context_.auth_context())) trusted_until_ = *expiry;
     }
-    ReceiveFromStream(message);
+    ReceiveFromStream(std::exchange(message, std::make_shared<v1::SlaveState>()));
   }
   exchange_.End();
   sender.request_stop();
@@ -76,8 +76,9 @@ void OperateSession::SendNewest(Stream* stream) {
   ToProto(*command, &message_);
   if (!std::exchange(is_introduced_, true)) {
     message_.set_operator_name(operator_name_);
-    message_.set_datagrams(datagrams_requested_);
+    message_.set_datagrams(requests_.datagrams);
   }
+  message_.set_details(requests_.details);
   DatagramLine* line = nullptr;
   {
     const std::scoped_lock lock(mutex_);
@@ -96,18 +97,25 @@ void OperateSession::SendNewest(Stream* stream) {
   if (with_.on_sent) with_.on_sent(*command);
 }
 
-void OperateSession::ReceiveFromStream(const v1::SlaveState& message) {
+// The keys of the datagrams are of this stream alone: neither recorded nor shown.
+void OperateSession::ReceiveFromStream(std::shared_ptr<v1::SlaveState> message) {
   const Time now = Clock::now();
-  if (message.has_datagrams()) OpenDatagrams(message.datagrams());
-  if (exchange_.TakeFromStream(message, now)) heard_at_ = now;  // datagrams keep no stream alive
+  if (message->has_datagrams()) OpenDatagrams(message->datagrams());
+  message->clear_datagrams();
+  if (exchange_.TakeFromStream(std::move(message), now)) {
+    heard_at_ = now;  // datagrams keep no stream alive
+  }
 }
 
 DatagramLine::LinkFeedback OperateSession::ReceiveDatagram(std::string_view plain) {
   const Time now = Clock::now();
-  if (!datagram_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
-  if (!exchange_.TakeDatagram(datagram_, now)) return {};
+  const auto message = std::make_shared<v1::SlaveState>();
+  if (!message->ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
+  const auto seen = FromProto(message->datagrams_seen());
+  message->clear_datagrams();
+  if (!exchange_.TakeDatagram(message, now)) return {};
   with_.datagram_at = now;
-  return {FromProto(datagram_.datagrams_seen()), with_.exchange.trips.newest()};
+  return {seen, with_.exchange.trips.newest()};
 }
 
 // Uses only the address of the stream, so that a slave cannot make the master flood another
@@ -117,7 +125,7 @@ void OperateSession::OpenDatagrams(const v1::DatagramOffer& offer) {
   const auto to_receive = DatagramKeyFrom(offer.state_key());
   const auto ends = EndsOf(context_.peer());
   const bool is_port = offer.port() >= 1 && offer.port() <= std::numeric_limits<in_port_t>::max();
-  if (!datagrams_requested_ || line_ || !to_send || !to_receive || !ends || !is_port) return;
+  if (!requests_.datagrams || line_ || !to_send || !to_receive || !ends || !is_port) return;
   sockaddr_storage far = ends->far;
   reinterpret_cast<sockaddr_in6&>(far).sin6_port =  // same offset as in sockaddr_in
       htons(static_cast<in_port_t>(offer.port()));

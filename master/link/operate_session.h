@@ -87,15 +87,18 @@ class OperateSession {
     std::function<void(const OperatorCommand&)> on_sent;  // may be empty
   };
 
-  // `datagrams`: request them from the slave.
+  // What this stream requests of the slave, see OperatorCommand.
+  struct Requests {
+    bool datagrams = false, details = false;
+  };
   OperateSession(Surroundings surroundings, std::string operator_name,
                  std::chrono::milliseconds first_within,
-                 std::chrono::milliseconds longest_round_trip, bool datagrams)
+                 std::chrono::milliseconds longest_round_trip, const Requests& requests)
       : with_(std::move(surroundings)),
         operator_name_(std::move(operator_name)),
         first_within_(first_within),
         silence_(std::max<std::chrono::milliseconds>(kSilence, longest_round_trip)),
-        datagrams_requested_(datagrams),
+        requests_(requests),
         exchange_(with_.exchange) {}
 
   // Blocks until the stream ends and returns its status. It ends by the slave, by silence, by an
@@ -113,14 +116,14 @@ class OperateSession {
   // Cancels the stream if it must not continue; false: cancelled.
   bool MayGoOn(Time now);
   void SendNewest(Stream* stream);
-  void ReceiveFromStream(const v1::SlaveState& message);
+  void ReceiveFromStream(std::shared_ptr<v1::SlaveState> message);
   DatagramLine::LinkFeedback ReceiveDatagram(std::string_view plain);
   void OpenDatagrams(const v1::DatagramOffer& offer);
 
   const Surroundings with_;
   const std::string operator_name_;
   const std::chrono::milliseconds first_within_, silence_;
-  const bool datagrams_requested_;
+  const Requests requests_;
   OperateExchange exchange_;
   grpc::ClientContext context_;
   std::atomic<Time> heard_at_{Clock::now()};  // arrival of the last valid state of the stream
@@ -129,8 +132,7 @@ class OperateSession {
   bool is_introduced_ = false;  // used by the sender only, like the next two
   v1::OperatorCommand message_;
   std::optional<NewestWriter<v1::OperatorCommand, Stream>> writer_;  // set while datagrams are used
-  v1::SlaveState datagram_;             // used by the datagram thread only
-  PriorityInheritanceMutex mutex_;      // guards what follows
+  PriorityInheritanceMutex mutex_;                                   // guards what follows
   std::unique_ptr<DatagramLine> line_;  // outlives the sender; null: none
 };
 

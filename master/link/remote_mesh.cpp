@@ -30,6 +30,25 @@ std::vector<Eigen::Vector3d> Points(std::string_view name, const Floats& numbers
   return points;
 }
 
+std::vector<float> Numbers(std::string_view name, const Floats& numbers, double limit,
+                           FieldReader* reader) {
+  for (const float number : numbers) reader->Number(name, number, limit);
+  return {numbers.begin(), numbers.end()};
+}
+
+// A topology without a field is that of a reader who did not request one.
+void ReadField(const v1::DisplacementField& field, const MeshTopology& topology,
+               FieldReader* reader, RemoteMesh* mesh) {
+  if (topology.field_rest.empty() || field.displacement().empty()) return;
+  mesh->displacement = Numbers("field.displacement", field.displacement(), kMaxLength, reader);
+  mesh->image.assign(field.image().begin(), field.image().end());
+  const std::size_t numbers = topology.field_rest.size();
+  reader->Require(mesh->displacement.size() == numbers, "field.displacement",
+                  "three numbers per node of `field.rest`");
+  reader->Require(mesh->image.empty() || 3 * mesh->image.size() == 2 * numbers, "field.image",
+                  "none, or two numbers per node of `field.rest`");
+}
+
 template <std::size_t kNodes>
 std::vector<std::array<int, kNodes>> Elements(const v1::MeshState& message) {
   std::vector<std::array<int, kNodes>> elements(static_cast<std::size_t>(message.elements_size()) /
@@ -57,6 +76,14 @@ std::shared_ptr<const MeshTopology> Topology(const v1::MeshState& message, Field
   reader->Require(std::ranges::all_of(topology->fixed_nodes,
                                       [count](std::uint32_t node) { return node < count; }),
                   "fixed_nodes", "indices of nodes in `rest`");
+  const v1::DisplacementField& field = message.field();
+  topology->field_rest = Numbers("field.rest", field.rest(), kMaxLength, reader);
+  topology->field_triangles.assign(field.triangles().begin(), field.triangles().end());
+  const bool are_nodes = std::ranges::all_of(field.triangles(), [&](std::uint32_t node) {
+    return std::size_t{3} * node < topology->field_rest.size();
+  });
+  reader->Require(field.rest_size() % 3 == 0 && field.triangles_size() % 3 == 0 && are_nodes,
+                  "field", "three numbers per node, and three nodes per triangle");
   if (!reader->ok()) return nullptr;
   if (nodes == kTriangle) {
     topology->surface.triangles = Elements<kTriangle>(message);
@@ -99,6 +126,7 @@ std::optional<RemoteMesh> FromProto(const v1::MeshState& message,
   }
   reader.Require(mesh.traction.empty() || mesh.traction.size() == count, "traction",
                  "none, or one per node of `rest`");
+  ReadField(message.field(), *mesh.topology, &reader, &mesh);
   if (!reader.ok()) return std::nullopt;
   return mesh;
 }

@@ -25,6 +25,9 @@ struct MeshTopology {
   SurfaceMesh surface;                     // nodes at rest, and the triangles of a volume's surface
   std::vector<std::array<int, 2>> lines;   // the outline of a planar object
   std::vector<std::uint32_t> fixed_nodes;  // fixed nodes of the scene
+  // Constant part of the field, see DisplacementField of state.proto; empty: not requested.
+  std::vector<std::uint32_t> field_triangles;  // node indices, three at a time
+  std::vector<float> field_rest;               // x, y, z per node, frame O [m]
 };
 
 struct RemoteMesh {
@@ -35,6 +38,11 @@ struct RemoteMesh {
   std::vector<Eigen::Vector3d> positions;        // deformed, one per node
   std::vector<Eigen::Vector3d> nodal_forces;     // tool on node [N]; empty: unknown
   std::vector<float> traction;                   // of the tool, per node [Pa]; empty: unknown
+  // Displacement x, y, z per node of the field, frame O [m]; empty: not requested, or no model.
+  std::vector<float> displacement;
+  // Displaced position u, v per node of the field in the image [px]; NaN: behind the camera; empty:
+  // there is no camera.
+  std::vector<float> image;
 
   // Largest distance of a node from its rest position [m]; 0 if it is below single precision for an
   // object of this size.

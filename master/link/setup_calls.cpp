@@ -6,9 +6,9 @@
 #include <google/protobuf/struct.pb.h>
 #include <google/protobuf/util/json_util.h>
 
-#include "master/link/observer.h"
 #include "master/link/stream_keeper.h"
 #include "shared/wire/errors.h"
+#include "shared/wire/message_json.h"
 
 namespace palpate {
 namespace {

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -15,6 +14,7 @@
 
 #include "master/link/channel.h"
 #include "master/link/operate_session.h"
+#include "master/link/operator_calls.h"
 #include "master/link/remote_scene.h"
 #include "shared/link/loopback.h"
 #include "shared/link/priority_inheritance_mutex.h"
@@ -22,6 +22,7 @@
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 #include "shared/wire/errors.h"
+#include "shared/wire/state_message.h"
 
 namespace palpate {
 namespace {
@@ -31,15 +32,13 @@ using std::chrono::milliseconds;
 constexpr milliseconds kFirstRetry(50), kMaxRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
 constexpr milliseconds kLostLeaseRetry(10000);  // another operator has the time to take it
-constexpr double kObservedRate = 10;            // states of a slave that nobody can operate [Hz]
-constexpr milliseconds kMinDeadline(1000);      // of a call
+constexpr double kObservedRate = 30;  // states of a slave that this link does not operate [Hz]
 constexpr milliseconds kMaxDeadline(60000);
 constexpr milliseconds kNoRefusal(500);        // what takes so long is no port without a listener
 constexpr milliseconds kFirstReckoned(10000);  // round trip, until one is known
 constexpr int kTripsBorne =
     6;  // of what a call took, while a line that was idle gets going; longer is dead
-constexpr int kTimesTheFirst = 4;  // of what the first answer took
-constexpr milliseconds kModelDeadline(15000);
+constexpr int kTimesTheFirst = 4;                  // of what the first answer took
 constexpr milliseconds kReportedAfterwards(3000);  // that a state was refused, while others are not
 constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
 
@@ -70,52 +69,6 @@ bool IsAnswer(const grpc::Status& status) {
          code != grpc::StatusCode::DEADLINE_EXCEEDED && code != grpc::StatusCode::CANCELLED;
 }
 
-// Returns why a call was refused; empty: it was not.
-std::string Refusal(const grpc::Status& status) {
-  if (status.ok()) return {};
-  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
-    return "the slave's release does not support this: install the same release at both ends";
-  }
-  const std::string words = WordsOf(status);
-  return words.empty() ? "rejected without a reason" : words;
-}
-
-// The running calls, so that the end of the link does not wait for their deadlines.
-class RunningCalls {
- public:
-  // A call during its scope.
-  class Scope {
-   public:
-    Scope(RunningCalls* calls, grpc::ClientContext* context) : calls_(calls), context_(context) {
-      const std::scoped_lock lock(calls_->mutex_);
-      calls_->running_.insert(context_);
-      if (calls_->is_over_) context_->TryCancel();
-    }
-    ~Scope() {
-      const std::scoped_lock lock(calls_->mutex_);
-      calls_->running_.erase(context_);
-    }
-    Scope(const Scope&) = delete;
-    Scope& operator=(const Scope&) = delete;
-
-   private:
-    RunningCalls* calls_;
-    grpc::ClientContext* context_;
-  };
-
-  // Cancels all calls, later ones too.
-  void End() {
-    const std::scoped_lock lock(mutex_);
-    is_over_ = true;
-    for (grpc::ClientContext* call : running_) call->TryCancel();
-  }
-
- private:
-  PriorityInheritanceMutex mutex_;  // guards what follows
-  std::set<grpc::ClientContext*> running_;
-  bool is_over_ = false;
-};
-
 }  // namespace
 
 struct SlaveLink::Parts {
@@ -130,6 +83,7 @@ struct SlaveLink::Parts {
     longest_round_trip = reckoned;
     channel = OpenChannel(target, Traffic::kTicks, options.tls, longest_round_trip);
     stub = v1::Teleoperation::NewStub(channel);
+    calls.Use(stub.get());
   }
 
   // `waits`: for a connection, within the deadline. Nobody moves a connection on while no call
@@ -140,12 +94,10 @@ struct SlaveLink::Parts {
   // Reads what the master goes by. One at a time. Another scene than the one that was connected to
   // is refused: the device is made for that one.
   grpc::Status ReadSettings();
+  // Keeps and hands on a state.
+  void Keep(const SlaveState& state, const StateRecord& record);
   // Reads settings or `known_stops` again, beside the stream, if `state` reports others.
   void Follow(const SlaveState& state);
-  // Reads the number of the newest emergency stop. False: the slave does not answer.
-  bool ReadStops();
-  // The number in the answer to an own stop. It may arrive after that of a later stop.
-  void LearnStop(std::uint64_t stops);
   grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
   // There is no stream, or no more, for the reason in `status`; returns it.
   grpc::Status Failed(const grpc::Status& status);
@@ -153,11 +105,14 @@ struct SlaveLink::Parts {
   void Refused(const std::string& reason);
   // Datagrams were requested, but none has arrived within the time limit; with `mutex` held.
   [[nodiscard]] bool LacksDatagrams() const;
-  // Watches the states of a slave that nobody can operate, until its settings change, the stream
-  // ends, or `stop`.
-  void Observe(const std::stop_token& stop);
-  // Sleeps for `duration`; false: stopping.
-  bool Sleep(milliseconds duration);
+  // Receives the states of a slave that does not serve this link, for `duration` (nullopt: no
+  // limit), or until its settings change, the stream ends, or `stop`.
+  void Observe(std::optional<milliseconds> duration, const std::stop_token& stop);
+  // Sleep; false: stopping.
+  bool Sleep(milliseconds duration) {
+    return SleepUntil(std::chrono::steady_clock::now() + duration);
+  }
+  bool SleepUntil(std::chrono::steady_clock::time_point due);
   // Waits for a connection, at most `duration`; false: stopping. gRPC moves a connection on only
   // while somebody waits: after a refused attempt a sleep would leave the next one half open.
   bool WaitForConnection(milliseconds duration);
@@ -167,27 +122,28 @@ struct SlaveLink::Parts {
   milliseconds longest_round_trip{}, answered_in{};  // the latter: a call on an open line
   std::shared_ptr<grpc::Channel> channel;            // never null
   std::unique_ptr<v1::Teleoperation::Stub> stub;     // never null
+  OperatorCalls calls;                               // with the stub
   RoundTrips trips;
-  std::atomic<milliseconds> call_deadline{kMinDeadline};
   std::atomic<std::uint64_t> states_received{0}, commands_sent{0}, states_by_datagram{0};
   std::atomic<Time> datagram_at{Time{}};  // or when they could begin to come
   std::optional<RemoteScene> first;       // that was connected to
   LatestValue<RemoteSettings>* settings = nullptr;
   std::atomic<std::uint32_t> read_revision{0};
   std::atomic<bool> rereads{false}, denied{false};
-  std::atomic<std::uint64_t> known_stops{0};
-  std::atomic<bool> stop_came{false};  // since `known_stops` was read
-  RunningCalls calls;
+  std::atomic<bool> stop_came{false};  // since the number of the newest stop was read
 
   mutable PriorityInheritanceMutex mutex;  // guards what follows
   PriorityInheritanceCondition changed;
   OperateSession* session = nullptr;
-  grpc::ClientContext *stop_call = nullptr, *reset_call = nullptr;  // under way
   bool stopping = false, was_connected = false;
   LinkStats link_stats;  // but for what is counted elsewhere
   std::string refusal;   // of the last state that was refused
   Clock::time_point refused_at{};
   std::string unread;  // why the settings cannot be read; empty: they can
+
+  mutable PriorityInheritanceMutex states_mutex;  // guards what follows
+  StateRecord newest;
+  Events events;
 
   std::jthread rereading;  // the stream's thread alone starts and joins it
   std::jthread thread;     // last: it uses all of the above
@@ -200,8 +156,8 @@ grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, mill
   grpc::ClientContext for_scene, for_status;
   SetDeadline(&for_scene, deadline);
   for_scene.set_wait_for_ready(waits);
-  const RunningCalls::Scope scene_runs(&calls, &for_scene);
-  const RunningCalls::Scope status_runs(&calls, &for_status);
+  const OperatorCalls::Scope scene_runs(&calls, &for_scene);
+  const OperatorCalls::Scope status_runs(&calls, &for_status);
   grpc::Status status = stub->GetScene(&for_scene, {}, &description);
   if (!status.ok()) return status;
   const Time connected = Clock::now();
@@ -209,16 +165,16 @@ grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, mill
   status = stub->GetStatus(&for_status, {}, &answer);  // for its duration, as the line is open
   if (!status.ok()) return status;
   answered_in = SinceThen(connected);
-  known_stops = answer.stops();
+  calls.SetKnownStops(answer.stops());
   *scene = ToRemoteScene(description);
-  call_deadline = std::max(kMinDeadline, kTimesTheFirst * SinceThen(start));
+  calls.set_deadline(std::max(OperatorCalls::kMinDeadline, kTimesTheFirst * SinceThen(start)));
   return status;
 }
 
 grpc::Status SlaveLink::Parts::ReadSettings() {
   try {
     RemoteScene scene;
-    grpc::Status status = RequestScene(&scene, true, call_deadline);
+    grpc::Status status = RequestScene(&scene, true, calls.deadline());
     if (!status.ok()) return status;
     const bool is_other = first && (scene.name != first->name || scene.geometry != first->geometry);
     if (is_other && !first->accepts_setup) {
@@ -235,20 +191,13 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
   }
 }
 
-bool SlaveLink::Parts::ReadStops() {
-  grpc::ClientContext context;
-  SetDeadline(&context, call_deadline);
-  const RunningCalls::Scope runs(&calls, &context);
-  v1::Status status;
-  if (!stub->GetStatus(&context, {}, &status).ok()) return false;
-  known_stops = status.stops();
-  return true;
-}
-
-void SlaveLink::Parts::LearnStop(std::uint64_t stops) {
-  std::uint64_t known = known_stops;
-  while (known < stops && !known_stops.compare_exchange_weak(known, stops)) {
+void SlaveLink::Parts::Keep(const SlaveState& state, const StateRecord& record) {
+  {
+    const std::scoped_lock lock(states_mutex);
+    newest = record;
+    events.Add(state.events);
   }
+  if (options.on_received) options.on_received(record);
 }
 
 void SlaveLink::Parts::Follow(const SlaveState& state) {
@@ -257,7 +206,7 @@ void SlaveLink::Parts::Follow(const SlaveState& state) {
   if (rereads.exchange(true)) return;
   rereading = std::jthread([this] {
     if (stop_came.exchange(false)) {
-      if (!ReadStops() && Sleep(kFirstRetry)) stop_came = true;
+      if (!calls.ReadStops() && Sleep(kFirstRetry)) stop_came = true;
       rereads = false;
       return;
     }
@@ -281,18 +230,26 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
     OperateSession next(
         {*stub,
          {*states, *commands, trips, states_received, states_by_datagram, [this] { Served(); },
-          [this](const SlaveState& state) { Follow(state); },
-          [this](const std::string& reason) { Refused(reason); }, options.on_received},
+          [this](const SlaveState& state, const StateRecord& record) {
+            Follow(state);
+            Keep(state, record);
+          },
+          [this](const std::string& reason) { Refused(reason); }},
          commands_sent,
          datagram_at,
          options.on_sent},
-        options.operator_name, call_deadline, longest_round_trip,
-        options.datagrams.value_or(!IsLoopback(ParseEndpoint(target).host)));
+        options.operator_name, calls.deadline(), longest_round_trip,
+        {options.datagrams.value_or(!IsLoopback(ParseEndpoint(target).host)), options.details});
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
     if (rereading.joinable()) rereading.join();
     if (next.was_served()) backoff.Reset();
-    if (ReasonOf(status) == v1::ERROR_REASON_NO_MANIPULATOR) Observe(stop);
-    if (!Sleep(PauseAfter(ReasonOf(status), &backoff))) return;
+    const auto pause = PauseAfter(ReasonOf(status), &backoff);
+    const auto due = std::chrono::steady_clock::now() + pause;
+    if (IsAnswer(status)) {
+      const bool is_unmanned = ReasonOf(status) == v1::ERROR_REASON_NO_MANIPULATOR;
+      Observe(is_unmanned ? std::nullopt : std::optional(pause), stop);
+    }
+    if (!SleepUntil(due)) return;
   }
 }
 
@@ -345,25 +302,30 @@ void SlaveLink::Parts::Refused(const std::string& reason) {
   refused_at = Clock::now();
 }
 
-void SlaveLink::Parts::Observe(const std::stop_token& stop) {
+void SlaveLink::Parts::Observe(std::optional<milliseconds> duration, const std::stop_token& stop) {
   v1::WatchStateRequest request;
   request.set_max_rate(kObservedRate);
+  request.set_details(options.details);
   grpc::ClientContext context;
-  const RunningCalls::Scope runs(&calls, &context);
+  if (duration) SetDeadline(&context, *duration);
+  const OperatorCalls::Scope runs(&calls, &context);
   const auto stream = stub->WatchState(&context, request);
-  v1::SlaveState state;
-  while (!stop.stop_requested() && stream->Read(&state)) {
-    if (std::ranges::count(state.events(), static_cast<int>(v1::EVENT_ESTOP)) > 0) stop_came = true;
-    if (stop_came && ReadStops()) stop_came = false;
-    if (state.settings_revision() != read_revision) break;
+  auto message = std::make_shared<v1::SlaveState>();
+  while (!stop.stop_requested() && stream->Read(message.get())) {
+    std::string reason;
+    const auto state = FromProto(*message, &reason);
+    if (!state) continue;
+    Keep(*state, {std::exchange(message, std::make_shared<v1::SlaveState>()), Clock::now()});
+    if (state->events.Has(Event::kEstop)) stop_came = true;
+    if (stop_came && calls.ReadStops()) stop_came = false;
+    if (state->settings_revision != read_revision) break;
   }
   context.TryCancel();
   static_cast<void>(stream->Finish());
 }
 
-bool SlaveLink::Parts::Sleep(milliseconds duration) {
+bool SlaveLink::Parts::SleepUntil(std::chrono::steady_clock::time_point due) {
   std::unique_lock lock(mutex);
-  const auto due = std::chrono::steady_clock::now() + duration;
   return !changed.wait_until(lock, due, [this] { return stopping; });
 }
 
@@ -383,12 +345,12 @@ RemoteScene SlaveLink::Connect() {
   const Time start = Clock::now();
   Backoff backoff(kFirstRetry, kMaxRetry);
   const milliseconds wait(static_cast<std::int64_t>(1000 * parts_->options.wait));
-  milliseconds timeout = kMinDeadline;  // a long line needs more than one round trip
+  milliseconds timeout = OperatorCalls::kMinDeadline;  // a long line needs more than one round trip
   RemoteScene scene;
   grpc::Status status;
   for (int attempts = 1;; ++attempts) {
     const Time asked = Clock::now();
-    const milliseconds left = std::max(kMinDeadline, wait - SinceThen(start));
+    const milliseconds left = std::max(OperatorCalls::kMinDeadline, wait - SinceThen(start));
     status = parts_->RequestScene(&scene, false, std::min(timeout, left));
     if (status.ok()) {
       parts_->Open(std::max(parts_->options.longest_round_trip, kTripsBorne * parts_->answered_in));
@@ -467,88 +429,22 @@ LinkStats SlaveLink::stats() const {
   return stats;
 }
 
+StateRecord SlaveLink::state() const {
+  const std::scoped_lock lock(parts_->states_mutex);
+  return parts_->newest;
+}
+
+Events SlaveLink::TakeEvents() {
+  const std::scoped_lock lock(parts_->states_mutex);
+  return std::exchange(parts_->events, Events());
+}
+
 bool SlaveLink::denied() const {
   return parts_->denied;
 }
 
-bool SlaveLink::EmergencyStop(const std::string& reason) {
-  grpc::ClientContext context;
-  SetDeadline(&context, parts_->call_deadline);
-  v1::StopRequest request;
-  request.set_reason(reason);
-  v1::Status reply;
-  const auto tell = [this](grpc::ClientContext* call) {
-    const std::scoped_lock lock(parts_->mutex);
-    parts_->stop_call = call;
-  };
-  tell(&context);
-  const bool acted = parts_->stub->Stop(&context, request, &reply).ok();
-  if (acted) parts_->LearnStop(reply.stops());
-  tell(nullptr);
-  return acted;
-}
-
-void SlaveLink::GiveUpStop() {
-  const std::scoped_lock lock(parts_->mutex);
-  if (parts_->stop_call != nullptr) parts_->stop_call->TryCancel();
-}
-
-std::uint64_t SlaveLink::known_stops() const {
-  return parts_->known_stops;
-}
-
-std::string SlaveLink::Reset(std::uint64_t stops) {
-  grpc::ClientContext context;
-  SetDeadline(&context, parts_->call_deadline);
-  const RunningCalls::Scope runs(&parts_->calls, &context);
-  v1::ResetRequest request;
-  request.set_stops(stops);
-  v1::Status reply;
-  const auto announce = [this](grpc::ClientContext* call) {
-    const std::scoped_lock lock(parts_->mutex);
-    parts_->reset_call = call;
-  };
-  announce(&context);
-  const grpc::Status status = parts_->stub->Reset(&context, request, &reply);
-  announce(nullptr);
-  if (status.error_code() == grpc::StatusCode::CANCELLED) return "a stop was requested meanwhile";
-  return Refusal(status);
-}
-
-void SlaveLink::CancelReset() {
-  const std::scoped_lock lock(parts_->mutex);
-  if (parts_->reset_call != nullptr) parts_->reset_call->TryCancel();
-}
-
-std::string SlaveLink::ReinitializeTracking() {
-  grpc::ClientContext context;
-  SetDeadline(&context, parts_->call_deadline);
-  const RunningCalls::Scope runs(&parts_->calls, &context);
-  v1::Status reply;
-  return Refusal(parts_->stub->ReinitializeTracking(&context, {}, &reply));
-}
-
-std::string SlaveLink::SetMapping(const Mapping& mapping) {
-  grpc::ClientContext context;
-  SetDeadline(&context, parts_->call_deadline);
-  v1::SetParametersRequest request;
-  if (mapping.position_scale) request.set_position_scale(*mapping.position_scale);
-  if (mapping.force_scale) request.set_force_scale(*mapping.force_scale);
-  if (mapping.force_limit) request.set_force_limit(*mapping.force_limit);
-  if (mapping.young_modulus) request.set_young_modulus(*mapping.young_modulus);
-  const RunningCalls::Scope runs(&parts_->calls, &context);
-  v1::SettingsReply reply;
-  return Refusal(parts_->stub->SetParameters(&context, request, &reply));
-}
-
-std::string SlaveLink::SetModel(const std::string& kind) {
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kModelDeadline);
-  v1::SetModelRequest request;
-  request.set_kind(kind);
-  const RunningCalls::Scope runs(&parts_->calls, &context);
-  v1::SettingsReply reply;
-  return Refusal(parts_->stub->SetModel(&context, request, &reply));
+OperatorCalls& SlaveLink::calls() {
+  return parts_->calls;
 }
 
 }  // namespace palpate

@@ -12,10 +12,13 @@
 
 #include "master/haptics/received.h"
 #include "master/link/remote_scene.h"
+#include "master/link/state_record.h"
 #include "shared/link/latest_value.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
+
+class OperatorCalls;
 
 struct LinkStats {
   bool connected = false;
@@ -46,10 +49,10 @@ class SlaveLink {
     std::filesystem::path tls;  // folder with the certificates; empty: plain text
     std::string operator_name;
     std::chrono::milliseconds longest_round_trip{1000};  // accepted at least
-    // Called for each received state and each sent command on the link's threads. They must not
-    // keep the references. May be empty.
-    std::function<void(const ReceivedState&)> on_received = {};
-    std::function<void(const OperatorCommand&)> on_sent = {};
+    // Called for each received state and each sent command on the link's threads. May be empty.
+    std::function<void(const StateRecord&)> on_received = {};
+    std::function<void(const OperatorCommand&)> on_sent = {};  // must not keep the reference
+    bool details = false;  // request the values of the slave's checks, and the moment
     // Also send states and commands by datagram, so that a lost packet causes no delay. Empty: only
     // to another machine, because loopback loses nothing and may be the end of a TCP tunnel.
     std::optional<bool> datagrams = {};
@@ -65,39 +68,26 @@ class SlaveLink {
   [[nodiscard]] std::chrono::milliseconds longest_round_trip() const;
   // Opens the Operate stream and keeps it open, reconnecting with back-off, until Stop. Sends from
   // `commands` 500 times a second and puts received states into `states`. Puts settings into
-  // `settings` before each stream and after each change. All three must outlive the link.
+  // `settings` before each stream and after each change. All three must outlive the link. While the
+  // slave refuses the stream, it observes the slave instead: those states are received as well, but
+  // not put into `states`.
   void Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands,
              LatestValue<RemoteSettings>* settings);
   void Stop();
   // Cancels running and later calls, except EmergencyStop. Thread-safe. Stop calls it.
   void EndCalls();
-  [[nodiscard]] LinkStats stats() const;  // thread-safe
+  [[nodiscard]] LinkStats stats() const;    // thread-safe
+  [[nodiscard]] StateRecord state() const;  // the newest; thread-safe
+  Events TakeEvents();                      // of the slave since the last call; thread-safe
   // The slave does not permit this identity to operate, so that a retry is useless. Thread-safe.
   [[nodiscard]] bool denied() const;
-  // Requests the slave's emergency stop. Returns whether it stopped. Thread-safe. The deadline is 1
-  // s, or longer on a slow link.
-  bool EmergencyStop(const std::string& reason);
-  void GiveUpStop();  // cancels a running EmergencyStop
-  // Returns the number of the newest emergency stop that the slave reported. Thread-safe.
-  [[nodiscard]] std::uint64_t known_stops() const;
-  // Resets the emergency stop number `stops`: that of `known_stops` when the operator decided, so
-  // that no later stop is cleared. Returns the reason if it is not reset, else an empty string.
-  // Thread-safe.
-  std::string Reset(std::uint64_t stops);
-  // Cancels a running Reset, because a stop was requested. Thread-safe.
-  void CancelReset();
-  // Requests new tip, template and baseline. An emergency stop stays active. Returns the reason if
-  // the slave rejects it, else an empty string. Thread-safe. The deadline is that of Reset.
-  std::string ReinitializeTracking();
-  // Change scales and limit, or the model, of the slave while the operator is disengaged. Absent
-  // values stay. Return the slave's reason on rejection, else an empty string. Thread-safe. They
-  // take at most 1 s, or 15 s for a model.
+  // What an operator calls beside the stream.
+  [[nodiscard]] OperatorCalls& calls();
+  // Scales and limit of the slave, see OperatorCalls. Absent values stay.
   struct Mapping {
     std::optional<double> position_scale, force_scale, force_limit;  // [-], [-], [N]
     std::optional<double> young_modulus = {};                        // of the object [Pa]
   };
-  std::string SetMapping(const Mapping& mapping);
-  std::string SetModel(const std::string& kind);
 
  private:
   struct Parts;

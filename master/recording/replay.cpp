@@ -8,6 +8,7 @@
 #include "palpate/v1/teleoperation.pb.h"
 
 #include "foxglove/schemas.pb.h"
+#include "master/haptics/tick_message.h"
 #include "master/recording/session_recording.h"
 #include "shared/recording/recording_reader.h"
 #include "shared/text/text.h"
@@ -60,9 +61,8 @@ class MessageDispatcher {
 
   void DispatchState() {
     std::string reason;
-    if (const auto state = FromProto(Parsed<v1::SlaveState>(reader_), &reason)) {
-      feed_.on_state(*state, reader_.at());
-    }
+    const auto message = Parsed<v1::SlaveState>(reader_);
+    if (const auto state = FromProto(message, &reason)) feed_.on_state(*state, message);
   }
   void DispatchTraces() {
     std::string reason;

@@ -20,13 +20,14 @@ namespace palpate {
 namespace v1 {
 class Capabilities;
 class SceneDescription;
+class SlaveState;
 class Status;
 }  // namespace v1
 
 // Callbacks of a replay. Each may be empty. All are called on the playing thread.
 struct ReplayFeed {
   std::function<void(const TickRecord&)> on_tick;
-  std::function<void(const SlaveState&, Time received_at)> on_state;
+  std::function<void(const SlaveState&, const v1::SlaveState& message)> on_state;
   std::function<void(const std::string& jpeg, Time sensed_at)> on_image;
   std::function<void(const std::shared_ptr<const RemoteMesh>&)> on_mesh;
   std::function<void(const SampleTrace&)> on_trace;

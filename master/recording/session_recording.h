@@ -2,9 +2,10 @@
 //
 //   /master/tick           palpate.v1.ForceTick, 1000 a second: the force chain
 //   /master/command        palpate.v1.OperatorCommand, as sent
-//   /slave/state           palpate.v1.SlaveState, as received: time of arrival, master's clock
-//   /slave/image           foxglove.CompressedImage, JPEG with overlays, at most two a second
-//   /slave/mesh            palpate.v1.MeshState, at most two a second
+//   /slave/state           palpate.v1.SlaveState, as received, without the keys of datagrams; time
+//                          of arrival, master's clock
+//   /slave/image           foxglove.CompressedImage, JPEG with overlays, at most eight a second
+//   /slave/mesh            palpate.v1.MeshState, at most eight a second
 //   /slave/trace           palpate.v1.TraceUpdate: times of each sample in the stages of the slave
 //   /slave/scene           palpate.v1.SceneDescription, at each change
 //   /slave/health          palpate.v1.Status, one a second
@@ -21,21 +22,12 @@
 #include <string>
 #include <string_view>
 
-#include "palpate/v1/recording.pb.h"
-
 #include "master/haptics/tick_record.h"
 #include "master/link/observer.h"
+#include "master/link/state_record.h"
 #include "shared/recording/recording.h"
 
 namespace palpate {
-
-// TickRecord <-> palpate.v1.ForceTick.
-//
-// Overwrites `message`. Numbers keep seven digits.
-void ToProto(const TickRecord& record, v1::ForceTick* message);
-// Converts a message recorded `at`. Unknown additions of newer programs are ignored. Numbers that
-// are not finite become zero.
-TickRecord FromProto(const v1::ForceTick& message, Time at);
 
 namespace v1 {
 class MeshState;
@@ -59,10 +51,11 @@ class SessionRecording {
   // Writes the settings of the session. Call it first.
   void Begin(const McapMap& session) { recording_.Note(kSessionNote, session); }
   void OnTick(const TickRecord& record);
-  void OnState(const ReceivedState& received);
+  void OnState(const StateRecord& received);
   void OnCommand(const OperatorCommand& command);
   // Views of the slave that a recording needs.
-  static constexpr ObservedViews kViews{.image_rate = 2, .mesh_rate = 2, .traction = true};
+  static constexpr ObservedViews kViews{
+      .image_rate = 8, .mesh_rate = 8, .traction = true, .field = true};
   // Takes a message of an Observer. Keeps at most kViews of the images and meshes.
   void OnObserved(const google::protobuf::Message& message);
   // Writes a line of the log. `is_alarm`: it is a warning.

@@ -4,25 +4,30 @@
 #include <stdexcept>
 #include <utility>
 
+#include "master/haptics/tick_message.h"
 #include "shared/text/csv.h"
+#include "shared/wire/fields.h"
 
 namespace palpate {
 namespace {
 
 constexpr int kDigits = 7;
 
-void AppendVector(std::string* row, const Eigen::Vector3d& v) {
-  for (int i = 0; i < 3; ++i) {
-    row->push_back(',');
-    AppendNumber(row, v[i], kDigits);
-  }
+// The vectors of a tick that are logged: the first fields of ForceTick.
+constexpr int kLoggedVectors = v1::ForceTick::kSentFieldNumber;
+
+const google::protobuf::FieldDescriptor* LoggedVector(int number) {
+  return v1::ForceTick::descriptor()->FindFieldByNumber(number);
 }
 
-void AppendVectorOrNothing(std::string* row, bool known, const Eigen::Vector3d& v) {
-  if (known) {
-    AppendVector(row, v);
-  } else {
+void AppendVector(std::string* row, const v1::Vec3f* v) {
+  if (v == nullptr) {
     row->append(",,,");
+    return;
+  }
+  for (const float number : {v->x(), v->y(), v->z()}) {
+    row->push_back(',');
+    AppendNumber(row, number, kDigits);
   }
 }
 
@@ -33,32 +38,35 @@ constexpr std::size_t kMaxRows = 1 << 16;  // unflushed rows [bytes]
 
 TickLog::TickLog(const std::filesystem::path& file) : file_(file), out_(file, std::ios::trunc) {
   rows_ = "t,state";
-  for (const char* name :
-       {"p_M", "p_S", "estimated", "local", "scaled", "passive", "limited", "sent", "true"}) {
+  const auto add = [this](const std::string& name) {
     for (const char* axis : {"_x", "_y", "_z"}) rows_.append(",").append(name).append(axis);
-  }
+  };
+  for (int number = 1; number <= kLoggedVectors; ++number) add(LoggedVector(number)->name());
+  add("true");
   rows_.append(",age_s,reason\n");
   Flush();
   if (!trouble_.empty()) throw std::runtime_error(trouble_);
 }
 
 void TickLog::Add(double t, const TickRecord& record, const std::optional<Eigen::Vector3d>& truth) {
-  const ForceChain& chain = record.chain;
+  ToProto(record, &tick_);
   AppendNumber(&rows_, t, kDigits + 2);
   rows_.append(",").append(ToString(record.state));
-  AppendVector(&rows_, record.p_M);
-  AppendVector(&rows_, record.p_S);
-  AppendVectorOrNothing(&rows_, chain.force_known, chain.estimated);
-  for (const auto* force :
-       {&chain.local, &chain.scaled, &chain.passive, &chain.limited, &chain.sent}) {
-    AppendVector(&rows_, *force);
+  const google::protobuf::Reflection& access = *tick_.GetReflection();
+  for (int number = 1; number <= kLoggedVectors; ++number) {
+    const auto* field = LoggedVector(number);
+    const bool is_known = access.HasField(tick_, field);
+    AppendVector(&rows_, is_known ? static_cast<const v1::Vec3f*>(&access.GetMessage(tick_, field))
+                                  : nullptr);
   }
-  AppendVectorOrNothing(&rows_, truth.has_value(), truth.value_or(Eigen::Vector3d::Zero()));
+  v1::Vec3f true_force;
+  if (truth) ToProto(*truth, &true_force);
+  AppendVector(&rows_, truth ? &true_force : nullptr);
   rows_.push_back(',');
-  if (record.state_age >= 0) AppendNumber(&rows_, record.state_age, kDigits);
-  rows_.append(",").append(ToString(chain.reasons));
+  if (tick_.has_state_age()) AppendNumber(&rows_, tick_.state_age(), kDigits);
+  rows_.append(",").append(ToString(record.chain.reasons));
   if (std::exchange(marks_, record.marks) != record.marks) {
-    rows_.append(chain.reasons.empty() ? "mark" : "+mark");
+    rows_.append(record.chain.reasons.empty() ? "mark" : "+mark");
   }
   rows_.append("\n");
   if (rows_.size() > kMaxRows) Flush();

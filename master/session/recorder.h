@@ -12,6 +12,8 @@
 
 #include <Eigen/Core>
 
+#include "palpate/v1/recording.pb.h"
+
 #include "master/haptics/spsc_ring.h"
 #include "master/haptics/tick_record.h"
 #include "master/session/tick_summary.h"
@@ -40,6 +42,7 @@ class TickLog {
  private:
   std::filesystem::path file_;
   std::ofstream out_;
+  v1::ForceTick tick_;       // the last one
   std::string rows_;         // not yet flushed
   std::uint32_t marks_ = 0;  // so far
   std::string trouble_;

@@ -7,6 +7,8 @@
 
 #include "master/station/moment_json.h"
 #include "shared/text/text.h"
+#include "shared/wire/enum_names.h"
+#include "shared/wire/fields.h"
 
 namespace palpate {
 namespace {
@@ -115,9 +117,9 @@ class Alarms {
     }
   }
   void AddFrozenImage() {
-    const SlaveState& state = moment_.observed.state;
-    const bool sets_up = state.phase == Phase::kSetup;
-    const bool is_known = state.validity == Validity::kStale && !sets_up;
+    const v1::SlaveState& state = moment_.slave_state;
+    const bool sets_up = state.phase() == v1::PHASE_SETUP;
+    const bool is_known = state.validity() == v1::VALIDITY_STALE && !sets_up;
     if (!(moment_.frozen_for > 0) || is_known) return;
     Note(Formatted("The image has been frozen for %.0f s.", moment_.frozen_for),
          sets_up ? "Check the camera, its driver and its cable."
@@ -151,15 +153,15 @@ class Alarms {
   std::vector<Alarm> list_;
 };
 
-std::string NextFor(Validity validity) {
+std::string NextFor(v1::Validity validity) {
   switch (validity) {
-    case Validity::kTrackingLost:
+    case v1::VALIDITY_TRACKING_LOST:
       return "Check the image: the tool must be visible. Move it into view, then engage again.";
-    case Validity::kExtrapolated:
+    case v1::VALIDITY_EXTRAPOLATED:
       return "Press less deeply, or look up the check in slave/CHECKS.md.";
-    case Validity::kStale:
+    case v1::VALIDITY_STALE:
       return "Check that camera or fingertips still send data: Setup shows what is missing.";
-    case Validity::kPunctured:
+    case v1::VALIDITY_PUNCTURED:
       return "Retract the tool.";
     default:
       return "See the slave's log: it states why the model has no solution.";
@@ -167,17 +169,21 @@ std::string NextFor(Validity validity) {
 }
 
 void Alarms::AddValidity() {
-  const SlaveState& state = moment_.observed.state;
-  if (state.sequence == 0 || state.validity == Validity::kValid) return;
-  if (state.phase == Phase::kSetup) return;  // there is no scene yet
-  const bool is_shown_by_link = state.validity == Validity::kStale && tick_.state_age > kLate;
+  const v1::SlaveState& state = moment_.slave_state;
+  // Those of newer slaves become the safest known value.
+  const v1::Validity validity = ToProto(FromProto(state.validity()));
+  const v1::FailedCheck check = ToProto(FromProto(state.check()));
+  if (state.sequence() == 0 || validity == v1::VALIDITY_VALID) return;
+  if (state.phase() == v1::PHASE_SETUP) return;  // there is no scene yet
+  const bool is_shown_by_link = validity == v1::VALIDITY_STALE && tick_.state_age > kLate;
   if (is_shown_by_link) return;
-  const std::string check = Spaced(ToString(state.check));
-  const std::string text = "The force is " + Spaced(ToString(state.validity)) +
-                           (check.empty() ? "" : " (check: " + check + ")") + ".";
-  const bool is_note =
-      state.validity == Validity::kExtrapolated || state.validity == Validity::kPunctured;
-  is_note ? Note(text, NextFor(state.validity)) : Stop(text, NextFor(state.validity));
+  const std::string text =
+      "The force is " + Spaced(ProtoNameOf(validity)) +
+      (check == v1::FAILED_CHECK_UNSPECIFIED ? ""
+                                             : " (check: " + Spaced(ProtoNameOf(check)) + ")") +
+      ".";
+  const bool is_note = validity == v1::VALIDITY_EXTRAPOLATED || validity == v1::VALIDITY_PUNCTURED;
+  is_note ? Note(text, NextFor(validity)) : Stop(text, NextFor(validity));
 }
 
 void Alarms::AddReasons() {

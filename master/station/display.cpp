@@ -9,15 +9,19 @@ void Display::PutImage(const std::string& jpeg, double t) {
 }
 
 void Display::PutShape(const RemoteMesh& mesh, double t) {
+  const auto put = [&](Topic topic, double at, const std::string& bytes) {
+    board_->Put(topic, Framed({static_cast<std::uint32_t>(topic), topology_number_, at}, bytes));
+  };
   if (mesh.topology != topology_) {
     topology_ = mesh.topology;
-    board_->Put(Topic::kTopology,
-                Framed({static_cast<std::uint32_t>(Topic::kTopology), ++topology_number_, 0},
-                       TopologyBytes(*topology_)));
+    ++topology_number_;
+    put(Topic::kTopology, 0, TopologyBytes(*topology_));
+    if (!topology_->field_rest.empty()) {
+      put(Topic::kFieldTopology, 0, FieldTopologyBytes(*topology_));
+    }
   }
-  board_->Put(
-      Topic::kShape,
-      Framed({static_cast<std::uint32_t>(Topic::kShape), topology_number_, t}, ShapeBytes(mesh)));
+  put(Topic::kShape, t, ShapeBytes(mesh));
+  if (!mesh.displacement.empty()) put(Topic::kField, t, FieldBytes(mesh));
 }
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <optional>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -30,16 +31,18 @@ constexpr double kTraceShown = 1;     // of a tick a while ago [s]
 
 // Streams of the slave while a page is open, and what was shown of them last.
 struct PageViews {
-  // `is_open`: a page is open now.
-  void Update(bool is_open, Observer* observer) {
+  // `is_open`: a page is open now. `field`: one shows the displacement field.
+  void Update(bool is_open, bool field, Observer* observer) {
     const auto now = std::chrono::steady_clock::now();
     if (is_open) opened = now;
-    const bool wanted = now - opened < kLookAway;
-    if (std::exchange(streams, wanted) == wanted) return;
-    observer->Need(Observer::User::kPage, wanted ? kPageViews : ObservedViews());
+    streams = now - opened < kLookAway;
+    ObservedViews views = streams ? kPageViews : ObservedViews();
+    views.field = streams && field;
+    if (std::exchange(needed, views) != views) observer->Need(Observer::User::kPage, views);
   }
 
   bool streams = false;
+  ObservedViews needed;
   std::chrono::steady_clock::time_point opened{};
   std::uint64_t image = 0, shape = 0;
 };
@@ -56,7 +59,7 @@ bool IsFree(const StationMoment& moment) {
   const OperatorState state = moment.ticks.newest.state;
   const bool is_let_go = state == OperatorState::kReady || state == OperatorState::kClutched ||
                          state == OperatorState::kEstop;
-  return is_let_go && !moment.observed.state.local_model.in_contact &&
+  return is_let_go && !moment.slave_state.local_model().in_contact() &&
          std::ranges::none_of(moment.status.fingers,
                               [](const NamedFinger& finger) { return finger.contact.in_contact; });
 }
@@ -96,6 +99,8 @@ struct LiveStation::Parts {
   // Executes a command of a page. Returns the answer.
   std::string Do(std::uint64_t page, const PageCommand& asked);
   void OnPageLeft(std::uint64_t page);
+  // `page` shows the displacement field, or no more.
+  void ShowField(std::uint64_t page, bool on);
   // Empty, or what to answer.
   std::string Point(std::uint64_t page, const PointerCommand& command);
   std::string Record(const RecordCommand& command);
@@ -119,7 +124,10 @@ struct LiveStation::Parts {
   mutable std::mutex mutex;  // guards these two
   SessionStatus status;
   SlaveLink::Mapping waiting;
-  PointerControlLock lead;  // the server's thread
+  // Used by the server's thread.
+  PointerControlLock lead;
+  std::set<std::uint64_t> field_pages;   // that show the field
+  std::atomic<bool> shows_field{false};  // one of them does
   // Only the editor uses the members below.
   StationHello hello;
   PageViews page_views;
@@ -137,7 +145,7 @@ struct LiveStation::Parts {
 
 void LiveStation::Parts::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    page_views.Update(server->pages() > 0, &observer);
+    page_views.Update(server->pages() > 0, shows_field, &observer);
     PutMoment();
     server->Notify();
     std::this_thread::sleep_for(kFrame);
@@ -153,13 +161,13 @@ void LiveStation::Parts::PutMoment() {
     moment.status = status;
     moment.waiting = waiting;
   }
-  moment.observed = observer.state();
-  if (moment.observed.state.sequence > 0) {
-    moment.observed_age = SecondsBetween(moment.observed.received_at, Clock::now());
+  if (const StateRecord newest = controls.state(); newest.message) {
+    moment.slave_state = *newest.message;
+    moment.slave_state_age = SecondsBetween(newest.received_at, Clock::now());
   }
   SetWhenFree(moment);
   moment.trace = TraceNow(moment.ticks);
-  event_log.AppendEvents(moment.ticks.t, observer.TakeEvents());
+  event_log.AppendEvents(moment.ticks.t, controls.take_events());
   if (controls.recording) moment.recording = controls.recording();
   if (options.pointer != nullptr) {
     moment.pointer_holds = options.pointer->holds();
@@ -214,11 +222,11 @@ void LiveStation::Parts::PutShape(const TickDigest::Moment& moment) {
 }
 
 void LiveStation::Parts::PutHealth() {
-  const SlaveTexts texts = observer.texts();
-  if (texts.version == health.version) return;
-  health = {texts.version, AlarmsIn(texts), texts.trouble};
-  if (texts.remote) TakeScene(*texts.remote);
-  board.Put(Topic::kHealth, HealthJson(texts));
+  const SlaveHealth newest = observer.health();
+  if (newest.version == health.version) return;
+  health = {newest.version, AlarmsIn(newest), newest.trouble};
+  if (newest.remote) TakeScene(*newest.remote);
+  board.Put(Topic::kHealth, HealthJson(newest));
 }
 
 // Changed settings of the same scene are no other scene: the page's sliders are relative to those
@@ -250,6 +258,7 @@ std::string LiveStation::Parts::Do(std::uint64_t page, const PageCommand& asked)
                    [&](const ClutchCommand& command) { options.requests->clutched = command.on; },
                    [&](const RenderCommand& command) { options.requests->render = command.mode; },
                    [&](const RecordCommand& command) { answer = Record(command); },
+                   [&](const FieldCommand& command) { ShowField(page, command.on); },
                    [&](const ReplayCommand&) { answer = RefusedJson("this is not a replay"); }},
              asked);
   return answer;
@@ -267,7 +276,17 @@ std::string LiveStation::Parts::Point(std::uint64_t page, const PointerCommand& 
   return {};
 }
 
+void LiveStation::Parts::ShowField(std::uint64_t page, bool on) {
+  if (on) {
+    field_pages.insert(page);
+  } else {
+    field_pages.erase(page);
+  }
+  shows_field = !field_pages.empty();
+}
+
 void LiveStation::Parts::OnPageLeft(std::uint64_t page) {
+  ShowField(page, false);
   if (lead.Leaves(page)) options.pointer->Aim({});
 }
 

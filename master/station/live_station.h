@@ -23,13 +23,16 @@ class LiveStation {
     PagePlace at;  // address of the page
     StationHello hello;
     // These pointers must outlive this object.
-    Observer* observer = nullptr;  // watches the slave's states
+    Observer* observer = nullptr;  // with `health`
     Pointer* pointer = nullptr;    // null: the page cannot move the tool
     OperatorRequests* requests = nullptr;
   };
-  // Actions that pages and keys may trigger. Called on threads of the station.
+  // What the page shows of the link, and actions that pages and keys may trigger. Called on threads
+  // of the station.
   struct Controls {
-    std::function<void()> stop;  // emergency stop; returns at once
+    std::function<StateRecord()> state;   // the newest of the slave
+    std::function<Events()> take_events;  // of the slave since the last call
+    std::function<void()> stop;           // emergency stop; returns at once
     // Number of the newest emergency stop that the slave reported; the number that a reset clears.
     std::function<std::uint64_t()> known_stops;
     std::function<std::string(std::uint64_t stops)> reset;  // empty: done, else the reason

@@ -1,12 +1,18 @@
 #include "master/station/moment_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <string_view>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
+#include "master/haptics/tick_message.h"
 #include "master/station/alarms.h"
-#include "shared/wire/state_message.h"
+#include "shared/wire/fields.h"
+#include "shared/wire/message_json.h"
 
 namespace palpate {
 namespace {
@@ -28,28 +34,26 @@ Json Triple(const Vector& v) {
   return Json::array({Number(v.x()), Number(v.y()), Number(v.z())});
 }
 
-Json Parsed(const std::string& text) {
-  Json json = Json::parse(text, nullptr, false);
-  return json.is_discarded() ? Json() : json;
-}
-
-Json ReasonsOf(const Reasons& reasons) {
-  Json names = Json::array();
-  for (std::size_t i = 0; i < kReasonCount; ++i) {
-    const auto reason = static_cast<Reason>(i);
-    if (reasons.Has(reason)) names.push_back(ToString(reason));
+// `json` with more members, each a key with JSON as text; an empty text is null.
+std::string With(const Json& json,
+                 const std::vector<std::pair<std::string_view, std::string>>& more) {
+  std::string text = Text(json);
+  text.pop_back();
+  for (const auto& [key, value] : more) {
+    text.append(",\"").append(key).append("\":").append(value.empty() ? "null" : value);
   }
-  return names;
+  return text + "}";
 }
 
-Json ChainOf(const ForceChain& chain) {
-  return {{"estimated", chain.force_known ? Triple(chain.estimated) : Json()},
-          {"local", Triple(chain.local)},
-          {"scaled", Triple(chain.scaled)},
-          {"passive", Triple(chain.passive)},
-          {"limited", Triple(chain.limited)},
-          {"sent", Triple(chain.sent)},
-          {"reasons", ReasonsOf(chain.reasons)}};
+std::string TickJson(const TickRecord& record) {
+  v1::ForceTick tick;
+  ToProto(record, &tick);
+  return JsonOf(tick);
+}
+
+template <class Message>
+std::string JsonIfAny(const std::optional<Message>& message) {
+  return message ? JsonOf(*message) : std::string();
 }
 
 Json LinkOf(const StationMoment& moment) {
@@ -89,17 +93,6 @@ Json DeviceOf(const DeviceStatus& device) {
           {"buttons", buttons}};
 }
 
-// The newest state with the field names and values of state.proto, and its age [s].
-Json SlaveStateOf(const StationMoment& moment) {
-  if (moment.observed.state.sequence == 0) return nullptr;
-  v1::SlaveState message;
-  ToProto(moment.observed.state, &message);
-  Json json = Parsed(JsonOf(message));
-  json["age"] = Number(moment.observed_age);
-  json["details"] = Parsed(moment.observed.details);
-  return json;
-}
-
 Json FingersOf(const std::vector<NamedFinger>& named) {
   Json fingers = Json::array();
   for (const NamedFinger& finger : named) {
@@ -107,7 +100,7 @@ Json FingersOf(const std::vector<NamedFinger>& named) {
                        {"place", Triple(finger.contact.p_S_contact)},
                        {"force", finger.contact.force ? Triple(*finger.contact.force) : Json()},
                        {"in_contact", finger.contact.in_contact},
-                       {"validity", ToString(finger.contact.validity)}});
+                       {"validity", v1::Validity_Name(ToProto(finger.contact.validity))}});
   }
   return fingers;
 }
@@ -227,13 +220,13 @@ std::string HelloJson(const StationHello& hello) {
 
 void LeaveOutOld(StationMoment* moment) {
   constexpr double kOld = 0.250;  // [s]
-  SlaveState& state = moment->observed.state;
-  if (moment->observed_age > kOld) {
-    state.validity = Validity::kStale;
-    state.check = FailedCheck::kNone;
-    state.sigma = std::nan("");
-    state.local_model = {};
-    moment->observed.details.clear();
+  if (moment->slave_state_age > kOld) {
+    v1::SlaveState& state = moment->slave_state;
+    state.set_validity(v1::VALIDITY_STALE);
+    state.clear_check();
+    state.set_sigma(std::numeric_limits<float>::quiet_NaN());
+    state.clear_local_model();
+    state.clear_details();
   }
   TickRecord& tick = moment->ticks.newest;
   if (tick.state_age <= kOld) return;
@@ -246,54 +239,44 @@ void LeaveOutOld(StationMoment* moment) {
 
 std::string StatusJson(const StationMoment& moment) {
   const TickRecord& tick = moment.ticks.newest;
-  return Text({{"kind", "status"},
-               {"t", moment.ticks.t},
-               {"state", ToString(tick.state)},
-               {"epoch", tick.epoch},
-               {"p_M", Triple(tick.p_M)},
-               {"p_S", Triple(tick.p_S)},
-               {"chain", ChainOf(tick.chain)},
-               {"force_limit", moment.status.force_limit},
-               {"position_scale", tick.position_scale},
-               {"force_scale", tick.force_scale},
-               {"waiting", WaitingOf(moment.waiting)},
-               {"rate", moment.ticks.rate > 0 ? Json(moment.ticks.rate) : Json()},
-               {"missed", moment.ticks.missed},
-               {"link", LinkOf(moment)},
-               {"device", moment.replay ? Json() : DeviceOf(tick.device)},
-               {"fingers", FingersOf(moment.status.fingers)},
-               {"slave_state", SlaveStateOf(moment)},
-               {"pointer_holds", moment.pointer_holds},
-               {"pointer_used", moment.pointer_used},
-               {"video_trouble", moment.video_trouble},
-               {"mesh_trouble", moment.mesh_trouble},
-               {"marks", tick.marks},
-               {"render", ToString(tick.render)},
-               {"clutched", tick.clutched},
-               {"tare", Triple(tick.tare)},
-               {"recording", RecordingOf(moment)},
-               {"replay", ReplayOf(moment)},
-               {"trace", TraceOf(moment)},
-               {"alarms", AlarmJson(AlarmsOf(moment))},
-               {"samples", SamplesOf(moment.ticks.samples)}});
+  const bool has_state = moment.slave_state.sequence() > 0;
+  const Json json{{"kind", "status"},
+                  {"t", moment.ticks.t},
+                  {"force_limit", moment.status.force_limit},
+                  {"position_scale", tick.position_scale},
+                  {"force_scale", tick.force_scale},
+                  {"waiting", WaitingOf(moment.waiting)},
+                  {"rate", moment.ticks.rate > 0 ? Json(moment.ticks.rate) : Json()},
+                  {"missed", moment.ticks.missed},
+                  {"link", LinkOf(moment)},
+                  {"device", moment.replay ? Json() : DeviceOf(tick.device)},
+                  {"fingers", FingersOf(moment.status.fingers)},
+                  {"slave_state_age", has_state ? Number(moment.slave_state_age) : Json()},
+                  {"pointer_holds", moment.pointer_holds},
+                  {"pointer_used", moment.pointer_used},
+                  {"video_trouble", moment.video_trouble},
+                  {"mesh_trouble", moment.mesh_trouble},
+                  {"render", ToString(tick.render)},
+                  {"clutched", tick.clutched},
+                  {"recording", RecordingOf(moment)},
+                  {"replay", ReplayOf(moment)},
+                  {"trace", TraceOf(moment)},
+                  {"alarms", AlarmJson(AlarmsOf(moment))},
+                  {"samples", SamplesOf(moment.ticks.samples)}};
+  return With(json, {{"tick", TickJson(tick)},
+                     {"slave_state", has_state ? JsonOf(moment.slave_state) : std::string()}});
 }
 
-std::string HealthJson(const SlaveTexts& texts) {
-  return Text({{"kind", "health"},
-               {"scene", Parsed(texts.scene)},
-               {"status", Parsed(texts.status)},
-               {"trouble", texts.trouble}});
+std::string HealthJson(const SlaveHealth& health) {
+  return With({{"kind", "health"}, {"trouble", health.trouble}},
+              {{"scene", JsonIfAny(health.scene)}, {"status", JsonIfAny(health.status)}});
 }
 
-std::vector<std::string> AlarmsIn(const SlaveTexts& texts) {
-  constexpr std::size_t kMaxAlarms = 8;
-  std::vector<std::string> alarms;
-  const Json status = Parsed(texts.status);
-  if (!status.is_object()) return alarms;
-  for (const Json& alarm : status.value("alarms", Json::array())) {
-    if (alarm.is_string() && alarms.size() < kMaxAlarms) alarms.push_back(alarm.get<std::string>());
-  }
-  return alarms;
+std::vector<std::string> AlarmsIn(const SlaveHealth& health) {
+  constexpr int kMaxAlarms = 8;
+  if (!health.status) return {};
+  const auto& alarms = health.status->alarms();
+  return {alarms.begin(), alarms.begin() + std::min(alarms.size(), kMaxAlarms)};
 }
 
 std::string LogJson(const std::vector<LogEntry>& entries) {
@@ -347,6 +330,24 @@ std::string ShapeBytes(const RemoteMesh& mesh) {
   Append(static_cast<std::uint32_t>(mesh.validity), &bytes);
   AppendPlaces(mesh.positions, &bytes);
   for (const float pascals : mesh.traction) Append(pascals, &bytes);
+  return bytes;
+}
+
+std::string FieldTopologyBytes(const MeshTopology& topology) {
+  std::string bytes;
+  Append(static_cast<std::uint32_t>(topology.field_rest.size() / 3), &bytes);
+  Append(static_cast<std::uint32_t>(topology.field_triangles.size() / 3), &bytes);
+  for (const float metres : topology.field_rest) Append(metres, &bytes);
+  for (const std::uint32_t node : topology.field_triangles) Append(node, &bytes);
+  return bytes;
+}
+
+std::string FieldBytes(const RemoteMesh& mesh) {
+  std::string bytes;
+  Append(static_cast<std::uint32_t>(mesh.validity), &bytes);
+  Append(std::uint32_t{mesh.image.empty() ? 0U : 1U}, &bytes);
+  for (const float metres : mesh.displacement) Append(metres, &bytes);
+  for (const float pixels : mesh.image) Append(pixels, &bytes);
   return bytes;
 }
 

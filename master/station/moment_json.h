@@ -1,9 +1,12 @@
-// JSON messages for the page (page/link.js), in SI units. Unknown values are null.
+// JSON messages for the page (page/link.js), in SI units. Unknown values are null. Messages of the
+// slave and the tick (ForceTick of recording.proto) are printed once, with the names of proto.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "palpate/v1/state.pb.h"
 
 #include "master/link/observer.h"
 #include "master/link/remote_mesh.h"
@@ -46,8 +49,8 @@ struct RecordingMoment {
 // Data of one status message.
 struct StationMoment {
   TickDigest::Moment ticks;
-  SessionStatus status;    // from the session's slow thread
-  ObservedState observed;  // newest state
+  SessionStatus status;        // from the session's slow thread
+  v1::SlaveState slave_state;  // the newest, as received; `sequence` 0: none yet
   bool pointer_holds = false;
   double pointer_used = 0;  // stamp of the last applied target of the page; 0: none
   double frozen_for = 0;    // time since the image is frozen [s]; 0: not frozen, or no image
@@ -59,15 +62,15 @@ struct StationMoment {
   std::string other_release;                 // see OtherRelease
   std::optional<HandTrace> trace;            // of a recent tick; empty: unknown
   SlaveLink::Mapping waiting;  // requested values that wait until disengaged and without contact
-  double observed_age = 0;     // time since `observed` was received [s]
+  double slave_state_age = 0;  // time since `slave_state` was received [s]
 };
-// Marks the force as unknown and stale if `observed` is older than a quarter of a second.
+// Marks the force as unknown and stale if `slave_state` is older than a quarter of a second.
 void LeaveOutOld(StationMoment* moment);
 std::string StatusJson(const StationMoment& moment);
 
-// Messages of the slave as JSON; and the alarms in its status.
-std::string HealthJson(const SlaveTexts& texts);
-std::vector<std::string> AlarmsIn(const SlaveTexts& texts);
+// Messages of the slave as JSON; and the alarms in its status, at most eight.
+std::string HealthJson(const SlaveHealth& health);
+std::vector<std::string> AlarmsIn(const SlaveHealth& health);
 
 // An event. Lists have the newest last.
 struct LogEntry {
@@ -92,5 +95,13 @@ std::string TopologyBytes(const MeshTopology& topology);
 // Content of Shape messages after the header: validity as a number (0: valid), positions, and the
 // traction at each node [Pa] if known.
 std::string ShapeBytes(const RemoteMesh& mesh);
+// Content of FieldTopology messages after the header: node and triangle counts, rest positions x,
+// y, z per node in frame O [m] as float32, node indices of the triangles, three each, as uint32.
+std::string FieldTopologyBytes(const MeshTopology& topology);
+// Content of Field messages after the header, for the image of the same time: validity as a number
+// (0: valid); 1, or 0 without a camera; per node the displacement x, y, z in frame O [m], then with
+// a camera the displaced position u, v in the image [px], as float32. See DisplacementField of
+// state.proto.
+std::string FieldBytes(const RemoteMesh& mesh);
 
 }  // namespace palpate

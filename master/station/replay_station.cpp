@@ -32,9 +32,10 @@ namespace {
 
 constexpr std::ptrdiff_t kSayingsShown = 50;
 
-std::string NewestBy(double t, const std::map<double, std::string>& texts) {
-  const auto after = texts.upper_bound(t);
-  return after == texts.begin() ? std::string() : std::prev(after)->second;
+template <class Message>
+std::optional<Message> NewestBy(double t, const std::map<double, Message>& messages) {
+  const auto after = messages.upper_bound(t);
+  return after == messages.begin() ? std::nullopt : std::optional(std::prev(after)->second);
 }
 
 // Rarely changing data of a recording, read before the replay: scene and status of the slave,
@@ -43,19 +44,15 @@ class ReplayScene {
  public:
   // Reads the whole recording. Throws InputError if a message is damaged.
   ReplayScene(const Replay& replay, const std::string& file) {
-    v1::SceneDescription scene;
     const auto since = [&](Time at) { return SecondsBetween(replay.span().first, at); };
     ReplayFeed feed;
-    feed.on_scene = [&](const v1::SceneDescription& sent, Time at) {
-      if (scenes_.empty()) scene = sent;
-      scenes_[since(at)] = JsonOf(sent);
-    };
-    feed.on_health = [&](const v1::Status& sent, Time at) { health_[since(at)] = JsonOf(sent); };
+    feed.on_scene = [&](const v1::SceneDescription& sent, Time at) { scenes_[since(at)] = sent; };
+    feed.on_health = [&](const v1::Status& sent, Time at) { health_[since(at)] = sent; };
     feed.on_log = [&](const std::string& line, Time at, bool is_alarm) {
       entries_.push_back({entries_.size() + 1, since(at), is_alarm, line});
     };
     replay.Play(0, 0, feed, {});
-    if (!scenes_.empty()) hello_.scene = ToRemoteScene(scene);
+    if (!scenes_.empty()) hello_.scene = ToRemoteScene(scenes_.begin()->second);
     hello_.badge = "REPLAY";
     hello_.target = file;
     TakeNote(replay.span().session);
@@ -68,8 +65,8 @@ class ReplayScene {
     return "Recorded by palpate-master " + hello_.version + ", played by " + own + ".";
   }
   // Messages of the slave up to `t` [s].
-  [[nodiscard]] SlaveTexts TextsAt(double t) const {
-    return {0, NewestBy(t, scenes_), NewestBy(t, health_), {}};
+  [[nodiscard]] SlaveHealth HealthAt(double t) const {
+    return {.scene = NewestBy(t, scenes_), .status = NewestBy(t, health_)};
   }
   // The newest log entries up to `t` [s], newest last.
   [[nodiscard]] std::vector<LogEntry> EntriesBy(double t) const {
@@ -78,8 +75,6 @@ class ReplayScene {
   }
 
  private:
-  using StatesByTime = std::map<double, std::string>;  // JSON by time [s]
-
   void TakeNote(const McapMap& session) {
     constexpr std::size_t kMaxNoteLength = 200;
     const auto take = [&](const char* key, std::string* value) {
@@ -96,7 +91,8 @@ class ReplayScene {
   }
 
   StationHello hello_;
-  StatesByTime scenes_, health_;
+  std::map<double, v1::SceneDescription> scenes_;  // by time [s]
+  std::map<double, v1::Status> health_;            // by time [s]
   std::vector<LogEntry> entries_;
 };
 
@@ -134,7 +130,7 @@ struct ReplayStation::Parts {
 
   ReplayFeed Feed();
   void Update(const TickRecord& tick);
-  void Update(const SlaveState& state);
+  void Update(const SlaveState& state, const v1::SlaveState& message);
   void Update(const SampleTrace& trace);
   // When the slave sensed, since the recording began [s].
   [[nodiscard]] double Since(Time sensed_at) const;
@@ -183,7 +179,9 @@ struct ReplayStation::Parts {
 ReplayFeed ReplayStation::Parts::Feed() {
   ReplayFeed consumer;
   consumer.on_tick = [this](const TickRecord& tick) { Update(tick); };
-  consumer.on_state = [this](const SlaveState& state, Time) { Update(state); };
+  consumer.on_state = [this](const SlaveState& state, const v1::SlaveState& message) {
+    Update(state, message);
+  };
   consumer.on_image = [this](const std::string& jpeg, Time sensed_at) {
     display.PutImage(jpeg, Since(sensed_at));
   };
@@ -195,7 +193,6 @@ ReplayFeed ReplayStation::Parts::Feed() {
 
 // The clocks' offset follows from how old the tick took its state to be.
 void ReplayStation::Parts::Update(const TickRecord& recorded) {
-  const SlaveState& state = moment.observed.state;
   TickRecord tick = recorded;
   const auto stamp = stamps.find(tick.state_sequence);
   if (stamp != stamps.end()) {
@@ -207,13 +204,13 @@ void ReplayStation::Parts::Update(const TickRecord& recorded) {
   if (tick.sensed_at != Time{}) untraced.try_emplace(tick.sensed_at, tick, t);
   if (untraced.size() > kUntraced) untraced.erase(untraced.begin());
   moment.status.link.connected = tick.state != OperatorState::kDisconnected;
-  if (tick.sensed_age < 0 || tick.state_sequence != state.sequence) return;
+  if (tick.sensed_age < 0 || tick.state_sequence != moment.slave_state.sequence()) return;
   moment.status.link.clock_offset =
-      SecondsBetween(tick.at - Seconds(tick.sensed_age), state.sensed_at);
+      SecondsBetween(tick.at - Seconds(tick.sensed_age), tick.sensed_at);
 }
 
-void ReplayStation::Parts::Update(const SlaveState& state) {
-  moment.observed.state = state;
+void ReplayStation::Parts::Update(const SlaveState& state, const v1::SlaveState& message) {
+  moment.slave_state = message;
   stamps[state.sequence] = {state.sensed_at, state.sent_at, state.p_S_tip};
   if (stamps.size() > kUntraced) stamps.erase(stamps.begin());
   ++moment.status.link.states;
@@ -241,6 +238,7 @@ std::string ReplayStation::Parts::Hear(std::string_view message) {
     const std::uint64_t current = run;
     return PastJson(ticks.Past(), current);
   }
+  if (std::holds_alternative<FieldCommand>(command)) return {};  // recorded fields are always shown
   const auto* wanted = std::get_if<ReplayCommand>(&command);
   if (wanted == nullptr) return RefusedJson("this is a replay: nothing moves or stops a tool");
   const std::scoped_lock lock(mutex);
@@ -265,7 +263,7 @@ void ReplayStation::Parts::Cut(double t) {
   stamps.clear();
   untraced.clear();
   moment.trace.reset();
-  moment.observed = {};
+  moment.slave_state.Clear();
   moment.status.fingers.clear();
   moment.replay->run = ++run;
   health_sent_at = -1;
@@ -300,9 +298,9 @@ void ReplayStation::Parts::Put() {
   if (!moment.ticks.any) return;
   if (health_sent_at < 0 || std::abs(at - health_sent_at) >= kHealthEvery) {
     health_sent_at = at;
-    const SlaveTexts texts = scene.TextsAt(at);
-    moment.slave_alarms = AlarmsIn(texts);
-    board.Put(Topic::kHealth, HealthJson(texts));
+    const SlaveHealth health = scene.HealthAt(at);
+    moment.slave_alarms = AlarmsIn(health);
+    board.Put(Topic::kHealth, HealthJson(health));
     board.Put(Topic::kLog, LogJson(scene.EntriesBy(at)));
   }
   {
@@ -311,7 +309,7 @@ void ReplayStation::Parts::Put() {
     moment.replay->speed = course.speed;
   }
   StationMoment shown = moment;
-  shown.observed_age = shown.ticks.newest.state_age;
+  shown.slave_state_age = shown.ticks.newest.state_age;
   LeaveOutOld(&shown);
   board.Put(Topic::kStatus, StatusJson(shown));
   server->Notify();

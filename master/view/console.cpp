@@ -9,6 +9,7 @@
 
 #include "master/view/finger_text.h"
 #include "shared/text/text.h"
+#include "shared/wire/enum_names.h"
 
 namespace palpate {
 namespace {

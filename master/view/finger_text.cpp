@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "shared/text/text.h"
+#include "shared/wire/enum_names.h"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string_view>
 
 namespace palpate {
 
@@ -50,18 +49,6 @@ constexpr int Rank(FailedCheck check) {
   int rank = 0;
   while (kRising[static_cast<std::size_t>(rank)] != check) ++rank;
   return rank;
-}
-
-// Name in CSV files; empty: none.
-constexpr std::string_view ToString(FailedCheck check) {
-  constexpr std::array<std::string_view, kFailedChecks> kWritten{
-      "",           "model_range",    "tip",          "tip_covered",
-      "arm",        "image",          "registration", "camera_motion",
-      "scale",      "indentation",    "epipolar",     "instants",
-      "frozen",     "misfit",         "rest_shape",   "electrode",
-      "rest_drift", "finger_missing", "pose",         "transfer",
-      "arm_fault"};
-  return kWritten[static_cast<std::size_t>(check)];
 }
 
 }  // namespace palpate

@@ -2,10 +2,7 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdint>
-#include <string_view>
 
 namespace palpate {
 
@@ -25,14 +22,6 @@ constexpr bool IsForceKnown(Validity v) {
 
 constexpr Validity Worse(Validity a, Validity b) {
   return std::max(a, b);
-}
-
-// Name in CSV files: `valid`, `extrapolated`, `punctured`, `stale`, `tracking_lost`,
-// `failed`.
-constexpr std::string_view ToString(Validity v) {
-  constexpr std::array<std::string_view, 6> kWritten{"valid", "extrapolated",  "punctured",
-                                                     "stale", "tracking_lost", "failed"};
-  return kWritten[static_cast<std::size_t>(v)];
 }
 
 }  // namespace palpate

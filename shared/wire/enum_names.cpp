@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "shared/wire/fields.h"
+
 namespace palpate {
 
 std::string ProtoNameOf(const google::protobuf::EnumValueDescriptor& value) {
@@ -12,6 +14,22 @@ std::string ProtoNameOf(const google::protobuf::EnumValueDescriptor& value) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
   return name;
+}
+
+std::vector<std::string> ProtoNamesOf(const google::protobuf::EnumDescriptor& enumeration) {
+  std::vector<std::string> names;
+  for (int number = 0; number < enumeration.value_count(); ++number) {
+    names.push_back(ProtoNameOf(*enumeration.FindValueByNumber(number)));
+  }
+  return names;
+}
+
+std::string_view ToString(Validity validity) {
+  return ProtoNameOf(ToProto(validity));
+}
+
+std::string_view ToString(FailedCheck check) {
+  return check == FailedCheck::kNone ? std::string_view() : ProtoNameOf(ToProto(check));
 }
 
 }  // namespace palpate

@@ -30,7 +30,8 @@ void ToProto(const CheckDetails& details, v1::CheckDetails* message);
 // `reason` then states the field and what is accepted. Fingers beyond kMaxFingers are ignored.
 std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* reason);
 
-// Overwrites `message`, except `operator_name`, which belongs to the stream instead of the command.
+// Overwrites `message`, except fields that belong to the stream instead of the command:
+// `operator_name`, `datagrams` and `details`.
 void ToProto(const OperatorCommand& command, v1::OperatorCommand* message);
 
 // Returns nullopt if a number is not finite or out of range, the sequence is 0, or an engaged

@@ -158,9 +158,9 @@ void LiveSlave::KeepStopIn(const std::filesystem::path& folder) {
   if (stop_record_.KeepIn(folder)) port_.EmergencyStop();
 }
 
-BoundaryShape LiveSlave::Shape(bool nodal_forces) {
+BoundaryShape LiveSlave::Shape(const ShapeParts& parts) {
   const std::lock_guard lock(sense_mutex_);
-  return sense_->Shape(nodal_forces);
+  return sense_->Shape(parts);
 }
 
 std::optional<EncodedImage> LiveSlave::Image(bool overlays, int quality) {

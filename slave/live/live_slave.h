@@ -77,7 +77,7 @@ class LiveSlave final : public Slave {
   // From now on an emergency stop is saved in `folder`, and a saved one is active. Throws
   // std::runtime_error: the folder is not writable.
   void KeepStopIn(const std::filesystem::path& folder);
-  [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
+  [[nodiscard]] BoundaryShape Shape(const ShapeParts& parts) override;
   [[nodiscard]] std::optional<EncodedImage> Image(bool overlays, int quality) override;
   void SetWatched(bool is_watched) override { sensing_.SetWatched(is_watched); }
   // From now on the status has the alarm of the recording. `recorder` outlives the slave. Before

@@ -11,6 +11,7 @@
 
 #include "shared/state/driven_clock.h"
 #include "shared/text/text.h"
+#include "shared/wire/enum_names.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/simulated_samples.h"
 #include "slave/live/live_slave.h"

@@ -120,7 +120,7 @@ class Slave {
   }
 
   // --- bulk data, computed only on request.
-  [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;
+  [[nodiscard]] virtual BoundaryShape Shape(const ShapeParts& parts) = 0;
   // nullopt: the scene has no camera, or no image yet.
   [[nodiscard]] virtual std::optional<EncodedImage> Image(bool overlays, int quality) = 0;
 

@@ -34,6 +34,19 @@ void DeformationModel::Displacements(const Solution& solution, std::vector<Eigen
   }
 }
 
+const PlanarCover& DeformationModel::cover() {
+  if (!cover_) cover_ = MakeCover();
+  return *cover_;
+}
+
+void DeformationModel::CoverDisplacements(const Solution& solution,
+                                          std::vector<Eigen::Vector3d>* u_O) {
+  Displacements(solution, u_O);
+  const std::vector<Eigen::Vector2d>& inside = cover().inside;
+  if (Show(solution)) ComputeInside(inside, u_O);
+  u_O->resize(field_mesh_.vertices.size() + inside.size(), Eigen::Vector3d::Zero());
+}
+
 bool DeformationModel::Show(const Solution& solution) noexcept {
   if (solution.query_ == 0) return false;
   if (solution.query_ == shown_) return true;

@@ -15,6 +15,7 @@
 #include "shared/state/validity.h"
 #include "slave/mechanics/model_info.h"
 #include "slave/mesh/outline.h"
+#include "slave/mesh/planar_cover.h"
 
 namespace palpate {
 
@@ -120,6 +121,12 @@ class DeformationModel {
   // it failed or nothing was solved. Costs O(N S); computed only on request.
   void Displacements(const Solution& solution, std::vector<Eigen::Vector3d>* u_O);
 
+  // The cover of a planar body, made at the first call; constant. Empty for other models.
+  [[nodiscard]] const PlanarCover& cover();
+  // Displacements at its nodes: at the vertices of field_mesh(), then at the places inside, frame O
+  // [m].
+  void CoverDisplacements(const Solution& solution, std::vector<Eigen::Vector3d>* u_O);
+
   // Magnitude of the contacts' traction at every vertex of field_mesh() in a solution of this model
   // [Pa], per area at rest, zero without contact or after a failure. Unchanged if nothing was
   // solved, and by models that provide only the force of a contact.
@@ -148,6 +155,11 @@ class DeformationModel {
   // Under the contacts of the last ComputeResponses.
   virtual void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) = 0;
   virtual void ComputeTractions(std::vector<float>* /*pascals*/) {}
+  // Planar models: the cover, and the displacements at its `places` inside under the same contacts,
+  // which are appended.
+  [[nodiscard]] virtual PlanarCover MakeCover() const { return {}; }
+  virtual void ComputeInside(const std::vector<Eigen::Vector2d>& /*places*/,
+                             std::vector<Eigen::Vector3d>* /*u_O*/) {}
   // Contacts of a model in time, after ComputeResponses to `contacts`: those under which
   // ComputeAtRest finds the displacements again. Others are asked their own contacts again.
   [[nodiscard]] virtual std::span<const Contact> ContactsAtRest(
@@ -171,6 +183,8 @@ class DeformationModel {
   // The time since the model's construction began, as what its precompute took.
   void NotePrecompute() { info_.precompute_s = SecondsSince(started_); }
 
+  static constexpr int kCoverPlaces = 300;  // of a planar body's cover, about
+
   FieldMesh field_mesh_;
   ModelInfo info_;
   std::string_view failure_;
@@ -181,6 +195,7 @@ class DeformationModel {
   std::uint64_t queries_ = 0;                     // so far
   std::uint64_t shown_ = 0;                       // the one of the last ComputeResponses
   std::vector<ContactResponse> shown_responses_;  // room
+  std::optional<PlanarCover> cover_;              // nullopt: not made yet
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
 };
 

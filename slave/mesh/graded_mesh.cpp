@@ -51,35 +51,6 @@ void SampleBoundary(const SizeField& size, std::vector<Point>& points,
   }
 }
 
-// Delaunay's triangles of the points, counter-clockwise: dual to their Voronoi diagram, which is
-// exact for the points rounded to a raster of a billionth of their extent. Slivers between points
-// on a line may be among them.
-std::vector<std::array<int, 3>> Triangulate(const std::vector<Point>& points) {
-  constexpr double kRaster = 1 << 30;
-  Point low = points.front(), high = low;
-  for (const Point& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  const double scale = kRaster / (high - low).maxCoeff();
-  std::vector<boost::polygon::point_data<int>> rounded;
-  for (const Point& p : points) {
-    const Point q = scale * (p - low);
-    rounded.emplace_back(static_cast<int>(std::lround(q.x())),
-                         static_cast<int>(std::lround(q.y())));
-  }
-  boost::polygon::voronoi_diagram<double> voronoi;
-  boost::polygon::construct_voronoi(rounded.begin(), rounded.end(), &voronoi);
-  std::vector<std::array<int, 3>> triangles;
-  const auto point = [](const auto* edge) {
-    return static_cast<int>(edge->cell()->source_index());
-  };
-  for (const auto& vertex : voronoi.vertices()) {
-    const auto* first = vertex.incident_edge();
-    for (const auto* edge = first->rot_next(); edge->rot_next() != first; edge = edge->rot_next()) {
-      triangles.push_back({point(first), point(edge), point(edge->rot_next())});
-    }
-  }
-  return triangles;
-}
-
 // Ruppert's refinement. Points are added in rounds, each on one triangulation, of which only
 // triangles count whose circles hold no point of the round so far. No point but by the floor lies
 // in the circle over a segment: the segments are edges of triangles then.
@@ -104,7 +75,7 @@ class Refinement {
       if (before > max_points_) {
         throw std::runtime_error("mesh: more than " + std::to_string(max_points_) + " points");
       }
-      triangles = Triangulate(points_);
+      triangles = DelaunayTriangles(points_);
       for (const auto& triangle : triangles) Improve(triangle, before);
     } while (points_.size() > before);
     std::erase_if(triangles, [&](const auto& v) { return !IsInside(v); });
@@ -211,6 +182,32 @@ double SurroundedArea(const std::vector<Point>& points, const std::vector<MeshSe
 }
 
 }  // namespace
+
+std::vector<std::array<int, 3>> DelaunayTriangles(const std::vector<Point>& points) {
+  constexpr double kRaster = 1 << 30;
+  Point low = points.front(), high = low;
+  for (const Point& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  const double scale = kRaster / (high - low).maxCoeff();
+  std::vector<boost::polygon::point_data<int>> rounded;
+  for (const Point& p : points) {
+    const Point q = scale * (p - low);
+    rounded.emplace_back(static_cast<int>(std::lround(q.x())),
+                         static_cast<int>(std::lround(q.y())));
+  }
+  boost::polygon::voronoi_diagram<double> voronoi;
+  boost::polygon::construct_voronoi(rounded.begin(), rounded.end(), &voronoi);
+  std::vector<std::array<int, 3>> triangles;
+  const auto point = [](const auto* edge) {
+    return static_cast<int>(edge->cell()->source_index());
+  };
+  for (const auto& vertex : voronoi.vertices()) {
+    const auto* first = vertex.incident_edge();
+    for (const auto* edge = first->rot_next(); edge->rot_next() != first; edge = edge->rot_next()) {
+      triangles.push_back({point(first), point(edge), point(edge->rot_next())});
+    }
+  }
+  return triangles;
+}
 
 double Orientation(const Point& a, const Point& b, const Point& c) {
   const auto dx = static_cast<long double>(a.x()) - c.x();

@@ -43,6 +43,11 @@ TriangleMesh MakeGradedMesh(const std::vector<Eigen::Vector2d>& points,
                             const std::vector<MeshSegment>& segments, const SizeField& size,
                             int max_points = 60000);
 
+// Delaunay's triangles of the points, counter-clockwise: dual to their Voronoi diagram, which is
+// exact for the points rounded to a raster of a billionth of their extent. Slivers between points
+// on a line may be among them.
+std::vector<std::array<int, 3>> DelaunayTriangles(const std::vector<Eigen::Vector2d>& points);
+
 // Sum of the triangles' areas.
 double Area(const TriangleMesh& mesh);
 // Twice the signed area of a, b, c; positive counter-clockwise.

@@ -62,8 +62,8 @@ class AwaitedSense final : public SensingPipeline {
   [[nodiscard]] SurfaceMotion motion() const noexcept override {
     return Made() ? Made()->motion() : SurfaceMotion{};
   }
-  BoundaryShape Shape(bool nodal_forces) override {
-    return Made() ? Made()->Shape(nodal_forces) : BoundaryShape{};
+  BoundaryShape Shape(const ShapeParts& parts) override {
+    return Made() ? Made()->Shape(parts) : BoundaryShape{};
   }
   [[nodiscard]] std::optional<OverlaidImage> Image(double full_scale) const override {
     return Made() ? Made()->Image(full_scale) : std::nullopt;
@@ -209,6 +209,13 @@ std::vector<std::string> Introduction(const SenseInfo& info) {
 
 StageTimes TimesOf(const std::string& name, const LatencyHistogram& times) {
   return {name, times.Quantile(0.5), times.Quantile(0.99), times.max()};
+}
+
+void Append(DisplacementField* field, const Eigen::Vector3d& p_O, const Eigen::Vector3d& u_O,
+            const Eigen::Vector2d& p_I) {
+  Append(&field->rest, p_O);
+  Append(&field->displacement, u_O);
+  for (const double pixels : {p_I.x(), p_I.y()}) field->image.push_back(static_cast<float>(pixels));
 }
 
 void Append(std::vector<float>* out, const Eigen::Vector3d& v) {

@@ -119,7 +119,7 @@ class Again {
         return sense_.LearnLaw(&law);
       }
       case v1::SenseStep::kShape:
-        sense_.Shape(step.shape());
+        sense_.Shape({.nodal_forces = step.shape()});
         return;
       default:
         return;

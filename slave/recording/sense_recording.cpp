@@ -75,9 +75,10 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     Put([](v1::SenseStep* step) { step->mutable_law(); });
     sense_->LearnLaw(law);
   }
-  BoundaryShape Shape(bool nodal_forces) override {
-    Put([&](v1::SenseStep* step) { step->set_shape(nodal_forces); });
-    return sense_->Shape(nodal_forces);
+  // A field changes no internal state, so that it is not recorded.
+  BoundaryShape Shape(const ShapeParts& parts) override {
+    Put([&](v1::SenseStep* step) { step->set_shape(parts.nodal_forces); });
+    return sense_->Shape(parts);
   }
   [[nodiscard]] std::optional<OverlaidImage> Image(double full_scale) const override {
     return sense_->Image(full_scale);

@@ -134,6 +134,16 @@ void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* mess
   }
   message->mutable_positions()->Assign(shape.positions.begin(), shape.positions.end());
   message->mutable_nodal_forces()->Assign(shape.nodal_forces.begin(), shape.nodal_forces.end());
+  if (!shape.field) return;
+  v1::DisplacementField* field = message->mutable_field();
+  if (with_topology) {
+    field->mutable_triangles()->Assign(shape.field->triangles.begin(),
+                                       shape.field->triangles.end());
+    field->mutable_rest()->Assign(shape.field->rest.begin(), shape.field->rest.end());
+  }
+  field->mutable_displacement()->Assign(shape.field->displacement.begin(),
+                                        shape.field->displacement.end());
+  field->mutable_image()->Assign(shape.field->image.begin(), shape.field->image.end());
 }
 
 void ToProto(EncodedImage image, std::uint64_t sequence, v1::ImageState* message) {

@@ -67,7 +67,7 @@ void NatsFeed::Publish(const SlaveState& state, Time now) {
   }
   // With the topology in each: a reader may begin with any, and miss any.
   PublishBulk<v1::MeshState>(state, now, &meshes_, [&](v1::MeshState* mesh) {
-    BoundaryShape shape = slave_.Shape(false);
+    BoundaryShape shape = slave_.Shape({});
     shape.state_sequence = state.sequence;
     ToProto(shape, true, mesh);
     return true;

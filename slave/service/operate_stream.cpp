@@ -61,7 +61,7 @@ void OperateStream::Offer(const SlaveState& composed) {
     if (!ending_) line = line_;
   }
   if (line) {
-    ToProto(state, &datagram_state_);
+    Write(state, &datagram_state_);
     datagram_state_.clear_events();
     ToProto(line->seen(), datagram_state_.mutable_datagrams_seen());
     line->Send(datagram_state_.SerializeAsString());
@@ -83,7 +83,8 @@ void OperateStream::OnReadDone(bool ok) {
 }
 
 void OperateStream::TakeCommand(const v1::OperatorCommand& command) {
-  wants_moment_ = command.torque();
+  wants_details_ = command.details();
+  wants_moment_ = command.torque() || command.details();
   if (!host_.lease.Command(ticket_, command)) host_.publisher.Flag(Event::kCommandRefused);
 }
 
@@ -122,9 +123,14 @@ void OperateStream::OnEnding() {
 bool OperateStream::MakeMessage() {
   const auto newest = box_.TakeNewest();
   if (!newest) return false;
-  ToProto(*newest, &message_);
+  Write(*newest, &message_);
   if (offer_) *message_.mutable_datagrams() = *std::exchange(offer_, std::nullopt);
   return true;
+}
+
+void OperateStream::Write(const SlaveState& state, v1::SlaveState* message) const {
+  ToProto(state, message);
+  if (wants_details_) ToProto(state.details, message->mutable_details());
 }
 
 void OperateStream::OfferDatagrams() {

@@ -62,6 +62,8 @@ class OperateStream final
   // Moves the newest state from `box_` to `message_`. Returns false if there is none. Requires
   // mutex_ to be held.
   bool MakeMessage();
+  // Overwrites `message` with the parts that the operator requests.
+  void Write(const SlaveState& state, v1::SlaveState* message) const;
 
   const Host host_;
   const grpc::ServerContextBase& context_;        // valid until OnDone
@@ -74,7 +76,8 @@ class OperateStream final
   v1::OperatorCommand datagram_command_;          // used by the datagram thread only
   v1::SlaveState datagram_state_;                 // used by the publisher only
   StateMailbox box_;
-  std::atomic<bool> wants_moment_{false};   // the newest command requests the moment
+  // Requests of the newest command: the moment, and the values of the checks.
+  std::atomic<bool> wants_moment_{false}, wants_details_{false};
   bool writing_ = false;                    // guarded by mutex_, as the members below
   std::optional<v1::DatagramOffer> offer_;  // the datagram offer that is not sent yet
   std::shared_ptr<DatagramLine> line_;      // null without datagrams

@@ -104,13 +104,6 @@ std::string PlaceRemark(const ObjectMesh& mesh, const std::vector<SolveRow>& row
 // How many rows are extrapolated and why: one sentence per reason, with the first such row.
 std::vector<std::string> FlagRemarks(const std::vector<SolveRow>& rows);
 
-// Writes one line per row with 17 significant digits, including `t` if present, and the width or
-// radius that was pressed with, so that AppendRows reads the same contacts. `moments`: also the
-// moment of the force about the displaced centre of the contact, frame O [N m], empty where it is
-// unknown. Answers with a bound of their error get the column `bound`: of the force [N], of a
-// load's displacement [m]. False: the file cannot be written.
-bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows, bool moments);
-
 // Load history of one position.
 class PlaceHistory {
  public:

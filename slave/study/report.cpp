@@ -10,6 +10,7 @@
 
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
+#include "shared/wire/enum_names.h"
 
 namespace palpate::study {
 namespace {

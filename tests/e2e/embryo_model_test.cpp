@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "shared/wire/enum_names.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/scene/scene_loader.h"

@@ -10,6 +10,7 @@
 
 #include "master/haptics/haptic_loop.h"
 #include "master/haptics/stop_path.h"
+#include "master/link/operator_calls.h"
 #include "master/link/slave_link.h"
 #include "slave/service/server.h"
 #include "tests/joined/joined_slave.h"
@@ -82,7 +83,7 @@ class JoinedThreadsTest : public testing::Test {
     const auto follows = [this] { return slave_.view().phase == Phase::kFollowing; };
     return Until([&] {
       if (follows()) return true;
-      if (slave_.view().phase == Phase::kEstop) link_.Reset(link_.known_stops());
+      if (slave_.view().phase == Phase::kEstop) link_.calls().Reset(link_.calls().known_stops());
       hand_.is_engaged = false;
       For(0.05);
       hand_.is_engaged = true;
@@ -106,9 +107,10 @@ class JoinedThreadsTest : public testing::Test {
   SpscRing<TickRecord> records_{4096};
   HapticLoop loop_{{}, {&states_, &commands_, &records_, &settings_, nullptr, nullptr}};
   SlaveLink link_{{.target = server_.address(), .datagrams = true}};
-  StopPath stops_{
-      loop_.stops(),
-      {{}, [this] { return link_.EmergencyStop("call"); }, [this] { link_.GiveUpStop(); }}};
+  StopPath stops_{loop_.stops(),
+                  {{},
+                   [this] { return link_.calls().EmergencyStop("call"); },
+                   [this] { link_.calls().GiveUpStop(); }}};
   Hand hand_;
   FaultCheck check_;
   std::jthread haptics_;
@@ -124,7 +126,7 @@ TEST_F(JoinedThreadsTest, StopsResetsSettingsAndFaultsLeaveEveryInvariantIntact)
         loop_.stops().Request();
         break;
       case 1:
-        link_.EmergencyStop("another client");
+        link_.calls().EmergencyStop("another client");
         break;
       case 2:
         hand_.is_faulty = true;
@@ -134,11 +136,11 @@ TEST_F(JoinedThreadsTest, StopsResetsSettingsAndFaultsLeaveEveryInvariantIntact)
       case 3:
         hand_.is_engaged = false;
         For(0.02);
-        link_.SetMapping(
+        link_.calls().SetMapping(
             {.position_scale = dice.Between(0.5, 2), .force_scale = {}, .force_limit = {}});
         break;
       default:
-        link_.Reset(link_.known_stops());
+        link_.calls().Reset(link_.calls().known_stops());
     }
     hand_.is_engaged = false;
     For(0.02);
@@ -154,7 +156,7 @@ TEST_F(JoinedThreadsTest, StopsResetsSettingsAndFaultsLeaveEveryInvariantIntact)
   EXPECT_TRUE(Until([&] { return !loop_.stops().is_wanted(); }));
   EXPECT_EQ(slave_.view().phase, Phase::kEstop);
   // A call of the stop that is still on its way stops once more.
-  EXPECT_TRUE(Until([&] { return link_.Reset(link_.known_stops()).empty(); }));
+  EXPECT_TRUE(Until([&] { return link_.calls().Reset(link_.calls().known_stops()).empty(); }));
   EXPECT_TRUE(Follows());
 }
 

@@ -50,16 +50,10 @@ Schedule::Schedule(std::uint32_t seed)
   ticket_ = std::get<OperatorLease::Ticket>(answer);
   publisher_.ServeFirst(reader_);
   settings_.Put({1, {}, 3.3, kUsualDeadAfter});
-  exchange_.emplace(
-      OperateExchange::Surroundings{states_,
-                                    commands_,
-                                    trips_,
-                                    states_received_,
-                                    states_by_datagram_,
-                                    [] {},
-                                    [this](const SlaveState& state) { OnState(state); },
-                                    [](const std::string&) {},
-                                    {}});
+  exchange_.emplace(OperateExchange::Surroundings{
+      states_, commands_, trips_, states_received_, states_by_datagram_, [] {},
+      [this](const SlaveState& state, const StateRecord&) { OnState(state); },
+      [](const std::string&) {}});
   const double delay = dice_.Chance(0.3) ? 0 : dice_.Between(0, 0.040);
   to_slave_.quality = {delay, dice_.Between(0, 0.020), dice_.Between(0, 0.5), dice_.Between(0, 0.3),
                        dice_.Chance(0.6)};
@@ -244,9 +238,9 @@ DeviceReading Schedule::Read() const {
 void Schedule::RunMaster() {
   to_master_.Deliver(now_, [&](const StatePacket& packet, bool is_datagram) {
     if (is_datagram) {
-      exchange_->TakeDatagram(packet.message, now_);
+      exchange_->TakeDatagram(std::make_shared<v1::SlaveState>(packet.message), now_);
     } else {
-      exchange_->TakeFromStream(packet.message, now_);
+      exchange_->TakeFromStream(std::make_shared<v1::SlaveState>(packet.message), now_);
     }
   });
   const DeviceReading reading = Read();

@@ -1,11 +1,12 @@
-// The page for everyone: the set-up by keyboard alone and by touch until forces come, and axe in set-up, station and replay.
+// The page for everyone: the set-up by keyboard alone and by touch until forces come; stop, replay and share by mouse, keyboard and touch
+// at three widths; axe in set-up, station and replay.
 import assert from 'node:assert/strict';
-import { rmSync } from 'node:fs';
+import { readFileSync, rmSync } from 'node:fs';
 import path from 'node:path';
 import { test } from 'node:test';
 
 import { Person, cameraOf, imagesOf } from './setup_person.mjs';
-import { ROOT, SCRATCH, Stage, size, until } from './stage.mjs';
+import { ROOT, SCRATCH, Stage, size, soon, until } from './stage.mjs';
 
 const SIZES = [[1280, 720], [1024, 640], [390, 844]];
 // As deploy/scenes/silicone-block.yaml has it.
@@ -143,6 +144,62 @@ test('the set-up by touch in 390 px: pinch, taps, drags of a point and of the bo
     assert.deepEqual(stage.errors, []);
   } finally {
     await person.close();
+  }
+});
+
+// Presses `selector` of the page of `stage`, within `timeout` [ms].
+const WAYS = {
+  mouse: (stage, selector, timeout) => stage.page.locator(selector).click({ timeout }),
+  keyboard: (stage, selector) => new Person(stage).press(selector),
+  touch: (stage, selector, timeout) => stage.page.locator(selector).tap({ timeout }),
+};
+// Calls `act(press, what)` for each way at each width.
+async function everyWay(stage, act) {
+  for (const [width, height] of SIZES) {
+    await stage.page.setViewportSize({ width, height });
+    for (const [way, press] of Object.entries(WAYS)) await act((selector, timeout) => press(stage, selector, timeout), `${way} at ${width} px`);
+  }
+}
+async function shares(stage, press, what) {
+  const [download] = await Promise.all([stage.page.waitForEvent('download'), press('#share')]);
+  const text = readFileSync(await download.path(), 'utf8');
+  assert.ok(text.includes('id="clip"'), what);
+}
+
+test('stop, share and replay by mouse, by keyboard alone and by touch, at three widths', async () => {
+  const file = path.join(SCRATCH, 'ways.mcap');
+  rmSync(file, { force: true });
+  const live = await Stage.open({ scene: 'silicone-block', args: ['--record', file], scheme: 'light', touch: true });
+  try {
+    await live.when(({ slave_state: state }) => state, 'a state');
+    await live.shows('unconnected', 'Not connected to haptic device: a simulated operator leads; a real object: sensors and manipulator are simulated.');
+    await everyWay(live, async (press, what) => {
+      await fits(live.page, '#stop');
+      await press('#stop');
+      await live.when(({ state }) => state === 'ESTOP', `the stop by ${what}`);
+      // A page that a busy machine keeps silent hides the button for a moment: a person presses again.
+      const isReset = () => live.status.state !== 'ESTOP';
+      await until(async () => isReset() || (await press('#reset', 2000).catch(() => {}), soon(isReset)), `the end of the stop by ${what}`);
+      await shares(live, press, what);
+    });
+    assert.deepEqual(live.errors, []);
+  } finally {
+    await live.close();
+  }
+  const replay = await Stage.replay(file, [], true);
+  try {
+    await until(() => replay.status?.replay, 'the replay');
+    await replay.shows('unconnected', 'Not connected to anything: this is a recording.');
+    await everyWay(replay, async (press, what) => {
+      const { playing } = replay.status.replay;
+      await fits(replay.page, '#play');
+      await press('#play');
+      await replay.when((status) => status.replay.playing !== playing, `play or pause by ${what}`);
+      await shares(replay, press, what);
+    });
+    assert.deepEqual(replay.errors, []);
+  } finally {
+    await replay.close();
   }
 });
 

@@ -1,9 +1,11 @@
 // The page's connection and mapping, without a browser: a socket that records what the page sends.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { beforeEach, mock, test } from 'node:test';
 
-import { Link } from '../../master/station/page/link.js';
+import { FIELD, FIELD_TOPOLOGY, Link, fieldOf, fieldTopologyOf, withTick } from '../../master/station/page/link.js';
 import { mappingOf } from '../../master/station/page/scales.js';
+import { REASONS, STATES, VALIDITY } from '../../master/station/page/words.js';
 
 let sockets = [];
 class Socket {
@@ -124,4 +126,63 @@ test("the pointer is turned by the orientation of the slave's present scene", ()
   near(mappingOf(null, { operator: { orientation: [half, half, 0, 0] } }, first).rotation, [1, 0, 0, 0, 0, -1, 0, 1, 0]);
   near(mappingOf(null, { operator: { orientation: [half, 0, half, 0] } }, first).rotation, [0, 0, 1, 0, 1, 0, -1, 0, 0]);
   near(mappingOf(null, null, first).rotation, first.rotation);
+});
+
+// The names of an enumeration's values without their prefix, as the messages contain them.
+function namesOf(file, name) {
+  const text = readFileSync(new URL(`../../proto/palpate/v1/${file}.proto`, import.meta.url), 'utf8');
+  const [, body] = text.match(new RegExp(`^enum ${name} \\{([^}]*)\\}`, 'm'));
+  const [first, ...values] = [...body.matchAll(/^\s*([A-Z_]+) = \d+;/gm)].map(([, value]) => value);
+  return values.map((value) => value.slice(first.length - 'UNSPECIFIED'.length));
+}
+
+test('there are words for each value of an enumeration, and for no other', () => {
+  const lower = (names) => names.map((value) => value.toLowerCase()).sort();
+  assert.deepEqual(Object.keys(STATES).sort(), namesOf('recording', 'OperatorPhase').sort());
+  assert.deepEqual(Object.keys(REASONS).sort(), lower(namesOf('recording', 'ForceReason')));
+  assert.deepEqual(Object.keys(VALIDITY).sort(), lower(namesOf('state', 'Validity')));
+});
+
+test('a tick is read by the names of its message', () => {
+  const tick = { phase: 'OPERATOR_PHASE_HOLD', reasons: ['FORCE_REASON_BEYOND_MODEL'], p_M: { x: 1, y: 2, z: 3 }, sent: { x: 0, y: 4, z: 0 }, marks: 2 };
+  const read = withTick({ kind: 'status', t: 5, tick });
+  assert.equal(read.state, 'HOLD');
+  assert.deepEqual(read.p_M, [1, 2, 3]);
+  assert.deepEqual(read.chain.sent, [0, 4, 0]);
+  assert.deepEqual(read.chain.reasons, ['beyond_model']);
+  assert.equal(read.chain.estimated, null, 'not known');
+  assert.equal(read.marks, 2);
+  assert.equal(read.t, 5);
+});
+
+test('a displacement field is read with its topology, and not with another', () => {
+  let kind, message;
+  link = new Link((...heard) => ([kind, message] = heard), () => {}, () => {});
+  const header = (topic, number) => {
+    const bytes = new DataView(new ArrayBuffer(16));
+    bytes.setUint32(0, topic, true);
+    bytes.setUint32(4, number, true);
+    bytes.setFloat64(8, 2.5, true);
+    return [...new Uint8Array(bytes.buffer)];
+  };
+  const take = (head, integers, floats, more = []) => {
+    const tail = [new Uint32Array(integers), new Float32Array(floats), new Uint32Array(more)].flatMap((list) => [...new Uint8Array(list.buffer)]);
+    link.take(new Uint8Array([...head, ...tail]).buffer);
+  };
+  take(header(FIELD_TOPOLOGY, 7), [3, 1], [0, 0, 0, 1, 0, 0, 0, 1, 0], [0, 1, 2]);
+  assert.equal(kind, 'field_topology');
+  const topology = fieldTopologyOf(message);
+  assert.deepEqual([...topology.rest], [0, 0, 0, 1, 0, 0, 0, 1, 0]);
+  assert.deepEqual([...topology.triangles], [0, 1, 2]);
+  take(header(FIELD, 7), [0, 1], [0, 0.25, 0, 0, 0, 0, 0, 0, 0, 10, 20, 30, 20, 10, 0]);
+  assert.equal(kind, 'field');
+  const field = fieldOf(message, topology);
+  assert.equal(field.t, 2.5);
+  assert.equal(field.isSolved, true);
+  assert.equal(field.displacement[1], 0.25);
+  assert.deepEqual([...field.image], [10, 20, 30, 20, 10, 0]);
+  assert.equal(fieldOf(message, { ...topology, number: 6 }), null);
+  take(header(FIELD, 7), [5, 0], [0, 0, 0, 0, 0, 0, 0, 0, 0]);
+  assert.equal(fieldOf(message, topology).image, null, 'no camera');
+  assert.equal(fieldOf(message, topology).isSolved, false);
 });

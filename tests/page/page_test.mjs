@@ -379,7 +379,7 @@ describe('its recording is played', () => {
     await until(async () => {  // drawn, however slow the machine is
       const png = await stage.shoot('replay-press-1280'), at = await label.boundingBox();
       if (!at) return false;  // what came before is drawn yet
-      const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('.colour-bar i').boundingBox();
+      const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('#view .colour-bar i').boundingBox();
       const x = bar.x + bar.width / 2;
       const [top, middle, bottom] = await stage.coloursAt(png, [[x, bar.y + 4], [x, bar.y + bar.height / 2], [x, bar.y + bar.height - 4]]);
       if (!near(top, [248, 230, 40], 25) || !near(middle, [33, 145, 140], 25) || !near(bottom, [68, 5, 88], 25)) return false;

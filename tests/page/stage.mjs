@@ -6,6 +6,8 @@ import { once } from 'node:events';
 import { after } from 'node:test';
 import path from 'node:path';
 
+import { withTick } from '../../master/station/page/link.js';
+
 export const SCRATCH = process.env.PALPATE_SCRATCH, BIN = process.env.PALPATE_BIN;
 export const ROOT = path.resolve(import.meta.dirname, '../..');
 const MASTER = path.join(BIN, 'palpate-master');
@@ -93,6 +95,13 @@ after(async () => {
   for (const scene of [...slaves.keys()]) await endSlave(scene);
 });
 
+// What axe finds against WCAG 2.2, levels A and AA, at the present size of the window.
+export async function violationsOf(page) {
+  if (!(await page.evaluate(() => 'axe' in window))) await page.evaluate(AXE);
+  const { violations } = await page.evaluate(() => axe.run(document, { resultTypes: ['violations'], runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] }));
+  return violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(' | ')}`);
+}
+
 export class Stage {
   // `slave`: that the stage has for itself; `within`: a command that runs the master's; `line`: between browser and master.
   static async open({ scene, device = 'sim-hand', size = [1280, 720], scheme = 'dark', touch = false, args = [], slave, log = true, within = [], view, line }) {
@@ -113,10 +122,10 @@ export class Stage {
     return endBoth(this.slave);
   }
   // A recording, without a slave, as from another machine: in TLS, with a token.
-  static async replay(file, args = []) {
+  static async replay(file, args = [], touch = false) {
     const stage = new Stage(), tls = certificate('operator', '127.0.0.1');
     stage.master = await start(MASTER, ['replay', file, ...args, '--tls', tls, '--view', '0.0.0.0:0'], /view at (\S+)/);
-    await stage.openBrowser([1280, 720], 'light');
+    await stage.openBrowser([1280, 720], 'light', touch);
     return stage;
   }
   async openBrowser([width, height], colorScheme, hasTouch = false) {
@@ -140,7 +149,7 @@ export class Stage {
   hear(payload) {
     if (typeof payload !== 'string') return;
     const message = JSON.parse(payload);
-    if (message.kind === 'status') this.statuses.push({ ...message, at: Date.now() });
+    if (message.kind === 'status') this.statuses.push({ ...withTick(message), at: Date.now() });
     if (message.kind === 'led_elsewhere') this.refusedEngagements += 1;
     if (message.kind === 'log') this.logEntries = message.entries;
     if (message.kind === 'hello' || message.kind === 'health') this[message.kind] = message;
@@ -176,11 +185,8 @@ export class Stage {
     });
     throw silence < SILENT_MS ? error : new TooBusy(`${error.message}: the machine keeps the page silent for ${silence} ms`);
   }
-  // What axe finds against WCAG 2.2, levels A and AA, at this size of the window.
-  async violations() {
-    if (!(await this.page.evaluate(() => 'axe' in window))) await this.page.evaluate(AXE);
-    const { violations } = await this.page.evaluate(() => axe.run(document, { resultTypes: ['violations'], runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] }));
-    return violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => node.html).join(' | ')}`);
+  violations() {
+    return violationsOf(this.page);
   }
   async shoot(name) {
     const png = await this.page.screenshot();

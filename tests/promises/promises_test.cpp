@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/state/driven_clock.h"
+#include "shared/wire/enum_names.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/promises/devices.h"
 #include "tests/support/paths.h"

@@ -1,5 +1,5 @@
 // The object: at rest in grey lines, deformed in the colours of its displacement or of the traction on it.
-import { niceAbove, viridisLight } from './colours.js';
+import { viridisLight } from './colours.js';
 
 const SINGLE_PRECISION = 1e-7;  // of the object's size: places come as such
 const EDGE_ANGLE = 30;  // sharper edges are drawn [degrees]
@@ -7,19 +7,9 @@ const LEAST_TRACTION = 1;  // at full colour [Pa]
 const HELD_PX = 3, HELD = 0xf2f6fa;  // fixed nodes: lighter than the lower half of the colour bar
 const UNKNOWN = [0.2, 0.2, 0.2];  // of no colour of the bar
 
-// The corners of an outline in their order, where its lines form one ring; else null.
-function ringOf(lines, count) {
-  const next = new Map(lines.map(([a, b]) => [a, b])), ring = [];
-  for (let node = lines[0][0]; ring.length < count && next.has(node); node = next.get(node)) {
-    if (ring.length && node === ring[0]) break;
-    ring.push(node);
-  }
-  return ring.length === lines.length ? ring : null;
-}
-
 export class Body {
   // `quantity`: coloured by 'moved' (displacement) or 'traction', which may be unknown.
-  constructor(three, message, quantity = 'moved') {
+  constructor(three, message, colourScale, quantity = 'moved') {
     this.three = three;
     const { view, buffer } = message;
     [this.perElement, this.nodes, this.elements] = [16, 20, 24].map((at) => view.getUint32(at, true));
@@ -30,7 +20,7 @@ export class Body {
     this.planar = this.perElement === 2;
     this.group = new three.Group();
     this.quantity = quantity;
-    this.full = { moved: null, traction: null };
+    this.colourScale = colourScale;
     this.largest = { moved: 0, traction: null };
     this.box = new three.Box3().setFromArray(this.rest);
     if (this.planar) this.makePlanar();
@@ -78,7 +68,7 @@ export class Body {
     this.mesh = new three.Mesh(this.geometry, this.material);
     this.group.add(this.mesh, this.outline);
   }
-  // A ribbon along the outline, as wide as a sixtieth of the object, and what it encloses.
+  // A ribbon along the outline, as wide as a ninetieth of the object.
   makePlanar() {
     const { three } = this;
     const lines = [];
@@ -90,8 +80,6 @@ export class Body {
     rest.setIndex(new three.BufferAttribute(this.index, 1));
     this.outline = new three.LineSegments(rest, new three.LineBasicMaterial());
     this.outline.position.z = this.ribbon * 0.4;
-    const ring = ringOf(lines, this.elements);
-    if (ring) this.makeFilling(ring);
     this.geometry = new three.BufferGeometry();
     this.positions = new three.BufferAttribute(new Float32Array(12 * lines.length), 3);
     this.colours = new three.BufferAttribute(new Float32Array(12 * lines.length), 3);
@@ -103,18 +91,47 @@ export class Body {
     this.mesh.position.z = this.ribbon * 0.2;
     this.group.add(this.mesh, this.outline);
   }
-  makeFilling(ring) {
-    const { three } = this;
-    const corners = ring.map((node) => new three.Vector2(this.rest[3 * node], this.rest[3 * node + 1]));
-    const faces = three.ShapeUtils.triangulateShape(corners, []).flat().map((corner) => ring[corner]);
-    const filling = new three.BufferGeometry();
-    this.filled = new three.BufferAttribute(new Float32Array(this.rest), 3);
-    filling.setAttribute('position', this.filled);
-    filling.setIndex(faces);
-    this.filling = new three.MeshBasicMaterial({ side: three.DoubleSide, transparent: true, opacity: 0.55 });
-    const mesh = new three.Mesh(filling, this.filling);
-    mesh.frustumCulled = false;
-    this.group.add(mesh);
+  // The inside of a planar body, from the topology of the displacement field, whose first nodes are those of the outline.
+  makeFilling({ rest, triangles }) {
+    const { three } = this, geometry = new three.BufferGeometry();
+    const [places, colours] = [0, 1].map(() => new three.BufferAttribute(new Float32Array(rest.length), 3));
+    geometry.setAttribute('position', places);
+    geometry.setAttribute('color', colours);
+    this.field = { rest, places, colours };
+    geometry.setIndex(new three.BufferAttribute(new Uint32Array(triangles), 1));
+    this.filling = new three.Mesh(geometry, new three.MeshBasicMaterial({ vertexColors: true, side: three.DoubleSide }));
+    this.filling.frustumCulled = false;
+    this.filling.visible = false;
+    this.group.add(this.filling);
+  }
+  // `displacement` x, y, z per node of the field [m]; null: unknown, the inside stays empty.
+  fill(displacement) {
+    if (!this.field) return;
+    this.filling.visible = Boolean(displacement) && this.quantity === 'moved';
+    if (!this.filling.visible || (this.filled?.displacement === displacement && this.filled.places === this.places)) return;
+    this.filled = { displacement, places: this.places };
+    const { rest, places, colours } = this.field, moved = rest.map((value, i) => value + displacement[i]);
+    const [[cos, sin], [right, up]] = this.poseOf(moved), full = this.colourScale.full.moved;
+    for (let i = 0; i < rest.length; i += 3) {
+      const [x, y, z] = moved.subarray(i, i + 3), size = Math.hypot(...displacement.subarray(i, i + 3));
+      places.array.set([cos * x - sin * y + right, sin * x + cos * y + up, z], i);
+      colours.array.set(viridisLight(size / full), i);
+    }
+    places.needsUpdate = colours.needsUpdate = true;
+  }
+  // The object's pose in S, [[cos, sin], [x, y]]: the rotation and shift from the outline in its own frame, `moved`, to that in S, by least
+  // squares.
+  poseOf(moved) {
+    const { places, nodes } = this;
+    const meanOf = (list, axis) => list.reduce((sum, value, i) => (i < 3 * nodes && i % 3 === axis ? sum + value / nodes : sum), 0);
+    const [[x, y], [u, v]] = [moved, places].map((list) => [meanOf(list, 0), meanOf(list, 1)]);
+    let [dot, cross] = [0, 0];
+    for (let i = 0; i < 3 * nodes; i += 3) {
+      const [a, b, c, d] = [moved[i] - x, moved[i + 1] - y, places[i] - u, places[i + 1] - v];
+      [dot, cross] = [dot + a * c + b * d, cross + a * d - b * c];
+    }
+    const size = Math.hypot(dot, cross) || 1, [cos, sin] = [dot / size, cross / size];
+    return [[cos, sin], [u - cos * x + sin * y, v - sin * x - cos * y]];
   }
   // New positions, three numbers per node [m], and the traction there [Pa]; null: unknown.
   deform(places, traction = null) {
@@ -126,8 +143,8 @@ export class Body {
         places[3 * i + 2] - this.rest[3 * i + 2],
       );
     }
-    this.scale('moved', moved, 1e-3 * size, SINGLE_PRECISION * size);
-    this.scale('traction', traction, LEAST_TRACTION, 0);
+    this.measure('moved', moved, 1e-3 * size, SINGLE_PRECISION * size);
+    this.measure('traction', traction, LEAST_TRACTION, 0);
     Object.assign(this, { places, values: { moved, traction } });
     this.draw();
   }
@@ -135,12 +152,11 @@ export class Body {
     if (this.planar) this.drawRibbon(this.places);
     else this.drawSurface(this.places);
   }
-  // Full colour is a round number that only grows, so that colours can be compared over time. Values below `none` count as
-  // zero.
-  scale(quantity, values, least, none) {
+  // Values below `none` count as zero.
+  measure(quantity, values, least, none) {
     const largest = values && values.reduce((most, value) => Math.max(most, value), 0);
     this.largest[quantity] = largest < none ? 0 : largest;
-    this.full[quantity] = Math.max(this.full[quantity] || 0, niceAbove(Math.max(largest || 0, least)));
+    this.colourScale.raise(quantity, largest, least);
   }
   colourBy(quantity) {
     this.quantity = quantity;
@@ -148,7 +164,7 @@ export class Body {
   }
   colourOf(node) {
     const values = this.values[this.quantity];
-    return values ? viridisLight(values[node] / this.full[this.quantity]) : UNKNOWN;
+    return values ? viridisLight(values[node] / this.colourScale.full[this.quantity]) : UNKNOWN;
   }
   drawSurface(places) {
     this.positions.array.set(places);
@@ -171,12 +187,8 @@ export class Body {
     });
     this.positions.needsUpdate = this.colours.needsUpdate = true;
     this.geometry.computeBoundingSphere();
-    if (!this.filled) return;
-    this.filled.array.set(places);
-    this.filled.needsUpdate = true;
   }
-  paint({ line, fill }) {
+  paint({ line }) {
     this.outline.material.color.set(line);
-    if (this.filling) this.filling.color.set(fill);
   }
 }

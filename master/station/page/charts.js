@@ -1,9 +1,12 @@
 // The last ten seconds as strips, drawn by uPlot where it was built in.
 import { save } from './save.js';
+import { forceSince } from './second_recording.js';
 import { figure, write } from './words.js';
 
 const TIP_AT = 14;  // column of the tip as measured
+const SECOND = -1;  // in place of a column: the second recording
 const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000, LEAST_ZOOM_S = 0.05;
+const STEP = 0.01, LEAP = 0.1;  // of the cursor by a key, by the width of a chart
 const GRAM = 9.80665e-3;  // weight of one gram [N]
 // Columns of a sample: number, t, scaled, sent, the device's x, y, z, age, round trip, longest tick, energy, the tip's x, y, z as
 // commanded and as measured, drawn relative to the first position. The page adds score and misfit, which are unknown before it
@@ -15,6 +18,7 @@ const STRIPS = [
     series: [
       ['rendered', 2, '--series-a', [5, 3]],
       ['sent', 3, '--series-b'],
+      ['second', SECOND, '--series-c', [2, 2]],
     ],
     factor: 1,
     zero: true,
@@ -85,6 +89,7 @@ export class Charts {
     this.stale = [];  // which of them, the last first
     this.zoom = null;  // times that are shown, [from, to]; null: the last ten seconds
     this.events = [];
+    this.second = null;  // of second_recording.js
   }
   // Without uPlot the strips say so.
   async load(isBuiltIn) {
@@ -150,7 +155,7 @@ export class Charts {
       box.querySelector('h3').textContent = `${strip.title}, ${strip.unit}`;
       box.querySelector('.legend').replaceChildren(...strip.series.filter(([name]) => name).map(([name, , tone, dash]) => {
         const key = document.createElement('span');
-        key.className = `key ${tone.slice(2)} ${dash ? (dash[0] > 3 ? 'dashed' : 'dotted') : ''}`;
+        key.className = `key ${tone.slice(2)} ${name} ${dash ? (dash[0] > 3 ? 'dashed' : 'dotted') : ''}`;
         key.textContent = name;
         return key;
       }));
@@ -208,7 +213,7 @@ export class Charts {
         })),
       ],
       hooks: {
-        setCursor: [({ cursor, data }) => this.tell(strip, box, cursor.idx, data)],
+        setCursor: [({ cursor, data }) => this.showValues(strip, box, cursor.idx, data)],
         setSelect: [(plot) => this.select(plot)],
         draw: [(plot) => this.drawEvents(plot)],
         ready: [
@@ -217,16 +222,18 @@ export class Charts {
       },
     };
   }
-  // Shows the values at the cursor in the keys.
-  tell(strip, box, at, data) {
+  // Shows the values at the cursor in the keys. While the charts pause, image and object follow the cursor.
+  showValues(strip, box, at, data) {
+    const isInside = at !== null && at !== undefined;
     if (strip === STRIPS[0]) {
-      const force = at === null || at === undefined ? null : data[2][at];
+      const force = isInside ? data[2][at] : null;
+      if (this.frozen && isInside) this.onCursor?.(data[0][at]);
       write(
         document.getElementById('charts-time'),
         Number.isFinite(force) ? `${(data[0][at] - this.end).toFixed(2)} s: ${figure(force)} N, ${figure(force / GRAM)} g` : '',
       );
     }
-    const values = strip.series.map((_, i) => (at === null || at === undefined ? null : data[i + 1][at]));
+    const values = strip.series.map((_, i) => (isInside ? data[i + 1][at] : null));
     box
       .querySelectorAll('.key')
       .forEach((key, i) => write(key, strip.series[i][0] + (Number.isFinite(values[i]) ? ` ${figure(values[i])}` : '')));
@@ -295,11 +302,30 @@ export class Charts {
   get shown() {
     return this.frozen || this.samples;
   }
-  // True: paused now.
   togglePause() {
     this.frozen = this.frozen ? null : [...this.samples];
     this.changed = true;
-    return Boolean(this.frozen);
+    if (!this.frozen) this.onCursor?.(null);
+  }
+  // The arrow keys move the time cursor of charts that pause.
+  key({ key, shiftKey }) {
+    const step = { ArrowLeft: -1, ArrowRight: 1 }[key], plot = this.plots[this.seen[0]];
+    if (!step || !plot) return false;
+    if (!this.frozen) this.togglePause();
+    this.onZoom?.();
+    const width = plot.over.clientWidth, from = plot.cursor.left >= 0 ? plot.cursor.left : width;
+    plot.setCursor({ left: Math.min(width - 1, Math.max(0, from + step * (shiftKey ? LEAP : STEP) * width)), top: 1 });
+    return true;
+  }
+  // The second recording is drawn from its first contact on, at each contact of this one. Null: none.
+  takeSecond(second) {
+    this.second = second;
+    this.host.classList.toggle('compared', Boolean(second));
+    this.stale = [...this.seen];
+  }
+  secondAt(t) {
+    const contact = this.second && this.events.findLast((event) => event.name === 'contact' && event.t <= t);
+    return contact ? forceSince(this.second, t - contact.t) : null;
   }
   columns(strip) {
     const t = this.shown.map((sample) => sample[1]);
@@ -308,9 +334,11 @@ export class Charts {
     return [
       t,
       ...strip.series.map(([, column]) =>
-        this.shown.map((sample) =>
-          sample[column] === undefined || sample[column] === null ? null : (sample[column] - from(column)) * strip.factor,
-        ),
+        column === SECOND
+          ? t.map((at) => this.secondAt(at))
+          : this.shown.map((sample) =>
+              sample[column] === undefined || sample[column] === null ? null : (sample[column] - from(column)) * strip.factor,
+            ),
       ),
     ];
   }

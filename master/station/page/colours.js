@@ -1,5 +1,5 @@
 // Viridis by a handful of its colours (matplotlib's, CC0): even in lightness, so that it reads in grey and to the colour-blind.
-const STOPS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
+export const STOPS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
 
 // `share` in [0, 1] -> [r, g, b], each 0 to 255.
 export function viridis(share) {
@@ -11,11 +11,25 @@ const toLinear = (part) => (part <= 10 ? part / 3294.6 : ((part / 255 + 0.055) /
 const LIGHT = Array.from({ length: 256 }, (_, i) => viridis(i / 255).map(toLinear));
 export const viridisLight = (share) => LIGHT[Math.round(255 * Math.min(Math.max(share, 0), 1))];
 
-// The colours as a bar for CSS, from the bottom up.
-export const viridisBar = () => `linear-gradient(to top, ${STOPS.map((stop) => `rgb(${stop})`).join(', ')})`;
+// The colours as a bar for CSS, whose values grow to the `top` or to the `right`.
+export const viridisBar = (side = 'top') => `linear-gradient(to ${side}, ${STOPS.map((stop) => `rgb(${stop})`).join(', ')})`;
 
-// The next of 1, 2, 5 times a power of ten.
+// The next of 1, 2, 3, 4, 5, 6, 8 times a power of ten.
 export function niceAbove(value) {
   const power = 10 ** Math.floor(Math.log10(value));
-  return power * [1, 2, 5, 10].find((step) => step * power >= value * (1 - 1e-9));
+  return power * [1, 2, 3, 4, 5, 6, 8, 10].find((step) => step * power >= value * (1 - 1e-9));
+}
+
+// Values at full colour, round numbers that only grow, so that colours can be compared over time. One for all views of an object.
+export class ColourScale {
+  constructor() {
+    this.begin();
+  }
+  begin() {
+    this.full = { moved: 0, traction: 0 };
+  }
+  // `largest`: value now; `least`: at full colour at least.
+  raise(quantity, largest, least) {
+    this.full[quantity] = Math.max(this.full[quantity], niceAbove(Math.max(largest || 0, least)));
+  }
 }

@@ -1,5 +1,6 @@
 // Buttons, keys, forms and tabs. No dialog ever covers the stop button.
 import { keep, kept, saveImage } from './save.js';
+import { forcesIn } from './second_recording.js';
 import { minutes, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
@@ -13,9 +14,11 @@ const pressesFocused = ({ target, key }) =>
   /^( |Enter)$/.test(key) && target.closest('button, a, select, input:not([type=range])') !== null;
 
 export class Controls {
-  constructor({ link, view, pointer, charts, sound, replay, alarms, onTheme, onShare }) {
-    Object.assign(this, { link, view, pointer, charts, sound, replay, alarms, onTheme, status: null });
+  constructor({ link, view, picture, pointer, charts, sound, replay, alarms, onTheme, onShare }) {
+    Object.assign(this, { link, view, picture, pointer, charts, sound, replay, alarms, onTheme, status: null });
     byId('share').addEventListener('click', onShare);
+    byId('compare').addEventListener('click', () => this.compare());
+    byId('compare-file').addEventListener('change', () => this.takeSecond());
     byId('stop').addEventListener('click', () => this.stop());
     byId('reset').addEventListener('click', () => this.reset());
     byId('letters').addEventListener('change', () => keep('letters', byId('letters').checked ? 'on' : 'off'));
@@ -24,6 +27,7 @@ export class Controls {
     byId('pause').addEventListener('click', () => this.pause());
     byId('strips-next').addEventListener('click', () => this.charts.toggleStrips());
     byId('charts-whole').addEventListener('click', () => this.zoomCharts(0));
+    byId('field').addEventListener('click', () => this.picture.toggleField());
     byId('colours').addEventListener('click', () => this.view.toggleColours());
     byId('acknowledge').addEventListener('click', () => this.acknowledge());
     byId('theme').addEventListener('click', () => this.toggleTheme());
@@ -91,6 +95,7 @@ export class Controls {
     if (event.key === 'Escape') return event.repeat || this.stop();
     const isLetter = event.key.length === 1 && event.key !== ' ';
     if (pressesFocused(event) || (isLetter && !byId('letters').checked)) return;
+    if (event.target.id === 'strips' && this.charts.key(event)) return this.swallow(event);
     if (this.replay.key(event)) return this.swallow(event);
     if (this.replay.active && event.key === ' ') return;
     if (event.key === ' ' && !event.repeat) this.stop();
@@ -132,6 +137,7 @@ export class Controls {
       y: () => this.view.look('Y'),
       z: () => this.view.look('Z'),
       w: () => this.view.toggleWire(),
+      j: () => this.picture.toggleField(),
       q: () => this.view.toggleColours(),
       p: () => this.pause(),
       '+': () => this.zoomCharts(0.5),
@@ -161,6 +167,23 @@ export class Controls {
     const isPaused = Boolean(this.charts.frozen);
     byId('pause').setAttribute('aria-pressed', String(isPaused));
     byId('charts-aside').textContent = isPaused ? 'paused' : '';
+  }
+  // Opens a second recording in the force chart, or closes it.
+  compare() {
+    if (!this.charts.second) return byId('compare-file').click();
+    byId('compare-file').value = '';
+    this.showSecond(null, '');
+  }
+  async takeSecond() {
+    const [file] = byId('compare-file').files;
+    if (!file) return;
+    const second = forcesIn(await file.text());
+    this.showSecond(second, second ? `dotted: ${file.name}` : `${file.name} has no forces: choose a shared file, or states.csv of palpate.export`);
+  }
+  showSecond(second, words) {
+    this.charts.takeSecond(second);
+    byId('compare').setAttribute('aria-pressed', String(Boolean(second)));
+    write(byId('charts-second'), words);
   }
   show(panel) {
     for (const tab of document.querySelectorAll('[role=tab]')) {

@@ -122,7 +122,7 @@ export class ForcePanel {
     list.replaceChildren(...fingers.map((finger) => {
       const item = document.createElement('li');
       const force = finger.force ? `${fixed(norm(finger.force), 3)} N` : 'unknown';
-      item.textContent = `${finger.name}: ${finger.in_contact ? 'contact' : 'free'}, ${force}, ${VALIDITY[finger.validity][1]}`;
+      item.textContent = `${finger.name}: ${finger.in_contact ? 'contact' : 'free'}, ${force}, ${VALIDITY[codeOf(finger.validity, 'VALIDITY_')][1]}`;
       return item;
     }));
   }

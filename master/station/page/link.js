@@ -1,13 +1,31 @@
 // The connection to the master: one WebSocket, reopened when it closes. It carries the newest message of each kind.
 // Commands are dropped while it is closed or busy. An emergency stop is not: it is repeated until the master shows it.
 
+import { codeOf, xyz } from './words.js';
+
 const TOLD_EVERY = 2;  // messages taken
 const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300, LOOK_LATE_MS = 200, STOP_MS = 100;
 const UNANSWERED_STOPS = 20;  // after them a socket that opens or answers nothing is replaced
-export const TOPOLOGY = 1, PICTURE = 5, SHAPE = 6;
+const FAILED = 5;  // a validity of shapes and fields: the model has no solution
+export const TOPOLOGY = 1, PICTURE = 5, SHAPE = 6, FIELD_TOPOLOGY = 7, FIELD = 8;
 
-// `hear(kind, message)` gets JSON objects by their `kind`, and for binary ones 'topology', 'picture', 'shape' with
-// {number, t, data: DataView, bytes: Uint8Array}; `lost(reason)` when the connection closes or is silent, `found()` when it is back.
+// A status with its tick (ForceTick of recording.proto) as the panels read it: vectors as lists, the forces as `chain`, and the state and
+// the reasons of the force without the prefixes of their enumerations.
+export function withTick(message) {
+  if (!message.tick) return message;
+  const { phase, reasons, ...fields } = message.tick;
+  const tick = Object.fromEntries(Object.entries(fields).map(([name, value]) => [name, value?.x === undefined ? value : xyz(value)]));
+  return {
+    ...message,
+    ...tick,
+    state: codeOf(phase, 'OPERATOR_PHASE_').toUpperCase(),
+    chain: { estimated: null, ...tick, reasons: reasons.map((reason) => codeOf(reason, 'FORCE_REASON_')) },
+  };
+}
+
+// `hear(kind, message)` gets JSON objects by their `kind`, and for binary ones 'topology', 'picture', 'shape' and, after
+// send({do: 'field', on: true}) or in a replay, 'field_topology' and 'field', with {number, t, view: DataView, buffer}; `lost(reason)` when the
+// connection closes or is silent, `found()` when it is back.
 export class Link {
   constructor(hear, lost, found) {
     Object.assign(this, {
@@ -69,10 +87,17 @@ export class Link {
     }
     if (typeof data === 'string') return this.takeText(JSON.parse(data));
     const view = new DataView(data), topic = view.getUint32(0, true);
-    const kind = { [TOPOLOGY]: 'topology', [PICTURE]: 'picture', [SHAPE]: 'shape' }[topic];
+    const kind = {
+      [TOPOLOGY]: 'topology',
+      [PICTURE]: 'picture',
+      [SHAPE]: 'shape',
+      [FIELD_TOPOLOGY]: 'field_topology',
+      [FIELD]: 'field',
+    }[topic];
     this.hear(kind, { number: view.getUint32(4, true), t: view.getFloat64(8, true), view, buffer: data });
   }
-  takeText(message) {
+  takeText(text) {
+    const message = withTick(text);
     if (message.kind === 'pong') {
       this.delay = performance.now() - message.at;
       this.answeredUntil = message.at;
@@ -118,4 +143,25 @@ export class Link {
   forgetStop() {
     this.stopAskedAt = null;
   }
+}
+
+// Nodes and triangles of the displacement field: `rest` x, y, z per node in the object's frame O [m], and node indices, three per
+// triangle, counter-clockwise seen from outside.
+export function fieldTopologyOf({ number, view, buffer }) {
+  const [nodes, triangles] = [16, 20].map((at) => view.getUint32(at, true)), end = 24 + 12 * nodes;
+  return { number, rest: new Float32Array(buffer, 24, 3 * nodes), triangles: new Uint32Array(buffer, end, 3 * triangles) };
+}
+
+// The displacement field at the image of the time `t`: `displacement` x, y, z per node in frame O [m], and the displaced position `image`
+// u, v per node [px], u to the right, v down, (0, 0) at the centre of the upper left pixel, NaN behind the camera; null: the scene has no
+// camera. Null: of another topology. `isSolved`: false if the model has no solution, so that the field is an old one.
+export function fieldOf({ number, t, view, buffer }, topology) {
+  const count = topology?.rest.length, hasImage = view.getUint32(20, true) === 1;
+  if (number !== topology?.number || buffer.byteLength !== 24 + 4 * count + (hasImage ? (8 * count) / 3 : 0)) return null;
+  return {
+    t,
+    isSolved: view.getUint32(16, true) !== FAILED,
+    displacement: new Float32Array(buffer, 24, count),
+    image: hasImage ? new Float32Array(buffer, 24 + 4 * count, (2 * count) / 3) : null,
+  };
 }

@@ -1,10 +1,11 @@
 // The operator's page: shows messages of the master, and sends commands of the operator.
 import { AlarmPanel, alarmsOf } from './alarms.js';
 import { Charts } from './charts.js';
+import { ColourScale } from './colours.js';
 import { Controls } from './controls.js';
 import { ForcePanel, shownForce } from './force.js';
 import { showHealth } from './health.js';
-import { Link } from './link.js';
+import { Link, fieldOf, fieldTopologyOf } from './link.js';
 import { Pace } from './pace.js';
 import { PicturePanel } from './picture.js';
 import { Pointer } from './pointer.js';
@@ -23,8 +24,9 @@ const DRAG = 'the tool, the ball, follows the cursor. Press it against the objec
 const latest = { hello: null, health: null, status: null, lost: 'connecting', why: '' };
 
 const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
-const view = new View(link),
-  picture = new PicturePanel(link),
+const colourScale = new ColourScale();
+const view = new View(link, colourScale),
+  picture = new PicturePanel(link, colourScale),
   force = new ForcePanel(),
   charts = new Charts(),
   alarms = new AlarmPanel(),
@@ -36,7 +38,13 @@ const pointer = new Pointer(link, view, mapping),
   share = new Share();
 let controls = null, changed = true;
 byId('not-started').remove();
-controls = new Controls({ link, view, pointer, charts, sound, replay, alarms, onTheme, onShare });
+controls = new Controls({ link, view, picture, pointer, charts, sound, replay, alarms, onTheme, onShare });
+
+// While the charts pause, image and object show the time of the cursor.
+charts.onCursor = (t) => {
+  const past = t === null ? null : { ...share.momentAt(t), words: `paused at ${(t - charts.end).toFixed(2)} s` };
+  for (const panel of [picture, view]) panel.showPast(past);
+};
 
 function onTheme() {
   view.repaint();
@@ -48,8 +56,10 @@ function onTheme() {
 async function onShare() {
   const button = byId('share'), scene = latest.health?.scene;
   button.disabled = true;
+  write(byId('charts-aside'), 'saving ...');
   const isSaved = await share.save(scene, `palpate ${scene?.name || latest.hello?.scene || 'press'}`);
   button.disabled = false;
+  controls.showPause();
   if (!isSaved) write(byId('charts-aside'), 'nothing to share yet');
 }
 
@@ -61,6 +71,7 @@ const takers = {
   hello(message) {
     charts.begin();  // a restarted master, a lost connection, or another scene
     share.begin();
+    charts.onCursor(null);
     if (!latest.hello) {
       view.load(message.libraries);
       charts.load(message.libraries);
@@ -71,6 +82,7 @@ const takers = {
     pointer.enable(message.pointer);
     replay.enable(message.badge === 'REPLAY');
     if (replay.active) link.forgetStop();
+    else link.send({ do: 'field', on: picture.showsField });
     latest.why = '';
     showHint();
   },
@@ -110,13 +122,18 @@ const takers = {
     picture.take(message);
     share.takeImage(message);
   },
-  topology(message) {
-    view.takeTopology(message);
-    share.takeTopology(message);
-  },
+  topology(message) { view.takeTopology(message); },
   shape(message) {
     view.takeShape(message);
     share.takeShape(message);
+  },
+  field_topology(message) {
+    const topology = fieldTopologyOf(message);
+    for (const part of [view, picture, share]) part.takeFieldTopology(topology);
+  },
+  field(message) {
+    const field = picture.topology && fieldOf(message, picture.topology);
+    if (field) for (const part of [view, picture, share]) part.takeField({ ...field, number: message.number });
   },
 };
 

@@ -33,6 +33,7 @@ export class Pointing {
     on('focus', () => canvas.matches(':focus-visible') && this.showCross());
     on('blur', this.leave);
     canvas.addEventListener('wheel', (event) => this.wheel(event), { passive: false });
+    new ResizeObserver(() => acts.redraw()).observe(canvas.parentElement);  // the widths of lines are those of the screen
   }
   get box() {
     return this.canvas.getBoundingClientRect();

@@ -1,59 +1,54 @@
-// One press as one HTML file that replays it without a server: the images, the outline as computed, force with sigma and validity, and
-// the scene in words. The page keeps the last minute for it.
+// The last minute of what the page received: for the time cursor of the charts, and as one HTML file that replays it without a server,
+// with images, displacement of the model, force with sigma and validity, and the scene in words.
+import { STOPS, niceAbove, viridis } from './colours.js';
+import { drawField, magnitudesOf, visibleOf } from './field.js';
 import { save } from './save.js';
 import { playClip } from './share_player.js';
 import { codeOf, figure, xyz } from './words.js';
 
-const SECONDS = 60, AGAIN_S = 1, IMAGES_HZ = 8, SHAPES_HZ = 8, WIDEST_PX = 480, QUALITY = 0.6;
-const BYTES_PER_S = 8e6 / 60, SPARE = 3e4;  // of the file; of its text
-const PLACES_AT = 20, HEAD = 28;  // of a shape's and a topology's bytes
+const SECONDS = 60, AGAIN_S = 1, VIEWS_HZ = 8, WIDEST_PX = 480, QUALITY = 0.6;
+const BYTES_PER_S = 8e6 / 60, SPARE = 3e4, MARGIN = 1.1;  // of the file; of its text; of the size of images
+const SHARP = Math.cos(Math.PI / 6);  // of the angle between two triangles at a sharp edge
+const TOGETHER_S = 0.5;  // views of one moment; a recording keeps eight a second
+const PLACE_STEPS = 65535, VALUE_STEPS = 255;  // of places from -0.5 to 1.5 of the image's width, and of values up to full colour
+// The view of a body without a camera, from a corner: right and up in it.
+const ASIDE = [Math.sqrt(0.5), Math.sqrt(0.5), 0], UPWARDS = [-Math.sqrt(1 / 6), Math.sqrt(1 / 6), Math.sqrt(2 / 3)];
 
 export class Share {
   constructor() {
+    this.topology = null;
     this.begin();
   }
-  // Another session, or another part of a recording.
-  begin() {
-    Object.assign(this, { images: [], shapes: [], states: [], events: [], body: null, run: undefined });
+  // Another session, or another part of a recording. Topologies come when they change.
+  begin(run) {
+    Object.assign(this, { images: [], shapes: [], fields: [], statuses: [], states: [], events: [], run });
   }
   // Forgets what is older than a minute. Not each time, because that moves the whole list.
   trim(list, t) {
     if (list.length && t - list[0].t > 1.2 * SECONDS) list.splice(0, list.findIndex((item) => t - item.t <= SECONDS));
   }
-  isDue(list, t, rate) {
-    return Number.isFinite(t) && !(list.length && t - list.at(-1).t < 0.98 / rate && t >= list.at(-1).t);
+  keep(list, item) {
+    const { t } = item, last = list.at(-1)?.t;
+    if (!Number.isFinite(t) || (t >= last && t - last < 0.98 / VIEWS_HZ)) return;
+    list.push(item);
+    this.trim(list, t);
   }
-  takeImage({ t, buffer }) {
-    if (!this.isDue(this.images, t, IMAGES_HZ)) return;
-    this.images.push({ t, bytes: new Uint8Array(buffer, 16) });
-    this.trim(this.images, t);
+  takeImage(message) {
+    this.keep(this.images, message);
   }
-  // Outlines alone: the surface of a volume does not fit into such a file.
-  takeTopology({ view, buffer, number }) {
-    const [perElement, nodes, elements] = [16, 20, 24].map((at) => view.getUint32(at, true));
-    this.shapes = [];
-    this.body = null;
-    if (perElement !== 2) return;
-    const index = new Uint32Array(buffer.slice(HEAD + 12 * nodes, HEAD + 12 * nodes + 8 * elements));
-    this.body = {
-      number,
-      nodes,
-      rest: planar(new Float32Array(buffer.slice(HEAD, HEAD + 12 * nodes))),
-      lines: Array.from({ length: elements }, (_, i) => [index[2 * i], index[2 * i + 1]]),
-    };
+  takeShape(message) {
+    this.keep(this.shapes, message);
   }
-  takeShape({ t, number, buffer }) {
-    const { body } = this;
-    if (number !== body?.number || buffer.byteLength < PLACES_AT + 12 * body.nodes || !this.isDue(this.shapes, t, SHAPES_HZ)) return;
-    this.shapes.push({ t, places: planar(new Float32Array(buffer.slice(PLACES_AT, PLACES_AT + 12 * body.nodes))) });
-    this.trim(this.shapes, t);
+  takeFieldTopology(topology) {
+    Object.assign(this, { topology, fields: [] });
   }
-  takeStatus({ t, state, replay, slave_state: slave }) {
-    if (replay?.run !== this.run) {
-      const { body } = this;
-      this.begin();
-      Object.assign(this, { body, run: replay?.run });
-    }
+  takeField(field) {
+    this.keep(this.fields, field);
+  }
+  takeStatus(message) {
+    const { t, state, replay, slave_state: slave } = message;
+    if (replay?.run !== this.run) this.begin(replay?.run);
+    this.keep(this.statuses, { ...message, samples: [] });
     if (!slave || slave.sequence === this.states.at(-1)?.sequence) return;
     const before = this.states.at(-1), isTouching = Boolean(slave.local_model?.in_contact), validity = codeOf(slave.validity, 'VALIDITY_');
     this.states.push({
@@ -70,34 +65,42 @@ export class Share {
     if (before && state === 'ESTOP' && before.state !== 'ESTOP') this.mark(t, 'stop');
     for (const list of [this.states, this.events]) this.trim(list, t);
   }
-
   // One line for what happens again and again.
   mark(t, name) {
     const last = this.events.findLast((event) => event.name === name);
     if (!last || t - last.t > AGAIN_S) this.events.push({ t, name });
   }
+  // What was shown at the time `t`; parts may be missing.
+  momentAt(t) {
+    const newest = (list) => {
+      const item = list.findLast((one) => one.t <= t + 1e-9);
+      return item && t - item.t < TOGETHER_S ? item : null;
+    };
+    return { image: newest(this.images), shape: newest(this.shapes), field: newest(this.fields), status: newest(this.statuses) };
+  }
 
   // The file as text. `scene`: of the health message, or null.
   async file(scene, title) {
     if (!this.states.length) return null;
-    const end = this.states.at(-1).t,
-      from = Math.max(this.states[0].t, end - SECONDS),
-      during = (list) => list.filter(({ t }) => t >= from && t <= end).map((item) => ({ ...item, t: Number((item.t - from).toFixed(4)) }));
-    const shapes = during(this.shapes).map(({ t, places }) => ({ t, places: places.map((value) => Number(value.toFixed(6))) })),
-      { body } = this;
-    const moved = ({ places }) => Math.max(...places.map((value, i) => Math.abs(value - body.rest[i])));
+    const end = this.states.at(-1).t, from = Math.max(this.states[0].t, end - SECONDS);
+    const during = (list) => list.filter(({ t }) => t >= from && t <= end), since = (t) => Number((t - from).toFixed(4));
+    const images = during(this.images), width = images.length ? await widthOf(images[0]) : null;
     const clip = {
       title,
       words: wordsOf(scene),
-      states: during(this.states).map(({ isTouching, state, sequence, ...kept }) => ({ ...kept, sequence: String(sequence) })),
-      events: during(this.events),
-      shapes,
+      states: during(this.states).map(({ t, sequence, force, sigma, validity }) => ({
+        t: since(t),
+        sequence: String(sequence),
+        force,
+        sigma,
+        validity,
+      })),
+      events: during(this.events).map(({ t, name }) => ({ t: since(t), name })),
+      field: this.topology && packedFields(this.topology, during(this.fields), width, since),
       images: [],
-      mostMoved: Math.max(1e-6, ...shapes.map(moved)),
-      body: body && { rest: [...body.rest], lines: body.lines, box: boxOf(body.rest) },
     };
-    const text = pageOf(clip), room = BYTES_PER_S * Math.max(1, end - from) - text.length - SPARE;
-    clip.images = await within(during(this.images), room);
+    const room = BYTES_PER_S * Math.max(1, end - from) - pageOf(clip).length - SPARE;
+    clip.images = await within(images, room, since);
     return pageOf(clip);
   }
   async save(scene, title) {
@@ -107,11 +110,56 @@ export class Share {
   }
 }
 
-const planar = (places) => Array.from({ length: (2 * places.length) / 3 }, (_, i) => places[3 * Math.floor(i / 2) + (i % 2)]);
-const boxOf = (rest) =>
-  [0, 1, 0, 1].map((k, i) =>
-    rest.filter((_, j) => j % 2 === k).reduce((best, value) => (i < 2 ? Math.min(best, value) : Math.max(best, value))),
-  );
+const base64Of = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''));
+const range = (list) => list.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
+
+// The fields as text: {triangles, edges, full [m], isPlanar, frames: [{t, places, values}]}, in base64: `places` two bytes for u and two for v per
+// node, `values` one byte per node. Without an image of `width` px the body is seen from a corner. Null: nothing to draw.
+function packedFields({ rest, triangles }, fields, width, since) {
+  if (!fields.length || (width && !fields[0].image)) return null;
+  const largest = fields.map(({ displacement }) => magnitudesOf(displacement).reduce((most, value) => Math.max(most, value), 0));
+  const full = niceAbove(Math.max(1e-9, ...largest)), fromCorner = cornerView(rest);
+  const placesOf = ({ image, displacement }) => (width ? image.map((value) => (value + 0.5) / width) : fromCorner(displacement));
+  const stepOf = (part) => Math.round((Math.min(1.5, Math.max(-0.5, part)) + 0.5) * (PLACE_STEPS / 2));
+  return {
+    triangles: [...triangles],
+    edges: width ? [] : sharpEdges(rest, triangles),
+    full,
+    isPlanar: rest.every((value, i) => i % 3 < 2 || value === 0),
+    frames: fields.map((field) => ({
+      t: since(field.t),
+      places: base64Of(new Uint8Array(Uint16Array.from(placesOf(field), stepOf).buffer)),
+      values: base64Of(magnitudesOf(field.displacement).map((value) => Math.round((VALUE_STEPS * value) / full))),
+    })),
+  };
+}
+// Pairs of nodes where the surface has a sharp edge or ends.
+function sharpEdges(rest, triangles) {
+  const open = new Map(), edges = [], at = (node, axis) => rest[3 * node + axis];
+  for (let i = 0; i < triangles.length; i += 3) {
+    const [a, b, c] = triangles.slice(i, i + 3), [p, q] = [b, c].map((node) => [0, 1, 2].map((axis) => at(node, axis) - at(a, axis)));
+    const normal = [0, 1, 2].map((k) => p[(k + 1) % 3] * q[(k + 2) % 3] - p[(k + 2) % 3] * q[(k + 1) % 3]), size = Math.hypot(...normal);
+    const unit = normal.map((part) => part / size);
+    for (const [from, to] of [[a, b], [b, c], [c, a]]) {
+      const other = open.get(`${to} ${from}`);
+      if (!other) open.set(`${from} ${to}`, unit);
+      else if (other.reduce((sum, part, k) => sum + part * unit[k], 0) < SHARP) edges.push([from, to]);
+      open.delete(`${to} ${from}`);
+    }
+  }
+  return [...edges, ...[...open.keys()].map((key) => key.split(' ').map(Number))].flat();
+}
+// Places u, v of the displaced nodes in a picture of the body, 4 by 3 [its width], around the middle of its square.
+function cornerView(rest) {
+  const along = (displacement, way, i) => [0, 1, 2].reduce((sum, k) => sum + way[k] * (rest[i + k] + displacement[i + k]), 0);
+  const places = (displacement) =>
+    Float32Array.from({ length: (2 * rest.length) / 3 }, (_, j) =>
+      j % 2 ? -along(displacement, UPWARDS, 3 * (j >> 1)) : along(displacement, ASIDE, 3 * (j >> 1)),
+    );
+  const still = places(new Float32Array(rest.length)), [columns, rows] = [0, 1].map((k) => range(still.filter((_, j) => j % 2 === k)));
+  const side = 1.15 * Math.max(columns[1] - columns[0], (4 / 3) * (rows[1] - rows[0])), middle = [columns, rows].map(([low, high]) => (low + high) / 2);
+  return (displacement) => places(displacement).map((value, j) => 0.5 + (value - middle[j % 2]) / side);
+}
 
 function wordsOf(scene) {
   if (!scene) return [];
@@ -125,30 +173,42 @@ function wordsOf(scene) {
   ];
 }
 
-// As many images, small enough, as fit into `room` [bytes].
-async function within(images, room) {
-  const small = [];
-  for (const { t, bytes } of images) {
-    const jpeg = await shrunk(bytes).catch(() => null);
-    if (jpeg) small.push({ t, jpeg });
+const bitmapOf = ({ buffer }) => createImageBitmap(new Blob([new Uint8Array(buffer, 16)], { type: 'image/jpeg' }));
+const widthOf = (image) => bitmapOf(image).then(({ width }) => width).catch(() => null);
+// As many images, small enough, as fit into `room` [bytes], by the size of the one in the middle.
+async function within(images, room, since) {
+  const sample = images.length ? await shrunk(images[images.length >> 1]).catch(() => '') : '';
+  const every = Math.max(1, Math.ceil((MARGIN * images.length * sample.length) / Math.max(1, room))), small = [];
+  let left = room;
+  for (const image of images.filter((_, i) => i % every === 0)) {
+    const jpeg = await shrunk(image).catch(() => null);
+    left -= (jpeg?.length ?? 0) + 40;
+    if (jpeg && left > 0) small.push({ t: since(image.t), jpeg });
   }
-  const total = small.reduce((sum, { jpeg }) => sum + jpeg.length + 40, 0), every = Math.max(1, Math.ceil(total / Math.max(1, room)));
-  return small.filter((_, i) => i % every === 0);
+  return small;
 }
-async function shrunk(bytes) {
-  const bitmap = await createImageBitmap(new Blob([bytes], { type: 'image/jpeg' })), scale = Math.min(1, WIDEST_PX / bitmap.width);
+async function shrunk(image) {
+  const bitmap = await bitmapOf(image), scale = Math.min(1, WIDEST_PX / bitmap.width);
   const canvas = new OffscreenCanvas(Math.round(scale * bitmap.width), Math.round(scale * bitmap.height));
   canvas.getContext('2d').drawImage(bitmap, 0, 0, canvas.width, canvas.height);
-  const blob = await canvas.convertToBlob({ type: 'image/jpeg', quality: QUALITY }), letters = new Uint8Array(await blob.arrayBuffer());
-  return btoa(Array.from(letters, (byte) => String.fromCharCode(byte)).join(''));
+  const blob = await canvas.convertToBlob({ type: 'image/jpeg', quality: QUALITY });
+  return base64Of(new Uint8Array(await blob.arrayBuffer()));
 }
 
-const STYLE = `body{margin:0 auto;max-width:1000px;padding:16px;font:16px/1.4 system-ui,sans-serif;color:#14202b;background:#fff}
-.views{display:flex;flex-wrap:wrap;gap:12px}.views img,.views canvas{max-width:100%;border:1px solid #d3dae1;border-radius:8px}
-#curve{width:100%;border:1px solid #d3dae1;border-radius:8px}#force{font-size:22px;font-weight:650}#force[data-valid=false]{color:#7a4b00}
-.bar{display:flex;gap:12px;margin:10px 0}#place{flex:1}button{min-width:90px;min-height:36px;font:inherit}`;
+const STYLE = `body{margin:0 auto;max-width:960px;padding:16px;font:16px/1.45 system-ui,sans-serif;color:#14202b;background:#fff}
+h1{margin:0 0 4px;font-size:24px}#force{margin:0 0 8px;font-size:22px;font-weight:650;font-variant-numeric:tabular-nums}
+#force[data-valid=false]{color:#7a4b00}.views{position:relative}
+#view{display:block;width:100%;border:1px solid #d3dae1;border-radius:8px;background:#f4f6f8}
+#bar{position:absolute;left:10px;bottom:10px;display:flex;align-items:center;gap:7px;padding:4px 10px;border-radius:7px;background:#fffd;font-size:14px}
+#bar i{width:110px;height:13px;border:1px solid #8795a3;border-radius:3px}
+#curve{display:block;width:100%;border:1px solid #d3dae1;border-radius:8px}
+.time{display:flex;gap:12px;margin:10px 0}#place{flex:1;min-width:0}button{min-width:96px;min-height:40px;font:inherit}
+:focus-visible{outline:3px solid #1668b8;outline-offset:2px}`;
 // Text of a script element cannot end it.
 const inScript = (text) => text.replaceAll('<', '\\u003c');
+const program = () =>
+  `const STOPS = ${JSON.stringify(STOPS)};\n${[viridis, visibleOf, drawField, playClip].map(String).join('\n')}\n` +
+  `playClip(JSON.parse(document.getElementById('clip').textContent));`;
 function pageOf(clip) {
   return `<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -156,13 +216,14 @@ function pageOf(clip) {
   content="default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'">
 <title>${clip.title.replaceAll('&', '&amp;').replaceAll('<', '&lt;')}</title><style>${STYLE}</style></head>
 <body><main><h1 id="title"></h1><p id="force" role="status"></p>
-<div class="views"><img id="picture" alt="Camera image"><canvas id="field" width="400" height="360" role="img"
-  aria-label="The object as computed, in the colours of its displacement"></canvas></div>
-<div class="bar"><button id="play" type="button">Play</button><input id="place" type="range" aria-label="Time in the press, seconds"></div>
+<div class="views"><canvas id="view" width="960" height="720" role="img"
+  aria-label="Camera image with the displacement of the model in colours"></canvas>
+<div id="bar"><span>displacement</span><b>0</b><i></i><b></b></div></div>
+<div class="time"><button id="play" type="button">Play</button><input id="place" type="range" aria-label="Time in the press, seconds"></div>
 <canvas id="curve" width="960" height="300" role="img"
   aria-label="Force over time, in newtons and seconds, with one standard deviation"></canvas>
 <ul id="words"></ul><p>Recorded with Palpate. This file loads nothing from the network.</p></main>
 <script type="application/json" id="clip">${inScript(JSON.stringify(clip))}</script>
-<script>(${String(playClip)})(JSON.parse(document.getElementById('clip').textContent));</script></body></html>
+<script>${program()}</script></body></html>
 `;
 }

@@ -1,14 +1,24 @@
-// The player of a shared file. The function is written into the file as text: it uses nothing but its argument and the page around it.
-// `clip`: of share.js. Times in s, forces in N, places in m.
+// The player of a shared file. The function is written into the file as text: it uses nothing but its argument, the functions of field.js
+// and colours.js beside it, and the page around it. `clip`: of share.js. Times in s, forces in N.
+import { drawField, visibleOf } from './field.js';
+import { viridis } from './colours.js';
+
 export function playClip(clip) {
-  const byId = (id) => document.getElementById(id), { states, images, shapes, body } = clip, last = states.at(-1).t;
+  const byId = (id) => document.getElementById(id), { states, images, field } = clip, last = states.at(-1).t;
   const figure = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(3))) : '-');
   const newest = (list, t) => list.reduce((best, item, i) => (item.t <= t + 1e-9 ? i : best), -1);
-  let [now, playing, before, shown] = [0, false, 0, -1];
+  let [now, playing, before, decoded] = [0, false, 0, -1];
   byId('title').textContent = clip.title;
   byId('words').replaceChildren(...clip.words.map((text) => Object.assign(document.createElement('li'), { textContent: text })));
-  byId('picture').hidden = !images.length;
-  byId('field').hidden = !body;
+  const view = byId('view'), still = new Image(), bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  view.hidden = !images.length && !field;
+  byId('bar').hidden = !field;
+  if (field) {
+    const isSmall = field.full < 1e-4;
+    byId('bar').lastElementChild.textContent = `${figure((isSmall ? 1e6 : 1e3) * field.full)} ${isSmall ? 'µm' : 'mm'}`;
+    const tones = [0, 0.25, 0.5, 0.75, 1].map((part) => `rgb(${viridis(part).map(Math.round)})`);
+    byId('bar').querySelector('i').style.background = `linear-gradient(to right, ${tones})`;
+  }
   Object.assign(byId('place'), { min: 0, max: last, step: 0.01, value: 0 });
 
   // Force over time, with a band of one sigma; orange where it is not valid.
@@ -56,55 +66,57 @@ export function playClip(clip) {
       pen.fillStyle = validity === 'valid' ? '#1668b8' : '#c2410c';
       pen.fillRect(x(t) - 1, y(force) - 1, 2.5, 2.5);
     }
-    for (const { t, name } of clip.events) {
+    clip.events.forEach(({ t, name }, i) => {
       pen.fillStyle = '#7a4b00';
       pen.fillRect(x(t), top, 1, height - bottom - top);
       pen.textAlign = 'left';
-      pen.fillText(name, Math.min(x(t) + 3, width - 70), top + 10);
-    }
+      pen.fillText(name, Math.min(x(t) + 3, width - 70), top + 10 + 14 * (i % 3));
+    });
     pen.fillStyle = '#14202b';
     pen.fillRect(x(now) - 1, top, 2, height - bottom - top);
   }
 
-  // The outline of the object, as computed, in the colours of its displacement.
-  function drawField() {
-    const i = newest(shapes, now);
-    if (!body) return;
-    const places = i < 0 ? body.rest : shapes[i].places,
-      canvas = byId('field'),
-      brush = canvas.getContext('2d'),
-      [x0, y0, x1, y1] = body.box;
-    const scale = Math.min((canvas.width - 40) / (x1 - x0), (canvas.height - 60) / (y1 - y0)),
-      at = (node) => [20 + (places[2 * node] - x0) * scale, canvas.height - 40 - (places[2 * node + 1] - y0) * scale];
-    brush.clearRect(0, 0, canvas.width, canvas.height);
-    brush.lineWidth = 6;
-    brush.lineCap = 'round';
-    for (const [a, b] of body.lines) {
-      const moved = Math.hypot(places[2 * a] - body.rest[2 * a], places[2 * a + 1] - body.rest[2 * a + 1]);
-      const stops = [
-          [68, 1, 84],
-          [59, 82, 139],
-          [33, 145, 140],
-          [94, 201, 98],
-          [253, 231, 37],
-        ],
-        part = Math.min(1, moved / clip.mostMoved) * 3.999,
-        k = Math.floor(part);
-      brush.strokeStyle = `rgb(${stops[k].map((low, c) => Math.round(low + (part - k) * (stops[k + 1][c] - low)))})`;
+  // The image with the displacement of the model over it.
+  still.onload = () => drawView();
+  function drawView() {
+    const pen = view.getContext('2d'), i = field ? newest(field.frames, now) : -1;
+    if (still.naturalWidth) view.height = Math.round((view.width * still.naturalHeight) / still.naturalWidth);
+    pen.clearRect(0, 0, view.width, view.height);
+    if (still.naturalWidth) pen.drawImage(still, 0, 0, view.width, view.height);
+    if (i < 0) return;
+    const frame = field.frames[i], places = new Uint16Array(bytesOf(frame.places).buffer);
+    const offset = images.length ? 0 : (view.height - view.width) / 2, values = Array.from(bytesOf(frame.values), (value) => value / 255);
+    const image = Array.from(places, (step, k) => ((2 * step) / 65535 - 0.5) * view.width + (k % 2 ? offset : 0));
+    const layer = Object.assign(document.createElement('canvas'), { width: view.width, height: view.height });
+    const seen = visibleOf(field.triangles, image, field.isPlanar);
+    if (!images.length) {
+      const brush = layer.getContext('2d');
+      brush.fillStyle = `rgb(${viridis(0)})`;
       brush.beginPath();
-      brush.moveTo(...at(a));
-      brush.lineTo(...at(b));
-      brush.stroke();
+      for (let k = 0; k < seen.length; ++k) brush[k % 3 ? 'lineTo' : 'moveTo'](image[2 * seen[k]], image[2 * seen[k] + 1]);
+      brush.fill();
     }
-    brush.fillStyle = '#3c4a58';
-    brush.font = '13px system-ui, sans-serif';
-    brush.fillText(`displacement: dark 0, yellow ${figure(1e3 * clip.mostMoved)} mm`, 20, canvas.height - 12);
+    drawField(layer.getContext('2d'), seen, values, (node) => [image[2 * node], image[2 * node + 1]]);
+    pen.globalAlpha = images.length ? 0.72 : 1;
+    pen.drawImage(layer, 0, 0);
+    pen.globalAlpha = 1;
+    const isSeen = new Set(seen);
+    pen.strokeStyle = '#f2f6fa';
+    pen.beginPath();
+    for (let k = 0; k < field.edges.length; k += 2) {
+      const [a, b] = field.edges.slice(k, k + 2);
+      if (!isSeen.has(a) || !isSeen.has(b)) continue;
+      pen.moveTo(image[2 * a], image[2 * a + 1]);
+      pen.lineTo(image[2 * b], image[2 * b + 1]);
+    }
+    pen.stroke();
   }
 
   function show() {
     const state = states[Math.max(0, newest(states, now))], i = Math.max(0, newest(images, now));
-    if (images.length && i !== shown) byId('picture').src = `data:image/jpeg;base64,${images[i].jpeg}`;
-    shown = i;
+    if (images.length && i !== decoded) still.src = `data:image/jpeg;base64,${images[i].jpeg}`;
+    else drawView();
+    decoded = i;
     const force =
       state.force === null
         ? 'force unknown'
@@ -114,7 +126,6 @@ export function playClip(clip) {
     byId('place').value = now;
     byId('place').setAttribute('aria-valuetext', byId('force').textContent);
     drawCurve();
-    drawField();
   }
   function frame(at) {
     if (playing) {

@@ -6,6 +6,7 @@ import { LATER_S, ageWords, figure, fixed, lengthUnit, norm, stressUnit, write, 
 
 const ARROW_SHARE = 0.15;   // of the object's size, at the force limit
 const LEAST_ARROW = 0.005;  // of the limit: less is not drawn
+const TOGETHER_S = 0.5;     // shape and displacement of one moment
 const PLACES_AT = 20, FAILED = 5;  // of a shape's bytes; a validity: the model has no solution
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -19,8 +20,8 @@ function drawsInSoftware() {
 }
 
 export class View {
-  constructor(link) {
-    this.link = link;
+  constructor(link, colourScale) {
+    Object.assign(this, { link, colourScale, past: null, fieldTopology: null, field: null });
     this.host = document.getElementById('view');
     this.line = document.getElementById('view-line');
     this.label = this.add('force-label');
@@ -106,7 +107,7 @@ export class View {
     this.workspace.material.color.set(colour('--rest'));
     for (const arrow of [this.arrow, ...this.others.map(([, own]) => own)]) arrow.material.color.set(colour('--force'));
     for (const [ball] of this.others) ball.material.color.set(colour('--rest'));
-    this.body?.paint({ line: colour('--rest'), fill: colour('--gel') });
+    this.body?.paint({ line: colour('--rest') });
     this.dirty = true;
   }
   resize() {
@@ -125,8 +126,10 @@ export class View {
       this.body.dispose();
     }
     this.shape = null;
-    this.body = new Body(this.three, message, this.body?.quantity);
+    this.colourScale.begin();
+    this.body = new Body(this.three, message, this.colourScale, this.body?.quantity);
     this.scene.add(this.body.group);
+    if (this.fieldTopology?.number === message.number) this.takeFieldTopology(this.fieldTopology);
     this.waiting.hidden = true;
     this.bar.hidden = false;
     this.repaint();
@@ -145,7 +148,28 @@ export class View {
     this.workspace.visible = low.some((part, i) => high[i] > part);
     this.dirty = true;
   }
-  takeShape(message) {
+  // `topology`: of link.js.
+  takeFieldTopology(topology) {
+    this.fieldTopology = topology;
+    if (this.body?.planar && this.body.number === topology.number) this.body.makeFilling(topology);
+  }
+  // `field`: of link.js.
+  takeField(field) {
+    this.field = field;
+    this.dirty = true;
+  }
+  // A moment of the last minute, {shape, status, field}, until null: the newest again.
+  showPast(past) {
+    const wasPast = Boolean(this.past);
+    this.past = past;
+    if (!past && !wasPast) return;
+    const shape = past ? past.shape : this.newest;
+    if (shape) this.takeShape(shape, Boolean(past));
+    this.dirty = true;
+  }
+  takeShape(message, isPast = false) {
+    if (!isPast) this.newest = message;
+    if (Boolean(this.past) !== isPast) return;
     if (!this.body || message.number !== this.body.number) return;
     const { nodes } = this.body;
     if (![PLACES_AT + 12 * nodes, PLACES_AT + 16 * nodes].includes(message.buffer.byteLength)) return;
@@ -170,7 +194,7 @@ export class View {
   }
   // Applies the newest shape and status just before drawing.
   put() {
-    const { status, shape } = this;
+    const status = this.past ? this.past.status : this.status, { shape } = this;
     this.shape = null;
     if (shape) {
       const end = PLACES_AT + 12 * this.body.nodes, hasTraction = shape.buffer.byteLength > end;
@@ -181,6 +205,8 @@ export class View {
       this.shapeT = shape.t;
       this.isAnswered = shape.view.getUint32(16, true) !== FAILED;
     }
+    const field = this.past ? this.past.field : this.field;
+    this.body?.fill(field && Math.abs(field.t - this.shapeT) < TOGETHER_S ? field.displacement : null);
     if (!this.body || !status?.fingers.length) return;
     this.size = this.body.box.getSize(new this.three.Vector3()).length();
     const state = status.slave_state, model = state?.local_model, tip = state ? xyz(state.p_S_tip) : status.fingers[0].place;
@@ -264,8 +290,8 @@ export class View {
   }
   // The label never shows an old force, however rarely the view is drawn.
   showForce() {
-    const { status } = this, hand = status ? norm(status.chain.sent) : 0, limit = status?.force_limit || 1;
-    const shown = Boolean(this.arrow?.visible) && status.state === 'FOLLOWING' && hand > LEAST_ARROW * limit;
+    const status = this.past ? this.past.status : this.status, hand = status ? norm(status.chain.sent) : 0, limit = status?.force_limit || 1;
+    const shown = Boolean(this.arrow?.visible) && status?.state === 'FOLLOWING' && hand > LEAST_ARROW * limit;
     if (shown === this.label.hidden) this.label.hidden = !shown;
     const press = shown ? Math.min(1, hand / limit).toFixed(2) : '0';
     if (press !== this.press) this.host.style.setProperty('--press', (this.press = press));
@@ -275,15 +301,15 @@ export class View {
   }
   showWords() {
     this.showForce();
-    const now = this.link.now();
+    const now = this.past ? null : this.link.now();
     const age = this.shapeT === null || now === null ? null : now - this.shapeT;
     if (age < -LATER_S && this.status?.replay) this.forgetShape();
-    write(document.getElementById('model-age'), this.shapeT === null ? '' : ageWords(age, false));
+    write(document.getElementById('model-age'), this.past ? this.past.words : this.shapeT === null ? '' : ageWords(age, false));
     if (!this.body) {
       if (this.waiting && this.status?.mesh_trouble) this.waiting.textContent = `No shape: ${this.status.mesh_trouble}`;
       return;
     }
-    const { quantity, full, largest } = this.body, isMoved = quantity === 'moved';
+    const { quantity, largest } = this.body, { full } = this.colourScale, isMoved = quantity === 'moved';
     const { unit, factor } = (isMoved ? lengthUnit : stressUnit)(full[quantity]);
     const [top, , , name] = this.bar.children;
     write(top, figure(full[quantity] * factor));

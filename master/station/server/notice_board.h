@@ -22,17 +22,23 @@ enum class Topic : std::uint8_t {
   kStatus,    // text: status, 30 times a second
   kImage,     // binary: a JPEG
   kShape,     // binary: the deformed object
+  // Binary: nodes and triangles of the displacement field, and the field. Only while a page
+  // requests them (FieldCommand), or from a recording.
+  kFieldTopology,
+  kField,
 };
-inline constexpr std::size_t kTopicCount = 7;
+inline constexpr std::size_t kTopicCount = 9;
 constexpr bool IsBinary(Topic topic) {
-  return topic == Topic::kTopology || topic == Topic::kImage || topic == Topic::kShape;
+  return topic == Topic::kTopology || topic == Topic::kImage || topic == Topic::kShape ||
+         topic == Topic::kFieldTopology || topic == Topic::kField;
 }
 
 // Sixteen bytes before each binary message, little-endian.
 struct BinaryHeader {
-  std::uint32_t topic = 0;   // as Topic
-  std::uint32_t number = 0;  // topology: its number, from 1; shape: the topology's; image: 0
-  double t = 0;              // sample time since the start of the run [s]
+  std::uint32_t topic = 0;  // as Topic
+  // Topologies: their number, from 1; shape and field: the topology's; image: 0.
+  std::uint32_t number = 0;
+  double t = 0;  // sample time since the start of the run [s]
 };
 static_assert(sizeof(BinaryHeader) == 16);
 // Header and bytes together.

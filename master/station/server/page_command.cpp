@@ -96,11 +96,12 @@ PageCommand ReadObject(const Json& command) {
   if (what == "find") return ReinitializeTrackingCommand{};
   if (what == "clutch") return ClutchCommand{Flag(command, "on")};
   if (what == "record") return RecordCommand{Flag(command, "on")};
+  if (what == "field") return FieldCommand{Flag(command, "on")};
   if (what == "render") return ReadRender(command);
   if (what == "replay") return ReadReplay(command);
   RefuseCommand(
       "do: expected stop, reset, ping, past, pointer, set, model, mark, tare, find, "
-      "clutch, record, render, replay");
+      "clutch, record, render, replay, field");
 }
 
 }  // namespace

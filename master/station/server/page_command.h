@@ -62,10 +62,14 @@ struct ReplayCommand {
   std::optional<double> speed;  // relative to real time; finite, > 0
   std::optional<double> to;     // time in the recording [s]; finite
 };
-using PageCommand =
-    std::variant<StopCommand, ResetCommand, PingCommand, PointerCommand, MappingCommand,
-                 ModelCommand, MarkCommand, TareCommand, ClutchCommand, RenderCommand,
-                 RecordCommand, ReplayCommand, PastCommand, ReinitializeTrackingCommand>;
+// {"do": "field", "on": true}: this page shows the displacement field. It ends with the page.
+struct FieldCommand {
+  bool on = true;
+};
+using PageCommand = std::variant<StopCommand, ResetCommand, PingCommand, PointerCommand,
+                                 MappingCommand, ModelCommand, MarkCommand, TareCommand,
+                                 ClutchCommand, RenderCommand, RecordCommand, ReplayCommand,
+                                 PastCommand, ReinitializeTrackingCommand, FieldCommand>;
 
 // Throws std::invalid_argument with the problem and what is accepted.
 PageCommand ReadPageCommand(std::string_view message);

@@ -14,6 +14,7 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/text/text.h"
+#include "shared/wire/enum_names.h"
 #include "slave/capture/bounded_image.h"
 #include "slave/checks/camera/camera_limits.h"
 #include "slave/commands/check/check.h"

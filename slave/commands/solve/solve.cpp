@@ -21,6 +21,7 @@
 #include "slave/commands/solve/field_file.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/solve/case_solver.h"
+#include "slave/solve/write_rows.h"
 
 namespace palpate {
 namespace {

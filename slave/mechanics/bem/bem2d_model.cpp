@@ -225,6 +225,24 @@ void Bem2dModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
   }
 }
 
+PlanarCover Bem2dModel::MakeCover() const {
+  return CoverOf(greens_.problem().mesh, kCoverPlaces);
+}
+
+void Bem2dModel::ComputeInside(const std::vector<Vector2d>& places,
+                               std::vector<Eigen::Vector3d>* u_O) {
+  if (inside_H_.size() == 0) greens_.Inside(places, &inside_H_, &inside_G_);
+  const BoundaryState state = Shown();
+  const auto size = static_cast<Eigen::Index>(2 * state.displacement.size());
+  const Eigen::VectorXd u = Eigen::Map<const Eigen::VectorXd>(state.displacement[0].data(), size);
+  const Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(state.traction[0].data(), size) *
+                            (greens_.length_unit() / params_.young_modulus);
+  const Eigen::VectorXd inside = inside_G_ * t - inside_H_ * u;
+  for (Eigen::Index i = 0; i < inside.size(); i += 2) {
+    u_O->emplace_back(inside[i], inside[i + 1], 0);
+  }
+}
+
 void Bem2dModel::ComputeTractions(std::vector<float>* pascals) {
   const BoundaryState state = Shown();
   const BoundaryMesh& mesh = greens_.problem().mesh;

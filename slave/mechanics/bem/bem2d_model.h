@@ -62,6 +62,9 @@ class Bem2dModel final : public DeformationModel {
   // is O(h^2) on smooth boundary, O(h^3) with quadratic elements, one order less in corners of
   // constant ones.
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
+  [[nodiscard]] PlanarCover MakeCover() const override;
+  void ComputeInside(const std::vector<Eigen::Vector2d>& places,
+                     std::vector<Eigen::Vector3d>* u_O) override;
   // The mean of both elements at a vertex, what supports fix apart.
   void ComputeTractions(std::vector<float>* pascals) override;
   [[nodiscard]] BoundaryState AtRest() const;
@@ -86,6 +89,7 @@ class Bem2dModel final : public DeformationModel {
   bool answered_ = false;
   std::vector<PlaceForce> forces_;  // of the last answer, where they count for it
   std::vector<Eigen::Vector2d> probe_forces_;
+  Eigen::MatrixXd inside_H_, inside_G_;  // see BoundarySystem::Inside; empty: not needed yet
 };
 
 }  // namespace palpate

@@ -31,6 +31,18 @@ void Integrate(const KelvinConstants& constants, const ElementView& view, int mo
   }
 }
 
+// Contribution of a node's values: H and G.
+KelvinBlocks<double> NodeBlocks(const ElementNodes& local, std::size_t node,
+                                const ModeBlocks& modes) {
+  KelvinBlocks<double> blocks{local.mode[node][0] * modes[0].of_traction,
+                              local.mode[node][0] * modes[0].of_displacement};
+  for (std::size_t k = 1; k < Index(local.count); ++k) {
+    blocks.of_displacement += local.mode[node][k] * modes[k].of_displacement;
+    blocks.of_traction += local.mode[node][k] * modes[k].of_traction;
+  }
+  return blocks;
+}
+
 struct HoleCentre {
   Vector2d p_O{0, 0};  // [m]
   double radius = 0;   // of a circle around it that stays in the hole [m]
@@ -120,12 +132,7 @@ void BoundarySystem::CollocateElement(int element, Eigen::MatrixXd* A,
     Integrate(constants, view, local.count, &modes);
     const auto row = static_cast<Eigen::Index>(2 * i);
     for (std::size_t m = 0; m < Index(local.count); ++m) {
-      Matrix2d h = local.mode[m][0] * modes[0].of_displacement;
-      Matrix2d g = local.mode[m][0] * modes[0].of_traction;
-      for (std::size_t k = 1; k < Index(local.count); ++k) {
-        h += local.mode[m][k] * modes[k].of_displacement;
-        g += local.mode[m][k] * modes[k].of_traction;
-      }
+      auto [g, h] = NodeBlocks(local, m, modes);
       if (self && m == own) h.diagonal().array() += 0.5;
       for (int c = 0; c < 2; ++c) {
         const Eigen::Index column =
@@ -135,6 +142,31 @@ void BoundarySystem::CollocateElement(int element, Eigen::MatrixXd* A,
         A->block<2, 1>(row, column) = sign * (fixed ? g : h).col(c);
         Abar->block<2, 1>(row, column) = sign * (fixed ? h : g).col(c);
       }
+    }
+  }
+}
+
+void BoundarySystem::Inside(const std::vector<Vector2d>& places, Eigen::MatrixXd* H,
+                            Eigen::MatrixXd* G) const {
+  const KelvinConstants constants(elasticity_.shear_modulus, elasticity_.effective_nu);
+  const ElementNodes& local = ElementNodes::Of(problem_.order);
+  const auto rows = static_cast<Eigen::Index>(2 * places.size());
+  const auto columns = static_cast<Eigen::Index>(2 * nodes_.size());
+  H->resize(rows, columns);
+  G->resize(rows, columns);
+  ModeBlocks modes;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t node = 0; node < nodes_.size(); ++node) {
+      const std::size_t own = node % Index(local.count);
+      if (own == 0) {
+        Integrate(constants, ViewOf(problem_.mesh, nodes_[node].element, places[i]), local.count,
+                  &modes);
+      }
+      const KelvinBlocks<double> blocks = NodeBlocks(local, own, modes);
+      const auto row = static_cast<Eigen::Index>(2 * i),
+                 column = static_cast<Eigen::Index>(2 * node);
+      H->block<2, 2>(row, column) = blocks.of_displacement;
+      G->block<2, 2>(row, column) = blocks.of_traction;
     }
   }
 }

@@ -56,6 +56,12 @@ class BoundarySystem {
   // Throws Interrupted.
   void Collocate(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar, Progress* progress) const;
 
+  // Somigliana's identity at `places` in the body [m]: the displacements there are G t - H u of
+  // those of the nodes, all nondimensional; two rows for each place. The integrals are exact, so
+  // that constant elements show their steps only nearer to the boundary than they are long.
+  void Inside(const std::vector<Eigen::Vector2d>& places, Eigen::MatrixXd* H,
+              Eigen::MatrixXd* G) const;
+
   // Holes in a body that hardly changes its volume. At nu = 0.5 the collocated equations admit, for
   // each hole, any pressure that acts in the hole and on its boundary; with 1 / (1 - 2 nu) they
   // lose it before. In the hole Somigliana's identity gives zero, and its divergence, divided by

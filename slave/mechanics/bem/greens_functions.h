@@ -75,6 +75,11 @@ class GreensFunctions final : public Compliance {
     return problem_
         .held[static_cast<std::size_t>(node(i).element)][static_cast<std::size_t>(component)];
   }
+  // See BoundarySystem::Inside.
+  void Inside(const std::vector<Eigen::Vector2d>& places, Eigen::MatrixXd* H,
+              Eigen::MatrixXd* G) const {
+    BoundarySystem(problem_, nodes_, elasticity_).Inside(places, H, G);
+  }
   [[nodiscard]] double condition() const { return condition_; }  // of A_0, 1-norm estimate
   [[nodiscard]] const ElementError& error() const { return error_; }
   [[nodiscard]] std::size_t memory_bytes() const override {

@@ -39,8 +39,8 @@ struct ExtrudedModel::Place {
   int element = 0;
   Vector2d p_O{0, 0};
   double width = 0;      // [m]
-  PressedPrism pressed;  // stiffness by E and larger side; empty edge: on a support
-  [[nodiscard]] bool is_held() const { return pressed.edge[0].empty(); }
+  PressedPrism pressed;  // stiffness by E and larger side; empty front: on a support
+  [[nodiscard]] bool is_held() const { return pressed.front[0].empty(); }
 };
 
 ExtrudedModel::~ExtrudedModel() = default;
@@ -99,9 +99,10 @@ std::unique_ptr<ExtrudedModel::Place> ExtrudedModel::Prepare(int element, const 
   prism.segments = tool->segments;
   Narrow(excess.through, &prism);
   for (Vector2d& p : prism.points) p /= unit;
-  std::vector<Vector2d> edge;
-  for (const BoundaryElement& at : mesh_.elements) edge.emplace_back(at.a / unit);
-  place->pressed = PressPrism(prism, {tool->ends[0] / unit, tool->ends[1] / unit}, edge);
+  std::vector<Vector2d> places;
+  for (const BoundaryElement& at : mesh_.elements) places.emplace_back(at.a / unit);
+  for (const Vector2d& inside : cover().inside) places.emplace_back(inside / unit);
+  place->pressed = PressPrism(prism, {tool->ends[0] / unit, tool->ends[1] / unit}, places);
   info_.dof = Index(place->pressed.unknowns);
   info_.precompute_s += SecondsSince(start);
   return place;
@@ -167,11 +168,20 @@ void ExtrudedModel::ComputeResponses(std::span<const Contact> contacts,
 }
 
 void ExtrudedModel::ComputeDisplacements(std::vector<Vector3d>* u_O) {
-  u_O->assign(mesh_.elements.size(), Vector3d::Zero());
-  if (shown_ == nullptr) return;
-  const auto& edge = shown_->pressed.edge;
-  for (std::size_t i = 0; i < u_O->size(); ++i) {
-    (*u_O)[i] = moved_O_.x() * edge[0][i] + moved_O_.y() * edge[1][i];
+  u_O->clear();
+  AppendFront(0, mesh_.elements.size(), u_O);
+}
+
+void ExtrudedModel::ComputeInside(const std::vector<Vector2d>& places, std::vector<Vector3d>* u_O) {
+  AppendFront(mesh_.elements.size(), places.size(), u_O);
+}
+
+void ExtrudedModel::AppendFront(std::size_t first, std::size_t count,
+                                std::vector<Vector3d>* u_O) const {
+  if (shown_ == nullptr) return u_O->resize(u_O->size() + count, Vector3d::Zero());
+  const auto& [by_x, by_y] = shown_->pressed.front;
+  for (std::size_t i = first; i < first + count; ++i) {
+    u_O->emplace_back(moved_O_.x() * by_x[i] + moved_O_.y() * by_y[i]);
   }
 }
 

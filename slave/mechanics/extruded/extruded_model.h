@@ -44,6 +44,11 @@ class ExtrudedModel final : public DeformationModel {
   void ComputeResponses(std::span<const Contact> contacts,
                         std::span<ContactResponse> responses) noexcept override;
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
+  [[nodiscard]] PlanarCover MakeCover() const override { return CoverOf(mesh_, kCoverPlaces); }
+  void ComputeInside(const std::vector<Eigen::Vector2d>& places,
+                     std::vector<Eigen::Vector3d>* u_O) override;
+  // The displacements at places of the outline and then inside, from `first` on.
+  void AppendFront(std::size_t first, std::size_t count, std::vector<Eigen::Vector3d>* u_O) const;
   const Place* Find(const Contact& contact);
   std::unique_ptr<Place> Prepare(int element, const Eigen::Vector2d& p_O, double width);
 

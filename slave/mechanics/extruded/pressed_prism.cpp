@@ -384,24 +384,28 @@ Vector3d MotionOf(Unknowns* rows, const Eigen::MatrixXd& x, int node, int axis) 
   return u;
 }
 
-// The front edge at a place of the outline.
-Vector3d MotionAt(const PlaneMesh& mesh, const Vector2d& p, Unknowns* rows,
-                  const Eigen::MatrixXd& x, int axis) {
-  const PlaneMesh::Edge* nearest = nullptr;
-  double distance = std::numeric_limits<double>::infinity(), along = 0;
-  for (const PlaneMesh::Edge& edge : mesh.boundary) {
-    const Vector2d &a = mesh.nodes[Index(edge.nodes[0])], &b = mesh.nodes[Index(edge.nodes[1])];
-    const double s = std::clamp((p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
-    const double away = (p - a - s * (b - a)).squaredNorm();
-    if (away < distance) distance = away, nearest = &edge, along = s;
+// The six nodes of the triangle at a place, and the values of their shape functions there.
+struct PlaceInTriangle {
+  std::array<int, 6> nodes{};
+  std::array<double, 6> shapes{};
+};
+
+PlaceInTriangle FindPlace(const PlaneMesh& mesh, const Vector2d& p) {
+  PlaceInTriangle place;
+  double best = -std::numeric_limits<double>::infinity();
+  for (const auto& nodes : mesh.triangles) {
+    const Vector2d &a = mesh.nodes[Index(nodes[0])], &b = mesh.nodes[Index(nodes[1])],
+                   &c = mesh.nodes[Index(nodes[2])];
+    const double area = Orientation(a, b, c);
+    const double l0 = Orientation(p, b, c) / area, l1 = Orientation(a, p, c) / area;
+    const double l2 = 1 - l0 - l1, least = std::min({l0, l1, l2});
+    if (least <= best) continue;
+    best = least;
+    place = {nodes,
+             {l0 * (2 * l0 - 1), l1 * (2 * l1 - 1), l2 * (2 * l2 - 1), 4 * l0 * l1, 4 * l1 * l2,
+              4 * l2 * l0}};
   }
-  const double s = along;
-  const std::array<double, 3> shapes{(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)};
-  Vector3d u = Vector3d::Zero();
-  for (std::size_t i = 0; i < 3; ++i) {
-    u += shapes[i] * MotionOf(rows, x, nearest->nodes[i], axis);
-  }
-  return u;
+  return place;
 }
 
 }  // namespace
@@ -412,7 +416,7 @@ EndExcess ExcessOf(const Prism& prism, double width) {
 }
 
 PressedPrism PressPrism(const Prism& prism, const std::array<Vector2d, 2>& tool,
-                        const std::vector<Vector2d>& edge) {
+                        const std::vector<Vector2d>& places) {
   const PlaneMesh mesh(MeshOf(prism, tool));
   const Layers layers = LayersOf(prism, (tool[1] - tool[0]).norm());
   const PlanePairs pairs = PairsOf(mesh);
@@ -429,9 +433,14 @@ PressedPrism PressPrism(const Prism& prism, const std::array<Vector2d, 2>& tool,
   PressedPrism pressed;
   pressed.stiffness = system.direct - system.right.transpose() * x;
   if (layers.is_half) pressed.stiffness *= 2;
-  for (int axis = 0; axis < 2; ++axis) {
-    for (const Vector2d& p : edge) {
-      pressed.edge[Index(axis)].push_back(MotionAt(mesh, p, &rows, x, axis));
+  for (const Vector2d& p : places) {
+    const auto [nodes, shapes] = FindPlace(mesh, p);
+    for (int axis = 0; axis < 2; ++axis) {
+      Vector3d u = Vector3d::Zero();
+      for (std::size_t i = 0; i < nodes.size(); ++i) {
+        u += shapes[i] * MotionOf(&rows, x, nodes[i], axis);
+      }
+      pressed.front[Index(axis)].push_back(u);
     }
   }
   pressed.unknowns = rows.count();

@@ -42,17 +42,16 @@ struct PressedPrism {
   // Force on the tool per unit displacement along x and y. The tool does not turn and does not move
   // through the thickness.
   Eigen::Matrix2d stiffness = Eigen::Matrix2d::Zero();
-  // Displacement of the front edge at the places asked for, per unit displacement of the tool along
-  // x and y; z points out of the front face.
-  std::array<std::vector<Eigen::Vector3d>, 2> edge;
+  // Displacement of the front face at the places asked for, per unit displacement of the tool along
+  // x and y; z points out of the face.
+  std::array<std::vector<Eigen::Vector3d>, 2> front;
   int unknowns = 0, elements = 0;
 };
 
-// `tool`: its two ends on the outline. `edge`: places on the outline at which the displacement of
-// the front edge is wanted. What a support holds in
+// `tool`: its two ends on the outline. `places`: on the outline or inside. What a support holds in
 // x and y it holds in z too. Throws std::invalid_argument: the tool covers a support, or nothing
 // holds the body; std::runtime_error as MakeGradedMesh.
 PressedPrism PressPrism(const Prism& prism, const std::array<Eigen::Vector2d, 2>& tool,
-                        const std::vector<Eigen::Vector2d>& edge);
+                        const std::vector<Eigen::Vector2d>& places);
 
 }  // namespace palpate

@@ -135,4 +135,13 @@ void RelaxingModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
   elastic_->Displacements(solution, u_O);
 }
 
+void RelaxingModel::ComputeInside(const std::vector<Eigen::Vector2d>& places,
+                                  std::vector<Eigen::Vector3d>* u_O) {
+  Solution solution;
+  elastic_->Solve(at_rest_, &solution);
+  std::vector<Eigen::Vector3d> all;
+  elastic_->CoverDisplacements(solution, &all);
+  u_O->insert(u_O->end(), all.end() - std::ssize(places), all.end());
+}
+
 }  // namespace palpate

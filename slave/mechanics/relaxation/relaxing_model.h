@@ -42,6 +42,9 @@ class RelaxingModel final : public DeformationModel {
   void ComputeResponses(std::span<const Contact> contacts,
                         std::span<ContactResponse> responses) noexcept override;
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
+  [[nodiscard]] PlanarCover MakeCover() const override { return elastic_->cover(); }
+  void ComputeInside(const std::vector<Eigen::Vector2d>& places,
+                     std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::span<const Contact> ContactsAtRest(std::span<const Contact>) const override {
     return at_rest_;
   }

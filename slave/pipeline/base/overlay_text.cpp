@@ -21,4 +21,23 @@ void DrawText(const std::string& text, const cv::Scalar& colour, cv::Mat* image)
   draw(colour, width);
 }
 
+void DrawArrow(const cv::Point2d& from, const cv::Point2d& to, double sigma,
+               const cv::Scalar& colour, cv::Mat* image) {
+  constexpr int kThickness = 2;                  // [px]
+  constexpr double kHead = 0.2, kHalfBar = 5.5;  // by the arrow's length; of a mark across it [px]
+  const double length = std::hypot(to.x - from.x, to.y - from.y);
+  if (!(length > 1)) return;
+  const cv::Point2d along = (to - from) / length, across(-along.y, along.x);
+  OnAnyImage(colour, kThickness, [&](const cv::Scalar& with, int thickness) {
+    cv::arrowedLine(*image, from, to, with, thickness, cv::LINE_AA, 0, kHead);
+    if (!(sigma > 0.5)) return;
+    for (const double end : {std::fmax(0.0, length - sigma), length + sigma}) {
+      const cv::Point2d middle = from + end * along;
+      cv::line(*image, middle - kHalfBar * across, middle + kHalfBar * across, with, thickness,
+               cv::LINE_AA);
+    }
+    cv::line(*image, to, from + (length + sigma) * along, with, 1, cv::LINE_AA);
+  });
+}
+
 }  // namespace palpate

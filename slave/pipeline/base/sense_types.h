@@ -23,6 +23,18 @@ struct ModelChange {
   std::string kind;  // empty: unchanged
 };
 
+// Parts of a shape that cost time and are computed only on request.
+struct ShapeParts {
+  bool nodal_forces = false, field = false;
+};
+
+// See DisplacementField of state.proto.
+struct DisplacementField {
+  std::vector<std::uint32_t> triangles{};     // node indices, three at a time
+  std::vector<float> rest{}, displacement{};  // x, y, z per node, frame O [m]
+  std::vector<float> image{};                 // u, v per displaced node [px]; empty: no camera
+};
+
 // The deformed boundary: its vertices, frame S [m].
 struct BoundaryShape {
   std::uint64_t state_sequence = 0;
@@ -37,6 +49,7 @@ struct BoundaryShape {
   // forces; otherwise empty, also unless requested.
   std::vector<float> traction;
   std::vector<std::uint32_t> fixed_nodes;  // vertices that the scene fixes along at least one axis
+  std::optional<DisplacementField> field;  // nullopt: not requested, or no model
 };
 
 // Description of the sensing, for people and for code that needs its limits.

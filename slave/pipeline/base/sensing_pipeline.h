@@ -42,12 +42,17 @@ ModelOptions Changed(ModelOptions model, const ModelChange& change,
                      std::optional<ObjectClass> object);
 
 void Append(std::vector<float>* out, const Eigen::Vector3d& v);
+// Adds a node of a field: its rest position and displacement, frame O [m], and the displaced
+// position in the image [px].
+void Append(DisplacementField* field, const Eigen::Vector3d& p_O, const Eigen::Vector3d& u_O,
+            const Eigen::Vector2d& p_I);
 // A shape without vertices, of `estimated`.
 inline BoundaryShape ShapeAsOf(const ContactEstimate& estimated, int nodes_per_element) {
   return {estimated.sample,
           estimated.sensed_at,
           estimated.validity,
           nodes_per_element,
+          {},
           {},
           {},
           {},
@@ -123,7 +128,7 @@ class SensingPipeline {
   // The motion at the last estimate. Patches refer to the surface where it was found.
   [[nodiscard]] virtual SurfaceMotion motion() const noexcept = 0;
   // The shape at the last estimate.
-  virtual BoundaryShape Shape(bool nodal_forces) = 0;
+  virtual BoundaryShape Shape(const ShapeParts& parts) = 0;
   // `full_scale`: the largest force that the device can render, at the tool [N]. nullopt: no
   // camera, or no image yet.
   [[nodiscard]] virtual std::optional<OverlaidImage> Image(double full_scale) const = 0;

@@ -41,20 +41,26 @@ cv::Mat Draw(const CameraOverlay& overlay, const cv::Mat& image) {
   cv::Mat drawn = ToColour(image);
   std::vector<cv::Point> edge;
   for (const Eigen::Vector2d& p : overlay.edge_I) edge.push_back(Round(p));
-  if (!edge.empty()) cv::polylines(drawn, edge, true, kEdgeColour, 1, cv::LINE_AA);
-  cv::rectangle(drawn, overlay.search_window, kWindowColour, 1);
-  const cv::Point tip = Round(overlay.tip.p_I);
-  if (overlay.tip.found)
-    cv::drawMarker(drawn, tip, kTipColour, cv::MARKER_CROSS, 13, 1, cv::LINE_AA);
+  OnAnyImage(kEdgeColour, 1, [&](const cv::Scalar& colour, int thickness) {
+    if (!edge.empty()) cv::polylines(drawn, edge, true, colour, thickness, cv::LINE_AA);
+  });
+  OnAnyImage(kWindowColour, 1, [&](const cv::Scalar& colour, int thickness) {
+    cv::rectangle(drawn, overlay.search_window, colour, thickness);
+  });
+  OnAnyImage(kTipColour, 1, [&](const cv::Scalar& colour, int thickness) {
+    if (!overlay.tip.found) return;
+    cv::drawMarker(drawn, Round(overlay.tip.p_I), colour, cv::MARKER_CROSS, 13, thickness,
+                   cv::LINE_AA);
+  });
   if (!overlay.force) {
     DrawText("force unknown", kForceColour, &drawn);
     return drawn;
   }
-  if (overlay.force_I.norm() > 1) {
-    const cv::Point end = Round(overlay.tip.p_I + overlay.force_I);
-    cv::arrowedLine(drawn, tip, end, kForceColour, 2, cv::LINE_AA, 0, 0.2);
-  }
-  DrawText(fmt::format("{:.3g} N  score {:.2f}", overlay.force->norm(), overlay.tip.score),
+  const Eigen::Vector2d end = overlay.tip.p_I + overlay.force_I;
+  DrawArrow({overlay.tip.p_I.x(), overlay.tip.p_I.y()}, {end.x(), end.y()}, overlay.sigma_I,
+            kForceColour, &drawn);
+  DrawText(fmt::format("{:.3g} N +- {:.2g}  score {:.2f}", overlay.force->norm(), overlay.sigma,
+                       overlay.tip.score),
            kForceColour, &drawn);
   return drawn;
 }

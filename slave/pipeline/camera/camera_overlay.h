@@ -17,6 +17,8 @@ struct CameraOverlay {
   TipObservation tip;
   std::optional<Eigen::Vector3d> force;  // object on tool, S [N]
   Eigen::Vector2d force_I{0, 0};         // the same as an arrow in the image [px]
+  double sigma = 0;                      // one standard deviation of the force's magnitude [N]
+  double sigma_I = 0;                    // the same along the arrow [px]
 };
 
 // The arrow for `force_S`: its direction in the image, and a length of a fifth of the image's

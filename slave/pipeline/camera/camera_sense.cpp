@@ -216,7 +216,7 @@ LocalModel CameraSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
   return estimate_.local_model;
 }
 
-BoundaryShape CameraSense::Shape(bool nodal_forces) {
+BoundaryShape CameraSense::Shape(const ShapeParts& parts) {
   const Eigen::Isometry3d& X_SO = estimator_->registration().X_SO;
   const BoundaryMesh& mesh = estimator_->touch().mesh;
   const Eigen::Vector3d moved = motion().offset;
@@ -235,7 +235,8 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
     Append(&shape.rest, moved + X_SO * p_O);
     Append(&shape.positions, moved + X_SO * (p_O + u_O[k]));
   }
-  if (!nodal_forces || !estimate_.force) return shape;
+  if (parts.field) shape.field = Field();
+  if (!parts.nodal_forces || !estimate_.force) return shape;
   shape.nodal_forces.assign(3 * mesh.elements.size(), 0.0F);
   shape.traction.assign(mesh.elements.size(), 0.0F);
   if (!estimate_.local_model.in_contact) return shape;
@@ -251,6 +252,26 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   return shape;
 }
 
+DisplacementField CameraSense::Field() {
+  const Eigen::Isometry3d& X_SO = estimator_->registration().X_SO;
+  const Eigen::Vector3d moved = motion().offset;
+  TouchModel& touch = estimator_->touch();
+  std::vector<Eigen::Vector3d> u_O;
+  touch.deformation->CoverDisplacements(touch.pressed, &u_O);
+  const PlanarCover& cover = touch.deformation->cover();
+  DisplacementField field;
+  for (const auto& triangle : cover.triangles) {
+    field.triangles.insert(field.triangles.end(), triangle.begin(), triangle.end());
+  }
+  const auto outline = touch.mesh.elements.size();
+  for (std::size_t i = 0; i < u_O.size(); ++i) {
+    const Eigen::Vector2d& p = i < outline ? touch.mesh.elements[i].a : cover.inside[i - outline];
+    const Eigen::Vector3d p_O = Planar(p);
+    Append(&field, p_O, u_O[i], estimator_->view().ToImage(moved + X_SO * (p_O + u_O[i])));
+  }
+  return field;
+}
+
 std::optional<OverlaidImage> CameraSense::Image(double full_scale) const {
   if (seen_.image.empty()) return std::nullopt;
   const CameraObservation& shown = estimator_->observation();
@@ -259,6 +280,8 @@ std::optional<OverlaidImage> CameraSense::Image(double full_scale) const {
   if (estimate_.force) {
     overlay.force_I = ForceArrow(estimator_->tool_view(), estimate_.p_S_tip, *estimate_.force,
                                  full_scale, seen_.image.rows);
+    overlay.sigma = estimate_.sigma;
+    overlay.sigma_I = overlay.force_I.norm() * estimate_.sigma / estimate_.force->norm();
   }
   return OverlaidImage{seen_.sensed_at, seen_.image,
                        [image = seen_.image, overlay] { return Draw(overlay, image); }};

@@ -33,7 +33,7 @@ class CameraSense final : public SensingPipeline {
   void LearnLaw(PatchLaw* /*law*/) noexcept override {}
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return estimator_->motion(); }
   // Vertices of the boundary. Forces of the tool act on the two vertices at the contact point.
-  BoundaryShape Shape(bool nodal_forces) override;
+  BoundaryShape Shape(const ShapeParts& parts) override;
   [[nodiscard]] std::optional<OverlaidImage> Image(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override;
@@ -64,6 +64,8 @@ class CameraSense final : public SensingPipeline {
   // Throws as Estimator does.
   [[nodiscard]] std::shared_ptr<Estimator> MeasureRestState() const;
   void ReportTrouble(const std::string& trouble);
+  // Of the last estimate, on the cover of the outline.
+  [[nodiscard]] DisplacementField Field();
 
   Scene scene_;  // with the model in force
   std::unique_ptr<FrameSource> source_;

@@ -34,7 +34,7 @@ class PreviewSense final : public SensingPipeline {
   [[nodiscard]] bool HasOutgrownPatch() const noexcept override { return false; }
   void LearnLaw(PatchLaw* /*law*/) noexcept override {}
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return {}; }
-  BoundaryShape Shape(bool /*nodal_forces*/) override { return ShapeAsOf(estimate_, 2); }
+  BoundaryShape Shape(const ShapeParts& /*parts*/) override { return ShapeAsOf(estimate_, 2); }
   [[nodiscard]] std::optional<OverlaidImage> Image(double /*full_scale*/) const override {
     if (shown_.image.empty()) return std::nullopt;
     return OverlaidImage{shown_.sensed_at, shown_.image, [image = shown_.image] { return image; }};

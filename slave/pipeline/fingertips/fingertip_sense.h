@@ -38,7 +38,7 @@ class FingertipSense final : public SensingPipeline {
   [[nodiscard]] std::optional<OverlaidImage> Image(double /*full_scale*/) const override {
     return std::nullopt;
   }
-  BoundaryShape Shape(bool nodal_forces) override { return estimator_.Shape(nodal_forces); }
+  BoundaryShape Shape(const ShapeParts& parts) override { return estimator_.Shape(parts); }
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override {
     return TactileEstimator::Prepare(changed, progress);

@@ -102,7 +102,7 @@ class TactileEstimator {
   // nodes as the model spreads a load; they add up to minus the forces of the fingertips in contact
   // with the object. No forces if one of them is unknown. Empty if the object is not deformed. If
   // the model has no solution, the shape and time of the last one.
-  BoundaryShape Shape(bool nodal_forces);
+  BoundaryShape Shape(const ShapeParts& parts);
   [[nodiscard]] const TactileTimes& times() const { return times_; }
 
  private:

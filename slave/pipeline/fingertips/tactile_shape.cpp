@@ -49,21 +49,27 @@ std::optional<std::vector<Vector3d>> NodalForces(const TactileEstimator& estimat
   return f_O;
 }
 
-void FillShape(const TouchedObject& object, BoundaryShape* shape) {
+void FillShape(const TouchedObject& object, bool with_field, BoundaryShape* shape) {
   const TactileBody& body = *object.body();
+  const Eigen::Isometry3d X_OS = object.X_SO().inverse();
+  if (with_field) shape->field.emplace().triangles = body.skin_triangles;
   const std::vector<Vector3d> p_S = object.DeformedNodes();
   shape->elements = body.skin_triangles;
   shape->fixed_nodes = body.skin_held;
   for (const int node : body.skin) {
     const auto i = Index(node);
-    Append(&shape->rest, object.X_SO() * body.surface.nodes[i]);
+    const Vector3d& p_O = body.surface.nodes[i];
+    Append(&shape->rest, object.X_SO() * p_O);
     Append(&shape->positions, p_S[i]);
+    if (!with_field) continue;
+    Append(&shape->field->rest, p_O);
+    Append(&shape->field->displacement, X_OS * p_S[i] - p_O);
   }
 }
 
 }  // namespace
 
-BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
+BoundaryShape TactileEstimator::Shape(const ShapeParts& parts) {
   BoundaryShape shape = ShapeAsOf(estimate_, 3);
   shape.validity = object_.validity();
   if (body() == nullptr) return shape;
@@ -76,10 +82,10 @@ BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
     shape = last_shape_;
     shape.validity = Validity::kFailed;
   } else {
-    FillShape(object_, &shape);
+    FillShape(object_, parts.field, &shape);
   }
   if (is_known) last_shape_ = shape;
-  if (!nodal_forces) return shape;
+  if (!parts.nodal_forces) return shape;
   const auto f_O = NodalForces(*this);
   if (!f_O) return shape;
   for (const int node : body()->skin) {

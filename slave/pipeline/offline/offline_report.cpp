@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/wire/enum_names.h"
+
 namespace palpate {
 namespace {
 

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/wire/enum_names.h"
 #include "slave/pipeline/base/overlay_text.h"
 
 namespace palpate {
@@ -84,29 +85,38 @@ cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double fu
   const int radius = std::max(2, static_cast<int>(std::lround(overlay.radius_px)));
   for (const Eigen::Vector2d& p : overlay.seen_I) {
     const cv::Point centre = Round(p);
-    if (overlay.windows) {
-      cv::rectangle(drawn, centre - cv::Point(radius, radius), centre + cv::Point(radius, radius),
-                    kSeenColour, 1);
-    } else {
-      cv::circle(drawn, centre, radius + 2, kSeenColour, 1, cv::LINE_AA);
-    }
-    cv::drawMarker(drawn, centre, kSeenColour, cv::MARKER_CROSS, 5, 1);
+    OnAnyImage(kSeenColour, 1, [&](const cv::Scalar& colour, int thickness) {
+      if (overlay.windows) {
+        cv::rectangle(drawn, centre - cv::Point(radius, radius), centre + cv::Point(radius, radius),
+                      colour, thickness);
+      } else {
+        cv::circle(drawn, centre, radius + 2, colour, thickness, cv::LINE_AA);
+      }
+      cv::drawMarker(drawn, centre, colour, cv::MARKER_CROSS, 5, thickness);
+    });
   }
   for (const Eigen::Vector2d& p : overlay.lost_I) {
-    cv::drawMarker(drawn, Round(p), kLostColour, cv::MARKER_TILTED_CROSS, 2 * radius, 1,
-                   cv::LINE_AA);
+    OnAnyImage(kLostColour, 1, [&](const cv::Scalar& colour, int thickness) {
+      cv::drawMarker(drawn, Round(p), colour, cv::MARKER_TILTED_CROSS, 2 * radius, thickness,
+                     cv::LINE_AA);
+    });
   }
   if (overlay.place_I) {
     const double share = ShareOf(overlay, full_scale);
-    const Eigen::Vector2d force_I = 0.2 * image.rows * share * overlay.along_I;
+    const double sigma_share = share > 0 ? share * overlay.sigma / *overlay.force : 0;
     const cv::Point place = Round(*overlay.place_I);
-    cv::drawMarker(drawn, place, kLoadColour, cv::MARKER_CROSS, 21, 2, cv::LINE_AA);
-    const int ring = static_cast<int>(std::lround(kRing * image.rows * share));
-    if (ring > 1) cv::circle(drawn, place, ring, kLoadColour, 2, cv::LINE_AA);
-    if (force_I.norm() > 3) {
-      cv::arrowedLine(drawn, place, Round(*overlay.place_I + force_I), kLoadColour, 2, cv::LINE_AA,
-                      0, 0.2);
-    }
+    const auto ring = [&](double of_force, const cv::Scalar& colour, int thickness) {
+      const int radius = static_cast<int>(std::lround(kRing * image.rows * of_force));
+      if (radius > 1) cv::circle(drawn, place, radius, colour, thickness, cv::LINE_AA);
+    };
+    OnAnyImage(kLoadColour, 2, [&](const cv::Scalar& colour, int thickness) {
+      cv::drawMarker(drawn, place, colour, cv::MARKER_CROSS, 21, thickness, cv::LINE_AA);
+      ring(share, colour, thickness);
+    });
+    for (const double side : {-1.0, 1.0}) ring(share + side * sigma_share, kLoadColour, 1);
+    const Eigen::Vector2d end = *overlay.place_I + 0.2 * image.rows * share * overlay.along_I;
+    DrawArrow({overlay.place_I->x(), overlay.place_I->y()}, {end.x(), end.y()},
+              0.2 * image.rows * sigma_share * overlay.along_I.norm(), kLoadColour, &drawn);
   }
   DrawText(ForceText(overlay), kLoadColour, &drawn);
   return drawn;

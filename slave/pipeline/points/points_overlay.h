@@ -32,7 +32,7 @@ cv::Mat AsImage(const cv::Mat& image);
 // A copy of AsImage(`image`) in colour with the points, the position of the load and its force as
 // a number. The force is also drawn relative to `full_scale` (the largest force that the device can
 // render, at the tool [N]) as an arrow and as a ring, because most of it points away from the
-// cameras.
+// cameras; thin rings and marks across the arrow are one standard deviation apart from it.
 cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale);
 
 }  // namespace palpate

@@ -119,7 +119,7 @@ const ContactEstimate& PointsSense::EstimateContact(const TipReading& encoders) 
   return before_rest_;
 }
 
-BoundaryShape PointsSense::Shape(bool nodal_forces) {
+BoundaryShape PointsSense::Shape(const ShapeParts& parts) {
   const SurfaceMesh& surface = estimator_ ? estimator_->body().surface() : followed_;
   const Eigen::Isometry3d& X_SO = scene_.object.X_SO;
   BoundaryShape shape = ShapeAsOf(*estimate_, 3);
@@ -130,15 +130,29 @@ BoundaryShape PointsSense::Shape(bool nodal_forces) {
   for (const Eigen::Vector3d& p_O : surface.nodes) Append(&shape.rest, X_SO * p_O);
   if (!estimator_) {
     for (const auto& p_O : surface.nodes) Append(&shape.positions, X_SO * p_O + place_.moved());
-    return shape;
+    return shape;  // nothing deforms in this model
   }
   std::vector<Eigen::Vector3d> per_node;  // frame S
   estimator_->DeformedNodes(&per_node);
   for (const Eigen::Vector3d& p_S : per_node) Append(&shape.positions, p_S);
-  if (!nodal_forces || !estimate_->force) return shape;
+  if (parts.field) shape.field = FieldOf(surface, shape.elements, per_node);
+  if (!parts.nodal_forces || !estimate_->force) return shape;
   estimator_->NodalForces(&per_node);
   for (const Eigen::Vector3d& f_S : per_node) Append(&shape.nodal_forces, f_S);
   return shape;
+}
+
+DisplacementField PointsSense::FieldOf(const SurfaceMesh& surface,
+                                       const std::vector<std::uint32_t>& triangles,
+                                       const std::vector<Eigen::Vector3d>& p_S) const {
+  const Eigen::Isometry3d X_OS = scene_.object.X_SO.inverse();
+  const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(std::nan(""));
+  DisplacementField field{.triangles = triangles};
+  for (std::size_t i = 0; i < p_S.size(); ++i) {
+    const Eigen::Vector3d& p_O = surface.nodes[i];
+    Append(&field, p_O, X_OS * p_S[i] - p_O, tracker_->Project(p_S[i]).value_or(nowhere));
+  }
+  return field;
 }
 
 std::optional<OverlaidImage> PointsSense::Image(double full_scale) const {

@@ -49,7 +49,7 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return {}; }
   // Triangles of the model's surface; without force estimation those of the scene's mesh, moved as
   // a rigid body.
-  BoundaryShape Shape(bool nodal_forces) override;
+  BoundaryShape Shape(const ShapeParts& parts) override;
   [[nodiscard]] std::string_view doubt() const override {
     return estimate_->validity == Validity::kExtrapolated ? why() : std::string_view();
   }
@@ -85,6 +85,10 @@ class PointsSense final : public SensingPipeline {
 
  private:
   [[nodiscard]] const ContactEstimate& EstimateContact(const TipReading& encoders) noexcept;
+  // `p_S`: the surface's nodes as they are deformed.
+  [[nodiscard]] DisplacementField FieldOf(const SurfaceMesh& surface,
+                                          const std::vector<std::uint32_t>& triangles,
+                                          const std::vector<Eigen::Vector3d>& p_S) const;
 
   Scene scene_;
   std::unique_ptr<StereoSource> source_;

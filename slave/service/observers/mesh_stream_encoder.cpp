@@ -41,7 +41,9 @@ std::vector<double> TractionOf(const BoundaryShape& shape, const std::vector<dou
 }  // namespace
 
 MeshStreamEncoder::MeshStreamEncoder(const v1::WatchMeshRequest& request)
-    : nodal_forces_(request.nodal_forces()), traction_(request.traction()) {}
+    : nodal_forces_(request.nodal_forces()),
+      traction_(request.traction()),
+      field_(request.field()) {}
 
 void MeshStreamEncoder::Encode(const BoundaryShape& shape, v1::MeshState* message) {
   const bool with_topology = shape.elements != elements_;

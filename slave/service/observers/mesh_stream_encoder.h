@@ -14,15 +14,15 @@ namespace palpate {
 class MeshStreamEncoder {
  public:
   explicit MeshStreamEncoder(const v1::WatchMeshRequest& request);
-  // Whether Encode needs the forces on the nodes.
-  [[nodiscard]] bool needs_nodal_forces() const { return nodal_forces_ || traction_; }
+  // What Encode needs of a shape.
+  [[nodiscard]] ShapeParts needs() const { return {nodal_forces_ || traction_, field_}; }
   // Overwrites `message`.
   void Encode(const BoundaryShape& shape, v1::MeshState* message);
 
  private:
-  const bool nodal_forces_, traction_;   // requested
-  std::vector<std::uint32_t> elements_;  // topology that the reader knows
-  std::vector<double> areas_;            // of its nodes, at rest [m^2]; 0 on an outline
+  const bool nodal_forces_, traction_, field_;  // requested
+  std::vector<std::uint32_t> elements_;         // topology that the reader knows
+  std::vector<double> areas_;                   // of its nodes, at rest [m^2]; 0 on an outline
 };
 
 }  // namespace palpate

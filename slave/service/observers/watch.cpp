@@ -106,7 +106,7 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
                  if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
                  if (std::exchange(revision, state.settings_revision) != state.settings_revision)
                    encoder.emplace(*request);
-                 BoundaryShape shape = slave_.Shape(encoder->needs_nodal_forces());
+                 BoundaryShape shape = slave_.Shape(encoder->needs());
                  shape.state_sequence = state.sequence;
                  encoder->Encode(shape, message);
                  return true;

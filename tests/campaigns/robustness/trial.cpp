@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "shared/state/driven_clock.h"
+#include "shared/wire/enum_names.h"
 #include "slave/live/live_slave.h"
 #include "slave/pipeline/offline/offline_report.h"
 

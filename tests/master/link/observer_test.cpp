@@ -156,27 +156,20 @@ TEST_F(ObserverTest, ImagesComeWithOverlaysAndNobodyMakesThemForNobody) {
   EXPECT_EQ(observer.image_trouble(), "");
 }
 
-TEST_F(ObserverTest, TheSlaveTellsOfItselfAndOfWhatHappens) {
-  Observer observer(Line(), {.states = true});
-  ASSERT_TRUE(SensingUntil(
-      [&] { return observer.state().state.sequence > 0 && observer.texts().version > 0; }));
-  EXPECT_THAT(observer.texts().scene, HasSubstr("\"young_modulus\""));
-  EXPECT_THAT(observer.texts().status, HasSubstr("\"phase\""));
-  EXPECT_EQ(observer.texts().trouble, "");
-  Events events;
-  slave_.Happen(Event::kPuncture);
-  ASSERT_TRUE(SensingUntil([&] {
-    events.Add(observer.TakeEvents());
-    return events.Has(Event::kPuncture);
-  }));
-  EXPECT_FALSE(observer.TakeEvents().Has(Event::kPuncture)) << "once is enough";
+TEST_F(ObserverTest, TheSlaveReportsItsSceneAndStatus) {
+  Observer observer(Line(), {.health = true});
+  ASSERT_TRUE(SensingUntil([&] { return observer.health().scene && observer.health().status; }));
+  EXPECT_EQ(observer.health().scene->material().young_modulus(),
+            slave_.Describe().scene.object.material.young_modulus);
+  EXPECT_NE(observer.health().status->phase(), v1::PHASE_UNSPECIFIED);
+  EXPECT_EQ(observer.health().trouble, "");
 }
 
 // A page and a recording share each stream: what either needs more of decides.
 TEST_F(ObserverTest, UsersShareOneStreamOfEachKind) {
   std::mutex mutex;
   std::set<std::string> received;
-  Observer observer(Line(), {.states = true, .on_message = [&](const auto& message) {
+  Observer observer(Line(), {.health = true, .on_message = [&](const auto& message) {
                                const std::scoped_lock lock(mutex);
                                received.insert(message.GetDescriptor()->name());
                              }});

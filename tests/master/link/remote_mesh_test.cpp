@@ -1,5 +1,6 @@
 #include "master/link/remote_mesh.h"
 
+#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -110,6 +111,57 @@ INSTANTIATE_TEST_SUITE_P(
                              for (const float pascals : {1.F, 2.F, 3.F, kNan})
                                m->add_traction(pascals);
                            }}));
+
+// A triangle of the tetrahedron as a camera sees it.
+v1::MeshState WithField() {
+  v1::MeshState message = Tetrahedron();
+  v1::DisplacementField* field = message.mutable_field();
+  for (const unsigned node : {0U, 1U, 2U}) field->add_triangles(node);
+  for (int i = 0; i < 9; ++i) field->add_rest(static_cast<float>(i));
+  for (int i = 0; i < 9; ++i) field->add_displacement(0.125F * static_cast<float>(i));
+  for (int i = 0; i < 6; ++i) field->add_image(static_cast<float>(10 * i));
+  return message;
+}
+
+TEST(RemoteMeshTest, AFieldHasItsOwnNodesAndTheirPlacesInTheImage) {
+  std::string reason;
+  v1::MeshState message = WithField();
+  message.mutable_field()->set_image(0, std::numeric_limits<float>::quiet_NaN());
+  const auto first = FromProto(message, nullptr, &reason);
+  ASSERT_TRUE(first) << reason;
+  EXPECT_EQ(first->topology->field_triangles, (std::vector<std::uint32_t>{0, 1, 2}));
+  EXPECT_EQ(first->topology->field_rest.size(), 9U);
+  ASSERT_EQ(first->displacement.size(), 9U);
+  EXPECT_EQ(first->displacement[8], 1);
+  ASSERT_EQ(first->image.size(), 6U);
+  EXPECT_TRUE(std::isnan(first->image[0])) << "behind the camera";
+  v1::MeshState later = Later();
+  for (int i = 0; i < 9; ++i) later.mutable_field()->add_displacement(2);
+  const auto second = FromProto(later, first->topology, &reason);
+  ASSERT_TRUE(second) << reason;
+  EXPECT_EQ(second->displacement[0], 2);
+  EXPECT_TRUE(second->image.empty()) << "no camera";
+  const auto plain = FromProto(Tetrahedron(), nullptr, &reason);
+  const auto unknown = FromProto(later, plain->topology, &reason);
+  ASSERT_TRUE(unknown) << reason;
+  EXPECT_TRUE(unknown->displacement.empty()) << "its nodes are not known";
+}
+
+TEST(RemoteMeshTest, AFieldThatCannotBeIsRejected) {
+  using Alter = std::function<void(v1::DisplacementField*)>;
+  for (const Alter& alter : {Alter([](auto* field) { field->add_rest(0); }),
+                             Alter([](auto* field) { field->set_triangles(1, 3); }),
+                             Alter([](auto* field) { field->add_triangles(0); }),
+                             Alter([](auto* field) { field->set_displacement(0, NAN); }),
+                             Alter([](auto* field) { field->add_displacement(0); }),
+                             Alter([](auto* field) { field->add_image(0); })}) {
+    v1::MeshState message = WithField();
+    alter(message.mutable_field());
+    std::string reason;
+    EXPECT_FALSE(FromProto(message, nullptr, &reason));
+    EXPECT_THAT(reason, HasSubstr("field"));
+  }
+}
 
 }  // namespace
 }  // namespace palpate

@@ -20,6 +20,7 @@
 
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
+#include "master/link/operator_calls.h"
 #include "shared/link/datagram_line.h"
 #include "shared/link/loopback.h"
 #include "shared/link/tcp_line.h"
@@ -99,6 +100,62 @@ TEST_F(SlaveLinkTest, CommandsArriveAndTheForceComesBack) {
   EXPECT_EQ(slave_.ends(), 1);
 }
 
+// Reference: the fake's results of checks. A page of the operator opens no second stream for them.
+TEST_F(SlaveLinkTest, DetailsComeWithTheOperatorsStream) {
+  for (const bool requested : {false, true}) {
+    SlaveLink::Options options = To(server_->address());
+    options.details = requested;
+    StartedLink link(options, loop_);
+    ASSERT_TRUE(loop_.Until([&] {
+      const StateRecord newest = link.state();
+      return newest.message && newest.message->command_sequence() > 0 &&
+             newest.message->has_details() == requested;
+    }));
+    const StateRecord newest = link.state();
+    EXPECT_EQ(newest.message->details().score(), requested ? 0.75F : 0);
+    EXPECT_EQ(newest.message->has_moment(), requested);
+    const auto stub = v1::Teleoperation::NewStub(
+        grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials()));
+    grpc::ClientContext context;
+    v1::Status status;
+    ASSERT_TRUE(stub->GetStatus(&context, {}, &status).ok());
+    EXPECT_EQ(status.observers(), 0U);
+    link.Stop();
+  }
+}
+
+TEST_F(SlaveLinkTest, EventsAreReportedOnce) {
+  StartedLink link(To(server_->address()), loop_);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
+  slave_.Happen(Event::kPuncture);
+  Events events;
+  ASSERT_TRUE(loop_.Until([&] {
+    events.Add(link.TakeEvents());
+    return events.Has(Event::kPuncture);
+  }));
+  EXPECT_FALSE(link.TakeEvents().Has(Event::kPuncture));
+}
+
+TEST_F(SlaveLinkTest, WhoWaitsForTheLeaseReceivesTheStatesMeanwhile) {
+  auto first = std::make_unique<StartedLink>(To(server_->address()), loop_);
+  ASSERT_TRUE(loop_.Until([&] { return first->stats().connected; }));
+  SlaveLink::Options options = To(server_->address());
+  options.operator_name = "Grace";
+  Loop other;
+  StartedLink second(options, other);
+  std::uint64_t seen = 0;
+  ASSERT_TRUE(loop_.Until([&] {
+    const StateRecord newest = second.state();
+    if (newest.message) seen = newest.message->sequence();
+    return seen > 5;
+  }));
+  EXPECT_FALSE(second.stats().connected);
+  EXPECT_THAT(second.stats().trouble, HasSubstr("Ada"));
+  EXPECT_EQ(other.states.Take(), nullptr) << "the loop renders no force of another operator";
+  first.reset();
+  ASSERT_TRUE(other.Until([&] { return second.stats().connected; }));
+}
+
 // The slave holds the tool when the operator has used no newer state for 100 ms.
 TEST_F(SlaveLinkTest, StatesThatTheLoopRejectsAreNotReportedAsUsed) {
   loop_.rejects_states = true;
@@ -141,11 +198,11 @@ TEST_F(SlaveLinkTest, AfterTheSlaveCameBackTheLinkIsThereAgain) {
 TEST_F(SlaveLinkTest, TheEmergencyStopReachesTheSlaveBesideTheStream) {
   StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
-  EXPECT_TRUE(link.EmergencyStop("the hand let go"));
+  EXPECT_TRUE(link.calls().EmergencyStop("the hand let go"));
   EXPECT_EQ(slave_.stop_reason(), "the hand let go");
   EXPECT_TRUE(loop_.Until([&] { return loop_.newest.state.phase == Phase::kEstop; }));
   server_.reset();
-  EXPECT_FALSE(link.EmergencyStop("nobody hears"));
+  EXPECT_FALSE(link.calls().EmergencyStop("nobody hears"));
   ASSERT_TRUE(loop_.Until([&] { return !link.stats().connected; }));
   EXPECT_FALSE(link.stats().answers);
 }
@@ -162,8 +219,10 @@ class DatagramLinkTest : public SlaveLinkTest {
 TEST_F(DatagramLinkTest, StatesAndCommandsTravelBothWaysAndTheNewestCounts) {
   std::vector<std::uint64_t> received;  // by the link's threads, one at a time
   SlaveLink::Options options = WithDatagrams(server_->address());
-  options.on_received = [&](const ReceivedState& state) {
-    received.push_back(state.state.sequence);
+  std::atomic<bool> keeps_keys{false};
+  options.on_received = [&](const StateRecord& state) {
+    received.push_back(state.message->sequence());
+    if (state.message->has_datagrams()) keeps_keys = true;
   };
   StartedLink link(options, loop_);
   loop_.command.epoch = 1;
@@ -174,6 +233,7 @@ TEST_F(DatagramLinkTest, StatesAndCommandsTravelBothWaysAndTheNewestCounts) {
   EXPECT_EQ(link.stats().trouble, "");
   EXPECT_GT(link.stats().delay.max_us, 0);
   link.Stop();
+  EXPECT_FALSE(keeps_keys) << "the keys of the datagrams are neither recorded nor shown";
   EXPECT_TRUE(std::ranges::is_sorted(received, std::ranges::less_equal()))
       << "one came twice or late";
   const auto commands = slave_.commands();
@@ -185,8 +245,8 @@ TEST_F(DatagramLinkTest, EventsArriveThoughDatagramsCarryNone) {
   for (const Event event : {Event::kContact, Event::kPuncture, Event::kRelease, Event::kLimit}) {
     std::atomic<bool> arrived{false};
     SlaveLink::Options options = WithDatagrams(server_->address());
-    options.on_received = [&](const ReceivedState& received) {
-      if (received.state.events.Has(event)) arrived = true;
+    options.on_received = [&](const StateRecord& received) {
+      if (FromProto(received.message->events()).Has(event)) arrived = true;
     };
     StartedLink link(options, loop_);
     const std::uint64_t before = link.stats().states_by_datagram;
@@ -417,13 +477,13 @@ TEST_F(SlaveLinkTest, AResetClearsNoStopThatTheOperatorDidNotKnow) {
   StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
   slave_.EmergencyStop("first");
-  ASSERT_TRUE(loop_.Until([&] { return link.known_stops() == slave_.Status().stops; }));
-  const std::uint64_t known = link.known_stops();
+  ASSERT_TRUE(loop_.Until([&] { return link.calls().known_stops() == slave_.Status().stops; }));
+  const std::uint64_t known = link.calls().known_stops();
   slave_.EmergencyStop("second");
-  EXPECT_THAT(link.Reset(known), HasSubstr("newer stop"));
+  EXPECT_THAT(link.calls().Reset(known), HasSubstr("newer stop"));
   EXPECT_EQ(slave_.Status().phase, Phase::kEstop);
-  ASSERT_TRUE(loop_.Until([&] { return link.known_stops() == slave_.Status().stops; }));
-  EXPECT_EQ(link.Reset(link.known_stops()), "");
+  ASSERT_TRUE(loop_.Until([&] { return link.calls().known_stops() == slave_.Status().stops; }));
+  EXPECT_EQ(link.calls().Reset(link.calls().known_stops()), "");
   EXPECT_NE(slave_.Status().phase, Phase::kEstop);
 }
 
@@ -432,15 +492,16 @@ TEST_F(SlaveLinkTest, AResetClearsNoStopThatTheOperatorDidNotKnow) {
 TEST_F(SlaveLinkTest, TheAnswerToAnEarlierStopIsNotTakenForTheNewestStop) {
   ScriptedPeer slave([](v1::SlaveState*) {});
   StartedLink link(To(slave.address), loop_);
-  ASSERT_TRUE(loop_.Until([&] { return link.stats().connected && link.known_stops() == 7; }));
-  slave.delays_answer = [&] { return link.known_stops() != 9; };
+  ASSERT_TRUE(
+      loop_.Until([&] { return link.stats().connected && link.calls().known_stops() == 7; }));
+  slave.delays_answer = [&] { return link.calls().known_stops() != 9; };
   std::atomic<bool> is_answered{false};
   const std::jthread stops([&] {
-    EXPECT_TRUE(link.EmergencyStop("by the operator"));
+    EXPECT_TRUE(link.calls().EmergencyStop("by the operator"));
     is_answered = true;
   });
   ASSERT_TRUE(loop_.Until([&] { return is_answered.load(); }));
-  EXPECT_EQ(link.known_stops(), 9U);
+  EXPECT_EQ(link.calls().known_stops(), 9U);
 }
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedReportedAndNeverHandedOn) {

@@ -14,6 +14,7 @@
 
 #include "master/recording/replay.h"
 #include "shared/text/text.h"
+#include "shared/wire/fields.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
@@ -96,14 +97,17 @@ class SessionRecordingTest : public FolderTest {
     recording.Begin({{"scene", "block"}, {"force_limit_N", "3.3"}});
     for (int i = 0; i < ticks; ++i) {
       if (i % 3 == 0) {
-        ReceivedState received;
-        received.state.sequence = static_cast<std::uint64_t>(i / 3);
-        received.state.sensed_at = received.state.sent_at = kBegin;
-        received.state.force = Eigen::Vector3d(0, i, 0);
-        received.state.sigma = 0.25;
-        received.state.validity = Validity::kExtrapolated;
-        received.received_at = kBegin + std::chrono::milliseconds(i);
-        recording.OnState(received);
+        auto state = std::make_shared<v1::SlaveState>();
+        state->set_sequence(static_cast<std::uint64_t>(i / 3));
+        ToProto(kBegin, state->mutable_sensed_at());
+        ToProto(kBegin, state->mutable_sent_at());
+        state->mutable_p_s_tip();
+        ToProto(Eigen::Vector3d(0, i, 0), state->mutable_force());
+        state->set_sigma(0.25F);
+        state->set_validity(v1::VALIDITY_EXTRAPOLATED);
+        state->mutable_details()->set_score(0.5F);
+        states_.push_back(state->SerializeAsString());
+        recording.OnState({state, kBegin + std::chrono::milliseconds(i)});
       }
       ticks_.push_back(AnyTick(&random, i));
       recording.OnTick(ticks_.back());
@@ -112,6 +116,7 @@ class SessionRecordingTest : public FolderTest {
 
   const std::filesystem::path file_ = folder_ / "a.mcap";
   std::vector<TickRecord> ticks_;
+  std::vector<std::string> states_;  // as received
 };
 
 TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
@@ -120,14 +125,17 @@ TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
   EXPECT_EQ(replay.span().ticks, ticks_.size());
   EXPECT_EQ(replay.span().session.at("scene"), "block");
   std::vector<TickRecord> read;
-  std::vector<std::uint64_t> states;
+  std::vector<std::string> states;
   ReplayFeed feed;
   feed.on_tick = [&](const TickRecord& tick) { read.push_back(tick); };
-  feed.on_state = [&](const SlaveState& state, Time) { states.push_back(state.sequence); };
+  feed.on_state = [&](const SlaveState&, const v1::SlaveState& message) {
+    states.push_back(message.SerializeAsString());
+  };
   replay.Play(0, 0, feed, {});
   ASSERT_EQ(read.size(), ticks_.size());
   for (std::size_t i = 0; i < read.size(); ++i) ExpectSame(read[i], ticks_[i]);
   EXPECT_EQ(states.size(), 167U);
+  EXPECT_EQ(states, states_) << "the bytes that arrived";
 }
 
 // What the slave sends once: its scene and the topology of its mesh.

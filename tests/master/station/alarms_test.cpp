@@ -25,8 +25,8 @@ StationMoment Good() {
   moment.status.force_limit = 3.3;
   moment.ticks.newest.state = OperatorState::kFollowing;
   moment.ticks.newest.state_age = 0.003;
-  moment.observed.state.sequence = 1;
-  moment.observed.state.validity = Validity::kValid;
+  moment.slave_state.set_sequence(1);
+  moment.slave_state.set_validity(v1::VALIDITY_VALID);
   return moment;
 }
 
@@ -65,7 +65,7 @@ TEST(AlarmsTest, ALostLineIsReportedOnce) {
   moment.ticks.newest.state_age = 2;
   moment.ticks.newest.chain.reasons.Add(Reason::kAged);
   moment.ticks.late_share = 0.5;
-  moment.observed.state.validity = Validity::kStale;
+  moment.slave_state.set_validity(v1::VALIDITY_STALE);
   moment.health_trouble = "no answer in time";
   moment.frozen_for = 2;
   moment.slave_alarms = {"of before"};
@@ -78,7 +78,7 @@ TEST(AlarmsTest, AFrozenImageIsReportedUnlessNothingIsSensed) {
   StationMoment moment = Good();
   moment.frozen_for = 2.4;
   EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The image has been frozen for 2 s.")));
-  moment.observed.state.validity = Validity::kStale;
+  moment.slave_state.set_validity(v1::VALIDITY_STALE);
   EXPECT_THAT(AlarmsOf(moment), Not(Contains(HasText("The image"))));
 }
 
@@ -89,7 +89,7 @@ TEST(AlarmsTest, WhoWatchesSeesTheSlavesAlarmsWithoutAManipulator) {
   moment.ticks.newest.state = OperatorState::kDisconnected;
   moment.ticks.newest.state_age = -1;
   moment.slave_alarms = {"no sample from the sensor for 6 s"};
-  moment.observed.state.validity = Validity::kStale;
+  moment.slave_state.set_validity(v1::VALIDITY_STALE);
   EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The force is stale."),
                                             HasText("no sample from the sensor for 6 s")));
 }
@@ -98,8 +98,8 @@ TEST(AlarmsTest, ASetUpHasNoForceToDoubtButACameraThatMayBeSilent) {
   StationMoment moment = Good();
   moment.status.link = {.answers = true, .observes = true};
   moment.ticks.newest.state = OperatorState::kDisconnected;
-  moment.observed.state.phase = Phase::kSetup;
-  moment.observed.state.validity = Validity::kFailed;
+  moment.slave_state.set_phase(v1::PHASE_SETUP);
+  moment.slave_state.set_validity(v1::VALIDITY_FAILED);
   EXPECT_THAT(AlarmsOf(moment), ElementsAre());
   moment.frozen_for = 3;
   EXPECT_THAT(AlarmsOf(moment), ElementsAre(AllOf(HasText("The image has been frozen for 3 s."),

@@ -1,6 +1,9 @@
 #include "master/station/moment_json.h"
 
+#include <cstring>
 #include <limits>
+#include <memory>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -24,13 +27,13 @@ StationMoment Pressed() {
   tick.clutched = true;
   tick.chain.force_known = true;
   tick.chain.estimated = {0, 1.5, 0};
-  tick.chain.sent = {0, 3.3, 0};
+  tick.chain.sent = {0, 3.5, 0};
   tick.chain.reasons.Add(Reason::kClamped);
   moment.status.force_limit = 3.3;
-  moment.observed.state.sequence = 7;
-  moment.observed.state.sigma = 0.02;
-  moment.observed.state.validity = Validity::kExtrapolated;
-  moment.observed.details = R"({"score":0.97})";
+  moment.slave_state.set_sequence(7);
+  moment.slave_state.set_sigma(0.02F);
+  moment.slave_state.set_validity(v1::VALIDITY_EXTRAPOLATED);
+  moment.slave_state.mutable_details()->set_score(0.5F);
   return moment;
 }
 
@@ -38,14 +41,15 @@ TEST(MomentJsonTest, SaysWhatTheTickSays) {
   const Json json = Json::parse(StatusJson(Pressed()));
   EXPECT_EQ(json["kind"], "status");
   EXPECT_EQ(json["t"], 12.5);
-  EXPECT_EQ(json["state"], "FOLLOWING");
-  EXPECT_EQ(json["chain"]["sent"], Json::array({0, 3.3, 0}));
-  EXPECT_EQ(json["chain"]["reasons"], Json::array({"clamped"}));
+  const Json& printed = json["tick"];
+  EXPECT_EQ(printed["phase"], "OPERATOR_PHASE_FOLLOWING");
+  EXPECT_EQ(printed["sent"], Json({{"x", 0}, {"y", 3.5}, {"z", 0}}));
+  EXPECT_EQ(printed["reasons"], Json::array({"FORCE_REASON_CLAMPED"}));
+  EXPECT_EQ(printed["marks"], 2);
   EXPECT_EQ(json["slave_state"]["validity"], "VALIDITY_EXTRAPOLATED");
   EXPECT_NEAR(json["slave_state"]["sigma"].get<double>(), 0.02, 1e-9);
-  EXPECT_EQ(json["slave_state"]["details"]["score"], 0.97);
+  EXPECT_EQ(json["slave_state"]["details"]["score"], 0.5);
   EXPECT_EQ(json["link"]["sensed_age"], 0.0625);
-  EXPECT_EQ(json["marks"], 2);
   EXPECT_EQ(json["render"], "hold");
   EXPECT_TRUE(json["clutched"]);
   EXPECT_TRUE(json["replay"].is_null());
@@ -56,23 +60,23 @@ TEST(MomentJsonTest, SaysWhatTheTickSays) {
 TEST(MomentJsonTest, WhatWasReportedTooLongAgoIsNotKnown) {
   StationMoment moment = Pressed();
   moment.status.fingers = {{"tool", {.force = Eigen::Vector3f(0, 1.5F, 0)}}};
-  moment.observed.state.local_model.revision = 1;
-  moment.observed_age = moment.ticks.newest.state_age = 0.2;
+  moment.slave_state.mutable_local_model()->set_revision(1);
+  moment.slave_state_age = moment.ticks.newest.state_age = 0.2;
   LeaveOutOld(&moment);
   Json json = Json::parse(StatusJson(moment));
-  EXPECT_FALSE(json["chain"]["estimated"].is_null());
-  EXPECT_EQ(json["slave_state"]["details"]["score"], 0.97);
-  moment.observed_age = moment.ticks.newest.state_age = 0.3;
+  EXPECT_TRUE(json["tick"].contains("estimated"));
+  EXPECT_EQ(json["slave_state"]["details"]["score"], 0.5);
+  moment.slave_state_age = moment.ticks.newest.state_age = 0.3;
   LeaveOutOld(&moment);
   json = Json::parse(StatusJson(moment));
-  EXPECT_TRUE(json["chain"]["estimated"].is_null());
+  EXPECT_FALSE(json["tick"].contains("estimated"));
   EXPECT_EQ(json["slave_state"]["validity"], "VALIDITY_STALE");
-  EXPECT_EQ(json["slave_state"]["age"], 0.3);
+  EXPECT_EQ(json["slave_state_age"], 0.3);
   for (const char* key : {"details", "local_model"}) {
     EXPECT_TRUE(json["slave_state"][key].is_null()) << key;
   }
   EXPECT_TRUE(json["fingers"][0]["force"].is_null());
-  EXPECT_EQ(json["fingers"][0]["validity"], "stale");
+  EXPECT_EQ(json["fingers"][0]["validity"], "VALIDITY_STALE");
 }
 
 TEST(MomentJsonTest, TheLineIsLostConnectedDegradedOrGood) {
@@ -100,20 +104,73 @@ TEST(MomentJsonTest, TheLineIsLostConnectedDegradedOrGood) {
 TEST(MomentJsonTest, WhatIsNotKnownIsNull) {
   StationMoment moment = Pressed();
   moment.ticks.newest.chain.force_known = false;
-  moment.observed.state.sequence = 0;
+  moment.slave_state.set_sequence(0);
   const Json json = Json::parse(StatusJson(moment));
-  EXPECT_TRUE(json["chain"]["estimated"].is_null());
+  EXPECT_FALSE(json["tick"].contains("estimated"));
   EXPECT_TRUE(json["slave_state"].is_null());
   EXPECT_TRUE(json["link"]["age"].is_null());
   EXPECT_TRUE(json["rate"].is_null());
 }
 
+// What the slave reports of itself is printed as it came.
+TEST(MomentJsonTest, TheSlavesHealthIsPrintedWithTheNamesOfProto) {
+  SlaveHealth health;
+  health.trouble = "no answer";
+  Json json = Json::parse(HealthJson(health));
+  EXPECT_TRUE(json["scene"].is_null());
+  EXPECT_TRUE(AlarmsIn(health).empty());
+  health.scene.emplace().mutable_material()->set_young_modulus(127e3);
+  health.status.emplace().set_phase(v1::PHASE_HOLD);
+  for (int i = 0; i < 12; ++i) health.status->add_alarms("a");
+  json = Json::parse(HealthJson(health));
+  EXPECT_EQ(json["trouble"], "no answer");
+  EXPECT_EQ(json["scene"]["material"]["young_modulus"], 127e3);
+  EXPECT_EQ(json["status"]["phase"], "PHASE_HOLD");
+  EXPECT_EQ(AlarmsIn(health).size(), 8U);
+}
+
+// Reference: the layout of FieldTopology and Field in moment_json.h, read byte by byte.
+TEST(MomentJsonTest, TheFieldComesWithItsPlaceInTheImage) {
+  auto topology = std::make_shared<MeshTopology>();
+  topology->field_rest = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  topology->field_triangles = {0, 1, 2};
+  RemoteMesh mesh;
+  mesh.validity = Validity::kFailed;
+  mesh.topology = topology;
+  mesh.displacement = {0, 0.25F, 0, 0, 0, 0, 0, 0, 0};
+  const std::string fixed = FieldTopologyBytes(*topology), without = FieldBytes(mesh);
+  mesh.image = {10, 20, 30, 20, 10, 0};
+  const std::string with = FieldBytes(mesh);
+  const auto integer = [](const std::string& bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    std::memcpy(&value, &bytes.at(at), sizeof(value));
+    return value;
+  };
+  const auto number = [](const std::string& bytes, std::size_t at) {
+    float value = 0;
+    std::memcpy(&value, &bytes.at(at), sizeof(value));
+    return value;
+  };
+  ASSERT_EQ(fixed.size(), 8U + 36 + 12);
+  EXPECT_EQ(integer(fixed, 0), 3U);
+  EXPECT_EQ(integer(fixed, 4), 1U);
+  EXPECT_EQ(number(fixed, 20), 1);
+  EXPECT_EQ(integer(fixed, 52), 2U);
+  ASSERT_EQ(without.size(), 8U + 36);
+  EXPECT_EQ(integer(without, 0), 5U) << "no solution";
+  EXPECT_EQ(integer(without, 4), 0U) << "no camera";
+  ASSERT_EQ(with.size(), 8U + 36 + 24);
+  EXPECT_EQ(integer(with, 4), 1U);
+  EXPECT_EQ(number(with, 12), 0.25F);
+  EXPECT_EQ(number(with, 48), 20);
+}
+
 TEST(MomentJsonTest, NumbersThatAreNoneAndWordsThatAreNoTextStayReadable) {
   StationMoment moment = Pressed();
-  moment.ticks.newest.p_M = {std::numeric_limits<double>::quiet_NaN(), INFINITY, 0};
+  moment.slave_state.set_sigma(std::numeric_limits<float>::quiet_NaN());
   moment.status.link.trouble = "\xff\xfe \"quoted\" \n";
   const Json json = Json::parse(StatusJson(moment));
-  EXPECT_TRUE(json["p_M"][0].is_null());
+  EXPECT_EQ(json["slave_state"]["sigma"], "NaN");
   EXPECT_NE(json["link"]["trouble"].get<std::string>().find("\"quoted\""), std::string::npos);
 }
 

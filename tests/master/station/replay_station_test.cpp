@@ -69,12 +69,13 @@ class ReplayStationTest : public testing::Test {
     std::filesystem::remove(file_);
   }
   static void PutState(SessionRecording* recording, int number) {
-    ReceivedState received;
-    received.state.sequence = static_cast<std::uint64_t>(number);
-    received.state.sensed_at = SensedAt(number);
-    received.state.sent_at = SensedAt(number) + Seconds(0.007);
-    received.received_at = kBegin + std::chrono::milliseconds(100 * (number - 1));
-    recording->OnState(received);
+    SlaveState state;
+    state.sequence = static_cast<std::uint64_t>(number);
+    state.sensed_at = SensedAt(number);
+    state.sent_at = SensedAt(number) + Seconds(0.007);
+    auto message = std::make_shared<v1::SlaveState>();
+    ToProto(state, message.get());
+    recording->OnState({message, kBegin + std::chrono::milliseconds(100 * (number - 1))});
   }
   void Open(double from, double speed) {
     replay_.emplace(file_);
@@ -132,8 +133,8 @@ TEST_F(ReplayStationTest, SendsTheTicksThatWereRecordedAndPausesAtTheEnd) {
     status = Next("status");
     ASSERT_FALSE(status.is_null());
     const double t = status["t"];
-    EXPECT_NEAR(status["chain"]["sent"][1].get<double>(), t, 1e-6);
-    EXPECT_EQ(status["marks"], t >= 0.2995 ? 1 : 0);
+    EXPECT_NEAR(status["tick"]["sent"]["y"].get<double>(), t, 1e-6);
+    EXPECT_EQ(status["tick"]["marks"], t >= 0.2995 ? 1 : 0);
     ++sent;
   } while (!IsPaused(status));
   EXPECT_GE(sent, 3);

@@ -19,8 +19,8 @@ v1::OperatorCommand FullMessage() {
 }
 
 TEST(CommandMessageTest, EveryFieldTravels) {
-  // Others: operator_name, datagrams and datagrams_seen.
-  ExpectTravelsWhole<v1::OperatorCommand>(FullCommand(), kFullCommandText, 3);
+  // Others: operator_name, datagrams, datagrams_seen and details.
+  ExpectTravelsWhole<v1::OperatorCommand>(FullCommand(), kFullCommandText, 4);
 }
 
 void SetRotation(const std::vector<double>& numbers, v1::OperatorCommand* message) {

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/wire/enum_names.h"
 #include "slave/live/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/simulated_devices.h"

@@ -53,7 +53,7 @@ class RecordedRunTest : public ::testing::Test {
   static void Wait(Slave& slave, int images) {
     for (int i = 0; i < images; ++i) {
       const SlaveState state = slave.Compose(Clock::now());
-      static_cast<void>(slave.Shape(i % 2 == 0));
+      static_cast<void>(slave.Shape({.nodal_forces = i % 2 == 0}));
       static_cast<void>(slave.Patch());
       while (!slave.WaitForNewer(state.sensed_at, std::chrono::milliseconds(100))) {
       }

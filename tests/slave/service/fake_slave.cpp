@@ -197,7 +197,7 @@ void FakeSlave::RecordStop(const std::string& reason) {
   stop_reason_ = reason;
 }
 
-BoundaryShape FakeSlave::Shape(bool nodal_forces) {
+BoundaryShape FakeSlave::Shape(const ShapeParts& parts) {
   const std::scoped_lock lock(mutex_);
   ++shapes_;
   BoundaryShape shape;
@@ -211,7 +211,11 @@ BoundaryShape FakeSlave::Shape(bool nodal_forces) {
   shape.rest = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   shape.positions = {0, 0.5F, 0, 1, 0, 0, 0, 1, 0};
   shape.fixed_nodes = {2};
-  if (nodal_forces) shape.nodal_forces.assign(9, 0.25F);
+  if (parts.nodal_forces) shape.nodal_forces.assign(9, 0.25F);
+  if (parts.field) {
+    shape.field = DisplacementField{{0, 1, 2}, shape.rest, {0, 0.5F, 0, 0, 0, 0, 0, 0, 0}, {}};
+    shape.field->image = {10, 20, 30, 20, 10, 0};
+  }
   return shape;
 }
 

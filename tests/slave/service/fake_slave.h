@@ -78,7 +78,7 @@ class FakeSlave : public Slave {
   std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
     return estimate_.TracesSince(sensed_at);
   }
-  BoundaryShape Shape(bool nodal_forces) override;
+  BoundaryShape Shape(const ShapeParts& parts) override;
   std::optional<EncodedImage> Image(bool overlays, int quality) override;
   void SetWatched(bool /*is_watched*/) override {}
   PatchSnapshot Patch() override { return {}; }

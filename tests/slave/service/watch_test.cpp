@@ -216,7 +216,7 @@ TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   EXPECT_EQ(message.traction_size(), 0);
   request.set_traction(true);
   MeshStreamEncoder encoder(request);
-  EXPECT_TRUE(encoder.needs_nodal_forces());
+  EXPECT_TRUE(encoder.needs().nodal_forces);
   encoder.Encode(shape, &message);
   EXPECT_EQ(message.nodal_forces_size(), 0) << "not asked for";
   ASSERT_EQ(message.traction_size(), 4);
@@ -227,6 +227,34 @@ TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   shape.nodal_forces.clear();  // a force is unknown
   encoder.Encode(shape, &message);
   EXPECT_EQ(message.traction_size(), 0);
+}
+
+TEST(MeshStreamEncoderTest, TheFieldIsComputedOnRequestAndItsTopologySentOnce) {
+  BoundaryShape shape;
+  shape.elements = {0, 1, 1, 2, 2, 0};
+  shape.rest = shape.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  v1::WatchMeshRequest request;
+  EXPECT_FALSE(MeshStreamEncoder(request).needs().field);
+  request.set_field(true);
+  MeshStreamEncoder encoder(request);
+  EXPECT_TRUE(encoder.needs().field);
+  shape.field.emplace();
+  shape.field->triangles = {0, 1, 2};
+  shape.field->rest = shape.rest;
+  shape.field->displacement = {0, 0.5F, 0, 0, 0, 0, 0, 0, 0};
+  shape.field->image = {10, 20, 30, 20, 10, 0};
+  v1::MeshState message;
+  for (const bool is_first : {true, false}) {
+    encoder.Encode(shape, &message);
+    EXPECT_EQ(message.field().triangles_size(), is_first ? 3 : 0);
+    EXPECT_EQ(message.field().rest_size(), is_first ? 9 : 0);
+    ASSERT_EQ(message.field().displacement_size(), 9);
+    EXPECT_EQ(message.field().displacement(1), 0.5F);
+    EXPECT_EQ(message.field().image_size(), 6);
+  }
+  shape.field.reset();  // no model
+  encoder.Encode(shape, &message);
+  EXPECT_FALSE(message.has_field());
 }
 
 }  // namespace

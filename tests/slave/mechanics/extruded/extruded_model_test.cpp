@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -90,6 +91,24 @@ TEST(ExtrudedModel, AThinSheetIsInPlaneStress) {
   const double Et = 1e4 * 1e-3;
   EXPECT_NEAR(response.stiffness_O(1, 1) / (Et * plane.stiffness(1, 1)), 1, 0.02);
   EXPECT_NEAR(response.stiffness_O(0, 0) / (Et * plane.stiffness(0, 0)), 1, 0.02);
+}
+
+// Reference: boundary elements in plane stress, which share nothing with these finite elements.
+// Tolerance: 3 % of the tool's motion, 2 % for the thickness (see above) and 1 % for 80 elements.
+TEST(ExtrudedModel, TheInsideOfAThinSheetMovesAsBoundaryElementsSay) {
+  Block sheet(SceneOf(100, 1, 0.3, "width: 10 mm, depth: whole"));
+  Block plane(SceneOf(100, 1, 0.3, "width: 10 mm", "bem2d, order: quadratic"));
+  constexpr double kDepth = 1e-3;  // [m]
+  std::vector<Eigen::Vector3d> moved, expected;
+  for (const auto& [block, u_O] : {std::pair{&sheet, &moved}, std::pair{&plane, &expected}}) {
+    ASSERT_NE(block->Press(0.05, 0.1, kDepth).validity, Validity::kFailed);
+    block->model->CoverDisplacements(block->solution, u_O);
+  }
+  ASSERT_EQ(moved.size(), expected.size());
+  ASSERT_GT(sheet.model->cover().inside.size(), 100U);
+  for (std::size_t i = sheet.model->field_mesh().vertices.size(); i < moved.size(); ++i) {
+    EXPECT_LT((moved[i] - expected[i]).head<2>().norm(), 0.03 * kDepth) << i;
+  }
 }
 
 // By symmetry of the block: places mirrored at its middle, and a tool as far from the front as

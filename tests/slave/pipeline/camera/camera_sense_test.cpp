@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <thread>
 #include <tuple>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/wire/enum_names.h"
 #include "slave/live/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/simulator/simulated_devices.h"
@@ -82,11 +85,47 @@ TEST_F(CameraSenseTest, TheForceOfAPressIsThatOfTheSimulator) {
   ASSERT_TRUE(state.force && state.true_force);
   EXPECT_GT(state.true_force->y(), 0.7);
   EXPECT_NEAR(state.force->y() / state.true_force->y(), 1, 0.16);
-  const BoundaryShape shape = slave_->Shape(true);
+  const BoundaryShape shape = slave_->Shape({.nodal_forces = true});
   EXPECT_EQ(shape.rest.size(), 180U);
   EXPECT_EQ(shape.nodal_forces.size(), 180U);
+  EXPECT_FALSE(shape.field) << "not requested";
   EXPECT_TRUE(slave_->Image(true, 80).has_value());
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kContact));
+}
+
+// Reference: the deformed outline, which the same message has in S. A camera with parallel rays
+// keeps the ratio of lengths, and its image has v down. Tolerance: floats.
+TEST_F(CameraSenseTest, TheFieldMovesWithTheOutlineInTheObjectAndInTheImage) {
+  Press();
+  const BoundaryShape shape = slave_->Shape({.field = true});
+  ASSERT_TRUE(shape.field);
+  const DisplacementField& field = *shape.field;
+  const std::size_t outline = shape.rest.size() / 3, nodes = field.rest.size() / 3;
+  EXPECT_GT(nodes, outline + 100);
+  ASSERT_EQ(field.displacement.size(), 3 * nodes);
+  ASSERT_EQ(field.image.size(), 2 * nodes);
+  const auto vector = [](const std::vector<float>& numbers, std::size_t i) {
+    return Eigen::Vector3f(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
+  };
+  const auto pixels = [&](std::size_t i) {
+    return Eigen::Vector2f(field.image[2 * i], field.image[2 * i + 1]);
+  };
+  const auto ratio = [&](std::size_t i, std::size_t j) {
+    return (pixels(i) - pixels(j)).norm() /
+           (vector(shape.positions, i) - vector(shape.positions, j)).norm();
+  };
+  float most = 0;
+  for (std::size_t i = 0; i < outline; ++i) {
+    const Eigen::Vector3f moved = vector(shape.positions, i) - vector(shape.rest, i);
+    EXPECT_NEAR(vector(field.displacement, i).norm(), moved.norm(), 1e-7) << i;
+    most = std::max(most, moved.norm());
+    const std::size_t opposite = (i + outline / 2) % outline;
+    EXPECT_NEAR(ratio(i, opposite) / ratio(0, outline / 2), 1, 1e-4) << i;
+    const float up = shape.positions[3 * opposite + 1] - shape.positions[3 * i + 1];
+    if (std::abs(up) > 1e-3F) EXPECT_LT((pixels(opposite) - pixels(i)).y() * up, 0) << i;
+  }
+  EXPECT_GT(most, 1e-4F) << "the block is pressed";
+  for (const std::uint32_t node : field.triangles) ASSERT_LT(node, nodes);
 }
 
 // Neither while somebody follows nor while the object is touched: the rendered force must not

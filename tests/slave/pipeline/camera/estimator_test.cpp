@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include "shared/wire/enum_names.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"

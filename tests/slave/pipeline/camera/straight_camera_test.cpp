@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/wire/enum_names.h"
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/simulator/camera/simulated_site.h"

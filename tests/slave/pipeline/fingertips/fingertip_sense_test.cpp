@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/wire/enum_names.h"
 #include "slave/capture/tactile_inbox.h"
 #include "slave/live/live_slave.h"
 #include "slave/manipulator/simulated_manipulator.h"
@@ -97,7 +98,7 @@ TEST_F(FingertipSenseTest, ATouchIsEstimatedAndSeen) {
       Until([](const SlaveState& s) { return s.force && s.force->z() > 0.19 && Touches(s); });
   EXPECT_EQ(state.validity, Validity::kValid);
   EXPECT_TRUE(slave_.TakeEvents().Has(Event::kContact));
-  const BoundaryShape shape = slave_.Shape(true);
+  const BoundaryShape shape = slave_.Shape({.nodal_forces = true});
   EXPECT_NE(shape.positions, shape.rest);
   EXPECT_FALSE(slave_.Image(true, 80).has_value());
 }

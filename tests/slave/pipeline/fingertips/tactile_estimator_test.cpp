@@ -170,7 +170,7 @@ TEST(TactileEstimatorTest, AnAbsurdForceIsFlaggedAndHoldsNobodyUp) {
     Touching t(CubeScene(kAbove));
     const ContactEstimate& estimated = t.Press({0, 0, -newtons}, {0, 0, -0.003}, 0, 2 * kWindow);
     ASSERT_TRUE(estimated.force.has_value());
-    const BoundaryShape shape = t.estimator.Shape(true);
+    const BoundaryShape shape = t.estimator.Shape({.nodal_forces = true});
     EXPECT_NE(Worse(estimated.validity, shape.validity), Validity::kValid) << newtons;
     for (const float x : shape.positions) ASSERT_TRUE(std::isfinite(x));
   }

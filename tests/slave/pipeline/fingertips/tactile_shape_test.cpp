@@ -20,11 +20,11 @@ using namespace testing_fakes;
 TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsReported) {
   Touching t(CubeScene(kAbove));
   t.Press({0, 0, -0.2}, {0, 0, -0.003});
-  const BoundaryShape known = t.estimator.Shape(true);
+  const BoundaryShape known = t.estimator.Shape({.nodal_forces = true});
   ASSERT_NE(known.validity, Validity::kFailed);
   ASSERT_NE(known.positions, known.rest);
   const ContactEstimate& estimate = t.Press({0, 0, -7}, {0, 0, -0.003});
-  const BoundaryShape beyond = t.estimator.Shape(true);
+  const BoundaryShape beyond = t.estimator.Shape({.nodal_forces = true});
   ASSERT_EQ(beyond.validity, Validity::kFailed);
   EXPECT_EQ(beyond.positions, known.positions);
   EXPECT_EQ(beyond.sensed_at, known.sensed_at);
@@ -34,7 +34,7 @@ TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsReported) {
   t.hand.active[0] = false;
   t.hand.forces_F[0].setZero();
   t.Estimate(20);
-  const BoundaryShape after = t.estimator.Shape(false);
+  const BoundaryShape after = t.estimator.Shape({});
   EXPECT_NE(after.validity, Validity::kFailed);
   EXPECT_GT(after.sensed_at, beyond.sensed_at);
 }
@@ -45,7 +45,7 @@ struct Streamed {
   int nodes = 0;
 };
 Streamed Forces(Touching& t) {
-  const BoundaryShape shape = t.estimator.Shape(true);
+  const BoundaryShape shape = t.estimator.Shape({.nodal_forces = true});
   Streamed streamed;
   for (std::size_t i = 0; i + 2 < shape.nodal_forces.size(); i += 3) {
     const Eigen::Vector3f f(&shape.nodal_forces[i]);
@@ -81,7 +81,7 @@ TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem)
   Touching t(CubeScene(kAbove + ", patch: 22 mm"));
   t.Press({0.01, 0, -0.1}, {0, 0, -0.002});
   EXPECT_GE(Forces(t).nodes, 9);  // the corners of the four middle faces
-  const BoundaryShape shape = t.estimator.Shape(true);
+  const BoundaryShape shape = t.estimator.Shape({.nodal_forces = true});
   const auto at = [](const std::vector<float>& values, std::size_t i) -> Vector3d {
     return Eigen::Vector3f(&values[i]).cast<double>();
   };
@@ -114,7 +114,7 @@ TEST(TactileEstimatorTest, NoForcesAreStreamedWhileOneIsUnknown) {
     estimator.Estimate(hand.Next(), scene.manipulator.home - Vector3d(0, 0, 0.004));
   }
   ASSERT_TRUE(estimator.finger(0).p_S_contact && !estimator.finger(0).force);
-  const BoundaryShape shape = estimator.Shape(true);
+  const BoundaryShape shape = estimator.Shape({.nodal_forces = true});
   EXPECT_FALSE(shape.positions.empty());
   EXPECT_TRUE(shape.nodal_forces.empty());
 }

@@ -126,7 +126,7 @@ class WallSense final : public SensingPipeline {
   std::optional<CameraHealth> health() const override { return std::nullopt; }
   const ContactEstimate& Estimate(const TipReading&) noexcept override { return estimate_; }
   LocalModel LocalModelAt(const Vector3d&) noexcept override { return {}; }
-  BoundaryShape Shape(bool) override { return {}; }
+  BoundaryShape Shape(const ShapeParts&) override { return {}; }
   std::unique_ptr<PreparedModel> Prepare(const Scene&, Progress*) const override { return nullptr; }
   void Adopt(std::unique_ptr<PreparedModel>, const Scene&) override {}
   void Reset() override {}

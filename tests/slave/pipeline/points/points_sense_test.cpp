@@ -1,11 +1,14 @@
 #include "slave/pipeline/points/points_sense.h"
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <thread>
 
 #include <gtest/gtest.h>
 
+#include "shared/wire/enum_names.h"
 #include "slave/live/live_slave.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 #include "tests/support/engaged_hand.h"
@@ -77,7 +80,7 @@ TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
   EXPECT_LT(state.sigma, 0.2 * kForce);
   EXPECT_FALSE(state.true_force.has_value());
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kContact));
-  const BoundaryShape shape = slave_->Shape(true);
+  const BoundaryShape shape = slave_->Shape({.nodal_forces = true, .field = true});
   ASSERT_EQ(shape.positions.size(), shape.rest.size());
   double deepest = 0;
   for (std::size_t i = 2; i < shape.rest.size(); i += 3) {
@@ -85,6 +88,12 @@ TEST_F(PointsSenseTest, APressIsEstimatedSeenAndShown) {
   }
   EXPECT_NEAR(deepest, -testing_fakes::PlateDeflection(kForce, {0.012, 0.004}, {0.012, 0.004}),
               4e-5);
+  ASSERT_TRUE(shape.field);
+  EXPECT_EQ(shape.field->triangles, shape.elements);
+  ASSERT_EQ(shape.field->displacement.size(), shape.rest.size());
+  EXPECT_EQ(shape.field->image.size(), 2 * shape.rest.size() / 3);
+  EXPECT_NEAR(*std::ranges::min_element(shape.field->displacement), deepest, 1e-6);
+  EXPECT_TRUE(std::ranges::all_of(shape.field->image, [](float p) { return std::isfinite(p); }));
 }
 
 // The same between images: the source is silent while the operator presses.
