@@ -94,7 +94,7 @@ test('pictures of a session', async () => {
 test('pictures of the set-up', async () => {
   const images = imagesOf(path.join(ROOT, 'deploy/scenes/silicone-block.yaml'), path.join(SCRATCH, 'recorded'));
   const tip = toImage([44, 94.16]), corners = [[0, 0], [88, 0], [88, 88], [0, 88]].map(toImage);
-  const person = await Person.sitDown({ images, rate: 60, saved: path.join(SCRATCH, `saved-${process.pid}`), size: SIZES[0] }), { stage } = person;
+  const person = await Person.open({ images, rate: 60, saved: path.join(SCRATCH, `saved-${process.pid}`), size: SIZES[0] }), { stage } = person;
   try {
     await person.freezeAtRest(tip);
     await person.next();
@@ -109,6 +109,6 @@ test('pictures of the set-up', async () => {
     await person.shows('setup-held-fact', /^1 of 4/);
     await shoot(stage, 'setup', () => true);
   } finally {
-    await person.standUp();
+    await person.close();
   }
 });

@@ -18,14 +18,14 @@ enum class Traffic : std::uint8_t {
   kBulk,   // large messages, such as meshes, with a bounded window
 };
 
-// Default of the longest accepted round trip: a later answer counts as a dead link.
+// Default of the max accepted round trip: a later answer counts as a dead link.
 inline constexpr std::chrono::milliseconds kUsualRoundTrip{1000};
 
 // Opens a separate connection that reconnects by itself and never uses a proxy. Does not wait.
 // `tls`: folder with the certificates; empty: plain text. Throws like ChannelTls.
 std::shared_ptr<grpc::Channel> OpenChannel(
     const std::string& target, Traffic traffic, const std::filesystem::path& tls = {},
-    std::chrono::milliseconds longest_round_trip = kUsualRoundTrip);
+    std::chrono::milliseconds max_round_trip = kUsualRoundTrip);
 
 // Returns `target` as HOST:PORT. Throws std::invalid_argument if it is invalid, or beyond loopback
 // without `beyond`.
@@ -38,21 +38,21 @@ void NameCalls(const std::string& name);
 // Wait before the next attempt: doubles each time, up to a limit.
 class Backoff {
  public:
-  // 0 < first <= longest.
-  Backoff(std::chrono::milliseconds first, std::chrono::milliseconds longest)
-      : first_(first), longest_(longest), next_(first) {}
+  // 0 < first <= max.
+  Backoff(std::chrono::milliseconds first, std::chrono::milliseconds max)
+      : first_(first), max_(max), next_(first) {}
 
   // The wait before the next attempt.
   std::chrono::milliseconds Next() {
     const auto wait = next_;
-    next_ = std::min(2 * next_, longest_);
+    next_ = std::min(2 * next_, max_);
     return wait;
   }
   // Records that an attempt succeeded: the next pause is `first` again.
   void Reset() { next_ = first_; }
 
  private:
-  std::chrono::milliseconds first_, longest_, next_;
+  std::chrono::milliseconds first_, max_, next_;
 };
 
 // The reason of `status`: at most 300 printable characters, because the peer may be malicious. A

@@ -17,11 +17,11 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kPollEvery(1000);
-constexpr double kTraceRate = 120;  // without a recording, which takes all [Hz]
+constexpr double kTraceRate = 120;  // without a recording; a recording gets all traces [Hz]
 constexpr double kTraceAge = 1;     // [s]
 constexpr std::size_t kTracesKept = 2048;
-constexpr std::size_t kLargestJpeg = 16 << 20;  // [bytes]
-constexpr std::uint32_t kQuality = 75;          // of the JPEG
+constexpr std::size_t kMaxJpeg = 16 << 20;  // [bytes]
+constexpr std::uint32_t kQuality = 75;      // of the JPEG
 
 v1::WatchImagesRequest VideoRequest(const ObservedViews& views) {
   v1::WatchImagesRequest request;
@@ -46,7 +46,7 @@ v1::WatchTraceRequest TraceRequest(bool all) {
   return request;
 }
 
-// Views that serve both users.
+// Returns the views that both users need.
 ObservedViews Both(const ObservedViews& a, const ObservedViews& b) {
   ObservedViews both;
   both.image_rate = std::max(a.image_rate, b.image_rate);
@@ -62,7 +62,7 @@ ObservedViews Both(const ObservedViews& a, const ObservedViews& b) {
 struct Observer::Parts {
   Parts(const SlaveLink::Options& link, Options chosen);
 
-  // Take a received message and return why it is rejected; empty: it is accepted.
+  // Store a received message, or return why it is rejected.
   std::string Take(const v1::ImageState& frame);
   std::string Take(const v1::MeshState& message);
   std::string Take(const v1::PatchUpdate& message);
@@ -74,8 +74,8 @@ struct Observer::Parts {
   void OpenImages();
   void OpenMeshes();
   void Poll(const std::stop_token& stop);
-  // Scene and status of the slave, or why there are none.
-  SlaveHealth Ask(const std::stop_token& stop);
+  // Requests scene and status of the slave. Contains the reason if they are not available.
+  SlaveHealth RequestHealth(const std::stop_token& stop);
 
   [[nodiscard]] ObservedViews needed() const {
     const std::scoped_lock lock(mutex);
@@ -84,7 +84,7 @@ struct Observer::Parts {
 
   const Options options;
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
-  // Each is used by the thread of its stream only.
+  // Each of these members is used by the thread of its stream alone.
   std::shared_ptr<const MeshTopology> topology;  // of the open stream; null: not received yet
   PatchReader patch_reader;
   std::optional<std::uint32_t> revision;  // of the scene that was forwarded last
@@ -95,14 +95,15 @@ struct Observer::Parts {
   std::uint64_t images_received = 0;
   std::shared_ptr<const RemoteMesh> mesh;
   double deflection_peak = 0;          // [m]
-  PatchStats patches;                  // without what the stream's keeper counts
+  PatchStats patches;                  // without the counts of the stream keeper
   std::map<Time, SampleTrace> traces;  // by the time of their samples
   SlaveHealth health;
   PriorityInheritanceCondition wake;  // never notified: a wait that ends with a stop
 
   mutable PriorityInheritanceMutex streams_mutex;  // guards the users' needs and their streams
   std::array<ObservedViews, kUsers> needs;
-  // Streams, and the thread of the health; null: not needed. Last: they use all of the above.
+  // Streams, and the thread of the health; null: not needed. They are declared last because they
+  // use the members above.
   std::unique_ptr<StreamKeeper<v1::ImageState>> image_stream;
   std::unique_ptr<StreamKeeper<v1::MeshState>> mesh_stream;
   std::unique_ptr<StreamKeeper<v1::PatchUpdate>> patch_stream;
@@ -149,7 +150,7 @@ std::string Observer::Parts::Take(const v1::ImageState& frame) {
   std::string reason;
   FieldReader reader(&reason);
   const Time sensed_at = reader.Stamp("sensed_at", frame.sensed_at());
-  if (!reader.ok() || frame.jpeg().empty() || frame.jpeg().size() > kLargestJpeg) return {};
+  if (!reader.ok() || frame.jpeg().empty() || frame.jpeg().size() > kMaxJpeg) return {};
   Forward(frame);
   const std::scoped_lock lock(mutex);
   image = std::make_shared<const RemoteImage>(
@@ -200,7 +201,7 @@ std::string Observer::Parts::Take(const v1::TraceUpdate& message) {
 
 void Observer::Parts::Poll(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    SlaveHealth answer = Ask(stop);
+    SlaveHealth answer = RequestHealth(stop);
     std::unique_lock lock(mutex);
     answer.version = health.version + 1;
     health = std::move(answer);
@@ -209,7 +210,7 @@ void Observer::Parts::Poll(const std::stop_token& stop) {
   }
 }
 
-SlaveHealth Observer::Parts::Ask(const std::stop_token& stop) {
+SlaveHealth Observer::Parts::RequestHealth(const std::stop_token& stop) {
   using Stub = v1::Teleoperation::Stub;
   v1::Status status;
   v1::SceneDescription scene;

@@ -21,13 +21,13 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kFrame(33);
-constexpr std::chrono::seconds kLookAway(2);  // time without a page before streams end
+constexpr std::chrono::seconds kCloseStreamsAfter(2);  // time without a page
 // A mesh error of 1e-4 of the object is a tenth of a pixel of a page.
 constexpr ObservedViews kPageViews{.image_rate = 15, .mesh_rate = 15, .traction = true};
 constexpr double kFrozen = 1;         // an older image is frozen [s]
 constexpr double kFrozenPeriods = 3;  // the same in sensor periods, for slow sensors [-]
 constexpr std::size_t kMaxTasks = 4;  // requests of the page that wait for the slave
-constexpr double kTraceShown = 1;     // of a tick a while ago [s]
+constexpr double kTraceShown = 1;     // age of the tick whose trace is shown [s]
 
 // Streams of the slave while a page is open, and what was shown of them last.
 struct PageViews {
@@ -35,7 +35,7 @@ struct PageViews {
   void Update(bool is_open, bool field, Observer* observer) {
     const auto now = std::chrono::steady_clock::now();
     if (is_open) opened = now;
-    streams = now - opened < kLookAway;
+    streams = now - opened < kCloseStreamsAfter;
     ObservedViews views = streams ? kPageViews : ObservedViews();
     views.field = streams && field;
     if (std::exchange(needed, views) != views) observer->Need(Observer::User::kPage, views);
@@ -101,7 +101,7 @@ struct LiveStation::Parts {
   void OnPageLeft(std::uint64_t page);
   // `page` shows the displacement field, or no more.
   void ShowField(std::uint64_t page, bool on);
-  // Empty, or what to answer.
+  // Returns the answer; empty: there is none.
   std::string Point(std::uint64_t page, const PointerCommand& command);
   std::string Record(const RecordCommand& command);
   void Reset();
@@ -297,7 +297,7 @@ std::string LiveStation::Parts::Record(const RecordCommand& command) {
   return {};
 }
 
-// The slave refuses it if a stop came that is not known here now.
+// The slave refuses the reset if a stop came that this station does not know.
 void LiveStation::Parts::Reset() {
   SubmitTask([this, stops = controls.known_stops()] {
     const std::string why = controls.reset(stops);

@@ -44,7 +44,7 @@ class NewsBox {
   std::vector<std::string> news_;
 };
 
-// Where tables and news go.
+// Where tables and messages about the connection are written.
 class Output {
  public:
   explicit Output(bool json) : json_(json), live_(!json && isatty(STDOUT_FILENO) == 1) {

@@ -23,7 +23,7 @@ std::chrono::steady_clock::time_point After(std::chrono::milliseconds duration) 
   return std::chrono::steady_clock::now() + duration;
 }
 
-constexpr std::size_t kKept = 4;  // images per camera that may still find their partner
+constexpr std::size_t kMaxWaiting = 4;  // images per camera that may still find their partner
 constexpr auto kRetry = std::chrono::milliseconds(250);    // before a lost camera is opened again
 constexpr auto kThreadEndTime = std::chrono::seconds(3);   // limit for a thread that must end
 constexpr auto kStreamOpenTime = std::chrono::seconds(5);  // limit for opening a stream
@@ -173,7 +173,7 @@ void LiveCameras::State::Put(std::size_t i, cv::Mat image, Time at) {
     if (IsLikeFirst(i, image)) {
       auto& waiting = cameras[i].waiting;
       waiting.push_back({std::move(image), at});
-      if (waiting.size() > kKept) waiting.pop_front();
+      if (waiting.size() > kMaxWaiting) waiting.pop_front();
       Match();
     }
   }

@@ -4,7 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "slave/scene/words.h"
+#include "slave/scene/scene_text.h"
 #include "slave/solve/object_remarks.h"
 #include "slave/vision/stereo/rig.h"
 

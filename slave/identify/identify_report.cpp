@@ -18,8 +18,8 @@ using identify::LawFit;
 using Json = nlohmann::ordered_json;
 
 constexpr double kWide = 1.96;
-constexpr double kPoorFit = 0.1;       // residual over the peak from which a fit is a warning [-]
-constexpr double kLeastShare = 1e-12;  // of a term in a scene
+constexpr double kPoorFit = 0.1;     // residual over the peak from which a fit is a warning [-]
+constexpr double kMinShare = 1e-12;  // of a term in a scene
 constexpr double kPoissonOfScene = 0.4999;  // what `model` solves with a pressure of its own
 constexpr const char* kDefinition =
     "slope of nominal stress between 10 and 20 % strain, divided by the stiffening due to bonded "
@@ -328,7 +328,7 @@ std::string SceneLines(const LawFit& fit, double specimen_sigma) {
   const double sigma = std::hypot(specimen_sigma, fit.young_sigma / fit.law.YoungModulus());
   std::string terms;
   for (const identify::LawTerm& term : fit.law.terms) {
-    if (term.G < kLeastShare * G) continue;
+    if (term.G < kMinShare * G) continue;
     terms += fmt::format("{}[{:.6g}, {:.6g}]", terms.empty() ? "" : ", ", term.G / G, term.alpha);
   }
   return MaterialLine(2 * (1 + kPoissonOfScene) * G, kPoissonOfScene, sigma) +

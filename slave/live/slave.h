@@ -62,7 +62,7 @@ struct EncodedImage {
 
 inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
 // Limits of scales and the force limit, so that quotients stay finite.
-inline constexpr double kLeastSetting = 1e-15;
+inline constexpr double kMinSetting = 1e-15;
 
 class ImageInbox;
 class Progress;

@@ -21,9 +21,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A height below this is none, of the longest edge ...
+// Height of a degenerate tetrahedron, by the longest edge ...
 constexpr double kFlat = 1e-12;
-// ... and of the largest coordinate: what is left of three rounded differences.
+// ... and by the largest coordinate: the rounding of three differences.
 constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
 
 // Faces outward of a positive tetrahedron.
@@ -67,10 +67,10 @@ void CheckShapes(SolidMesh* mesh, const MeshNumbers& numbers, MeshReport* report
   for (std::size_t t = 0; t < mesh->tets.size(); ++t) {
     auto& tet = mesh->tets[t];
     const TetShape shape = ShapeOf(*mesh, tet, scale);
-    const double least_height = kFlat * shape.longest + kRounding * largest;
+    const double min_height = kFlat * shape.longest + kRounding * largest;
     const double height = 3 * std::abs(shape.volume) / shape.largest_face;
     const int element = static_cast<int>(t);
-    if (!(shape.largest_face > 0 && height > least_height)) {
+    if (!(shape.largest_face > 0 && height > min_height)) {
       flat.push_back(element);
       quality.push_back(0);
       continue;
@@ -93,7 +93,7 @@ void CheckShapes(SolidMesh* mesh, const MeshNumbers& numbers, MeshReport* report
   CountQuality(std::move(quality), numbers, report);
 }
 
-// How a face's nodes, turned so that the smallest comes first, run round.
+// Direction of a face's nodes after the smallest comes first.
 struct Face {
   std::array<int, 3> sorted;
   bool even;
@@ -193,7 +193,7 @@ std::vector<Edge> SortedEdges(const SurfaceMesh& surface) {
   return edges;
 }
 
-// Triangles that share an edge as elements that share a number: PartsOf joins them.
+// Triangles that share an edge, as elements that share a number: PartsOf joins them.
 std::vector<SurfacePart> ByEdges(const SurfaceMesh& surface) {
   std::vector<std::array<int, 3>> edges_of(surface.triangles.size());
   std::vector<std::size_t> filled(surface.triangles.size(), 0);

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A height below this is none, of the longest edge and of the largest coordinate.
+// Height of a degenerate triangle, by the longest edge and by the largest coordinate.
 constexpr double kFlat = 1e-12, kRounding = 8 * std::numeric_limits<double>::epsilon();
 
 struct EdgeUse {

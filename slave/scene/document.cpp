@@ -21,7 +21,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::uintmax_t kLargestFile = 1 << 20;  // [bytes]
+constexpr std::uintmax_t kMaxFile = 1 << 20;  // [bytes]
 constexpr int kDeepest = 32;
 constexpr int kMaxValues = 100'000;        // aliases count each time they are used
 constexpr std::size_t kMaxText = 4 << 20;  // [bytes] of keys and values, aliases spelled out
@@ -253,7 +253,7 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
     }
     return std::nullopt;
   }
-  if (std::filesystem::file_size(file, error) > kLargestFile || error) {
+  if (std::filesystem::file_size(file, error) > kMaxFile || error) {
     mistakes->AddGeneral(0, "too large", "at most 1 MiB");
     return std::nullopt;
   }

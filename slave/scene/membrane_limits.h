@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// Reads the parts of the scene that are read so far: `object` and `sense` for widths, all of it for
-// the rest. The texts state what is accepted.
+// Uses the parts of the scene that are read so far: `object` and `sense` for widths, all for the
+// rest. The texts state what is accepted.
 class MembraneLimits {
  public:
   static constexpr double kMaxBlur = 20;  // of a simulated pair [px]

@@ -89,7 +89,8 @@ inline bool FollowsTools(const ModelOptions& model) {
   return kind != nullptr && kind->iterates && model.fem.element == FemOptions::Element::kTet4 &&
          model.fem.law != FemOptions::Law::kOgden && model.fem.time == FemOptions::Time::kStatic;
 }
-// Whether it does so of this tool: the others are bonded, flat ones held at their nodes.
+// Whether the model finds the places of this tool and its friction. Other tools are bonded, and
+// flat ones held at their nodes.
 inline bool ShapesTool(const ModelOptions& model, const Tool& tool) {
   const bool is_usual = tool.shape == Tool::Shape::kFlat || tool.shape == Tool::Shape::kRound;
   return FollowsTools(model) && (model.contact != ContactLaw::kBonded || !is_usual);

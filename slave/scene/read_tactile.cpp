@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLongestName = 32;
+constexpr std::size_t kMaxNameLength = 32;
 
 void ReadSource(Section& section, const SceneContext& context, Tactile* tactile) {
   constexpr const char* kAccepted = "stream, simulated, or a CSV recording";
@@ -67,7 +67,7 @@ void RequireName(const Section& section, std::string_view key, std::string_view 
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-';
   };
-  if (!name.empty() && name.size() <= kLongestName && std::ranges::all_of(name, is_plain)) return;
+  if (!name.empty() && name.size() <= kMaxNameLength && std::ranges::all_of(name, is_plain)) return;
   section.mistakes()->Add(*section.node()->Find(key), section.PathOf(key),
                           "a finger's name of 1 to 32 letters, digits, _ or -");
 }

@@ -25,7 +25,7 @@ namespace palpate {
 class OperatorLease {
  public:
   static constexpr std::chrono::seconds kSilence{5}, kIdleSilence{1};
-  static constexpr std::size_t kLongestName = 64;  // [characters]
+  static constexpr std::size_t kMaxNameLength = 64;  // [characters]
 
   using Ticket = std::uint64_t;
   struct Refusal {
@@ -94,7 +94,7 @@ class OperatorLease {
     std::uint64_t state_sequence = 0;  // the newest acknowledged state
   };
 
-  // With mutex_ held, all of these functions.
+  // These functions require mutex_ to be held.
   void RequireManipulator() const;
   void RequireUnused() const;
   [[nodiscard]] std::string DescribeHolder() const;

@@ -1,4 +1,4 @@
-// The gRPC face of a slave: listens, serves, stops.
+// The gRPC server of a slave.
 #pragma once
 
 #include <chrono>
@@ -27,12 +27,12 @@ class Server {
   // Publishes everything on a NATS server too, from now on until the stop. Called once. Throws
   // std::invalid_argument: unusable certificates.
   void PublishOn(const NatsServer& nats);
-  // HOST:PORT really listened on.
+  // The HOST:PORT on which the server listens.
   [[nodiscard]] const std::string& address() const;
   // Counts of admission control since the start. Thread-safe.
   [[nodiscard]] Acceptor::Counts connections() const;
-  // Shuts down: health reports NOT_SERVING, streams end, then returns. `grace`: for calls to end by
-  // themselves. Idempotent.
+  // Shuts down: health reports NOT_SERVING and streams end before it returns. Calls have the time
+  // `grace` to end by themselves. Idempotent.
   void Stop(std::chrono::milliseconds grace = std::chrono::milliseconds(300));
 
  private:

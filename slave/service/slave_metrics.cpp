@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-// One of the values of an enumeration: 1, the others 0.
+// Adds one metric per value of an enumeration: 1 for the present value, 0 for the others.
 Metric OneOf(std::string name, std::string help, const char* label,
              const google::protobuf::EnumDescriptor& kinds, int is) {
   Metric metric{std::move(name), std::move(help), Metric::Type::kGauge, {}};

@@ -77,10 +77,10 @@ void CaseSolver::TakeTool(const Tool& tool) {
 
 void CaseSolver::SetValidity(SolveRow* row) {
   TakeTool(row->tool);
-  domain_->where.Judge(row->contact, &row->response);
+  domain_->where.FlagOutside(row->contact, &row->response);
   if (row->response.validity != Validity::kValid || IsFineUnder(*row)) return;
   row->response.validity = Validity::kExtrapolated;
-  row->response.doubt = kWholeElements;
+  row->response.flag_reason = kWholeElements;
 }
 
 bool CaseSolver::IsFineUnder(const SolveRow& row) {

@@ -1,5 +1,5 @@
-// Contacts and loads that act together on an object at rest, answered and judged. `solve` and
-// Python call it.
+// Solves contacts and loads that act together on an object at rest, and sets their validity.
+// `solve` and Python call it.
 #pragma once
 
 #include <optional>
@@ -18,7 +18,8 @@ namespace palpate {
 
 using Case = std::vector<std::size_t>;  // rows that act together
 
-// Answers `contacts` acting together and times it. False: there is no answer.
+// Solves `contacts`, which act together, and measures the time. Returns false if there is no
+// answer.
 bool SolveTogether(std::span<const Contact> contacts, DeformationModel* model, Solution* solution,
                    double* solve_us);
 
@@ -34,8 +35,8 @@ class CaseSolver {
   bool Solve(const Case& one, std::vector<SolveRow>* rows, Solution* solution);
 
  private:
-  // Where the force of a tool is known. The last one is kept: rows that follow each other usually
-  // have the same.
+  // Range in which the force of a tool is known. The last one is kept, because successive rows
+  // usually have the same tool.
   struct Domain {
     Tool tool;
     ToolDomain where;
@@ -53,7 +54,7 @@ class CaseSolver {
   DeformationModel* model_;
   RoundRows round_;
   std::optional<Domain> domain_;
-  std::vector<Contact> contacts_;  // room
+  std::vector<Contact> contacts_;  // memory for Solve
 };
 
 }  // namespace palpate

@@ -14,7 +14,7 @@ constexpr double kBeginShare = 0.5, kEndShare = 0.25;
 constexpr double kRises = 3;       // 0.02 N [counts]
 constexpr double kRestSigmas = 2;  // that the pressure's rest value may be off, besides
 // Largest change of a channel while the baseline is measured: more is not noise [noise at rest].
-constexpr double kStill = 20;
+constexpr double kConstantSamples = 20;
 // Largest force of a baseline: times that of the training's baselines, and sigmas besides [-].
 constexpr double kSameRest = 2, kBaselineSigmas = 3;
 // Samples that may be missing, unflagged. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
@@ -130,7 +130,7 @@ bool Fingertip::UpdateBaseline(const FingerReading& reading, bool is_clear) noex
 void Fingertip::ExamineBaseline() noexcept {
   const NetworkInfo& network = this->network();
   if (network.channels.are_electrodes()) return;
-  if (baseline_.spread() > kStill * network.noise) {
+  if (baseline_.spread() > kConstantSamples * network.noise) {
     baseline_fault_ =
         "a channel moved while the baseline was measured: something touched the sensor, or shook "
         "it";

@@ -23,7 +23,7 @@ class WindowForce {
 
   // The next sample starts a new window.
   void Reset() noexcept;
-  // Adds a sample, counts minus baseline. True: the window is full.
+  // Adds a sample, counts minus baseline. Returns whether the window is full.
   bool Push(const TactileSignals& change) noexcept {
     return estimate_ && estimate_->Push(change, outputs_);
   }
@@ -32,12 +32,12 @@ class WindowForce {
 
   struct Estimate {
     std::optional<Eigen::Vector3d> force_F;  // of the fingertip on the object [N]; nullopt: unknown
-    double sigma = 0;                        // rms that its vector may be off by [N]
+    double sigma = 0;                        // rms error of the vector [N]
   };
   // Returns the force for a constant change of the channels; nullopt: unknown. Starts a new window.
   [[nodiscard]] std::optional<Eigen::Vector3d> ForceOf(const TactileSignals& change) noexcept;
-  // Once per sample, after Push, which returned `is_full`. `before_F`: force of the last sample;
-  // `signals`: model of the same samples, null: unknown.
+  // Is called once per sample, after Push, which returned `is_full`. `before_F`: force of the last
+  // sample; `signals`: model of the same samples, null: unknown.
   [[nodiscard]] Estimate Take(const TactileSignals& change, bool is_full,
                               const std::optional<Eigen::Vector3d>& before_F,
                               const SignalModel* signals) noexcept;
@@ -59,7 +59,7 @@ class WindowForce {
   TactileSignals last_{};            // of the last sample
   Eigen::Vector3d pace_F_{0, 0, 0};  // of the force, averaged over some samples [N/sample]
   double step_ = 0;                  // of the force, in the last sample [N]
-  double leap_ = 0;                  // of the last sample, beyond the pace [N]
+  double leap_ = 0;                  // change in the last sample beyond the pace [N]
 };
 
 }  // namespace palpate

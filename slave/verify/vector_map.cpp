@@ -160,7 +160,7 @@ Interval Inverse(const Interval& interval) {
 
 }  // namespace
 
-Finding FindingOf(const Interval& interval, double low, double high) {
+Finding FindingOfInterval(const Interval& interval, double low, double high) {
   if (interval.low >= low && interval.high <= high) return Finding::kRight;
   return interval.high < low || interval.low > high ? Finding::kWrong : Finding::kOpen;
 }
@@ -212,7 +212,7 @@ Interval Scale::Both() const {
 
 Finding Scale::FindingWithin(double tolerance) const {
   const double low = 1 - tolerance, high = 1 + tolerance;
-  const Finding a = FindingOf(forth, low, high), b = FindingOf(back, low, high);
+  const Finding a = FindingOfInterval(forth, low, high), b = FindingOfInterval(back, low, high);
   if (a == Finding::kRight || b == Finding::kRight) return Finding::kRight;
   const bool agree = (forth.high < low) == (back.high < low);
   return a == Finding::kWrong && b == Finding::kWrong && agree ? Finding::kWrong : Finding::kOpen;

@@ -42,7 +42,7 @@ TipTemplate LoadTipTemplate(const TipTracking& options, const Eigen::Vector2d& d
 // The window shows the tool and a little of the background on either side, but nothing beyond the
 // tip: there the object will be, and deform. It needs marks (or a taper) on the tool: where there
 // are none, a few pixels beyond the tip are taken in, for otherwise nothing shows where along
-// itself the tool is. Background beside the tool's end gets no weight: the dented object rises
+// itself the tool is. Background beside the tool's end gets no weight: the indented object rises
 // there. A window is upright, so for an oblique tool it ends somewhat before the tip.
 // Throws std::runtime_error: the tip or too much of the tool lies outside the image, no contrast.
 TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,

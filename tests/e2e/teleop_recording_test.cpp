@@ -150,8 +150,8 @@ Rendering Render(const Recording& recording, const fs::path& playback, RenderMod
       state.sensed_at = now;
       state.force = Eigen::Vector3d(-force, 0, 0);
       learnt.AddSample(reading.p_M.x(), force, now);
-      // The hand was here at this tick: what the slave does about it has its effect half a round
-      // trip later, and is reported after another.
+      // The device was here at this tick. The slave's reaction has its effect half a round trip
+      // later, and is reported after another half.
       state.echo = now;
       state.sent_at = now;
       Sent sent{t + round_trip, state, std::nullopt};
@@ -232,9 +232,10 @@ INSTANTIATE_TEST_SUITE_P(Recordings, AnyContactTest,
 
 using SoftContactTest = TeleopRecordingTest;
 
-// Reference: of a ramp, hold errs by T / sqrt 3 and delayed interpolation by T: sqrt 3 = 1.73 more.
-// A hand on something soft is slow against 60 Hz; noise and the first touch take off up to a tenth.
-// The local model sees the hand's own motion at once and has no lag but in what it learns.
+// Reference: on a ramp the error of hold is T / sqrt 3 and that of delayed interpolation T: the
+// factor is sqrt 3 = 1.73. An operator on a soft object is slow compared with 60 Hz; noise and the
+// first touch reduce the factor by up to a tenth. The local model follows the device's own motion
+// at once, and lags only in what it learns.
 TEST_P(SoftContactTest, TheLocalModelBeatsTheHoldWhichBeatsInterpolation) {
   const double ratio = Rms(RenderMode::kInterpolate) / Rms(RenderMode::kHold);
   EXPECT_NEAR(ratio, std::sqrt(3.0), 0.18);

@@ -1,4 +1,4 @@
-// The file of a rig, and what its lenses make of a point.
+// Files of rigs, and the mapping of a point by their lenses.
 #include <stdexcept>
 
 #include "slave/vision/stereo/rig.h"

@@ -1,5 +1,5 @@
-// A slave whose operator port, estimate and emergency stop are the real ones. Its object is a soft
-// wall below y = 0, its tool goes to its target at once. Time is what the test says it is.
+// A slave with the real operator port, estimate and emergency stop. Its object is a soft wall below
+// y = 0, and its tool is at its target immediately. The test sets the time.
 #pragma once
 
 #include <cstdint>

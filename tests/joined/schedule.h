@@ -19,7 +19,7 @@
 
 namespace palpate {
 
-// What travels, and what the test knows of it.
+// The messages on the link, and what the test knows of them.
 struct CommandPacket {
   v1::OperatorCommand message;
   std::uint32_t stops_asked = 0;    // by the operator, if the command carries the stop

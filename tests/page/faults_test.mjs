@@ -1,4 +1,4 @@
-// What goes wrong ends in a sentence that says what to do, and lets the hand go: shown on the page, by real programs.
+// Faults of real programs: the page shows a sentence that says what to do, and the operator is disengaged.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { chmodSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';

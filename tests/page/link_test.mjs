@@ -5,7 +5,7 @@ import { beforeEach, mock, test } from 'node:test';
 
 import { FIELD, FIELD_TOPOLOGY, Link, fieldOf, fieldTopologyOf, withTick } from '../../master/station/page/link.js';
 import { mappingOf } from '../../master/station/page/scales.js';
-import { REASONS, STATES, VALIDITY } from '../../master/station/page/words.js';
+import { REASONS, STATES, VALIDITY } from '../../master/station/page/text.js';
 
 let sockets = [];
 class Socket {

@@ -50,7 +50,7 @@ describe('a scripted hand presses the block', () => {
     await stage.shows('scene', 'silicone-block');
     await until(async () => (await stage.page.locator('#state b').innerText()) === 'FOLLOWING', 'the state');
     await until(async () => /^\d+ Hz$/.test(await stage.text('rate')), 'a rate');
-    await until(async () => /^\d+ ms old$/.test(await stage.text('picture-age')), 'a picture');
+    await until(async () => /^\d+ ms old$/.test(await stage.text('image-age')), 'an image');
     await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
     const first = Number(await stage.text('magnitude'));
     await until(async () => Math.abs(Number(await stage.text('magnitude')) - first) > 0.05, 'a force that changes');
@@ -60,7 +60,7 @@ describe('a scripted hand presses the block', () => {
 
   test('each force tells its way from the light to the hand', async () => {
     const first = (await stage.when((status) => status.trace, 'a trace')).trace;
-    const { trace } = await stage.when((status) => status.trace?.sample > first.sample + 5, 'those of later pictures');
+    const { trace } = await stage.when((status) => status.trace?.sample > first.sample + 5, 'those of later images');
     const stages = ['capture', 'sensing', 'model', 'wait', 'wire', 'tick'].map((name) => trace[name]);
     assert.ok(Math.abs(stages.reduce((sum, part) => sum + part, 0) - trace.total) < 1e-6, JSON.stringify(trace));
     // The clocks' offset is known to half a round trip; every other stage ends after it began.
@@ -334,7 +334,7 @@ describe('its recording is played', () => {
     await stage.shows('scene', 'silicone-block');
     for (const id of ['stop', 'let-go', 'mapping', 'tare']) await stage.sees(`#${id}`, false);
     await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
-    await until(async () => /ms old/.test(await stage.text('picture-age')), 'a picture');
+    await until(async () => /ms old/.test(await stage.text('image-age')), 'an image');
   });
 
   test('its curves are those of the chain that was logged', async () => {
@@ -404,11 +404,11 @@ describe('its recording is played', () => {
     assert.ok(last <= back.t + 1e-6 && last - first < 10.1, `${first} to ${last} s`);
     const row = log.reduce((best, one) => (Math.abs(one.t - back.t) < Math.abs(best.t - back.t) ? one : best));
     assert.ok(Math.abs(size(back.chain.sent) - size([row.sent_x, row.sent_y, row.sent_z])) < 1e-5);
-    // Before any contact: no peak, no picture and no shape of what came later.
+    // Before any contact: no peak, no image and no shape of what came later.
     await stage.page.keyboard.press('Home');
     await stage.when((status) => status.t < 0.1, 'its beginning');
     await until(async () => Number(await stage.text('peak')) < 0.05, 'no peak of later');
-    for (const id of ['picture-age', 'model-age']) await until(async () => /^(\d+ ms old)?$/.test(await stage.text(id)), id);
+    for (const id of ['image-age', 'model-age']) await until(async () => /^(\d+ ms old)?$/.test(await stage.text(id)), id);
     await stage.shows('view-line', /^(?!.*moved by up to [1-9])/);
     await stage.page.keyboard.press('[');
     await stage.when((status) => status.replay.speed === 2, 'half of it');

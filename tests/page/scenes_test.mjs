@@ -15,7 +15,7 @@ for (const scene of scenes) {
       await stage.when((status) => status.link.connected && status.slave_state, 'states');
       await until(async () => (await stage.text('scene')) === scene, 'its name');
       await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
-      const isSeen = await until(async () => (/ms old|s old/.test(await stage.text('picture-age')) ? 'seen' : /No image: /.test(await stage.text('picture-empty')) && 'pressed'), 'a picture, or why there is none');
+      const isSeen = await until(async () => (/ms old|s old/.test(await stage.text('image-age')) ? 'seen' : /No image: /.test(await stage.text('image-empty')) && 'pressed'), 'a picture, or why there is none');
       assert.equal(isSeen, scene.startsWith('foam') ? 'pressed' : 'seen');
       if (scene !== 'heart-target') {  // nothing holds it: its force is unknown
         await stage.when((status) => status.fingers.some((finger) => finger.in_contact), 'a touch');
@@ -41,7 +41,7 @@ for (const scene of ['silicone-block', 'rubber-membrane', 'foam-cube']) {
       const from = [box.x + (0.5 - 0.3 * dx) * box.width, box.y + (0.5 - 0.3 * dy) * box.height];
       const isHeld = () => stage.status.state === 'FOLLOWING', force = () => size(stage.status.chain.sent);
       let way = 0;
-      // A busy machine may keep the page silent, and then the hand is let go: a person takes hold again.
+      // A busy machine may keep the page silent, which disengages the operator: the test engages again.
       const hold = async () => {
         if (isHeld()) return;
         await stage.page.mouse.up();

@@ -17,7 +17,7 @@ const { HeldPress, fitModulus, modelProblem, newtons } = await load('setup_ident
 const { Answers, MATERIALS, PressCurve, STEPS, arcBetween, emptyAnswers, firstProblem, heldLines, pixelOf, pixelToleranceOf, problemsAt, runsOf, sceneOf, startOf, stepOfKey, toolPixelOf, undersideOf } = await load('setup_scene.js');
 const { firstOpen, questionsAt, sentencesOf } = await load('setup_questions.js');
 const { quantity } = await load('setup_quantities.js');
-const { callWords, mistakeWords } = await load('setup_words.js');
+const { callWords, mistakeWords } = await load('setup_text.js');
 const { zipOf } = await load('save.js');
 
 // A camera of 640 x 480 px at 0.35 mm/px whose centre is at (44, 54) mm, as deploy/scenes/silicone-block.yaml has it.

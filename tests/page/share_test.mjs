@@ -49,16 +49,16 @@ describe('a press in charts and in a shared file', () => {
     await page.keyboard.press('+');
     await stage.shows('charts-aside', 'paused');
     // While the charts pause, image and object show the time of the cursor, which the arrow keys move, too.
-    const cursor = async () => Number((await stage.text('picture-age')).match(/^paused at (-?[\d.]+) s$/)?.[1]);
+    const cursor = async () => Number((await stage.text('image-age')).match(/^paused at (-?[\d.]+) s$/)?.[1]);
     await page.locator('#strips').focus();
     await page.keyboard.press('ArrowLeft');
     const first = await until(async () => (await cursor()) <= 0 && cursor(), 'a time of the cursor');
     await page.keyboard.press('Shift+ArrowLeft');
     await until(async () => (await cursor()) < first, 'an earlier time');
-    assert.equal(await stage.text('model-age'), await stage.text('picture-age'));
+    assert.equal(await stage.text('model-age'), await stage.text('image-age'));
     await page.locator('#charts-whole').click();
     await stage.shows('charts-aside', '');
-    await stage.shows('picture-age', /^\d+ ms old$/);
+    await stage.shows('image-age', /^\d+ ms old$/);
   });
 
   test('one button writes one file of at most 8 MB a minute', async () => {

@@ -61,8 +61,8 @@ TEST(ContactDistribution, LocatesTheContactAsEquationsOneToFourSay) {
   EXPECT_GE(ForCases(file, "localise_", CheckPoint), 11);
 }
 
-// Within the triangle the product's weights are those of the areas; outside they are those of the
-// closest point, never negative.
+// Inside of the triangle the weights are the areas; outside they are those of the closest point,
+// never negative.
 void CheckWeights(const json& c) {
   const json& params = c.at("params");
   const json& expected = c.at("expected");

@@ -15,7 +15,7 @@ inline Plane PlaneOf(const json& params) {
 
 using Held = std::vector<std::array<bool, 2>>;
 
-// Both components held where `where(midpoint)` says so.
+// Holds both components of the elements for which `where(midpoint)` is true.
 template <typename Where>
 Held HeldWhere(const BoundaryMesh& mesh, Where where) {
   Held held;

@@ -1,4 +1,4 @@
-// What an action is refused with.
+// The message of an exception.
 #pragma once
 
 #include <string>

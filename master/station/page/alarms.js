@@ -1,6 +1,6 @@
 // Alarms of the master, each with the next step, and the event log.
 
-import { minutes, write } from './words.js';
+import { minutes, write } from './text.js';
 
 // An alarm whose numbers have changed is the same.
 const kindOf = ({ text }) => text.replace(/[\d.]+/g, '#');

@@ -3,7 +3,7 @@ import { viridisLight } from './colours.js';
 
 const SINGLE_PRECISION = 1e-7;  // of the object's size: places come as such
 const EDGE_ANGLE = 30;  // sharper edges are drawn [degrees]
-const LEAST_TRACTION = 1;  // at full colour [Pa]
+const MIN_TRACTION = 1;  // at full colour [Pa]
 const HELD_PX = 3, HELD = 0xf2f6fa;  // fixed nodes: lighter than the lower half of the colour bar
 const UNKNOWN = [0.2, 0.2, 0.2];  // of no colour of the bar
 
@@ -144,7 +144,7 @@ export class Body {
       );
     }
     this.measure('moved', moved, 1e-3 * size, SINGLE_PRECISION * size);
-    this.measure('traction', traction, LEAST_TRACTION, 0);
+    this.measure('traction', traction, MIN_TRACTION, 0);
     Object.assign(this, { places, values: { moved, traction } });
     this.draw();
   }

@@ -16,7 +16,7 @@ export class Camera {
     this.halfHeight = this.extent(box) * 0.74;
     this.place();
   }
-  // Half of what is seen must hold the box, seen from here.
+  // The box must fit into half of the view, in the view's direction.
   extent(box) {
     this.place();
     const { right, up } = this.axes(), size = box.getSize(new this.three.Vector3());
@@ -65,13 +65,13 @@ export class Camera {
   get metresPerPixel() {
     return (2 * this.halfHeight) / this.height;
   }
-  // Where a place of S is in the picture [px].
+  // Where a place of S is in the image [px].
   toPixels(place) {
     const p = new this.three.Vector3(...place).project(this.camera);
     return [((p.x + 1) / 2) * this.width, ((1 - p.y) / 2) * this.height];
   }
-  // What a drag by (dx, dy) [px] moves in S [m]. Of a body it goes along the axes of S that lie nearest to the picture's,
-  // as far as the cursor goes in the picture.
+  // What a drag by (dx, dy) [px] moves in S [m]. Of a body it goes along the axes of S that lie nearest to the image's,
+  // as far as the cursor goes in the image.
   drag(dx, dy, dz) {
     const { right, up, back } = this.axes(), scale = this.metresPerPixel;
     if (this.planar) return [right.x * dx * scale - up.x * dy * scale, right.y * dx * scale - up.y * dy * scale, 0];

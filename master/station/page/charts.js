@@ -1,11 +1,11 @@
 // The last ten seconds as strips, drawn by uPlot where it was built in.
 import { save } from './save.js';
 import { forceSince } from './second_recording.js';
-import { figure, write } from './words.js';
+import { figure, write } from './text.js';
 
 const TIP_AT = 14;  // column of the tip as measured
 const SECOND = -1;  // in place of a column: the second recording
-const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000, LEAST_ZOOM_S = 0.05;
+const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000, MIN_ZOOM_S = 0.05;
 const STEP = 0.01, LEAP = 0.1;  // of the cursor by a key, by the width of a chart
 const GRAM = 9.80665e-3;  // weight of one gram [N]
 // Columns of a sample: number, t, scaled, sent, the device's x, y, z, age, round trip, longest tick, energy, the tip's x, y, z as
@@ -260,7 +260,7 @@ export class Charts {
     if (!factor) return this.zoomTo(null);
     const [from, to] = this.zoom || [this.end - SECONDS, this.end],
       middle = (from + to) / 2,
-      half = Math.max(LEAST_ZOOM_S, Math.min(SECONDS, factor * (to - from))) / 2;
+      half = Math.max(MIN_ZOOM_S, Math.min(SECONDS, factor * (to - from))) / 2;
     this.zoomTo(2 * half >= SECONDS ? null : [middle - half, middle + half]);
   }
   // What is zoomed to must not run away: the charts pause.

@@ -1,7 +1,7 @@
 // Buttons, keys, forms and tabs. No dialog ever covers the stop button.
 import { keep, kept, saveImage } from './save.js';
 import { forcesIn } from './second_recording.js';
-import { minutes, write } from './words.js';
+import { minutes, write } from './text.js';
 
 const byId = (id) => document.getElementById(id);
 const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-green'];
@@ -14,8 +14,8 @@ const pressesFocused = ({ target, key }) =>
   /^( |Enter)$/.test(key) && target.closest('button, a, select, input:not([type=range])') !== null;
 
 export class Controls {
-  constructor({ link, view, picture, pointer, charts, sound, replay, alarms, onTheme, onShare }) {
-    Object.assign(this, { link, view, picture, pointer, charts, sound, replay, alarms, onTheme, status: null });
+  constructor({ link, view, imagePanel, pointer, charts, sound, replay, alarms, onTheme, onShare }) {
+    Object.assign(this, { link, view, imagePanel, pointer, charts, sound, replay, alarms, onTheme, status: null });
     byId('share').addEventListener('click', onShare);
     byId('compare').addEventListener('click', () => this.compare());
     byId('compare-file').addEventListener('change', () => this.takeSecond());
@@ -27,7 +27,7 @@ export class Controls {
     byId('pause').addEventListener('click', () => this.pause());
     byId('strips-next').addEventListener('click', () => this.charts.toggleStrips());
     byId('charts-whole').addEventListener('click', () => this.zoomCharts(0));
-    byId('field').addEventListener('click', () => this.picture.toggleField());
+    byId('field').addEventListener('click', () => this.imagePanel.toggleField());
     byId('colours').addEventListener('click', () => this.view.toggleColours());
     byId('acknowledge').addEventListener('click', () => this.acknowledge());
     byId('theme').addEventListener('click', () => this.toggleTheme());
@@ -137,7 +137,7 @@ export class Controls {
       y: () => this.view.look('Y'),
       z: () => this.view.look('Z'),
       w: () => this.view.toggleWire(),
-      j: () => this.picture.toggleField(),
+      j: () => this.imagePanel.toggleField(),
       q: () => this.view.toggleColours(),
       p: () => this.pause(),
       '+': () => this.zoomCharts(0.5),

@@ -1,5 +1,5 @@
 // The force on the device, and each step from the estimate to it.
-import { REASONS, TRACE, VALIDITY, codeOf, figure, fixed, ms, norm, write, xyz } from './words.js';
+import { REASONS, TRACE, VALIDITY, codeOf, figure, fixed, ms, norm, write, xyz } from './text.js';
 
 const STATIONS = [
   ['estimated', 'estimated'],

@@ -1,10 +1,10 @@
 // The Setup panel: values of the scene, times of the slave, this session.
 import { noteItem } from './alarms.js';
-import { TRACE, figure, ms, stressUnit } from './words.js';
+import { TRACE, figure, ms, stressUnit } from './text.js';
 
 const stress = (pascal) => `${figure(pascal * stressUnit(pascal).factor)} ${stressUnit(pascal).unit}`;
 
-const MOST_REJECTED = 3;
+const MAX_REJECTED = 3;
 const spanOf = ({ workspace_min: low, workspace_max: high }) =>
   ['x', 'y', 'z'].map((axis) => `${figure(1e3 * (low?.[axis] ?? 0))} to ${figure(1e3 * (high?.[axis] ?? 0))}`).join(', ') + ' mm';
 
@@ -82,7 +82,7 @@ function groupsOf(hello, health, status) {
         ...(model.plane ? [['plane', model.plane]] : []),
         ...(model.range ? [['range', `displacements up to ${figure(100 * model.range)} % of the larger side`]] : []),
         ...(model.error ? [['expected error of the force', `${figure(100 * model.error)} %`]] : []),
-        ...(model.rejected || []).slice(0, MOST_REJECTED).map(({ model: other, why }) => [`not ${other}`, why]),
+        ...(model.rejected || []).slice(0, MAX_REJECTED).map(({ model: other, why }) => [`not ${other}`, why]),
       ],
     ]);
     const own = scene.operator || {};

@@ -1,13 +1,13 @@
 // The connection to the master: one WebSocket, reopened when it closes. It carries the newest message of each kind.
 // Commands are dropped while it is closed or busy. An emergency stop is not: it is repeated until the master shows it.
 
-import { codeOf, xyz } from './words.js';
+import { codeOf, xyz } from './text.js';
 
-const TOLD_EVERY = 2;  // messages taken
+const REPORT_EVERY = 2;  // messages taken
 const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300, LOOK_LATE_MS = 200, STOP_MS = 100;
 const UNANSWERED_STOPS = 20;  // after them a socket that opens or answers nothing is replaced
 const FAILED = 5;  // a validity of shapes and fields: the model has no solution
-export const TOPOLOGY = 1, PICTURE = 5, SHAPE = 6, FIELD_TOPOLOGY = 7, FIELD = 8;
+export const TOPOLOGY = 1, IMAGE = 5, SHAPE = 6, FIELD_TOPOLOGY = 7, FIELD = 8;
 
 // A status with its tick (ForceTick of recording.proto) as the panels read it: vectors as lists, the forces as `chain`, and the state and
 // the reasons of the force without the prefixes of their enumerations.
@@ -23,17 +23,17 @@ export function withTick(message) {
   };
 }
 
-// `hear(kind, message)` gets JSON objects by their `kind`, and for binary ones 'topology', 'picture', 'shape' and, after
+// `receive(kind, message)` gets JSON objects by their `kind`, and for binary ones 'topology', 'image', 'shape' and, after
 // send({do: 'field', on: true}) or in a replay, 'field_topology' and 'field', with {number, t, view: DataView, buffer}; `lost(reason)` when the
 // connection closes or is silent, `found()` when it is back.
 export class Link {
-  constructor(hear, lost, found) {
+  constructor(receive, lost, found) {
     Object.assign(this, {
-      hear,
+      receive,
       lost,
       found,
       delay: null,
-      heardAt: 0,
+      receivedAt: 0,
       watchedAt: 0,
       clock: null,
       silent: true,
@@ -57,10 +57,10 @@ export class Link {
       this.take(data);
       // This count lets the master send no more than the page can process.
       taken += 1;
-      if (taken % TOLD_EVERY === 0 && target.readyState === WebSocket.OPEN) target.send(new Uint32Array([taken]));
+      if (taken % REPORT_EVERY === 0 && target.readyState === WebSocket.OPEN) target.send(new Uint32Array([taken]));
     };
     this.socket.onclose = (event) => {
-      this.tellLost(
+      this.reportLoss(
         event.reason ||
           (location.protocol === 'https:'
             ? 'palpate-master does not answer, or the token is wrong: open the address that it printed'
@@ -69,17 +69,17 @@ export class Link {
       setTimeout(() => this.open(), RETRY_MS);
     };
   }
-  tellLost(reason) {
+  reportLoss(reason) {
     this.silent = true;
     this.lost(reason);
   }
   watch() {
     const now = performance.now(), wasBusy = now - this.watchedAt > LOOK_LATE_MS;  // messages of this time are not processed yet
     this.watchedAt = now;
-    if (!wasBusy && !this.silent && now - this.heardAt > SILENT_MS) this.tellLost('palpate-master does not respond');
+    if (!wasBusy && !this.silent && now - this.receivedAt > SILENT_MS) this.reportLoss('palpate-master does not respond');
   }
   take(data) {
-    this.heardAt = performance.now();
+    this.receivedAt = performance.now();
     this.unanswered = 0;
     if (this.silent) {
       this.silent = false;
@@ -89,12 +89,12 @@ export class Link {
     const view = new DataView(data), topic = view.getUint32(0, true);
     const kind = {
       [TOPOLOGY]: 'topology',
-      [PICTURE]: 'picture',
+      [IMAGE]: 'image',
       [SHAPE]: 'shape',
       [FIELD_TOPOLOGY]: 'field_topology',
       [FIELD]: 'field',
     }[topic];
-    this.hear(kind, { number: view.getUint32(4, true), t: view.getFloat64(8, true), view, buffer: data });
+    this.receive(kind, { number: view.getUint32(4, true), t: view.getFloat64(8, true), view, buffer: data });
   }
   takeText(text) {
     const message = withTick(text);
@@ -105,8 +105,8 @@ export class Link {
     }
     if (message.kind === 'status' && message.state === 'ESTOP' && this.answeredUntil >= this.stopAskedAt) this.stopAskedAt = null;
     if (message.kind === 'status')
-      this.clock = { t: message.t, at: this.heardAt, rate: message.replay ? message.replay.playing * message.replay.speed : 1 };
-    this.hear(message.kind, message);
+      this.clock = { t: message.t, at: this.receivedAt, rate: message.replay ? message.replay.playing * message.replay.speed : 1 };
+    this.receive(message.kind, message);
   }
   // Seconds since the session began, or of its recording, now; null: not known.
   now() {
@@ -136,7 +136,7 @@ export class Link {
     const old = this.socket;
     Object.assign(old, { onopen: null, onmessage: null, onclose: null });
     old.close();
-    this.tellLost('palpate-master does not answer');
+    this.reportLoss('palpate-master does not answer');
     this.open();
   }
   // A replay has nothing to stop.

@@ -7,7 +7,7 @@ import { ForcePanel, shownForce } from './force.js';
 import { showHealth } from './health.js';
 import { Link, fieldOf, fieldTopologyOf } from './link.js';
 import { Pace } from './pace.js';
-import { PicturePanel } from './picture.js';
+import { ImagePanel } from './image_panel.js';
 import { Pointer } from './pointer.js';
 import { ReplayBar } from './replay.js';
 import { Scales, mappingOf } from './scales.js';
@@ -15,7 +15,7 @@ import { Setup } from './setup.js';
 import { Share } from './share.js';
 import { Sound } from './sound.js';
 import { View } from './view.js';
-import { STATES, fixed, isTouching, ms, norm, unconnected, write } from './words.js';
+import { STATES, fixed, isTouching, ms, norm, unconnected, write } from './text.js';
 
 const byId = (id) => document.getElementById(id);
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓', off: '○' };
@@ -23,10 +23,10 @@ const DRAG = 'the tool, the ball, follows the cursor. Press it against the objec
   PINCH = 'the finger, the ball, follows the cursor, and the others pinch with it.';
 const latest = { hello: null, health: null, status: null, lost: 'connecting', why: '' };
 
-const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
+const link = new Link(take, (reason) => showLink(reason), () => showLink(null));
 const colourScale = new ColourScale();
 const view = new View(link, colourScale),
-  picture = new PicturePanel(link, colourScale),
+  imagePanel = new ImagePanel(link, colourScale),
   force = new ForcePanel(),
   charts = new Charts(),
   alarms = new AlarmPanel(),
@@ -34,16 +34,16 @@ const view = new View(link, colourScale),
 const pointer = new Pointer(link, view, mapping),
   replay = new ReplayBar(link),
   scales = new Scales(link, view.host),
-  setup = new Setup(picture),
+  setup = new Setup(imagePanel),
   share = new Share();
 let controls = null, changed = true;
 byId('not-started').remove();
-controls = new Controls({ link, view, picture, pointer, charts, sound, replay, alarms, onTheme, onShare });
+controls = new Controls({ link, view, imagePanel, pointer, charts, sound, replay, alarms, onTheme, onShare });
 
 // While the charts pause, image and object show the time of the cursor.
 charts.onCursor = (t) => {
   const past = t === null ? null : { ...share.momentAt(t), words: `paused at ${(t - charts.end).toFixed(2)} s` };
-  for (const panel of [picture, view]) panel.showPast(past);
+  for (const panel of [imagePanel, view]) panel.showPast(past);
 };
 
 function onTheme() {
@@ -67,7 +67,7 @@ function mapping() {
   return mappingOf(latest.status, latest.health?.scene, latest.hello);
 }
 
-const takers = {
+const handlers = {
   hello(message) {
     charts.begin();  // a restarted master, a lost connection, or another scene
     share.begin();
@@ -77,12 +77,12 @@ const takers = {
       charts.load(message.libraries);
     }
     latest.hello = message;
-    picture.forget();
+    imagePanel.forget();
     view.forgetShape();
     pointer.enable(message.pointer);
     replay.enable(message.badge === 'REPLAY');
     if (replay.active) link.forgetStop();
-    else link.send({ do: 'field', on: picture.showsField });
+    else link.send({ do: 'field', on: imagePanel.showsField });
     latest.why = '';
     showHint();
   },
@@ -99,13 +99,13 @@ const takers = {
     showHint();
   },
   led_elsewhere() {
-    pointer.giveWay();
+    pointer.yieldControl();
     showHint();
   },
   status(message) {
     latest.status = message;
     pointer.take(message);
-    const why = pointer.heed(message);
+    const why = pointer.releaseIfHeld(message);
     if (why || pointer.engaged) latest.why = why || '';  // engaged again
     showHint();
     view.take(message);
@@ -118,8 +118,8 @@ const takers = {
     replay.show(message);
     sound.show(norm(shownForce(message)) / (message.force_limit || 1), isTouching(message));
   },
-  picture(message) {
-    picture.take(message);
+  image(message) {
+    imagePanel.take(message);
     share.takeImage(message);
   },
   topology(message) { view.takeTopology(message); },
@@ -129,22 +129,22 @@ const takers = {
   },
   field_topology(message) {
     const topology = fieldTopologyOf(message);
-    for (const part of [view, picture, share]) part.takeFieldTopology(topology);
+    for (const part of [view, imagePanel, share]) part.takeFieldTopology(topology);
   },
   field(message) {
-    const field = picture.topology && fieldOf(message, picture.topology);
-    if (field) for (const part of [view, picture, share]) part.takeField({ ...field, number: message.number });
+    const field = imagePanel.topology && fieldOf(message, imagePanel.topology);
+    if (field) for (const part of [view, imagePanel, share]) part.takeField({ ...field, number: message.number });
   },
 };
 
 function take(kind, message) {
   const before = latest.status?.state;
-  takers[kind]?.(message);
+  handlers[kind]?.(message);
   changed = true;
   if (latest.status?.state !== before) showState();  // at once, however busy the page is
 }
 
-// What to do in the object's view, or why it does not respond.
+// Shows what to do in the object's view, or why it does not respond.
 function showHint() {
   write(byId('hint'), latest.hello?.pointer ? hint(latest.status) : latest.why);
 }
@@ -161,7 +161,7 @@ function hint(status) {
   return [latest.why, inside].filter(Boolean).join(' ') || `Drag ${way || 'here'}: ${fingers ? PINCH : DRAG}`;
 }
 
-function tellLine(lost) {
+function showLink(lost) {
   latest.lost = lost;
   changed = true;
   if (lost) forget();
@@ -241,13 +241,13 @@ function showFacts() {
   write(byId('badge'), hello?.badge || '');
 }
 
-// Of the slow drawings one is made per frame: the one that waits longest. Every other frame shows figures.
+// Each frame draws the one slow drawing that waits longest. Every other frame shows figures.
 const figures = new Pace(66, 100);
 const drawings = [[new Pace(33, 1000), () => view.draw()], [new Pace(66, 1000), () => charts.show()]];
 let before = 0, healthAt = 0;
 function frame(now) {
   requestAnimationFrame(frame);
-  for (const pace of [figures, ...drawings.map(([own]) => own)]) pace.see(now - before);
+  for (const pace of [figures, ...drawings.map(([own]) => own)]) pace.adapt(now - before);
   const wereFigures = figures.at === before;
   before = now;
   if (!wereFigures && figures.isDue(now)) return setup.isShown ? showSetup() : showFigures(now);
@@ -262,7 +262,7 @@ function showSetup() {
 }
 
 function showFigures(now) {
-  picture.show(latest.status);
+  imagePanel.show(latest.status);
   view.showWords();
   if (!changed) return;
   changed = false;

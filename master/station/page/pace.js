@@ -4,13 +4,13 @@
 const LATE_MS = 30;
 
 export class Pace {
-  // Between two drawings: `least` where the machine can, `most` where it cannot [ms].
-  constructor(least, most) {
-    Object.assign(this, { least, most, period: least, at: 0 });
+  // Between two drawings: `minPeriod` where the machine can, `maxPeriod` where it cannot [ms].
+  constructor(minPeriod, maxPeriod) {
+    Object.assign(this, { minPeriod, maxPeriod, period: minPeriod, at: 0 });
   }
   // Two frames of the browser were `gap` [ms] apart.
-  see(gap) {
-    this.period = Math.min(this.most, Math.max(this.least, this.period * (gap > LATE_MS ? 1.12 : 0.97)));
+  adapt(gap) {
+    this.period = Math.min(this.maxPeriod, Math.max(this.minPeriod, this.period * (gap > LATE_MS ? 1.12 : 0.97)));
   }
   isDue(now) {
     if (now - this.at < this.period) return false;

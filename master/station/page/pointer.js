@@ -3,7 +3,7 @@
 
 // Period of reports while the pointer is held, and the smallest interval between two reports; time after which the tool counts as
 // led elsewhere, or the pointer as idle.
-const REPORT_MS = 20, LEAST_MS = 8, ELSEWHERE_MS = 500;
+const REPORT_MS = 20, MIN_MS = 8, ELSEWHERE_MS = 500;
 // Speeds of an arrow key and of a stick [px/s]; dead zone of a stick.
 const KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;
 const MOVES = {
@@ -112,7 +112,7 @@ export class Pointer {
   // Like `go`, and sent at once, because a busy page gets cursor events earlier than timer events. The next beat sends the rest.
   lead(move) {
     this.go(move);
-    if (performance.now() - this.sentAt >= LEAST_MS) this.tell();
+    if (performance.now() - this.sentAt >= MIN_MS) this.tell();
   }
   // Moves the device by what moves the tool by `move_S` [m]: p_M = R^T p_S / scale.
   go(move) {
@@ -172,13 +172,13 @@ export class Pointer {
     this.host.classList.toggle('held', this.engaged);
   }
   // Another page controls the tool: this page disengages, so that it does not take over later.
-  giveWay() {
+  yieldControl() {
     this.release();
     this.heldElsewhereSince = -Infinity;
     this.isLedElsewhere = true;
   }
   // The master disengaged after 250 ms without a message: the page disengages too, and returns the reason.
-  heed(status) {
+  releaseIfHeld(status) {
     if (status.pointer_holds) this.heldBack = true;
     else if (this.heldBack && this.engaged && status.pointer_used > this.heldSince) {
       this.heldBack = false;

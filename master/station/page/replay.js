@@ -1,5 +1,5 @@
 // Controls of a replay: position and speed. Nothing here reaches a tool.
-import { minutes } from './words.js';
+import { minutes } from './text.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const STEP_S = 1, LEAP_S = 10;

@@ -1,6 +1,6 @@
 // The scales between device and tool and the force limit: active, requested and waiting values. The master applies a scale
 // only while disengaged and without contact, and a limit only if it is lower.
-import { figure, write } from './words.js';
+import { figure, write } from './text.js';
 
 const ASK_AFTER_MS = 200, HELD_MS = 1500;  // of a slider at rest; the chosen value stays until the master confirms it
 const SLIDERS = [

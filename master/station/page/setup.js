@@ -1,5 +1,5 @@
 // The set-up: steps from a frozen image to a scene that the slave uses. setup_scene.js knows what the answers mean.
-import { CHECK_HELP, callWords, mistakeWords } from './setup_words.js';
+import { CHECK_HELP, callWords, mistakeWords } from './setup_text.js';
 import { crossesItself, distance, nearestOn } from './setup_geometry.js';
 import { HeldPress, fitModulus, modelProblem, newtons } from './setup_identify.js';
 import { Pointing } from './setup_pointing.js';
@@ -33,7 +33,7 @@ import {
 import { findTip, greyOf, imageTrouble, ontoEdge } from './setup_tip.js';
 import { noteItem } from './alarms.js';
 import { save, zipOf } from './save.js';
-import { VALIDITY, codeOf, figure, interval, write } from './words.js';
+import { VALIDITY, codeOf, figure, interval, write } from './text.js';
 
 const byId = (id) => document.getElementById(id);
 const NAMES = Object.keys(STEPS);
@@ -56,9 +56,9 @@ const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.cha
 const base64Of = (bytes) => btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(''));
 
 export class Setup {
-  constructor(picture) {
+  constructor(imagePanel) {
     Object.assign(this, {
-      picture,
+      imagePanel,
       answers: new Answers(),
       step: 'image',
       frozen: null,
@@ -760,7 +760,7 @@ export class Setup {
     byId('setup-use-modulus').disabled = !fitted;
   }
   drawImage() {
-    const live = !this.isFrozen, source = live ? this.picture.canvas : this.frozen.still;
+    const live = !this.isFrozen, source = live ? this.imagePanel.canvas : this.frozen.still;
     if (this.canvas.width !== source.width || this.canvas.height !== source.height)
       [this.canvas.width, this.canvas.height] = [source.width, source.height];
     this.pen.drawImage(source, 0, 0);

@@ -1,14 +1,14 @@
 // Young's modulus from presses onto a kitchen scale: the force of a linear model is proportional to it.
 import { valueOf } from './setup_quantities.js';
-import { figure } from './words.js';
+import { figure } from './text.js';
 
 const HOLD_MS = 500;  // of states that make one held press
-const FEWEST = 5;  // readings for a good fit
+const MIN_READINGS = 5;  // readings for a good fit
 const LINEAR = ['bem2d', 'plate', 'plate-large', 'fem', 'fem-green'];
 const UNITS = { g: 9.80665e-3, N: 1 };  // [N]
-const LARGEST_FACTOR = 30;  // from the first guess to the result: grams for newtons give 102
+const MAX_FACTOR = 30;  // from the first guess to the result: grams for newtons give 102
 const SCATTER = 0.05;  // of the largest reading
-const LEAST_SPAN = 2;  // largest over smallest press
+const MIN_SPAN = 2;  // largest over smallest press
 // 97.5 % quantiles of Student's t for 1, 2, ... degrees of freedom; then 2.
 const STUDENT = [12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
 const NORMAL = 1.96;
@@ -67,12 +67,12 @@ function warningsOf({ readings, x, y, modulus, scatter, resolution }) {
     usual = median(ratios),
     factor = modulus / readings[0].modulus,
     list = [];
-  if (x.length < FEWEST) list.push(`${x.length} readings: take at least ${FEWEST}, at different depths.`);
-  if (factor > LARGEST_FACTOR || factor < 1 / LARGEST_FACTOR)
+  if (x.length < MIN_READINGS) list.push(`${x.length} readings: take at least ${MIN_READINGS}, at different depths.`);
+  if (factor > MAX_FACTOR || factor < 1 / MAX_FACTOR)
     list.push(`The result is ${figure(factor)} times the first guess: is the unit of the readings right?`);
   const odd = ratios.findIndex((ratio) => ratio > 2 * usual || ratio < usual / 2);
   if (odd >= 0) list.push(`Reading ${odd + 1} does not fit the others: check number and unit, or remove it.`);
-  if (Math.max(...x) < LEAST_SPAN * Math.min(...x)) list.push('All presses are about equally deep: press also less deeply.');
+  if (Math.max(...x) < MIN_SPAN * Math.min(...x)) list.push('All presses are about equally deep: press also less deeply.');
   const { start, deviation } = lineOf(x, y);
   if (odd < 0 && x.length > 2 && Math.abs(start) > Math.max((STUDENT[x.length - 3] ?? 2) * deviation, 2 * resolution, 0.01 * most))
     list.push(`Without a press the scale would show ${figure(start)} N: set it to zero with the object on it.`);

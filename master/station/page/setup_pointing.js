@@ -3,7 +3,7 @@
 const GRAB_PX = { mouse: 9, pen: 12, touch: 24 };  // around a point that is dragged [px on the screen]
 const STILL_PX = 4;  // a press that moves less is a click [px on the screen]
 const STEP_PX = 10;  // of an arrow key; with Shift 1 [px]
-const LARGEST_ZOOM = 12, ZOOM_STEP = 1.3;
+const MAX_ZOOM = 12, ZOOM_STEP = 1.3;
 const LENS_ZOOM = 4;  // screen pixels per pixel of the image
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const NUDGE = 'Arrow keys move the cross, with Shift by one pixel. Enter sets a point.';
@@ -117,7 +117,7 @@ export class Pointing {
   zoomAt(clientX, clientY, factor) {
     const host = this.canvas.parentElement.getBoundingClientRect(),
       { zoom, x, y } = this.view,
-      next = Math.min(LARGEST_ZOOM, Math.max(1, zoom * factor)),
+      next = Math.min(MAX_ZOOM, Math.max(1, zoom * factor)),
       part = next / zoom;
     const [cx, cy] = [clientX - host.x, clientY - host.y];
     this.show({ zoom: next, x: cx - part * (cx - x), y: cy - part * (cy - y) });

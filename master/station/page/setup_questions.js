@@ -8,7 +8,7 @@ const MIN_ANGLE = 30, MAX_ANGLE = 100;  // that a webcam sees from left to right
 const SEEN_DEPTH = 0.05;  // of the smaller side of a block: how deep a tip is to be seen behind its front
 const THIN = 0.04, NEITHER = 0.5, THICK = 3;  // thickness in parts of the larger side
 const SOFT_KPA = 0.5, STIFF_KPA = 5000;  // of what one presses with a tool in the hand
-const LEAST_POISSON = 0.2, LEAST_TOLERANCE = 0.5;  // [-], [%]
+const MIN_POISSON = 0.2, MIN_TOLERANCE = 0.5;  // [-], [%]
 const KNIFE = 0.25, BAR = 4;  // extent of a tool through the thickness, in parts of its width
 const PULLED = 0.04, PULLED_PX = 10;  // from a click to the edge that was found, in parts of the outline's extent
 const ROUND = 0.6, FLAT = 0.4;  // of the arc of a half circle
@@ -108,12 +108,12 @@ const ASKED = {
           `${STIFF_KPA} kPa, a gummy bear about 100 kPa: check whether the number is in kPa, Pa or MPa.`,
       });
     }
-    if (nu < LEAST_POISSON)
+    if (nu < MIN_POISSON)
       found.push({
         wrong: 'material.poisson',
         text: `Poisson's ratio would be ${nu}. Rubbers and gels have 0.49, foams about 0.3. Is that right?`,
       });
-    if (by === 'modulus' && off < LEAST_TOLERANCE)
+    if (by === 'modulus' && off < MIN_TOLERANCE)
       found.push({
         wrong: 'material.tolerance',
         text: `The modulus would be known within ${off} %. Is that right? Few laboratories reach 2 %.`,

@@ -44,12 +44,12 @@ const OWNERS = [
 ];
 export const stepOfKey = (key) => OWNERS.find(([start]) => key === start || key.startsWith(`${start}.`))?.[1] || 'check';
 
-const FEWEST_PX = 20;  // between the two clicks of the scale
+const MIN_PX = 20;  // between the two clicks of the scale
 const WIDEST_M = 20, NARROWEST_M = 2e-5;  // of what an image shows
 const SIZE_OFF = 0.05;  // of a measured side, from what the scale gives
 const SIDE_SEEN = 0.1;  // of the tool's width, that a camera beside it may see of its side
 const TOOL_OFF = 0.12;  // of the tool's width, as the slave's check `scale`
-const LEAST_CLEAR = 0.5;  // part of an outline with an edge
+const MIN_CLEAR = 0.5;  // part of an outline with an edge
 const SKEW_OFF = 0.03;  // of corners from a rectangle, in parts of its diagonal
 const SPACING_PX = 3;  // of the points of an outline
 const CIRCLE_POINTS = 120, ELEMENTS = { flat: 180, round: 360 };  // a round tool touches a part of its width
@@ -60,7 +60,7 @@ export const GUESS_OFF = 50;  // of a modulus that is a first guess [%]
 export const MATERIALS = ['dragon-skin-10', 'ecoflex-00-10', 'ecoflex-00-30', 'ecoflex-00-50'];
 export const TEMPLATE = 'tip.png', OUTLINE = 'outline.csv';
 
-const LEAST_ARC = 0.05;  // of a held arc [rad]
+const MIN_ARC = 0.05;  // of a held arc [rad]
 
 // `held`: numbers of edges; of a disc or an outline arcs {from, to} [rad], counter-clockwise to the eye around the object's middle; one
 // without `to` waits for its other end. `confirmed`: texts of the questions that were answered with "right".
@@ -325,8 +325,8 @@ const CHECKS = {
     if (points.length < 2) return ['Click two marks of the ruler that are far apart.'];
     const far = distance(...points),
       wrong = positive(text, 'Length between the two marks', 'length');
-    if (far < FEWEST_PX)
-      found.push(`The two marks are ${Math.round(far)} px apart: expected at least ${FEWEST_PX} px. Click marks that are farther apart.`);
+    if (far < MIN_PX)
+      found.push(`The two marks are ${Math.round(far)} px apart: expected at least ${MIN_PX} px. Click marks that are farther apart.`);
     found.push(...[wrong, away].filter(Boolean));
     const wide = clickedPixel(answers) * answers.image.width;
     if (!found.length && !(wide > NARROWEST_M && wide < WIDEST_M))
@@ -369,10 +369,10 @@ const CHECKS = {
       ];
     }
     if (arcs && held.length > arcs.length) return ['Click the other end of the held part.'];
-    if (arcs ? arcs.reduce((sum, [, span]) => sum + span, 0) > 2 * Math.PI - LEAST_ARC : held.length >= edges.length) {
+    if (arcs ? arcs.reduce((sum, [, span]) => sum + span, 0) > 2 * Math.PI - MIN_ARC : held.length >= edges.length) {
       return ['All edges are held, so that none can be pressed: leave the edge free where the tool presses.'];
     }
-    if (arcs?.some?.(([, span]) => span < LEAST_ARC)) found.push('A held part is almost a point: click its two ends farther apart.');
+    if (arcs?.some?.(([, span]) => span < MIN_ARC)) found.push('A held part is almost a point: click its two ends farther apart.');
     if (answers.object.kind === 'polygon' && !areEdgesApart(answers)) {
       found.push(
         'From the middle of the object, another edge is seen behind or before a held one. Hold that edge, too, or choose a ' +
@@ -461,10 +461,10 @@ function sizeProblems(answers) {
         `The ${name} is ${digits(1e3 * metres, 3)} mm, but at the scale of step 2 the image shows ` +
         `${digits(1e3 * px * clicked, 3)} mm: correct the ${name}, the scale, or the ${KINDS[answers.object.kind]}.`,
     );
-  if (found && clear !== null && clear < LEAST_CLEAR)
+  if (found && clear !== null && clear < MIN_CLEAR)
     sides.push(
       `Only ${Math.round(100 * clear)} % of the outline lie on a clear edge: expected at least ` +
-      `${Math.round(100 * LEAST_CLEAR)} %. Click nearer to the edge, or light the object from the side.`,
+      `${Math.round(100 * MIN_CLEAR)} %. Click nearer to the edge, or light the object from the side.`,
     );
   return sides;
 }

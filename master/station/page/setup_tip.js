@@ -3,13 +3,13 @@
 
 import { contains, crossingsWith, distance } from './setup_geometry.js';
 
-const DARK = 60, BRIGHT_SHARE = 0.35, LEAST_SPREAD = 8;  // levels
+const DARK = 60, BRIGHT_SHARE = 0.35, MIN_SPREAD = 8;  // levels
 const WIDTH_OFF = 0.35;  // of the tool's width, in the search for its sides
 const CLEAR_STEP = 25;  // change across a side beyond which it counts no more: what is behind may be stronger [levels]
 const MAX_SLOPE = 0.36, SLOPE_STEP = 0.03;  // of a tool against the rows of the image
 const LESS = 0.2;  // what the stronger side counts beside the weaker one
 const NEAR_PX = 2;  // of a side from the bar that all rows together show
-const LEAST_STEP = 12;  // levels across an edge of the tool
+const MIN_STEP = 12;  // levels across an edge of the tool
 const SLAB_PX = 6;  // rows that are taken together, in the search for the tool's sides
 const MIN_MARK = 20;  // change along the tool within two pixels that follows the tool without doubt [levels]
 const UNDERSIDE_PX = 8;  // of the end, where a camera may see the end's face, which moves otherwise than the front
@@ -23,7 +23,7 @@ const SHIFT_PX = 0.8;  // of the tip by the face of its end: a little less than 
 const VAGUE_PX = 0.4;  // scatter of the lines along a flat tool, about its end
 const SHAPE_PX = 8;  // narrower tips do not show whether their end is round
 const SIDEWAYS = 0.35, HALF_CIRCLE = 0.143;  // of a tip's width: where its end is compared, and how far a half circle recedes there
-const DEPTHS_PX = [4, 10, 20], SEARCH_PX = 12, SAME_PX = 2, EQUAL = 0.01, LEAST_SCORE = 0.6;  // as the slave's search for the tip
+const DEPTHS_PX = [4, 10, 20], SEARCH_PX = 12, SAME_PX = 2, EQUAL = 0.01, MIN_SCORE = 0.6;  // as the slave's search for the tip
 
 export function greyOf({ width, height, data }) {
   const levels = new Float32Array(width * height);
@@ -45,7 +45,7 @@ export function imageTrouble({ levels }) {
       'open the aperture.';
   if ((counts[254] + counts[255]) / levels.length > BRIGHT_SHARE)
     return 'The image is too bright: more than a third of it is white. Use less light, or a shorter exposure.';
-  if (high - low < LEAST_SPREAD) return 'The image shows nothing: all of it has the same brightness. Is the lens covered, or out of focus?';
+  if (high - low < MIN_SPREAD) return 'The image shows nothing: all of it has the same brightness. Is the lens covered, or out of focus?';
   return '';
 }
 
@@ -91,7 +91,7 @@ function barIn(rows, width) {
         if (right - left > tall * width * (1 + WIDTH_OFF)) break;
         const weaker = Math.min(strengths[left], strengths[right]);
         const score = weaker + LESS * Math.max(strengths[left], strengths[right]);
-        if (weaker > LEAST_STEP / 4 && score > (best?.score ?? 0)) best = { score, slope, left, right };
+        if (weaker > MIN_STEP / 4 && score > (best?.score ?? 0)) best = { score, slope, left, right };
       }
     }
   }
@@ -101,7 +101,7 @@ function barIn(rows, width) {
 function sideNear(changes, s) {
   let best = null;
   for (let i = Math.max(1, Math.round(s - NEAR_PX)); i <= Math.min(changes.length - 2, Math.round(s + NEAR_PX)); ++i)
-    if (Math.abs(changes[i]) > Math.max(LEAST_STEP / 4, best === null ? 0 : Math.abs(changes[best]))) best = i;
+    if (Math.abs(changes[i]) > Math.max(MIN_STEP / 4, best === null ? 0 : Math.abs(changes[best]))) best = i;
   return best === null ? null : peakAt(changes, best);
 }
 
@@ -199,7 +199,7 @@ function endAcross(grey, place, rough, within) {
   for (let s = -within; s <= within; ++s) {
     const mean = (from, to) => (levelAt(grey, ...place(from, s)) + levelAt(grey, ...place(to, s))) / 2;
     const tool = mean(rough - 4, rough - 3), ground = mean(rough + 3, rough + 4), half = (tool + ground) / 2;
-    if (Math.abs(tool - ground) < LEAST_STEP) continue;
+    if (Math.abs(tool - ground) < MIN_STEP) continue;
     for (let a = rough + 3; a > rough - 3; a -= 0.25) {
       const [here, before] = [a, a - 0.25].map((at) => levelAt(grey, ...place(at, s)) - half);
       if (here * before > 0 || here === before) continue;
@@ -233,7 +233,7 @@ export function ontoEdge(grey, outline) {
       levels.push([-1, 0, 1].reduce((sum, t) => sum + levelAt(grey, u + s * x - t * y, v + s * y + t * x), 0) / 3);
     const changes = levels.map((_, k) => (levels[k + 2] ?? NaN) - (levels[k - 2] ?? NaN)), strength = changes.map((change) => Math.abs(change) || 0);
     const best = strength.indexOf(Math.max(...strength));
-    return strength[best] > LEAST_STEP && best > 2 && best < levels.length - 3 ? peakAt(strength, best) / 2 - EDGE_PX - 1 : 0;
+    return strength[best] > MIN_STEP && best > 2 && best < levels.length - 3 ? peakAt(strength, best) / 2 - EDGE_PX - 1 : 0;
   });
   return outline.map(([u, v], i) => {
     const shift = median([-2, -1, 0, 1, 2].map((k) => shifts[(i + k + count) % count]));
@@ -302,7 +302,7 @@ function followOf(grey, place, { end, front, width, isMarked }, object) {
     const best = scores.indexOf(Math.max(...scores)),
       isPeak = (i) => scores[i] >= (scores[i - 1] ?? -1) && scores[i] >= (scores[i + 1] ?? -1);
     const hasEqual = scores.some((score, i) => Math.abs(i - best) > SAME_PX && isPeak(i) && score > scores[best] - EQUAL);
-    return Math.abs(best - SEARCH_PX) > SAME_PX || scores[best] < LEAST_SCORE || hasEqual;
+    return Math.abs(best - SEARCH_PX) > SAME_PX || scores[best] < MIN_SCORE || hasEqual;
   });
   return { lost, ...levels };
 }
@@ -320,7 +320,7 @@ function correlation(a, b) {
 function endOf(along, length) {
   const background = median(along.slice(-BACKGROUND_PX));
   const tool = median(along.slice(0, Math.ceil(length / 2))),
-    first = along.findLastIndex((value) => Math.abs(value - background) > Math.max(LEAST_STEP / 2, Math.abs(tool - background) / 2));
+    first = along.findLastIndex((value) => Math.abs(value - background) > Math.max(MIN_STEP / 2, Math.abs(tool - background) / 2));
   if (first < 2 || first > length - BACKGROUND_PX) return null;
   const near = median(along.slice(Math.max(0, first - 3), first)), level = (background + near) / 2;
   for (let a = first + 2; a > 0; --a) {

@@ -4,7 +4,7 @@ import { STOPS, niceAbove, viridis } from './colours.js';
 import { drawField, magnitudesOf, visibleOf } from './field.js';
 import { save } from './save.js';
 import { playClip } from './share_player.js';
-import { codeOf, figure, xyz } from './words.js';
+import { codeOf, figure, xyz } from './text.js';
 
 const SECONDS = 60, AGAIN_S = 1, VIEWS_HZ = 8, WIDEST_PX = 480, QUALITY = 0.6;
 const BYTES_PER_S = 8e6 / 60, SPARE = 3e4, MARGIN = 1.1;  // of the file; of its text; of the size of images
@@ -149,7 +149,7 @@ function sharpEdges(rest, triangles) {
   }
   return [...edges, ...[...open.keys()].map((key) => key.split(' ').map(Number))].flat();
 }
-// Places u, v of the displaced nodes in a picture of the body, 4 by 3 [its width], around the middle of its square.
+// Places u, v of the displaced nodes in a image of the body, 4 by 3 [its width], around the middle of its square.
 function cornerView(rest) {
   const along = (displacement, way, i) => [0, 1, 2].reduce((sum, k) => sum + way[k] * (rest[i + k] + displacement[i + k]), 0);
   const places = (displacement) =>

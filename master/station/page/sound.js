@@ -3,7 +3,7 @@
 import { keep, kept } from './save.js';
 
 const BEGIN_HZ = 660, END_HZ = 330, NOTE_S = 0.09, NOTE_GAIN = 0.1;
-const LEAST_GAIN = 0.02, GAIN = 0.12, LOWEST_HZ = 110, SMOOTH_S = 0.015;
+const MIN_GAIN = 0.02, GAIN = 0.12, LOWEST_HZ = 110, SMOOTH_S = 0.015;
 
 export class Sound {
   constructor() {
@@ -35,7 +35,7 @@ export class Sound {
     this.isTouching = isTouching;
     if (!this.context) return;
     const part = Math.min(1, share), isHeard = this.isOn && (isTouching || part > 0);
-    this.gain.gain.setTargetAtTime(isHeard ? LEAST_GAIN + (GAIN - LEAST_GAIN) * Math.sqrt(part) : 0, this.context.currentTime, SMOOTH_S);
+    this.gain.gain.setTargetAtTime(isHeard ? MIN_GAIN + (GAIN - MIN_GAIN) * Math.sqrt(part) : 0, this.context.currentTime, SMOOTH_S);
     this.tone.frequency.setTargetAtTime(LOWEST_HZ * 4 ** part, this.context.currentTime, SMOOTH_S);
   }
   note(frequency) {

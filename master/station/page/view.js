@@ -2,10 +2,10 @@
 import { Body } from './body.js';
 import { Camera } from './camera.js';
 import { viridisBar } from './colours.js';
-import { LATER_S, ageWords, figure, fixed, lengthUnit, norm, stressUnit, write, xyz } from './words.js';
+import { LATER_S, ageWords, figure, fixed, lengthUnit, norm, stressUnit, write, xyz } from './text.js';
 
 const ARROW_SHARE = 0.15;   // of the object's size, at the force limit
-const LEAST_ARROW = 0.005;  // of the limit: less is not drawn
+const MIN_ARROW = 0.005;  // of the limit: less is not drawn
 const TOGETHER_S = 0.5;     // shape and displacement of one moment
 const PLACES_AT = 20, FAILED = 5;  // of a shape's bytes; a validity: the model has no solution
 
@@ -148,12 +148,12 @@ export class View {
     this.workspace.visible = low.some((part, i) => high[i] > part);
     this.dirty = true;
   }
-  // `topology`: of link.js.
+  // `topology`: the result of fieldTopologyOf (link.js).
   takeFieldTopology(topology) {
     this.fieldTopology = topology;
     if (this.body?.planar && this.body.number === topology.number) this.body.makeFilling(topology);
   }
-  // `field`: of link.js.
+  // `field`: the result of fieldOf (link.js).
   takeField(field) {
     this.field = field;
     this.dirty = true;
@@ -180,7 +180,7 @@ export class View {
     this.status = status;
     this.dirty = true;
   }
-  // A shape of a later moment is none.
+  // Ignores a shape of a later moment.
   forgetShape() {
     this.shapeT = null;
     this.body?.deform(this.body.rest);
@@ -235,7 +235,7 @@ export class View {
   // The force of the object on the tool: direction of the local force, length of the force on the device.
   putArrow(status, tip, limit) {
     const force = status.chain.local, size = norm(force), hand = norm(status.chain.sent);
-    this.arrow.visible = status.state === 'FOLLOWING' && size > 1e-9 && hand > LEAST_ARROW * limit;
+    this.arrow.visible = status.state === 'FOLLOWING' && size > 1e-9 && hand > MIN_ARROW * limit;
     if (!this.arrow.visible) return;
     const length = this.aim(this.arrow, tip, force, hand / limit);
     this.arrowEnd = new this.three.Vector3(...force).setLength(length).add(this.arrow.position);
@@ -253,7 +253,7 @@ export class View {
     fingers.forEach(({ place, force }, i) => {
       const [ball, arrow] = this.others[i], size = force ? norm(force) * this.forceScale : 0;
       this.putBall(ball, place, 0.016);
-      arrow.visible = size > LEAST_ARROW * limit;
+      arrow.visible = size > MIN_ARROW * limit;
       if (arrow.visible) this.aim(arrow, place, force, size / limit);
     });
   }
@@ -291,7 +291,7 @@ export class View {
   // The label never shows an old force, however rarely the view is drawn.
   showForce() {
     const status = this.past ? this.past.status : this.status, hand = status ? norm(status.chain.sent) : 0, limit = status?.force_limit || 1;
-    const shown = Boolean(this.arrow?.visible) && status?.state === 'FOLLOWING' && hand > LEAST_ARROW * limit;
+    const shown = Boolean(this.arrow?.visible) && status?.state === 'FOLLOWING' && hand > MIN_ARROW * limit;
     if (shown === this.label.hidden) this.label.hidden = !shown;
     const press = shown ? Math.min(1, hand / limit).toFixed(2) : '0';
     if (press !== this.press) this.host.style.setProperty('--press', (this.press = press));

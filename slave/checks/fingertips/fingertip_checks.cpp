@@ -130,7 +130,7 @@ class RestContactCheck final : public Check<FingertipSample> {
   // Pressure above its baseline; five real fingers: -2 after a contact [counts].
   static constexpr double kBelowBaseline = -8;
   // Depth of a pose that is inside the object; foam raises the pressure from 1.7 mm on [m]. [tuned:
-  // RestValuesTakenInsideTheObjectAreDoubtedUntilTakenAnew]
+  // RestValuesTakenInsideTheObjectAreFlaggedUntilTakenAgain]
   static constexpr double kInside = 2.2e-3;
   bool was_baseline_ = false, was_inside_ = false;
 };

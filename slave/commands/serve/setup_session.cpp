@@ -24,18 +24,18 @@
 #include "slave/program/private_folder.h"
 #include "slave/scene/document.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/scene/words.h"
+#include "slave/scene/scene_text.h"
 #include "slave/vision/tool_end.h"
 
 namespace palpate {
 namespace {
 
 constexpr const char* kSceneName = "scene.yaml";
-constexpr std::size_t kLongestName = 60;
-constexpr std::size_t kMaxBytes = std::size_t{32} << 20;
+constexpr std::size_t kMaxNameLength = 60;
+constexpr std::size_t kMaxProposalBytes = std::size_t{32} << 20;
 
 [[noreturn]] void RefuseFile(const std::string& name, const std::string& accepted) {
-  throw std::invalid_argument("files[" + Presentable(name, kLongestName) + "]: expected " +
+  throw std::invalid_argument("files[" + Presentable(name, kMaxNameLength) + "]: expected " +
                               accepted);
 }
 
@@ -49,7 +49,7 @@ void RequireFiles(const SceneProposal& proposal) {
     RequireName(name);
     bytes += content.size();
   }
-  if (bytes > kMaxBytes) {
+  if (bytes > kMaxProposalBytes) {
     throw std::invalid_argument(
         fmt::format("scene and files of {:.1f} MB: expected at most 32 MiB together",
                     1e-6 * static_cast<double>(bytes)));

@@ -124,7 +124,7 @@ void Bem2dModel::ComputeResponses(std::span<const Contact> contacts,
   } else if (IsFalsified(responses)) {
     for (ContactResponse& response : responses) {
       response.validity = Validity::kExtrapolated;
-      response.doubt = kCoarseElements;
+      response.flag_reason = kCoarseElements;
     }
   }
 }

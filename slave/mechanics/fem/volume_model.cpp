@@ -84,19 +84,19 @@ bool VolumeModel::TryRespond(std::span<const Contact> contacts,
 bool VolumeModel::FillResponses(std::span<const Contact> contacts,
                                 std::span<ContactResponse> responses) {
   RemarkInversion();
-  const std::string_view doubt = DoubtOf(contacts);
+  const std::string_view flag_reason = FlagReasonOf(contacts);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     ContactResponse response = ResponseOf(k, contacts[k]);
     if (!response.force_O.allFinite()) return Fail("the solution is not finite");
-    response.doubt = doubt.empty() ? DoubtOfPlace(k, response) : doubt;
-    response.validity = response.doubt.empty() ? Validity::kValid : Validity::kExtrapolated;
+    response.flag_reason = flag_reason.empty() ? FlagReasonOfPlace(k, response) : flag_reason;
+    response.validity = response.flag_reason.empty() ? Validity::kValid : Validity::kExtrapolated;
     responses[k] = response;
   }
   return true;
 }
 
-std::string_view VolumeModel::DoubtOfPlace(std::size_t contact,
-                                           const ContactResponse& response) const {
+std::string_view VolumeModel::FlagReasonOfPlace(std::size_t contact,
+                                                const ContactResponse& response) const {
   const fem::ToolContact* tool = ToolOf(contact);
   if (tool == nullptr) {
     if (contacts_.IsCoarse(contact, response)) return kCoarsePatch;
@@ -139,7 +139,7 @@ bool VolumeModel::locks() const {
 }
 
 // Why the last answer is extrapolated; empty: it is not, but for single patches.
-std::string_view VolumeModel::DoubtOf(std::span<const Contact> contacts) {
+std::string_view VolumeModel::FlagReasonOf(std::span<const Contact> contacts) {
   if (inversion_.elements > 0) return "elements are inside out";
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";
   if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;

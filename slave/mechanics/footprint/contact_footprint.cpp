@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// As in disc_patch.cpp.
+// Tolerances as in disc_patch.cpp.
 constexpr double kOnNode = 1e-6;   // of the diagonal
 constexpr double kSlack = 1e-9;    // relative, of the patch's radius
 constexpr double kSameSide = 0.5;  // cosine of the angle between normals

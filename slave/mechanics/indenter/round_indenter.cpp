@@ -129,17 +129,17 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press, DeformationMo
   whole.stiffness_O = Stiffness(press, model);
   whole.validity = Validity::kValid;
   for (const ContactResponse& part : solution->responses()) {
-    if (part.validity > whole.validity) whole.doubt = part.doubt;
+    if (part.validity > whole.validity) whole.flag_reason = part.flag_reason;
     whole.validity = Worse(whole.validity, part.validity);
   }
   if (penetrates && whole.validity == Validity::kValid) {
     whole.validity = Validity::kExtrapolated;
-    whole.doubt = kPenetrates;
+    whole.flag_reason = kPenetrates;
   }
   const int fewest = is_planar_ ? kMinTouched : kMinTouchedInSpace;
   if (presses && touched < fewest && whole.validity == Validity::kValid) {
     whole.validity = Validity::kExtrapolated;
-    whole.doubt = kTooCoarse;
+    whole.flag_reason = kTooCoarse;
   }
   if (presses && touched >= kMinTouched) SetMoment(press, *solution, &whole);
   return whole;

@@ -19,7 +19,7 @@ constexpr double kCentralRange = 10;     // times the range elsewhere
 constexpr double kModerate = 0.3;        // |w| / a: rotations are moderate
 constexpr double kLawsLargest = 0.1;     // error by the law
 constexpr double kMaxDeflection = 1000;  // |w| / t that is attempted
-constexpr double kLargestForce = 1e11;   // E t^4 / a^2 that is attempted
+constexpr double kMaxForce = 1e11;       // E t^4 / a^2 that is attempted
 // Nondimensional: below it intermediate results lose digits, as do subnormal numbers.
 constexpr double kMinValue = 1e-290;
 constexpr std::string_view kDigitsLost = "the value is too small for the numerical precision";
@@ -90,7 +90,7 @@ bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
     const bool moved = touches_[i].moved();
     values_[i] = moved ? touches_[i].value * (params_.radius / params_.thickness)
                        : touches_[i].value / force_unit_;
-    if (!(std::abs(values_[i]) <= (moved ? kMaxDeflection : kLargestForce))) {
+    if (!(std::abs(values_[i]) <= (moved ? kMaxDeflection : kMaxForce))) {
       return Fail(moved ? "a deflection beyond 1000 thicknesses" : "a load is too large");
     }
   }
@@ -194,7 +194,7 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, std::size_t 
   const bool lost =
       (value > 0 && value < kMinValue) || IsSubnormal(force_unit_ * force) || IsSubnormal(t * w);
   response.validity = inside && !lost ? Validity::kValid : Validity::kExtrapolated;
-  response.doubt = !inside ? kBeyondRange : lost ? kDigitsLost : std::string_view();
+  response.flag_reason = !inside ? kBeyondRange : lost ? kDigitsLost : std::string_view();
   return response;
 }
 

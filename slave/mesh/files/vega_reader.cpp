@@ -88,7 +88,7 @@ class VegaReader {
     rows_.Refuse(std::string(what) + " " + Brief(value), accepted);
   }
 
-  // That of the regions; a file without regions has one material for all.
+  // Reads the material of the regions; a file without regions has one material for all.
   void AddMaterial(MeshFile* file) {
     const auto& named = used_.empty() ? materials_ : used_;
     if (named.size() == 1) file->material = named.begin()->second;

@@ -115,7 +115,7 @@ class SensingPipeline {
   virtual const ContactEstimate& Estimate(const TipReading& encoders) noexcept = 0;
   // Why the model's last estimate is extrapolated, one clause with static lifetime; empty: it is
   // not, or unknown.
-  [[nodiscard]] virtual std::string_view doubt() const = 0;
+  [[nodiscard]] virtual std::string_view flag_reason() const = 0;
   // The contact that the master renders for a tip at p_S_tip [m] now, between samples too.
   virtual LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept = 0;
   // The surface around a tip at p_S_tip [m] and its compliance, without epoch and revision. False:
@@ -123,7 +123,7 @@ class SensingPipeline {
   virtual bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept = 0;
   // Whether what was learnt since the last MakePatch would change it perceptibly.
   [[nodiscard]] virtual bool HasOutgrownPatch() const noexcept = 0;
-  // The learnt part of it. Only the known fields of the curve are set.
+  // Sets the learnt part of the curve. Only its known fields are set.
   virtual void LearnLaw(PatchLaw* law) noexcept = 0;
   // The motion at the last estimate. Patches refer to the surface where it was found.
   [[nodiscard]] virtual SurfaceMotion motion() const noexcept = 0;

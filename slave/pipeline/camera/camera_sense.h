@@ -24,7 +24,7 @@ class CameraSense final : public SensingPipeline {
     if (!IsRestartDue()) observation_ = estimator_->See(next_);
   }
   const ContactEstimate& Estimate(const TipReading& encoders) noexcept override;
-  [[nodiscard]] std::string_view doubt() const override { return estimator_->doubt(); }
+  [[nodiscard]] std::string_view flag_reason() const override { return estimator_->flag_reason(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_->MakePatch(p_S_tip - motion().offset, patch);
@@ -38,11 +38,10 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override;
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
-  // With the next image, tip, template and rest edge are measured again, wherever the object is.
-  // Where that fails, the old ones stay, health() says why, and an image is tried each second, ten
-  // in all.
+  // Measures tip, template and rest edge again in the next image, wherever the object is. If that
+  // fails, the old ones stay and health() states why. It tries one image each second, ten in all.
   void Reset() override;
-  // The last estimate, of the object where it is now.
+  // The last estimate, for the present pose of the object.
   [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
@@ -69,14 +68,14 @@ class CameraSense final : public SensingPipeline {
 
   Scene scene_;  // with the model in force
   std::unique_ptr<FrameSource> source_;
-  Frame next_, seen_;                             // acquired; of the last estimate
-  bool is_first_ = true;                          // next_ is there since the beginning
+  Frame next_, seen_;     // next_: acquired; seen_: image of the last estimate
+  bool is_first_ = true;  // next_ is still the first image
   std::optional<CameraObservation> observation_;  // of next_, until its estimate
-  // The rest state is to be measured again.
+  // State of a new measurement of the rest state.
   struct Restarting {
-    Eigen::Isometry3d X_SO;  // the object in the last image before
+    Eigen::Isometry3d X_SO;  // pose of the object in the image before
     int tries = 0;
-    Time tried_at{};  // of the image tried last
+    Time tried_at{};  // time of the last tried image
   };
   std::optional<Restarting> restarting_;
   Eigen::Vector3d p_S_encoders_{0, 0, 0};  // at the last estimate [m]

@@ -36,7 +36,7 @@ class ObjectRegistrationMonitor {
   ObjectRegistrationMonitor(const cv::Mat& first, CurveView rest_I, const CameraView& view,
                             const Eigen::Isometry3d& X_SO, const BoundaryMesh& mesh);
 
-  // The mesh's vertices lie elsewhere from now on; the basis is gone.
+  // Call this when the mesh's vertices have moved: the basis is discarded.
   void Adopt(const BoundaryMesh& mesh);
   // Where a contact's patch is at rest, its width and the length of the elements there [px].
   struct Patch {

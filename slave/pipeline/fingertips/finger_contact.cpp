@@ -85,8 +85,8 @@ void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF
   }
 }
 
-// Deeper than a radius behind the surface no pose is accepted; a force that goes on there, as of
-// something very soft, still acts where it did.
+// A pose deeper than a radius behind the surface is rejected. A force that continues there, as on
+// very soft objects, acts at its last place.
 void FingerContact::KeepPlace(const Isometry3d& X_OF, const FingerTouch& touch,
                               double largest_force) noexcept {
   if (!touch.touching || !has_place_) return EndContact();
@@ -120,7 +120,7 @@ double FingerContact::DepthAtPlace(const Isometry3d& X_OF) const noexcept {
   return DepthUnderFinger(X_OF, radius_, contact_.p_O, n_O_);
 }
 
-// A fingertip cannot pull, and its network need not know.
+// A fingertip cannot pull, although its network may report a pull.
 void FingerContact::TakeForce(const Isometry3d& X_OF, const FingerTouch& touch,
                               double largest_force) noexcept {
   has_force_ = touch.force_F.has_value();

@@ -28,21 +28,21 @@ class FingerContact {
   // `X_OF`: where the fingertip is; forces beyond `largest_force` [N] do not act. Allocation-free.
   void Update(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
               const FingerTouch& touch, double largest_force) noexcept;
-  // Ends the contact: the fingertip's position is unknown, or it touches nothing.
+  // Ends the contact, because the position of the fingertip is unknown or it touches nothing.
   void EndContact() noexcept;
   // The force of the fingertip acts instead of its displacement, if it is known.
   void ActByForce() noexcept;
 
-  // There is something to act on the mesh: `contact()`.
+  // Returns whether `contact()` acts on the mesh.
   [[nodiscard]] bool acts() const { return acts_; }
   [[nodiscard]] const Contact& contact() const { return contact_; }
-  // The contact point is known: `p_O`, at rest.
+  // Returns whether the contact point `p_O` at rest is known.
   [[nodiscard]] bool has_place() const { return has_place_; }
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return contact_.p_O; }
   [[nodiscard]] const Eigen::Vector3d& weights() const { return weights_; }
   // Why pose and contact do not fit the object, one clause with static lifetime; empty: they fit.
   [[nodiscard]] std::string_view misplaced() const { return misplaced_; }
-  // The force is more than `largest_force`.
+  // Returns whether the force exceeds `largest_force`.
   [[nodiscard]] bool is_beyond_model() const { return is_beyond_model_; }
 
  private:

@@ -22,7 +22,7 @@ class ManipulatorAgreement {
   struct Sight {
     Time at{};
     Eigen::Vector3d p_S_seen{0, 0, 0};       // tip in the image [m]
-    Eigen::Vector3d p_S_at_rest{0, 0, 0};    // of the estimate, relative to the object at rest [m]
+    Eigen::Vector3d p_S_at_rest{0, 0, 0};    // the same relative to the object at rest [m]
     double sigma = 0;                        // of both, per axis [m]
     Eigen::Vector3d p_S_on_object{0, 0, 0};  // as seen, relative to the object at rest [m]
     bool object_known = false;               // the image shows the object
@@ -30,7 +30,7 @@ class ManipulatorAgreement {
     double pixel = 0;                        // [m]
   };
 
-  // One image.
+  // Adds one image.
   void Update(const Sight& sight, const EncoderReading& reading) noexcept {
     const double sigma = std::hypot(sight.sigma, kTipSigma * sight.pixel);
     has_reading_ = true;
@@ -39,18 +39,18 @@ class ManipulatorAgreement {
     if_camera_moves_.Update(sight.p_S_at_rest, reading, sigma);
     if (!sight.object_known) return;
     const double ratio = 0.5 * (if_camera_moves_.nis() - if_object_moves_.nis());
-    evidence_ += std::clamp(ratio, -kMostPerImage, kMostPerImage);
-    evidence_ = std::clamp(evidence_, -kSure, kSure);
-    if (evidence_ >= kSure) object_moves_ = true;
-    if (evidence_ <= -kSure) object_moves_ = false;
+    evidence_ += std::clamp(ratio, -kMaxPerImage, kMaxPerImage);
+    evidence_ = std::clamp(evidence_, -kDecisionRatio, kDecisionRatio);
+    if (evidence_ >= kDecisionRatio) object_moves_ = true;
+    if (evidence_ <= -kDecisionRatio) object_moves_ = false;
     FollowObject(sight);
   }
-  // No encoder reading belongs to this image: what moves is as decided before.
+  // Adds an image without an encoder reading. The decision stays as it was.
   void Skip(const Sight& sight) noexcept {
     has_reading_ = false;
     if (sight.object_known) FollowObject(sight);
   }
-  // The tip is lost in this image.
+  // Adds an image in which the tip is lost.
   void Skip() noexcept { has_reading_ = false; }
 
   [[nodiscard]] bool has_reading() const { return has_reading_; }
@@ -68,10 +68,10 @@ class ManipulatorAgreement {
     if (size > noise) unexplained = (1 - noise / size) * deviation;
     return unexplained;
   }
-  // Zero if the camera moves, or if nothing is decided.
+  // Motion of the object; zero if the camera moves, or if nothing is decided.
   [[nodiscard]] const SurfaceMotion& motion() const { return motion_; }
   void Reset() noexcept { *this = {}; }
-  // The encoders have another origin: only their registrations begin again.
+  // Restarts the registrations after a change of the encoders' origin.
   void ForgetEncoders() noexcept { if_object_moves_ = if_camera_moves_ = {}; }
 
   // Error of the tip that its tracker does not report [px]. [tuned: late]
@@ -79,10 +79,10 @@ class ManipulatorAgreement {
 
  private:
   // Log-likelihood ratio at which a hypothesis is accepted: ln 10^4 [-]. [by definition]
-  static constexpr double kSure = 9.2;
-  // Part of it that one image may contribute: three must agree [-]. [tuned:
+  static constexpr double kDecisionRatio = 9.2;
+  // Largest part of it that one image contributes: three images must agree [-]. [tuned:
   // ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen]
-  static constexpr double kMostPerImage = kSure / 3;
+  static constexpr double kMaxPerImage = kDecisionRatio / 3;
 
   // Deviation that is noise of the image alone [sigma]. [tuned: late]
   static constexpr double kNoiseSigmas = 2;

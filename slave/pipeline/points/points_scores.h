@@ -35,7 +35,7 @@ class ErrorOfPoints {
   double squares_ = 0, peak_ = 0;
 };
 
-// How many of the cameras' points were followed over a run, and how well.
+// Number of points that were followed over a run, and the quality of their tracking.
 class TrackingCounts {
  public:
   // `counts`: a point that is not seen was missed; otherwise, while the rest frame is taken, it may
@@ -48,13 +48,13 @@ class TrackingCounts {
     }
   }
   [[nodiscard]] std::size_t points() const { return rows_.size(); }
-  // Seen at least once.
+  // Number of points that were seen at least once.
   [[nodiscard]] std::size_t followed() const {
     std::size_t count = 0;
     for (const Row& row : rows_) count += row.was_seen ? 1 : 0;
     return count;
   }
-  // Times that one of those followed was not seen.
+  // Number of times that a followed point was not seen.
   [[nodiscard]] std::uint64_t missed() const {
     std::uint64_t sum = 0;
     for (const Row& row : rows_) sum += row.was_seen ? row.missed : 0;

@@ -69,7 +69,7 @@ class ForceCurve {
   int finger_, component_;
 };
 
-constexpr std::size_t kKept = 8;  // series
+constexpr std::size_t kMaxKept = 8;  // series
 // Depth steps beyond the first touch, in finger radii: force grows there like depth^1.5, so they
 // begin near each other; then one every kEvery.
 constexpr std::array kFirstDepthSteps{0.02, 0.05, 0.09, 0.14, 0.20, 0.28, 0.38, 0.50};
@@ -126,7 +126,7 @@ LoadPathCache::LoadPathCache(const TrueObject& object, double deepest)
     : object_(object),
       deepest_(deepest),
       beside_O_(Across(object.hand().approach_O)),
-      all_series_(kKept) {}
+      all_series_(kMaxKept) {}
 
 LoadPathCache::Key LoadPathCache::KeyOf(const Vector3d& h_O) const {
   constexpr double kMaxDistance = 1e6;

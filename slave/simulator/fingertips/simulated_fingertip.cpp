@@ -99,8 +99,8 @@ constexpr double kReach = 2e-3;        // how far the skin spreads a point load 
 // Tangential force against normal force, how much each moves the skin. Foam: least squares over the
 // three presses give 60 to 280 counts/N of tangential force for the electrodes of the sides.
 constexpr double kShear = 1.5;
-constexpr double kMaxRadius = 0.03;    // of contacts; wider ones press on all of the skin [m]
-constexpr double kLargestForce = 100;  // [N]; more changes nothing
+constexpr double kMaxRadius = 0.03;  // of contacts; wider ones press on all of the skin [m]
+constexpr double kMaxForce = 100;    // [N]; more changes nothing
 
 // Counts are those of a voltage divider of fluid (conductance as its gap) and a fixed resistor:
 // kLastCount g / (g + kHalfGap), g in parts of the gap at rest. From rest values near 0.8 of full
@@ -136,7 +136,7 @@ float Rounded(double counts) noexcept {
 void Press(const SkinSurface& skin, const FingertipLoad& load, Field* strain) noexcept {
   const Vector3d n = FingerSurface{simulation::kSkinRadius}.Normal(load.p_F);
   const double size = load.f_F.stableNorm();
-  const Vector3d f = load.f_F * (size > kLargestForce ? kLargestForce / size : 1);
+  const Vector3d f = load.f_F * (size > kMaxForce ? kMaxForce / size : 1);
   const double normal = std::max(-f.dot(n), 0.0);
   const Vector3d tangential = f - f.dot(n) * n;
   const double radius = std::clamp(load.radius, 0.0, kMaxRadius);

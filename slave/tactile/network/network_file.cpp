@@ -21,13 +21,13 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uintmax_t kLargestFile = 256u << 20;  // [bytes]
+constexpr std::uintmax_t kMaxFile = 256u << 20;  // [bytes]
 constexpr int kMaxCount = 1 << 20;
 constexpr double kMaxNumber = std::numeric_limits<float>::max();
 
 // Throws std::runtime_error naming the file: missing, larger than a network can be, not JSON.
 json ReadJsonFile(const std::filesystem::path& file) {
-  const std::string text = ReadWholeFile(file, kLargestFile, "JSON");
+  const std::string text = ReadWholeFile(file, kMaxFile, "JSON");
   try {
     return json::parse(text);
   } catch (const json::exception& broken) {

@@ -13,13 +13,13 @@ double MeanFocal(const Lens& lens) {
   return std::sqrt(lens.fx * lens.fy);
 }
 
-// The place in the lens's image that the straight one shows at `p_I`.
+// Returns the place in the lens's image that the straight image shows at `p_I`.
 std::optional<Eigen::Vector2d> Bent(const Lens& lens, const Eigen::Vector2d& p_I) {
   const double f = MeanFocal(lens);
   return Project(lens, Eigen::Vector3d((p_I.x() - lens.cx) / f, (p_I.y() - lens.cy) / f, 1));
 }
 
-// Where each pixel of a warped image comes from, as two images of x and y.
+// Returns the source of each pixel of a warped image, as two images of x and y.
 template <typename From>
 std::array<cv::Mat, 2> Sources(const std::array<int, 2>& size, const From& from) {
   const cv::Mat nowhere(size[1], size[0], CV_32F, cv::Scalar(-1));

@@ -39,7 +39,7 @@ namespace {
 // Accepted values, beyond what any rig has [by definition]: size of an image [px] and of a file
 // [bytes].
 constexpr int kMaxImage = 16384;
-constexpr std::uintmax_t kLargestFile = 1 << 20;  // [by definition]
+constexpr std::uintmax_t kMaxFile = 1 << 20;  // [by definition]
 // Focal length [px], distance of the cameras [m], and the largest centre of an image [px],
 // distortion [-] and rms [px]. [by definition]
 constexpr double kMinFocal = 1e-3, kMaxFocal = 1e9, kMinDistance = 1e-12, kMaxDistance = 1e3,
@@ -52,7 +52,7 @@ constexpr const char* kAccepted =
 class RigReader {
  public:
   explicit RigReader(const std::filesystem::path& file) : file_(file) {
-    const std::string text = ReadWholeFile(file, kLargestFile, "a camera rig");
+    const std::string text = ReadWholeFile(file, kMaxFile, "a camera rig");
     const bool is_xml = Trimmed(text).starts_with("<?xml");
     const std::string foreign = ForeignFormat(std::string_view(text));
     if (!is_xml && !foreign.empty()) Refuse("is " + foreign + ": expected " + kAccepted);

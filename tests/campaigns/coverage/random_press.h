@@ -1,6 +1,6 @@
-// Presses drawn at random, one for each sense: an object, a tool, cameras and a motion that no
-// scene has, and what the sense is given of them, which differs from what is true by as much as the
-// scene says it may.
+// Random presses, one kind for each sense: object, tool, cameras and motion differ from those of
+// all scenes. The inputs of the sense differ from the truth by the tolerances that the scene
+// states.
 #pragma once
 
 #include <cstdint>

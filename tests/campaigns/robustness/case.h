@@ -35,7 +35,7 @@ struct Alteration {
   std::function<bool(const Moment&)> loses;
   // What the scene states wrongly to the sense.
   std::function<void(Scene&)> tell;
-  // How far beside the tip's place the arm says it is [px], or [m] where there are no images.
+  // Error of the arm's reported tip [px], or [m] without images.
   double arm_error = 0;
 };
 

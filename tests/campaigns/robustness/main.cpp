@@ -1,5 +1,5 @@
-// robustness: what the senses report when light, lens, time, geometry or the world are not as they
-// should be. Every case has a severity and a demand, listed beforehand; none may be silently wrong.
+// robustness: tests the senses under disturbances of light, lens, time, geometry and scene. Every
+// case has a severity and a demand, listed beforehand. No force may be wrong without a flag.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>

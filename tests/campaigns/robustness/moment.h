@@ -1,5 +1,5 @@
-// Where in a run a sample is, and what of the true world its image shows: what alterations
-// go by.
+// The position of a sample in a run, and what its image shows of the true world: the input of
+// alterations.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ struct Moment {
   }
 };
 
-// A moment and what is where in its image [px].
+// A moment, with the places of the parts in its image [px].
 struct View : Moment {
   Eigen::Vector2d tip_I{0, 0};      // the tool's tip; of pairs: the place that is pressed
   Eigen::Vector2d pressed_I{0, 0};  // where the tip is at full depth
@@ -37,7 +37,7 @@ struct View : Moment {
   double width = 0;                 // of the tool [px]
 };
 
-// From when on something is so.
+// Start of an alteration.
 enum class When { kAlways, kAtRest, kPressed };
 inline bool IsSo(When when, const Moment& moment) {
   switch (when) {

@@ -114,7 +114,7 @@ class AlteredSamples final : public SamplePlayer {
   std::size_t index_ = 0, next_ = 0;
 };
 
-// Held against the truth, row by row.
+// Compares the rows with the truth.
 class Tally {
  public:
   // `peak`: the largest true force [N].

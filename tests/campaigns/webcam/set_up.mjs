@@ -10,7 +10,7 @@ const { distance, nearestOn } = await load('setup_geometry.js');
 const { STEPS, angleAt, arcBetween, emptyAnswers, foundOf, isRound, mm, outlineOf, problemsAt, sceneOf, startOf, stepOfKey, toolPixelOf, undersideOf } = await load('setup_scene.js');
 const { findTip, greyOf, imageTrouble, ontoEdge } = await load('setup_tip.js');
 const { questionsAt, sentencesOf } = await load('setup_questions.js');
-const { callWords, mistakeWords } = await load('setup_words.js');
+const { callWords, mistakeWords } = await load('setup_text.js');
 
 const OFF_PX = 2.5;  // of an outline that a person would see to be wrong, rms
 const [folder, address, cameraText] = process.argv.slice(2);

@@ -71,7 +71,7 @@ TEST_F(PointerTest, SilenceLetsGo) {
   EXPECT_FALSE(later.engaged);
 }
 
-TEST_F(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAnew) {
+TEST_F(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAgain) {
   stage.Run(0.5, kAim, true);
   stage.Run(0.5, kAim, true, false);
   EXPECT_FALSE(stage.Run(0.5, kAim, true).engaged);

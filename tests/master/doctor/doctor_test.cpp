@@ -78,7 +78,7 @@ LinkSample Line(double round_trip, double gap) {
   return line;
 }
 
-TEST(DoctorTest, GapsInWhichTheHandWouldBeLetGoAreBadAndTheKeyIsNamed) {
+TEST(DoctorTest, GapsInWhichTheHandWouldBeReleasedAreBadAndTheKeyIsNamed) {
   const RemoteScene scene;
   LinkSample line = Line(0.01, 0.01);
   EXPECT_EQ(Of(CheckLink(line, scene), "states").grade, Grade::kGood);

@@ -143,10 +143,10 @@ ForceError::Summary ErrorOnRamp(const VirtualSlave::Options& options, double spe
   return summary.force_error().value_or(ForceError::Summary{});
 }
 
-// Reference: of a ramp K v the mean over 50 samples lags by 24.5 of them, the interpolation by one
-// more and by the line's delay, the tool behind the hand by the delay and the tick in which the
-// command leaves; the last two make the hand's force lead the truth. The local model knows the
-// place: only the lead is left.
+// Reference: on a ramp K v the mean over 50 samples lags by 24.5 samples. The interpolation lags by
+// one more and by the link's delay. The tool follows the device after the delay and the tick in
+// which the command leaves, so the force on the device leads the truth by these. The local model
+// knows the place, so only this lead is left.
 TEST(LaggingForceTest, ShowsInTheErrorOfInterpolationAndNotInThatOfTheLocalModel) {
   VirtualSlave::Options options = Foam({-1, 0, 1});
   options.shear = 0;

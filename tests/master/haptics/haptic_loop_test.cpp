@@ -311,7 +311,7 @@ TEST_F(HapticLoopTest, AnOffsetThatMovesWithinAnEpochIsNotFollowed) {
 
 // A slave that was started again during an emergency stop reports the used epoch with an
 // offset of its own: once the stop is over the hand engages as ever.
-TEST_F(HapticLoopTest, AfterAStopASlaveThatWasStartedAnewIsFollowed) {
+TEST_F(HapticLoopTest, AfterAStopASlaveThatWasRestartedIsFollowed) {
   bool stops = true;
   rig_.slave.lie = [&stops](SlaveState* state) {
     state->offset.y() -= 0.05;
@@ -328,7 +328,7 @@ TEST_F(HapticLoopTest, AfterAStopASlaveThatWasStartedAnewIsFollowed) {
 
 // Settings that were not read are not gone by: no force, the tool rests, until they are read and
 // the operator has engaged again, by the new ones.
-TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew) {
+TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAgain) {
   rig_.slave.lie = [](SlaveState* state) { state->settings_revision = 7; };
   rig_.Run(puppet_, 0.06);
   EXPECT_EQ(rig_.state(), kHold);
@@ -387,7 +387,7 @@ TEST(HapticLoopAlignTest, NewSettingsEndAnEngagementThatBegins) {
 TEST(HapticLoopAgeTest, DelayedEchoesDoNotMakeOldStatesAcceptable) {
   for (const double longest : {std::numeric_limits<double>::infinity(), 1.0}) {
     HapticLoop::Options options;
-    options.longest_trip = longest;
+    options.max_trip = longest;
     VirtualSlave::Options slave;
     slave.delay = 0.01;
     Rig rig(options, slave);
@@ -419,8 +419,9 @@ TEST(HapticLoopAgeTest, DelayedEchoesDoNotMakeOldStatesAcceptable) {
   }
 }
 
-// A line was cut and came back to a slave that had gone on: settings are read again, and the
-// slave's offset is still that of the epoch, which the hand had begun elsewhere than at the tool.
+// A link was cut, and comes back to a slave that had gone on. The settings are read again. The
+// slave's offset is still that of the epoch, which had begun with the device at another place than
+// the tool.
 TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {
   VirtualSlave::Options options;
   options.home = {0, 0.010, 0};
@@ -440,7 +441,7 @@ TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {
   EXPECT_EQ(rig.state(), OperatorState::kFollowing);
 }
 
-// Until the slave says that it knows.
+// Until the slave confirms it.
 TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsReportedAndLetsTheHandGo) {
   rig_.loop.stops().Request();
   rig_.Tick(puppet_);

@@ -67,9 +67,9 @@ LocalModel BondedWall(const Eigen::Vector3d& reference, bool in_contact, std::ui
 const Eigen::Vector3d kAlong = Eigen::Vector3d(4, -3, 0) / 5,
                       kInto = Eigen::Vector3d(-3, -4, 0) / 5;
 
-// The slave's place is 2 mm behind a hand that slid along before it pressed. Reference: the force
-// of a contact that began right under the hand, K d with d the way since, none at the crossing
-// itself.
+// The slave's contact point is 2 mm behind a device that slid along the surface before it pressed.
+// Reference: the force of a contact that began right under the device, K d with d the way since
+// then, and zero at the crossing.
 TEST_F(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough) {
   contact.Take(BondedWall({0, 0, 0}, false, 1), 0);
   const Eigen::Vector3d crossing = 0.002 * kAlong;
@@ -83,7 +83,8 @@ TEST_F(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough
   for (const double later : {0.0, 0.01, 0.05}) {
     EXPECT_LT((contact.ForceAt(crossing + way, kLater + later) - expected).norm(), 1e-6) << later;
   }
-  // It meets the surface a little elsewhere: over to its word, without a step.
+  // The surface is found at another place: the model changes over to the slave's value without a
+  // step.
   contact.Take(BondedWall(0.0019 * kAlong, true, 3), 2 * kLater);
   EXPECT_LT((contact.ForceAt(crossing + way, 2 * kLater) - expected).norm(), 1e-6);
   const Eigen::Vector3d bonded =

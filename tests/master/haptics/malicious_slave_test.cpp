@@ -1,5 +1,5 @@
-// A slave that means harm, one row each: whatever it says, the hand gets no more force, no faster
-// change and no more energy than the master's own limits allow.
+// A malicious slave, one case per row: the operator gets no more force, no faster change and no
+// more energy than the master's own limits allow.
 #include <cmath>
 #include <functional>
 #include <ostream>
@@ -140,8 +140,8 @@ TEST_P(MaliciousSlaveTest, TheHandKeepsItsLimits) {
   EXPECT_GE(rig.loop.passivity().min_balance(), -kEnergyLimit);
 }
 
-// A line breaks while the hand presses, which then draws back under the force that is held: a
-// spring would give back what it took, this one more.
+// The link breaks during a press, and the operator then draws back under the held force. A spring
+// would return the energy that it got; a held force returns more.
 TEST(GapTest, AForceThatIsHeldIsPaidForToo) {
   Rig rig({.K = 1900}, RenderMode::kLocal, kForceLimit, kSlewLimit);
   Puppet puppet;

@@ -9,7 +9,7 @@ using enum OperatorState;
 
 class OperatorMachineTest : public testing::Test {
  protected:
-  // `ms` ticks with the inputs as they stand; the last state.
+  // Runs `ms` ticks with the present inputs. Returns the last state.
   OperatorState Run(int ms = 1) {
     for (int i = 0; i < ms; ++i) {
       in_.now += 0.001;

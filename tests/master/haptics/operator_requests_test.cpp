@@ -1,4 +1,4 @@
-// What the operator asks of the hand while it runs: each with a hand that is held by a contact.
+// Requests of the operator during a session, each with a contact that holds the device.
 #include "master/haptics/operator_requests.h"
 
 #include <algorithm>
@@ -55,7 +55,7 @@ TEST_F(OperatorRequestsTest, AnOpenClutchLetsGoWithoutAStepAndTheToolRests) {
   EXPECT_TRUE(rig_.loop.record().clutched);
 }
 
-TEST_F(OperatorRequestsTest, AClutchThatClosesEngagesAnewWithoutMovingTheTool) {
+TEST_F(OperatorRequestsTest, AClutchThatClosesEngagesAgainWithoutMovingTheTool) {
   const Eigen::Vector3d tip = rig_.slave.tip();
   const auto epoch = rig_.loop.record().epoch;
   rig_.requests.clutched = true;
@@ -127,7 +127,7 @@ TEST_F(TareTest, TakesTheDriftFromTheHandAndSaysSo) {
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kTared));
 }
 
-// Whatever could hide a contact.
+// Each state in which zeroing could hide a contact.
 TEST_F(TareTest, RefusesWhatIsNoForceWithoutContact) {
   drift_ = {0, 0.4, 0};  // of 3.3 N
   EXPECT_EQ(RequestTare(), TareState::kTooLarge);

@@ -18,7 +18,7 @@ double Speed(double t) {
   return 0.005 * std::numbers::pi * std::sin(2 * std::numbers::pi * t);
 }
 
-// The hand goes in and out of a wall for `seconds`; `law` gives the force at depth and time.
+// The operator moves in and out of a wall for `seconds`. `law` gives the force at depth and time.
 PassivityControl Press(const std::function<double(double, double)>& law, double seconds,
                        double* damped) {
   PassivityControl port;
@@ -78,9 +78,10 @@ TEST_F(PassivityControlTest, EnergiesNeverFallAndCloseWithTheWork) {
   EXPECT_NEAR(port.energy_out(), 0.0015, 1e-15);
 }
 
-// Reference: f = K x wound up by the hand itself leaves W >= f^2 / 2 K: never touched up to K_max,
-// from the first tick on. What nobody wound up gives at most the energy credit W_0, and where the
-// force falls at 200 N/s while the hand gives way at 1 m/s, a tenth of it: sqrt(2 W_0 200).
+// Reference: a spring f = K x that the operator loads leaves W >= f^2 / 2 K, so it is never limited
+// up to K_max, from the first tick on. A force without such work gives at most the energy credit
+// W_0; where it falls at 200 N/s while the operator yields at 1 m/s, it gives a tenth of that:
+// sqrt(2 W_0 200).
 TEST_F(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
   constexpr double kSlew = 200;
   double sent = 0;
@@ -96,8 +97,9 @@ TEST_F(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
               lent * std::sqrt(0.1), 1e-12);
 }
 
-// Pushed 1 mm out by 0.3 N there is a debt of 0.3 mJ. A force that falls to 0.1 N pays 0.1 mJ of it
-// with half of its fall times the way: what is left is below the 0.25 mJ that are not damped.
+// A force of 0.3 N that pushes the device out by 1 mm makes a debt of 0.3 mJ. A force that falls to
+// 0.1 N pays 0.1 mJ of it, half of its fall times the way: the rest is below the 0.25 mJ that are
+// not damped.
 TEST_F(PassivityControlTest, WhatAFallingForcePaysIsNotDampedAsWell) {
   port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
   port.Observe({0.001, 0, 0}, {0.3, 0, 0}, kTick);
@@ -105,15 +107,16 @@ TEST_F(PassivityControlTest, WhatAFallingForcePaysIsNotDampedAsWell) {
   EXPECT_LT(port.Apply({0.3, 0, 0}, {1, 0, 0}, kTick).x(), 0.3);
 }
 
-// Whose force turns away from where it drives the hand has less of the slew limit to fall there.
+// A force that also turns has a smaller part of the slew limit left to fall.
 TEST_F(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
   port.Observe({0, 0, 0}, {3, 0, 0}, kTick);
   EXPECT_NEAR(port.LimitToBalance({3, 0, 0}, {0.2, 0, 0}, 200).x(), 1, 1e-12);
   EXPECT_TRUE(port.LimitToBalance({0, 3, 0}, {0.2, 0, 0}, 200).isZero(0));
 }
 
-// A hand wound 3 N up to what a spring of K_max holds, 2.25 mJ, and gives way ever faster: until 3
-// N have fallen by 200 N/s, 20 m/s^2 let out 1/6 a f^3 / s^2 = 2.25 mJ more than a slow one would.
+// An operator loads a spring of K_max to 3 N, 2.25 mJ, and yields with growing speed: until the 3 N
+// have fallen at 200 N/s, an acceleration of 20 m/s^2 lets out 1/6 a f^3 / s^2 = 2.25 mJ more than
+// a slow motion would.
 TEST_F(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
   constexpr double kSlew = 200, kA = 20;  // [N/s], [m/s^2]
   double p = 0, v = 0, sent = 3;
@@ -128,7 +131,7 @@ TEST_F(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
   EXPECT_GE(port.min_balance(), -1e-3);
 }
 
-// A contact left with 1 mJ in it and taken up again gives that back, once.
+// A contact that ends with 1 mJ in it and begins again returns this energy once.
 TEST_F(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, -0.001, 0}, {0, 1, 0}, 1e9);  // so slowly that nothing is damped
@@ -156,7 +159,7 @@ TEST_F(PassivityControlTest, ADebtIsPaidByFreeMotion) {
   EXPECT_EQ(port.balance(), 0);
 }
 
-// What is owed beyond W_0 would let no force begin: b v^2 T = 1 x 0.1^2 x 0.001 = 0.01 mJ a tick.
+// A debt beyond W_0 would let no force begin: b v^2 T = 1 x 0.1^2 x 0.001 = 0.01 mJ a tick.
 TEST_F(PassivityControlTest, BeyondWhatIsLentADebtIsPaidAtOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, 0.6e-3, 0}, {0, 1, 0}, 1e9);
@@ -166,8 +169,8 @@ TEST_F(PassivityControlTest, BeyondWhatIsLentADebtIsPaidAtOnce) {
   EXPECT_NEAR(port.balance(), -0.5e-3, 1e-6);
 }
 
-// A hand that waves under a force next to nothing, as fast as 0.3 m/s, saves nothing up either: a
-// push comes out as if it had rested.
+// An operator who moves to and fro at up to 0.3 m/s under almost no force gains no credit: a push
+// is as if the operator had rested.
 TEST_F(PassivityControlTest, WavingUnderNoForceSavesNothing) {
   constexpr double kAmplitude = 0.05, kOmega = 2 * std::numbers::pi;
   double p = 0, sent = 0;

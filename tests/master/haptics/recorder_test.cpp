@@ -82,7 +82,7 @@ TEST_F(RecorderTest, WaitsForTheTrueForceOfEachTick) {
 
 // Whoever lets go in the object is shown nothing while the tool still presses: counted apart, since
 // it is no error of the rendered force.
-TEST(TickSummaryTest, TellsHowMuchOfTheErrorIsOfAHandThatWasLetGo) {
+TEST(TickSummaryTest, TellsHowMuchOfTheErrorIsOfAHandThatWasReleased) {
   TickSummary summary;
   const Eigen::Vector3d truth(0, 1, 0);
   summary.AddTruth(truth);

@@ -1,5 +1,5 @@
-// A slave for tests: a soft wall behind a plane, a tool that follows at once, a line with delay,
-// jitter and loss. Runs on whatever clock it is stepped with.
+// A slave for tests: a soft wall behind a plane, a tool that follows without delay, and a link with
+// delay, jitter and loss. Its time advances by steps of the test.
 #pragma once
 
 #include <cstdint>

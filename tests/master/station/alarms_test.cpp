@@ -94,7 +94,7 @@ TEST(AlarmsTest, WhoWatchesSeesTheSlavesAlarmsWithoutAManipulator) {
                                             HasText("no sample from the sensor for 6 s")));
 }
 
-TEST(AlarmsTest, ASetUpHasNoForceToDoubtButACameraThatMayBeSilent) {
+TEST(AlarmsTest, ASetUpHasNoForceToFlagButACameraThatMayBeSilent) {
   StationMoment moment = Good();
   moment.status.link = {.answers = true, .observes = true};
   moment.ticks.newest.state = OperatorState::kDisconnected;

@@ -61,7 +61,7 @@ class McapTest : public ::testing::Test {
     std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
   }
 
-  // In memory where the system has such a place: a file is written thousands of times.
+  // In memory if the system has such a folder: a file is written thousands of times.
   static std::filesystem::path Base() {
     const std::filesystem::path memory = "/dev/shm";
     return exists(memory) ? memory : std::filesystem::temp_directory_path();
@@ -98,7 +98,8 @@ TEST_F(McapTest, WhatFollowsItsEndIsReportedWithItsPlace) {
   }
 }
 
-// Whatever the byte, all that was flushed before it is there and nothing that was not written.
+// After a cut at any byte, all that was flushed before it is there, and nothing that was not
+// written.
 TEST_F(McapTest, CutAtAnyByteItKeepsWhatWasFlushedBefore) {
   const auto written = WriteSmall(file_);
   const std::string bytes = ReadWholeFile(file_, 1 << 20, "a test's file");
@@ -116,7 +117,7 @@ TEST_F(McapTest, CutAtAnyByteItKeepsWhatWasFlushedBefore) {
   EXPECT_EQ(kept, written.size());
 }
 
-// Checksums stand over all that a message is made of.
+// Checksums cover every part of a message.
 TEST_F(McapTest, ADamagedByteNeverMakesAMessageThatWasNotWritten) {
   const auto written = WriteSmall(file_);
   const std::string bytes = ReadWholeFile(file_, 1 << 20, "a test's file");

@@ -203,7 +203,7 @@ TEST(PaceLimitTest, WhatASilenceHeldUpIsAllowedAndAFloodIsNot) {
   EXPECT_NEAR(allowed(pace, start + Seconds(1e6), 0), 100 * PaceLimit::kMaxStall, 1);
 }
 
-TEST_F(ImageInboxTest, OneSenderAtATimeAndTheNextBeginsAnew) {
+TEST_F(ImageInboxTest, OneSenderAtATimeAndTheNextStartsAgain) {
   ImageInbox inbox(Mono());
   const PushedImage grey = Push(Encoding::kGrey8, grey_, kWidth, kHeight);
   EXPECT_EQ(Feed(inbox, Sample(grey)), "");

@@ -261,7 +261,7 @@ TEST(TactileInboxTest, SaysWhatItRefuses) {
   EXPECT_EQ(why("ff", 8, 2, Reading(2)), "taken");  // nothing of it counted
 }
 
-TEST(TactileInboxTest, AfterOneHasLeftTheNextSendersClockBeginsAnew) {
+TEST(TactileInboxTest, AfterOneHasLeftTheNextSendersClockStartsAgain) {
   TactileInbox inbox(Scened({"rf"}));
   Driver first(&inbox, "rf", 1000);
   for (int i = 0; i < 10; ++i) EXPECT_EQ(first.Send(0.01 * i), "");

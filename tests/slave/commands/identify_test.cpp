@@ -321,8 +321,8 @@ TEST_F(IdentifyCommand, FindsASimulatedBlockAgain) {
   EXPECT_NEAR(report.at("press").at("poisson_ratio").get<double>(), 0.33, 0.01);
 }
 
-// The force of a membrane is that of its tension at rest and that of its modulus: the scene starts
-// at half the modulus of the presses.
+// The force of a membrane has a part by its tension at rest and one by its modulus. The scene
+// starts at half the modulus of the presses.
 TEST_F(IdentifyCommand, FindsAMembranesModulusBesideItsTension) {
   const auto scene = [&](const char* name, const char* E) {
     return Write(name,
@@ -449,9 +449,8 @@ TEST_F(IdentifyCommand, RefusesWithASentence) {
   EXPECT_THAT(Refusal({.data = {table}}), HasSubstr("F11"));
 }
 
-// A block of 127 kPa, pressed before a camera, its true force known: the modulus comes out of the
-// images, whatever the scene says of it. Tolerance: what model and cameras are off by in the
-// force.
+// A block of 127 kPa is pressed before a camera, and its true force is known. The images then give
+// the modulus, whatever the scene states. Tolerance: the errors of model and cameras in the force.
 TEST_F(IdentifyCommand, ImagesAndAKnownForceTellTheModulus) {
   const path block = SourcePath("/deploy/scenes/silicone-block.yaml");
   const path out = folder_ / "block";

@@ -68,7 +68,7 @@ TEST_F(RunningSceneTest, WhatIsKeptFollowsNoLink) {
   EXPECT_EQ(ReadWholeFile(target, 100, "text"), "mine");
 }
 
-TEST_F(RunningSceneTest, AnotherSceneIsDecidedAnew) {
+TEST_F(RunningSceneTest, AnotherSceneIsDecidedAgain) {
   Load();
   Load({"object.material.young_modulus=1 kPa"});
   WriteWholeFile(file_, std::string(kBlock) + "# touched\n");

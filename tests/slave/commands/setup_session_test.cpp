@@ -82,7 +82,7 @@ class SetupSessionTest : public testing::Test {
   inline static std::map<std::uint64_t, double> true_force_;  // by number of the image [N]
   inline static cv::Mat first_;
   const Scratch saved_;
-  // As `serve` does, with the next slave.
+  // Starts the next slave as `serve` does.
   void Use(const SceneProposal& proposal) {
     session_.Prepare(proposal, nullptr)->Use();
     std::unique_ptr<LiveSlave> next = session_.Next({});

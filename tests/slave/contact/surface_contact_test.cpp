@@ -147,7 +147,7 @@ TEST(SurfaceContactTest, FindsTheClosestPlaceThatTryingEveryTriangleFinds) {
 
 // Reference: how often the surface winds round the point. Points nearer than 1e-9 to the surface
 // are left out: there rounding decides.
-TEST(SurfaceContactTest, TellsInsideFromOutsideAlsoAtSpikesAndDents) {
+TEST(SurfaceContactTest, TellsInsideFromOutsideAlsoAtSpikesAndHollows) {
   std::mt19937 random(2);
   for (const double scale : {1e-9, 1.0, 1e3}) {
     for (const Body& body : Bodies(scale)) {

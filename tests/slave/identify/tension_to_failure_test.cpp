@@ -127,7 +127,8 @@ TEST(TensionToFailure, IntervalsHoldTheModulusAtRestOrTheFitIsRefused) {
   }
 }
 
-// No law of the list is Gent's. Limits of I1 - 3 from that of tissue to that of soft silicones.
+// The list of laws does not contain Gent's. The limits of I1 - 3 are those of tissue to those of
+// soft silicones.
 TEST(TensionToFailure, ALawThatIsNotAmongTheFittedOnesIsHeldAtRest) {
   Tally tally;
   unsigned seed = 1;

@@ -225,7 +225,7 @@ TEST_F(RetreatTest, AnArmThatDoesNotComeAllTheWayLocksNobodyOut) {
   EXPECT_NEAR(Out(), 3e-3, 1e-9);
 }
 
-TEST_F(RetreatTest, ItBeginsAlsoAfterTheHandLetGo) {
+TEST_F(RetreatTest, ItBeginsAlsoAfterTheHandWasReleased) {
   LetGo();
   Watch(0.03, heavy_);
   EXPECT_NEAR(Out(), 2e-3, 1e-9);

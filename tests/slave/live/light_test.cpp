@@ -1,5 +1,5 @@
-// From the photon on: a lamp whose switching everybody can compute from the clock alone lights the
-// camera's images, and the traces' word for when an image was taken is held against it.
+// Latency from the light on: a lamp whose switching follows from the clock lights the camera's
+// images. The test compares it with the traces' time of each image.
 #include <algorithm>
 #include <cmath>
 #include <vector>

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// Reaches its target at once.
+// A manipulator that reaches its target immediately.
 class PerfectManipulator : public Manipulator {
  public:
   bool Command(const Eigen::Vector3d& p_S_target) noexcept override {

@@ -35,16 +35,16 @@ TEST(Bem2dModel, AToolThatElementsAreTooLongForIsExtrapolated) {
     const double off = std::abs(is.force_O.y() / should.force_O.y() - 1);
     const bool is_valid = is.validity == Validity::kValid;
     EXPECT_LT(is_valid ? off : 0, 0.14) << width;
-    if (!is_valid) EXPECT_EQ(is.doubt, kCoarsePatch) << width;
+    if (!is_valid) EXPECT_EQ(is.flag_reason, kCoarsePatch) << width;
     (is_valid ? valid : flagged) += 1;
   }
   EXPECT_GT(valid, 1);
   EXPECT_GT(flagged, 1);
 }
 
-// Reference: without friction traction and force of a contact are parallel, so that the traction of
-// the vertices, times the boundary they stand for, adds up to the force; elsewhere there is none,
-// not even where the block is held.
+// Reference: without friction, traction and force of a contact are parallel. The sum of the
+// vertices' traction, times their parts of the boundary, is the force. There is no traction
+// elsewhere, not even on the support.
 TEST(Bem2dModel, TractionOnTheVerticesAddsUpToTheForceOfTheTool) {
   Bem2dModel::Params params = kSilicone;
   params.contact = ContactLaw::kFrictionless;

@@ -200,9 +200,9 @@ std::string Title(ElementOrder order, const Material& material) {
   return std::string(kNames[static_cast<std::size_t>(order)]) + ", " + NameOf(material);
 }
 
-// Reference: an exact solution of which no order represents anything exactly, on a body with
-// corners, held and free sides. Orders: one more than the polynomials' degree, at least; the nodes
-// are points of superconvergence, but for the ends of what is held.
+// Reference: an exact solution that no order represents exactly, on a body with corners, held and
+// free sides. The order of convergence is at least one more than the degree of the polynomials. The
+// nodes are points of superconvergence, except at the ends of the support.
 TEST(ElementOrder, SmoothFieldsConvergeWithTheTextbooksOrder) {
   for (const auto& material : {kMaterials[0], kMaterials[3], kMaterials[4]}) {
     for (const ElementOrder order : kOrders) {

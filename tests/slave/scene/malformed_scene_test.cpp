@@ -189,7 +189,7 @@ TEST_F(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
   EXPECT_LT(at(":12: site.noise"), at(":13: extra"));
 }
 
-// A fuzzer found that a membrane held by a word ended the program.
+// A fuzzer found that a word as `fixed` of a membrane ended the program.
 TEST_F(MalformedSceneTest, WhateverIsInPlaceOfASectionIsReadOrRefused) {
   const std::string sections =
       "object object.geometry object.material object.fixed object.pose tool sense sense.camera "

@@ -96,7 +96,7 @@ struct BadSample {
 
 class BadSampleTest : public FeedTactileTest, public testing::WithParamInterface<BadSample> {};
 
-// The samples before it were taken; the stream is over.
+// The samples before the bad one are accepted; the stream is over.
 TEST_P(BadSampleTest, EndsTheStreamWithASentence) {
   Feed feed(Connect());
   ASSERT_TRUE(feed.Send(Sample("rf", 0)));

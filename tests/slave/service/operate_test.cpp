@@ -23,8 +23,8 @@ v1::OperatorCommand WithTorque(std::uint64_t sequence, bool torque) {
   return command;
 }
 
-// From the command on that requests it, and until one no longer does. A client that does not know
-// of it gets states as before.
+// The moment is sent from the command on that requests it, until one does not. A client without
+// this field gets states as before.
 TEST_F(OperateTest, TheMomentIsSentToAnOperatorThatRequestsIt) {
   const auto has_none = [](const auto& s) { return !s.has_moment() && s.moment_sigma() == 0; };
   ASSERT_TRUE(ada.Send(WithTorque(1, false)));

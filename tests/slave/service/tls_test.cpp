@@ -129,7 +129,7 @@ TEST_F(TlsTest, AStreamOutlivesNoCertificate) {
   EXPECT_EQ(Stop(*As("brief")), grpc::StatusCode::UNAVAILABLE);
 }
 
-// Whom the CA vouches for no more shall push no hand either.
+// A client whose certificate is no longer accepted moves no tool.
 TEST_F(TlsTest, TheOperatorsStreamOutlivesNoCertificateOfTheSlave) {
   CertifyFor(4, "brief-slave", "slave", "URI:palpate://slave/here,DNS:localhost,IP:127.0.0.1");
   server_.reset();

@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 class WatchTest : public ServiceTest {
  protected:
-  // Ends a WatchState at once; what the server says if it refuses.
+  // Starts and cancels a WatchState. Returns the reason of a refusal.
   grpc::Status Watch() {
     CallContext context;
     const auto stream = stub->WatchState(&context, {});
@@ -168,7 +168,7 @@ TEST_F(WatchTest, FewEncodedImagesAreKeptAndThoseOfTheNewestSampleAlone) {
   const auto kept = [&] {
     return std::ranges::count_if(images, [](const auto& image) { return !image.expired(); });
   };
-  EXPECT_EQ(kept(), TeleoperationService::kMostEncoded);
+  EXPECT_EQ(kept(), TeleoperationService::kMaxEncoded);
   slave.TakeSample();
   const auto newest = service.Encoded(slave.Compose(Clock::now()).sensed_at, true, 50);
   ASSERT_TRUE(newest);
@@ -201,8 +201,8 @@ TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
   EXPECT_EQ(drain(videos.get(), &frame), grpc::StatusCode::UNAVAILABLE);
 }
 
-// Reference: the force itself, spread over the nodes of two triangles by hand: size by area, summed
-// over the areas, is the force again. Tolerance: floats.
+// Reference: the force itself. Distributed by hand over the nodes of two triangles by their areas,
+// the nodal forces add up to it. Tolerance: single precision.
 TEST(MeshStreamEncoderTest, TractionIsSentOnRequestAndAddsUpToTheForce) {
   BoundaryShape shape;
   shape.nodes_per_element = 3;

@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// Linear elements twice as accurate as constant ones, quadratic ones expensive.
+// Linear elements are twice as accurate as constant ones, quadratic ones expensive.
 fake::Scenario Orders() {
   fake::Scenario scenario;
   scenario.stiffness = [](const Scene& scene) {

@@ -86,9 +86,9 @@ TEST(RunningStudyTest, MembraneBeforeAStereoPair) {
   }
 }
 
-// Fingertips measure their force; the scene's model of the cube answers for the tool, as `solve`
-// does. The true force is that of a finer mesh than the study's, good to 1 %: how a mesh divides
-// the disc differs by as much from one mesh to the next.
+// Fingertips measure their force, so the study examines the scene's model under the tool, as
+// `solve` does. The true force is that of a finer mesh than the study's, accurate to 1 %: meshes
+// that divide the disc differently differ by as much.
 TEST(RunningStudyTest, CubeUnderATool) {
   for (const int cells : {4, 6, 9}) {
     SCOPED_TRACE(cells);

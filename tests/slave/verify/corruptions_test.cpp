@@ -91,7 +91,7 @@ std::string TextOf(const ForceComparison& comparison) {
   return text;
 }
 
-// What is done to a record, what must be found wrong (and beside it no more than sigma and
+// A corruption of a record, the lines that must be wrong (besides them at most sigma and
 // `permitted`), and the size of the first one with its relative tolerance.
 struct Corruption {
   const char* name;

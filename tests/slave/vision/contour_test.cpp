@@ -217,8 +217,8 @@ TEST(RestContourTest, StartsThatLeadNowhereAreRefused) {
   EXPECT_THAT(message(eight, image), testing::HasSubstr("intersected itself"));
 }
 
-// A person who knows where the object is need not know how large it is. Reference: the drawn disc
-// and block; 2 % of the area is a pixel of the radius, 5 % what the block's corners take off.
+// A user states where the object is, but not how large it is. Reference: the drawn disc and block;
+// 2 % of the area is a pixel of the radius, and the block's rounded corners take off 5 %.
 TEST(RestContourTest, AStartMayBeOffByFortyPercentInRadius) {
   for (const bool disc : {true, false}) {
     const TestImage painting = disc ? Embryo() : Block();

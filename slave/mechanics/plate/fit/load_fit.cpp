@@ -22,16 +22,16 @@ constexpr double kDifference = 1e-4;  // of the derivatives: radii, share of the
 constexpr double kConverged = 1e-3;   // step by its standard deviation
 constexpr double kSmallStep = 0.02;   // radii, share of the force: derivatives may stay
 constexpr double kDamping = 1e-3, kMaxDamping = 1e8;
-constexpr double kGoodFit = 3;          // residual that a start from the last answer must reach
-constexpr double kInwards = 0.6;        // of a second start
-constexpr double kSignificant = 25;     // misfit that the load must explain: five sigma squared
-constexpr double kTrusted = 0.7;        // a residual below it says that the sigmas are too large
-constexpr int kMinFreedom = 10;         // degrees of freedom from which on it does
-constexpr double kLeastResidual = 0.1;  // by which sigmas may be too large
-constexpr double kBarely = 0.5;         // of kSignificant: by the small-deflection shape alone
-constexpr double kFaint = 4;            // times kSignificant: the place may be open
-constexpr double kFaintInside = 0.7;    // where such a load is taken to be [radii]
-constexpr double kVague = 0.25;         // standard deviation of a place not known [radii]
+constexpr double kGoodFit = 3;        // residual that a start from the last answer must reach
+constexpr double kInwards = 0.6;      // of a second start
+constexpr double kSignificant = 25;   // misfit that the load must explain: five sigma squared
+constexpr double kTrusted = 0.7;      // a residual below it says that the sigmas are too large
+constexpr int kMinFreedom = 10;       // degrees of freedom from which on it does
+constexpr double kMinResidual = 0.1;  // by which sigmas may be too large
+constexpr double kBarely = 0.5;       // of kSignificant: by the small-deflection shape alone
+constexpr double kFaint = 4;          // times kSignificant: the place may be open
+constexpr double kFaintInside = 0.7;  // where such a load is taken to be [radii]
+constexpr double kVague = 0.25;       // standard deviation of a place not known [radii]
 constexpr std::string_view kNothing = "no load exceeds the noise";
 constexpr int kFineSteps = 3;
 constexpr double kFineConverged = 0.05;  // step by its standard deviation
@@ -44,7 +44,7 @@ constexpr double kRigidRim = 0.05;
 // A residual below one says that the sigmas are too large by so much, if enough points say it.
 double SigmaScale(double residual, int freedom) {
   if (freedom < kMinFreedom) return 1;
-  return std::clamp(residual / kTrusted, kLeastResidual / kTrusted, 1.0);
+  return std::clamp(residual / kTrusted, kMinResidual / kTrusted, 1.0);
 }
 
 // The place, or the nearest one at most `margin` from the centre [radii].

@@ -47,12 +47,12 @@ class DeviceBench {
   virtual const TickRecord& Step() = 0;
   // Force that the motors make now, M [N].
   [[nodiscard]] virtual Eigen::Vector3d Made() const = 0;
-  // From now on the handle follows `press`.
+  // Makes the handle follow `press` from now on.
   virtual void Follow(const std::vector<PressTick>& press) = 0;
   virtual void Switch(bool is_closed) = 0;
   virtual void Unplug() = 0;
   virtual void Replug() = 0;
-  // By driver and haptic loop so far, without the virtual slave.
+  // Allocations of driver and haptic loop so far, without the virtual slave.
   [[nodiscard]] virtual long allocations() const = 0;
 
   // Plays `press` with the switch as its operator had it, until `ticks`.

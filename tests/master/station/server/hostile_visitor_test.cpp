@@ -32,7 +32,7 @@ class HostileVisitorTest : public testing::Test {
     const auto close = page.ReadFrame(kClose);
     return close ? close->reason() : "";
   }
-  // It serves as before.
+  // Checks that the server still serves.
   void ExpectSound() {
     PageClient page(server_.endpoint());
     EXPECT_THAT(page.Upgrade(Host(), ""), HasSubstr("101"));

@@ -36,7 +36,7 @@ TEST(RestShapeTest, APlaneIsFlatHoweverItLies) {
   EXPECT_TRUE(IsFlat(shape, kThickness));
 }
 
-TEST(RestShapeTest, ADomeAndADentAsHighAsAThirdOfTheThicknessAreSeen) {
+TEST(RestShapeTest, ADomeAndAnIndentationAsHighAsAThirdOfTheThicknessAreSeen) {
   for (const double height : {3e-4, -3e-4, 2e-3}) {
     const auto dome = Rest([height](double x, double y) {
       const double within = 1 - x * x - y * y;
@@ -51,7 +51,7 @@ TEST(RestShapeTest, ADomeAndADentAsHighAsAThirdOfTheThicknessAreSeen) {
   EXPECT_FALSE(IsFlat(RestShapeOf(aside, kRadius), kThickness));
 }
 
-TEST(RestShapeTest, WhatNoiseHidesIsNotDoubted) {
+TEST(RestShapeTest, WhatNoiseHidesIsNotFlagged) {
   for (const double sigma : {1e-4, 1e-3}) {
     EXPECT_TRUE(
         IsFlat(RestShapeOf(Rest([](double, double) { return 0; }, sigma), kRadius), kThickness))

@@ -110,7 +110,7 @@ class Watched {
   std::normal_distribution<double> normal_;
 };
 
-TEST(EpipolarCheckTest, APressThatBothCamerasSeeAtOnceIsNotDoubted) {
+TEST(EpipolarCheckTest, APressThatBothCamerasSeeAtOnceIsNotFlagged) {
   Watched watched;
   watched.Rest();
   EXPECT_EQ(watched.Press(0), FailedCheck::kNone);
@@ -118,7 +118,7 @@ TEST(EpipolarCheckTest, APressThatBothCamerasSeeAtOnceIsNotDoubted) {
   EXPECT_NEAR(watched.epipolar_px(), kNoise * std::hypot(1, std::sqrt(2 * 4 / 35.0)), 0.4 * kNoise);
 }
 
-TEST(EpipolarCheckTest, ImagesOfDifferentInstantsAreDoubtedWhileThePressMoves) {
+TEST(EpipolarCheckTest, ImagesOfDifferentInstantsAreFlaggedWhileThePressMoves) {
   for (const int late : {1, 2, 5, -1, -5, 1000}) {
     Watched watched;
     watched.Rest();
@@ -144,14 +144,14 @@ TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
   }
 }
 
-TEST(EpipolarCheckTest, StampsThatAreFarFromWhatMovesAreDoubted) {
+TEST(EpipolarCheckTest, StampsThatAreFarFromWhatMovesAreFlagged) {
   Watched watched;
   watched.reported_late = -0.15;
   watched.Rest();
   EXPECT_EQ(watched.Swing(0.15), FailedCheck::kInstants);
 }
 
-TEST(EpipolarCheckTest, ACameraThatIsBumpedAcrossIsDoubted) {
+TEST(EpipolarCheckTest, ACameraThatIsBumpedAcrossIsFlagged) {
   for (const bool turns : {false, true}) {
     Watched watched;
     watched.Rest();

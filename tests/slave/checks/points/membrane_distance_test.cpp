@@ -51,7 +51,7 @@ class MembraneDistanceTest : public testing::Test {
   double scale_error_ = 0;
 };
 
-TEST_F(MembraneDistanceTest, DepthsThatAreWrongByAShareAreDoubted) {
+TEST_F(MembraneDistanceTest, DepthsThatAreWrongByAShareAreFlagged) {
   for (const double farther : {-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05}) {
     MembraneDistanceCheck distance(scene_, X_SE_);
     EXPECT_EQ(Checked(&distance, farther), std::abs(farther) > PointsLimits::kTrueSize
@@ -62,7 +62,7 @@ TEST_F(MembraneDistanceTest, DepthsThatAreWrongByAShareAreDoubted) {
   }
 }
 
-TEST_F(MembraneDistanceTest, TheFirstTellsUntilTheRestIsTakenAnew) {
+TEST_F(MembraneDistanceTest, TheFirstTellsUntilTheRestIsTakenAgain) {
   MembraneDistanceCheck distance(scene_, X_SE_);
   EXPECT_EQ(Checked(&distance, 0.05), FailedCheck::kScale);
   EXPECT_EQ(Examine(&distance, SurfaceObservation()), FailedCheck::kNone);

@@ -32,14 +32,14 @@ solids::Held OnFloor(const SolidMesh& mesh) {
 }
 
 // At a tenth of a triangle's height above the floor its free node moves ten times as far.
-TEST(FemModel, APointThatLiesMostlyOnASupportIsDoubted) {
+TEST(FemModel, APointThatLiesMostlyOnASupportIsFlagged) {
   const SolidMesh mesh = Block();
   FemModel model(mesh, OnFloor(mesh), solids::Linear(solids::Foam()));
   const Vector3d d(-1e-5, 0, 0);
   EXPECT_EQ(Respond(model, {Move({0.06, 0.032, 0.012}, d)}).front().validity, Validity::kValid);
   const auto low = Respond(model, {Move({0.06, 0.032, 0.0015}, d)}).front();
   EXPECT_EQ(low.validity, Validity::kExtrapolated);
-  EXPECT_EQ(low.doubt, kOnSupport);
+  EXPECT_EQ(low.flag_reason, kOnSupport);
 }
 
 // Law: the linear law's force is in proportion to the displacement, however few digits a residual
@@ -192,9 +192,9 @@ void ExpectThatItStopsAndGoesOn(DeformationModel& model, const Contact& contact,
   EXPECT_TRUE(std::is_sorted(listener->shares.begin(), listener->shares.end()));
 }
 
-// Law: a search that takes long reports its progress, stops on request, and may be begun again.
-// The factor alone takes longer than the tenth of a second that is silent. Solids search with
-// iterations, and with a factor whose own reports may leave no time for those of the search.
+// Law: a long search reports its progress, stops on request, and may be started again. The factor
+// alone takes longer than the tenth of a second without reports. Solids search by iterations, and
+// with a factor whose own reports may leave no time for those of the search.
 TEST(FemModel, LongSearchesTellHowFarTheyAreAndStop) {
   const SolidMesh bar = MeshBox({1, 0.1, 0.1}, {64, 9, 9});
   const auto held = FixedWhere(bar, [](const Vector3d& p) { return p.x() < 1e-9; });

@@ -227,9 +227,9 @@ TEST(FemMotion, OneLinearSolvePerStepFollowsTheIndependentTrajectory) {
   }
 }
 
-// Law: energy that steps gain is reported. The energy of a body that is let go never grows; one
-// linear solve per step of a bar that swings far, with the tangent of the step's start, does not
-// know that. The same motion in the linear law gains nothing.
+// Law: energy that steps gain is reported. The energy of a released body never grows. One linear
+// solve per step, with the tangent of the step's start, does not guarantee this for a bar that
+// swings far. The same motion in the linear law gains nothing.
 TEST(FemMotion, EnergyFromNowhereIsFlagged) {
   const SolidMesh mesh = MeshBox({0.12, 0.03, 0.03}, {8, 2, 2});
   const auto held = FixedWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });

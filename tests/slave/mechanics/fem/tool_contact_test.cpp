@@ -57,7 +57,7 @@ ContactResponse MoveTo(FemModel* model, Contact* contact, const Vector3d& displa
   return response[0];
 }
 
-// Straight to `displacement` in steps.
+// Moves straight to `displacement` in steps.
 ContactResponse Press(FemModel* model, Contact* contact, const Vector3d& displacement,
                       int steps = 4) {
   ContactResponse last;
@@ -115,10 +115,10 @@ std::vector<Cell> Cells() {
 }
 INSTANTIATE_TEST_SUITE_P(Cells, CoulombLimits, testing::ValuesIn(Cells()));
 
-// A flat block under a normal force N sticks, as a bonded one does, and slides at mu N against its
-// way, whichever this is. Its five nodes let go one after the other from 0.7 mu N on. Where it slid
-// no farther than the body gave way, the nodes still move towards each other: up to 4 degrees off
-// the way. Tolerance otherwise: 1e-3.
+// A flat block under a normal force N sticks like a bonded one, and slides with the force mu N
+// against its motion in every direction. Its five nodes start to slide one after the other from 0.7
+// mu N on. While the slide is shorter than the deformation, the nodes still move towards each
+// other: up to 4 degrees off the motion. Tolerance otherwise: 1e-3.
 TEST(Block, SticksBelowCoulombsForceAndSlidesAtItInEveryDirection) {
   constexpr double kFriction = 0.4, kStep = 1e-4, kDepth = 1e-3, kNu = 0.4;  // [-], [m]
   const Slab slab(12);
@@ -269,7 +269,7 @@ TEST(ToolRefusals, SayWhatIsExpected) {
   EXPECT_THAT(floating.failure(), HasSubstr("expected an object that supports hold"));
   auto params = Rough(kSphere, 0.3, 0.3);
   FemModel coarse(slab.mesh, slab.held, params);
-  EXPECT_EQ(MoveTo(&coarse, &contact, {0, 0, -0.0005}).doubt, kCoarsePatch);
+  EXPECT_EQ(MoveTo(&coarse, &contact, {0, 0, -0.0005}).flag_reason, kCoarsePatch);
   params.options.time = FemOptions::Time::kDynamic;
   params.options.law = Law::kCorotational;
   params.material.density = 1000;

@@ -109,8 +109,9 @@ TEST(PressedPlaces, AtTheCentreARigidFacePressesWithARing) {
   }
 }
 
-// Law: a plate has no direction, and a face that is split off its own diameter (two tools that are
-// not in line have no common mirror) presses as it did; a press just beside the centre as at it.
+// Laws: the answer does not depend on the direction. A face whose symmetry is not used (two tools
+// that are not in line have no common mirror plane) gives the same answer. A press just beside the
+// centre gives that at the centre.
 TEST(PressedPlaces, TheAnswerDoesNotDependOnDirectionOrSymmetry) {
   PlateLargeModel plate({.radius = kRadius,
                          .thickness = kThickness,

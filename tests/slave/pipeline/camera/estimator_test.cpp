@@ -21,8 +21,8 @@ namespace {
 constexpr int kScale =
     8;  // drawn finer and averaged, so that edges are true to a fraction of a pixel
 
-// The block's scene, seen in images drawn here: no simulated site, everything known. The drawn
-// block is dented as the scene's own model says.
+// The block's scene in images that this test draws: no simulated site, everything known. The drawn
+// block is indented as the scene's own model computes.
 class EstimatorTest : public ::testing::Test {
  protected:
   EstimatorTest()
@@ -36,10 +36,10 @@ class EstimatorTest : public ::testing::Test {
     return {static_cast<int>(std::lround(((p.x() + 0.5) * kScale - 0.5) * 16)),
             static_cast<int>(std::lround(((p.y() + 0.5) * kScale - 0.5) * 16))};
   }
-  // The block's vertices in S [m] with the tool's tip at (x, y), which came in where it first was
-  // below the top.
+  // The block's vertices in S [m] with the tool's tip at (x, y). The contact began where the tip
+  // first was below the top.
   [[nodiscard]] std::vector<Eigen::Vector2d> Block(double x, double y) {
-    const bool pressed = dents_ && y < 0.088 && x > 0.003 && x < 0.085;
+    const bool pressed = indents_ && y < 0.088 && x > 0.003 && x < 0.085;
     if (!pressed) entry_.reset();
     if (pressed && !entry_) entry_ = x;
     std::vector<Eigen::Vector3d> u(mesh_.elements.size(), Eigen::Vector3d::Zero());
@@ -95,13 +95,14 @@ class EstimatorTest : public ::testing::Test {
   BoundaryMesh mesh_;
   std::unique_ptr<DeformationModel> model_;
   std::optional<double> entry_;  // where the tool came in [m]
-  bool dents_ = true;            // false: the block stays as it is whatever presses
+  bool indents_ = true;          // false: a press does not deform the block
   std::uint64_t sequence_ = 0;
 };
 
 // Reference: k_bar = 0.4143 of quadratic finite elements graded towards the tool's ends (the
-// simulated site: 2.368 N at 5 mm), which 180 constant elements are put right to: theirs is 0.40334
-// (independent reference b). Tolerance: a tenth of a pixel of tip and of surface each, of 3 mm.
+// simulated site: 2.368 N at 5 mm). The correction of 180 constant elements, whose own value is
+// 0.40334 (independent reference b), leads to it. Tolerance: a tenth of a pixel of tip and of
+// surface each, of 3 mm.
 TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
   Estimator estimator = Make();
   for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
@@ -113,7 +114,7 @@ TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
   EXPECT_NEAR(estimated.depth, 0.003, 0.07e-3);
   EXPECT_GT(estimated.sigma, 0);
   EXPECT_TRUE(estimated.local_model.in_contact);
-  // The local model says the same force at the seen tip.
+  // The local model gives the same force at the seen tip.
   const LocalModel& local = estimated.local_model;
   EXPECT_LT((local.stiffness * (local.reference - estimated.p_S_tip) - *estimated.force).norm(),
             0.01 * expected);
@@ -147,8 +148,8 @@ TEST_F(EstimatorTest, AnEccentricPressReportsItsMomentAboutTheTip) {
   EXPECT_LT(estimated.moment_sigma, 0.1 * force * width);
 }
 
-// The hand goes on from over the top to beside the block before the next image: the plane of the
-// last image would have it 7 mm deep in the block.
+// Between two images the tool moves from above the top to beside the block. By the plane of the
+// last image it would be 7 mm deep in the block.
 TEST_F(EstimatorTest, TheLocalModelFollowsTheHandBetweenImages) {
   Estimator estimator = Make();
   estimator.Estimate(Draw(0.044, 0.0935));
@@ -158,7 +159,7 @@ TEST_F(EstimatorTest, TheLocalModelFollowsTheHandBetweenImages) {
   EXPECT_NEAR(local.Penetration(beside), -0.006, 0.1e-3);
   EXPECT_NEAR(local.normal.x(), 1, 1e-3);
   EXPECT_GT(local.stiffness(0, 0), 100);
-  // It came in through the side: that plane stays, though the top may be nearer.
+  // The contact began at the side: its plane stays, although the top may be nearer.
   const Eigen::Vector3d inside(0.084, 0.087, 0);
   EXPECT_NEAR(estimator.LocalAt(inside).normal.x(), 1, 1e-3);
   EXPECT_EQ(estimator.LocalAt(inside).revision, local.revision);
@@ -196,7 +197,8 @@ TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
   EXPECT_FALSE(estimated.events.Has(Event::kContact)) << "it was reported already";
 }
 
-// The tool was dragged sideways before the reset: from then on it came in where it is.
+// The tool was dragged sideways before the reset. After the reset the contact begins at its present
+// position.
 TEST_F(EstimatorTest, AResetForgetsWhereTheToolCameIn) {
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
@@ -254,7 +256,7 @@ TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
 
 // The tip alone would give 1.4 N. Nothing is deformed, so nothing presses.
 TEST_F(EstimatorTest, APressWithoutItsIndentationIsNotValid) {
-  dents_ = false;
+  indents_ = false;
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
   EXPECT_NE(estimator.estimate().validity, Validity::kValid);
@@ -301,9 +303,9 @@ TEST_F(EstimatorTest, AMotionOfTheCameraIsCompensated) {
   }
 }
 
-// A camera that moves by less than is put right makes the force wrong, and sigma knows it.
-// Reference: the motion drawn, 0.14 px of 8.6 px that the tool presses.
-TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
+// A motion of the camera that is too small for compensation makes the force wrong, and sigma
+// includes it. Reference: the motion drawn, 0.14 px of 8.6 px that the tool presses.
+TEST_F(EstimatorTest, MotionThatIsNotCompensatedIsInSigma) {
   scene_.object.material.young_modulus_tolerance = 0;
   std::get<RectangleGeometry>(scene_.object.geometry).thickness = 0.1e-3;  // plane stress is exact
   Estimator estimator = Make();
@@ -323,9 +325,9 @@ TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
   EXPECT_LT(sigma, 0.7 * estimated.sigma) << "nothing moved then";
 }
 
-// The tool is past its home in the first image: its shaft, cut out there, is no tip. `valid` and
-// 0 N it would be while up to 2.3 N press.
-TEST_F(EstimatorTest, AFilmThatBeginsLateIsDoubted) {
+// The tool is past its home in the first image: a template of its shaft is no tip. Without the
+// check the state would be `valid` with 0 N during a press of up to 2.3 N.
+TEST_F(EstimatorTest, AFilmThatBeginsLateIsFlagged) {
   for (const double past : {0.002, 0.004, 0.007}) {
     Estimator estimator(scene_, Draw(0.044, 0.094 - past), home());
     const ContactEstimate& estimated = estimator.Estimate(Draw(0.044, 0.094 - past - 0.0005));

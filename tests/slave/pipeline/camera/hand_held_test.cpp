@@ -1,6 +1,6 @@
-// A person presses the shipped block before a camera: simulated images with a tool that tilts and
-// shakes, an automatic exposure, the shadow of the hand and a lens that nobody corrects. The
-// simulator knows the force.
+// A person presses the shipped block before a camera. The simulated images have a tool that tilts
+// and shakes, automatic exposure, the shadow of the hand and an uncorrected lens. The simulator
+// knows the force.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

@@ -82,8 +82,9 @@ struct Outcome {
   int silent = 0;  // `valid` states before it whose force is off by more than 5 % and 3 sigma
 };
 
-// Whether a state before the membrane breaks is silently wrong. Errors are in parts of the largest
-// force, which an insertion that breaks early never reaches: that of the linear range's end.
+// Returns whether the force of a state before the break is wrong without a flag. Errors are
+// relative to the force at the end of the linear range, because an insertion that breaks early
+// never reaches the largest force.
 bool IsSilentlyWrong(const ContactEstimate& estimate, const Truth& truth, double linear_to) {
   if (estimate.validity != Validity::kValid || !estimate.force) return false;
   const double full = truth.force.norm() * std::max(1.0, linear_to / std::max(truth.depth, 1e-9));

@@ -29,8 +29,8 @@ struct Touching {
   std::optional<Eigen::Isometry3d> X_SF = {};  // of the first fingertip, if reported
 };
 
-// A sample every 2 ms. Electrodes have a count of noise: those that stand still are dead, which a
-// test that takes a second would be stated.
+// A sample every 2 ms. The electrodes have a count of noise, because electrodes without noise are
+// flagged.
 class FakeSource final : public TactileSource {
  public:
   explicit FakeSource(std::shared_ptr<Touching> environment)
@@ -154,8 +154,8 @@ class CarryingArm final : public SimulatedManipulator {
   [[nodiscard]] bool carries_tool() const noexcept override { return true; }
 };
 
-// The measured pose and the arm's encoders disagree by 2 mm. Reference: the tip as it is sensed;
-// the clutch must hold the hand there, or the master meets the surface 2 mm beside where it is.
+// The measured pose and the arm's encoders disagree by 2 mm. Reference: the sensed tip. The clutch
+// must use it, or the master meets the surface 2 mm off.
 TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed) {
   const Scene scene = CubeScene(kAbove);
   auto touching = std::make_shared<Touching>();

@@ -135,7 +135,7 @@ TEST(TactileEstimatorTest, APressDeeperThanAFingertipKeepsItsShape) {
   EXPECT_LT(t.LargestMove(), 1e-12);
 }
 
-TEST(TactileEstimatorTest, RestValuesTakenInsideTheObjectAreDoubtedUntilTakenAnew) {
+TEST(TactileEstimatorTest, RestValuesTakenInsideTheObjectAreFlaggedUntilTakenAgain) {
   Touching t(CubeScene("pose: {translation: [20 mm, 20 mm, 44 mm]}"));
   EXPECT_EQ(t.estimator.estimate().check, FailedCheck::kRestDrift);
   t.Estimate(kWindow, {0, 0, 0.02});
@@ -146,7 +146,7 @@ TEST(TactileEstimatorTest, RestValuesTakenInsideTheObjectAreDoubtedUntilTakenAne
 }
 
 // The arm goes 0.5 mm per sample, what the samples show goes after it by four.
-TEST(TactileEstimatorTest, AFingertipThatGoesAfterTheArmIsDoubted) {
+TEST(TactileEstimatorTest, AFingertipThatGoesAfterTheArmIsFlagged) {
   const Scene scene = CubeScene(kAbove);
   for (const int late : {0, 4}) {
     TactileEstimator estimator(scene, Fakes());

@@ -15,8 +15,8 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using namespace testing_fakes;
 
-// Where the model has no answer the shape is that of the last one, and says of when; what was
-// estimated goes on. At rest again the shape is the model's.
+// Without an answer of the model the shape is the last one, with its time, and the estimates go on.
+// At rest the shape is the model's again.
 TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsReported) {
   Touching t(CubeScene(kAbove));
   t.Press({0, 0, -0.2}, {0, 0, -0.003});

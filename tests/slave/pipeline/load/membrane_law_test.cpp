@@ -67,8 +67,8 @@ std::vector<SurfacePoint> Dots(const simulation::MembranePress& press, double de
   return points;
 }
 
-// Reference: the solid's force. The bound is that of a press: 5 % of the force or 1 % of that at
-// 5 mm. Beyond it, two of the answer's own standard deviations or the flag are the answer's word.
+// Reference: the solid's force. The bound of a press is 5 % of the force, or 1 % of that at 5 mm. A
+// larger error must be within two standard deviations, or flagged.
 class MembraneLawAt : public testing::TestWithParam<Place> {};
 
 TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {

@@ -68,7 +68,7 @@ TEST_F(SlidPlateTest, WhereTheRimWentIsLearntWhileNothingPresses) {
   EXPECT_LT(ScatterOfForce(), 0.7 * unknown);
 }
 
-// A rim that is held where it is no more would make a force of its motion.
+// A model whose rim stays at its old place would give a force for the rim's motion.
 TEST_F(SlidPlateTest, ARimThatMovesAgainIsNotHeldWhereItWas) {
   for (int k = 0; k < 20; ++k) fit_.Fit(Points(true, 0));
   for (int k = 0; k < 5; ++k) {

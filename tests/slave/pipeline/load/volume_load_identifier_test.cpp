@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 
 constexpr double kSide = 0.04, kModulus = 4000, kWidth = 0.012, kSigma = 2e-5;
 
-// In place of a kind: `fem` with this law.
+// This name in place of a kind means `fem` with the neo-Hookean law.
 const std::string kNeoHookean = "neo-hookean";
 
 Scene CubeScene(const std::string& kind, int cells, double poisson_ratio = 0.15) {
@@ -37,7 +37,8 @@ Scene CubeScene(const std::string& kind, int cells, double poisson_ratio = 0.15)
   return scene;
 }
 
-// What a press does to a grid of points on two sides of the cube, by a model and mesh of its own.
+// Motion of a grid of points on two sides of the cube under a press, by a model and mesh of its
+// own.
 class PressedCube {
  public:
   explicit PressedCube(const Scene& scene, double sigma = kSigma)
@@ -170,7 +171,7 @@ TEST(VolumeLoadIdentifier, FitsWithoutAllocatingOnceItKnowsThePoints) {
 }
 
 // Law: a force carries the flags that the model gives its own answer.
-TEST(VolumeLoadIdentifier, ADoubtOfTheModelFlagsTheForce) {
+TEST(VolumeLoadIdentifier, AReasonOfTheModelFlagsTheForce) {
   for (const char* kind : {"fem-green", "fem"}) {
     const Scene scene = CubeScene(kind, 6, 0.495);
     PressedCube truth(scene);

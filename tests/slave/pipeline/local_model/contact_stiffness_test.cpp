@@ -63,9 +63,9 @@ TEST(ContactStiffnessTest, AWideBlockIsNearlyAHalfSpace) {
   EXPECT_NEAR(K(0, 0) / half_space(0, 0), 1, 0.12);
 }
 
-// Two patches of a standing cube, on opposite sides, pressed towards each other or both the same
-// way. Reference: both held at once, by the co-rotational solver; tolerance: its residual. Alone it
-// is off by what the cube leans.
+// Two patches on opposite sides of a cube are pressed towards each other, or both in one direction.
+// Reference: both together, by the corotational solver; tolerance: its residual. A patch alone
+// differs by the tilt of the cube.
 TEST(ContactStiffnessTest, AnotherFingerHoldsAgainstWhatThisOneLeans) {
   Scene scene = CubeScene(kAbove);
   constexpr double kSize = 0.06, kFar = 1e-5;

@@ -118,7 +118,7 @@ class WallSense final : public SensingPipeline {
 
   bool Acquire(const std::stop_token&) override { return false; }
   void Process() noexcept override {}
-  std::string_view doubt() const override { return {}; }
+  std::string_view flag_reason() const override { return {}; }
   std::optional<OverlaidImage> Image(double) const override { return std::nullopt; }
   TactileInbox* inbox() override { return nullptr; }
   ImageInbox* image_inbox() override { return nullptr; }
@@ -159,7 +159,7 @@ class PatchPublisherTest : public testing::Test {
 };
 
 // Reference: the Weber fraction, 10 %.
-TEST_F(PatchPublisherTest, TheLawIsReportedAnewWhereAHandWouldFeelTheDifference) {
+TEST_F(PatchPublisherTest, TheLawIsReportedAgainWhereAHandWouldFeelTheDifference) {
   Get();
   Update(0, -1e-3, 1);
   sense_.ratio = 1.05;

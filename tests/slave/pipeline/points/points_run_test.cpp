@@ -104,7 +104,7 @@ TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
 
 // A pair turned towards each other sees an array in exchanged images, too: bent the other way,
 // and with rays that pass each other: before anything presses, too.
-TEST_F(PointsRunTest, ExchangedSidesAreDoubted) {
+TEST_F(PointsRunTest, ExchangedSidesAreFlagged) {
   Scene scene = Recorded({4.0, {0, 0}, false});
   std::swap(scene.sense.Find<StereoCameras>()->left, scene.sense.Find<StereoCameras>()->right);
   const OfflineSummary summary = RunOffline(scene, {folder_ / "out", false, false, {}}, {});

@@ -121,7 +121,7 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenImages) {
 }
 
 // A contact would become part of the rest shape, and would no longer be estimated.
-TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAnew) {
+TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAgain) {
   environment_->Show({4.0, {0, 0}, false});
   UntilForce(1.0);
   EXPECT_THROW(slave_->Reset(slave_->Status().stops), std::logic_error);

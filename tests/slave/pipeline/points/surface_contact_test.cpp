@@ -147,8 +147,8 @@ TEST_F(RenderedMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
   EXPECT_EQ(Rendered(4e-3), modelled);
 }
 
-// The image is older than the tip: on the way in the estimated force is that of less depth. At 20
-// mm/s and a whole period, 0.67 mm, between them, the ratio would fall to 0.7 at once.
+// The image is older than the tip, so during the indentation the estimated force belongs to a
+// smaller depth. At 20 mm/s and a whole period, 0.67 mm, the ratio would fall to 0.7.
 TEST_F(RenderedMembraneTest, ATipOnItsWayTeachesLittle) {
   constexpr double kStep = 0.02 / 30;
   for (int press = 0; press < 3; ++press) {

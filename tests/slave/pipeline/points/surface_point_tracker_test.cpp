@@ -14,7 +14,7 @@ namespace {
 using testing_fakes::DotPairs;
 using testing_fakes::MembraneScene;
 
-TEST(SurfacePointTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAnew) {
+TEST(SurfacePointTrackerTest, CoveredCamerasSeeNothingAndAResetTakesTheRestAgain) {
   const Scene scene = MembraneScene();
   const auto tracker = MakeSurfacePointTracker(scene, RigOf(scene));
   const StereoPair rest = DotPairs().Draw({}, 1);

@@ -64,7 +64,8 @@ TEST_F(MembraneBodyTest, TheLoadIsFoundAndItsFieldIsTheOneSeen) {
   }
 }
 
-// Reference: the same compliance both ways. What a press there takes is what a press there gives.
+// Reference: the compliance is symmetric. A press at a node moves another node as much as a press
+// there moves this one.
 TEST_F(MembraneBodyTest, APressTakesTheForceThatMakesItsDepth) {
   const SurfaceLoad load = body_.Fit(Points(60, 2));
   const auto press = body_.PressAt(load.p_O, load.depth);

@@ -1,5 +1,5 @@
-// How far the law of the truth is from the law of the estimator, and what is left of that
-// difference when the force is found from the dots.
+// Difference between the law of the simulator's truth and that of the estimator, and the part of it
+// that remains when the force is found from the dots.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -141,7 +141,7 @@ TEST(MembraneLaws, DifferByFourToTenPerCentAtOneDepth) {
   }
 }
 
-// For the record, and so that it stays: other thicknesses off the centre.
+// Keeps the measured values for other thicknesses off the centre.
 TEST(MembraneLaws, OtherThicknessesStayWithinFivePerCent) {
   for (const double thickness : {0.5e-3, 2e-3}) {
     for (const double radii : {thickness < 1e-3 ? 0.3 : 0.0, 0.5}) {

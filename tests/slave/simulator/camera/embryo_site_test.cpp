@@ -1,4 +1,4 @@
-// What is true of a simulated embryo beside the disc that it is.
+// The truth of a simulated embryo, in addition to that of its disc.
 #include <set>
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ Scene LivingScene(std::uint32_t seed = 1) {
   return scene;
 }
 
-// Straight in from the right to `depth` [m], in steps of half a micrometre.
+// Moves straight in from the right to `depth` [m], in steps of half a micrometre.
 void PressTo(SimulatedSite& site, double depth) {
   for (double x = 0.62e-3; x > kRadius - depth; x -= 0.5e-6) site.MoveTool({x, 0, 0});
   site.MoveTool({kRadius - depth, 0, 0});
@@ -30,8 +30,8 @@ void Retreat(SimulatedSite& site) {
   for (double x = site.truth().p_S_tip.x(); x < 0.65e-3; x += 0.5e-6) site.MoveTool({x, 0, 0});
 }
 
-// Reference: the same disc without a life of its own, which is linear (its own tests), and the
-// stated law. To rounding.
+// Reference: the same disc without the law of the embryo, which is linear (its own tests), and the
+// stated law. Tolerance: rounding.
 TEST(EmbryoSiteTest, TheMembraneIsLinearToItsDepthAndStiffensBeyond) {
   Scene scene = LivingScene();
   scene.site.embryo->puncture = {1e-2, 1e-2};

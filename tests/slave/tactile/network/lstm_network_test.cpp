@@ -52,7 +52,7 @@ TEST(LstmNetworkTest, AnyShapeIsTheReference) {
 }
 
 // A window with a bad sample would give wrong forces without a flag: it starts again.
-TEST(LstmNetworkTest, SamplesThatAreNotFiniteStartTheWindowAnew) {
+TEST(LstmNetworkTest, SamplesThatAreNotFiniteRestartTheWindow) {
   const RandomNetwork network = MakeRandomNetwork("rnn_19", 20, 0.3f, 13);
   const auto made = MakeForceNetwork(network.info, network.weights);
   const auto samples = RandomSignals(130, 150, 14);

@@ -1,5 +1,5 @@
-// The formulas of force networks as they stand in FORMAT.md, in double precision, one sample and
-// one unit at a time: what the networks under test are compared with.
+// The formulas of force networks as FORMAT.md has them, in double precision, one sample and one
+// unit at a time: the reference of the tested networks.
 #pragma once
 
 #include <filesystem>

@@ -1,18 +1,18 @@
 // The newest camera image with its age, and over it the displacement of the model in colours.
 import { viridisBar } from './colours.js';
 import { drawField, magnitudesOf, visibleOf } from './field.js';
-import { LATER_S, ageWords, figure, lengthUnit, write } from './words.js';
+import { LATER_S, ageWords, figure, lengthUnit, write } from './text.js';
 
 const STALE_S = 0.2, RECORDED_S = 0.5;  // a recording keeps eight images per second
-const LEAST_FULL = 1e-3;  // displacement at full colour, by the size of the object
+const MIN_FULL = 1e-3;  // displacement at full colour, by the size of the object
 const OPACITY = 0.72;
 
-export class PicturePanel {
+export class ImagePanel {
   constructor(link, colourScale) {
     const byId = (id) => document.getElementById(id);
     Object.assign(this, { link, colourScale, shownT: null, busy: false, next: null, newest: null, past: null });
     Object.assign(this, { topology: null, field: null, showsField: true, drawn: '' });
-    this.canvas = byId('picture-canvas');
+    this.canvas = byId('image-canvas');
     this.context = this.canvas.getContext('2d');
     this.cover = byId('field-canvas');
     this.layer = document.createElement('canvas');
@@ -66,7 +66,7 @@ export class PicturePanel {
       bitmap.close();
       this.shownT = message.t;
     } catch {
-      document.getElementById('picture-empty').textContent = 'The image could not be decoded.';
+      document.getElementById('image-empty').textContent = 'The image could not be decoded.';
     }
     this.busy = false;
     if (this.next) this.decode();
@@ -75,10 +75,10 @@ export class PicturePanel {
     const now = this.link.now();
     const age = this.shownT === null || now === null ? null : now - this.shownT;
     const isLater = Boolean(status?.replay) && age < -LATER_S && !this.past;
-    write(document.getElementById('picture-age'), isLater ? '' : this.past ? this.past.words : ageWords(age, false));
+    write(document.getElementById('image-age'), isLater ? '' : this.past ? this.past.words : ageWords(age, false));
     this.canvas.hidden = isLater || this.shownT === null;
     this.showWhyNone(isLater, status);
-    const stale = document.getElementById('picture-stale'), oldest = status?.replay ? RECORDED_S : STALE_S;
+    const stale = document.getElementById('image-stale'), oldest = status?.replay ? RECORDED_S : STALE_S;
     stale.hidden = this.past || !(age > oldest);
     if (!stale.hidden) stale.textContent = `FROZEN for ${age.toFixed(1)} s`;
     this.showField(oldest);
@@ -96,7 +96,7 @@ export class PicturePanel {
     if (key === this.drawn) return;
     this.drawn = key;
     const magnitudes = magnitudesOf(field.displacement), { image } = field;
-    this.colourScale.raise('moved', Math.max(...magnitudes), LEAST_FULL * this.size);
+    this.colourScale.raise('moved', Math.max(...magnitudes), MIN_FULL * this.size);
     const full = this.colourScale.full.moved, scale = Math.min(width / canvas.width, height / canvas.height);
     const [left, top] = [(width - scale * canvas.width) / 2, (height - scale * canvas.height) / 2];
     for (const sheet of [this.layer, cover]) Object.assign(sheet, { width, height });
@@ -114,7 +114,7 @@ export class PicturePanel {
     write(this.bar.lastElementChild, `${figure(full * factor)} ${unit}`);
   }
   showWhyNone(isLater, status) {
-    const empty = document.getElementById('picture-empty');
+    const empty = document.getElementById('image-empty');
     empty.hidden = this.shownT !== null && !isLater;
     if (isLater) write(empty, 'No image was recorded at this moment.');
     else if (this.shownT === null && status?.video_trouble) write(empty, `No image: ${status.video_trouble}`);

@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using namespace testing_fakes;
 
 // As exchanged cameras show it. A press of the same size is valid.
-TEST(SurfaceDoubtsTest, ALoadThatPullsIsNoPress) {
+TEST(SurfaceFlagsTest, ALoadThatPullsIsNoPress) {
   SurfaceEstimator& estimator = Large();
   for (const double force : {-1.0, 1.0}) {
     const ContactEstimate& estimate =
@@ -34,7 +34,7 @@ TEST(SurfaceDoubtsTest, ALoadThatPullsIsNoPress) {
 }
 
 // Reference: the same image without those dots.
-TEST(SurfaceDoubtsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
+TEST(SurfaceFlagsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(3);
   for (const int wrong : {1, 4}) {
@@ -55,7 +55,7 @@ TEST(SurfaceDoubtsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
   }
 }
 
-TEST(SurfaceDoubtsTest, TooFewDotsMeanThatTheForceIsUnknown) {
+TEST(SurfaceFlagsTest, TooFewDotsMeanThatTheForceIsUnknown) {
   SurfaceEstimator& estimator = Large();
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, -1, kSigma, nullptr);
   for (std::size_t i = 3; i < seen.points.size(); ++i) seen.points[i].seen = false;
@@ -71,7 +71,7 @@ TEST(SurfaceDoubtsTest, TooFewDotsMeanThatTheForceIsUnknown) {
 
 // A tenth of a millimetre becomes force where no rim motion is estimated: with it the force
 // must stay within its flag's promise of a fifth, and be flagged.
-TEST(SurfaceDoubtsTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
+TEST(SurfaceFlagsTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(9);
   Isometry3d tilted = Isometry3d::Identity();
@@ -94,7 +94,7 @@ TEST(SurfaceDoubtsTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
 
 // A rig 250 mm away that turns by ten pixels, and one that is pushed: what its points do together
 // no press does. Reference: the load; 5 %.
-TEST(SurfaceDoubtsTest, ABumpedRigIsPutRightAndFlaggedBeyondThat) {
+TEST(SurfaceFlagsTest, ABumpedRigIsCompensatedAndFlaggedBeyondThat) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(9);
   const auto after = [&](const Isometry3d& moved, double force) -> const ContactEstimate& {
@@ -125,7 +125,7 @@ TEST(SurfaceDoubtsTest, ABumpedRigIsPutRightAndFlaggedBeyondThat) {
 // makes 10 to 70 % more or less of the force. A press that rises to 4 N and stays; silently wrong
 // is what is `valid` and off by more than three sigma and a twentieth of the peak. Of a shallow
 // indentation, up to a quarter of the peak, the width does not show it yet.
-TEST(SurfaceDoubtsTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
+TEST(SurfaceFlagsTest, AnIndentationOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
   constexpr double kPeak = 4;
   std::mt19937 random(11);
   for (const auto& [stated, is] : {std::pair(0.0, 0.0), std::pair(0.0, 50.0),
@@ -158,7 +158,7 @@ TEST(SurfaceDoubtsTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
 }
 
 // A zoom, or cameras that both came nearer: half a percent moves the outer dots by 0.15 mm.
-TEST(SurfaceDoubtsTest, PointsThatMoveApartAreFlaggedAsAnotherScale) {
+TEST(SurfaceFlagsTest, PointsThatMoveApartAreFlaggedAsAnotherScale) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(13);
   for (const double force : {0.0, -0.5, -2.0}) {
@@ -177,7 +177,7 @@ TEST(SurfaceDoubtsTest, PointsThatMoveApartAreFlaggedAsAnotherScale) {
 }
 
 // The stated membrane ends at 0.9 of the true one's radius: half of a small force too much.
-TEST(SurfaceDoubtsTest, ADentOfAWiderMembraneIsFlaggedOnceTheRestIsKnown) {
+TEST(SurfaceFlagsTest, AnIndentationOfAWiderMembraneIsFlaggedOnceTheRestIsKnown) {
   Scene scene = MembraneScene("plate-large");
   std::get<MembraneGeometry>(scene.object.geometry).radius *= 0.9;
   SurfaceEstimator estimator(scene);
@@ -192,7 +192,7 @@ TEST(SurfaceDoubtsTest, ADentOfAWiderMembraneIsFlaggedOnceTheRestIsKnown) {
 }
 
 // Images that were bumped sideways show a flat membrane as before, and its indentation elsewhere.
-TEST(SurfaceDoubtsTest, ADentThatIsNotUnderThePressingTipIsDoubted) {
+TEST(SurfaceFlagsTest, AnIndentationThatIsNotUnderThePressingTipIsFlagged) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(15);
   const SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -2, kSigma, &random);
@@ -202,7 +202,7 @@ TEST(SurfaceDoubtsTest, ADentThatIsNotUnderThePressingTipIsDoubted) {
   EXPECT_EQ(estimator.Estimate(seen, pressing).check, FailedCheck::kNone);
 }
 
-TEST(SurfaceDoubtsTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) {
+TEST(SurfaceFlagsTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) {
   SurfaceEstimator estimator(MembraneScene("plate"));
   PlateModel small({kRadius, kThickness, kModulus, kNu});
   std::mt19937 random(10);
@@ -220,7 +220,7 @@ TEST(SurfaceDoubtsTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) 
       Validity::kExtrapolated);
 }
 
-TEST(SurfaceDoubtsTest, NonsenseIsNoForce) {
+TEST(SurfaceFlagsTest, NonsenseIsNoForce) {
   SurfaceEstimator& estimator = Large();
   const double nan = std::nan("");
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, -1, kSigma, nullptr);
