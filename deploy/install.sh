@@ -98,7 +98,8 @@ advice() {
   esac
 }
 apt() {
-  DEBIAN_FRONTEND=noninteractive apt-get "$@" -o APT::Status-Fd=1 2>&1 </dev/null | each_line follow ||
+  # A descriptor of its own: apt-get closes it for dpkg, whose scripts print to descriptor 1 where there is no terminal.
+  DEBIAN_FRONTEND=noninteractive apt-get "$@" -o APT::Status-Fd=3 3>&1 2>&1 </dev/null | each_line follow ||
     { progress_end "install: failed" >&2; cat "$log" >&2; fail "$(advice). Then run the command again"; }
 }
 apt update

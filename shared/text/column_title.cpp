@@ -54,8 +54,6 @@ constexpr std::array kUnits{
     Unit{"ms", Quantity::kTime, 1e-3},
     Unit{"us", Quantity::kTime, 1e-6},
     Unit{"ns", Quantity::kTime, 1e-9},
-    Unit{"us", Quantity::kTime, 1e-6},
-    Unit{"ns", Quantity::kTime, 1e-9},
     Unit{"min", Quantity::kTime, 60},
     Unit{"h", Quantity::kTime, 3600},
     Unit{"%", Quantity::kNumber, 0.01},

@@ -308,7 +308,7 @@ void RefuseStretchAsStrain(const RawTable& table, const Abscissa& x, const Mater
   if (std::abs(first.measured.front()) > kUnloaded * test.Peak()) return;
   throw InputError(
       Formatted("%s:%d: column %s begins at %.4g, where the specimen bears no load: "
-                "is it a stretch? Then expected the name stretch",
+                "is it a stretch, or in percent? Then expected the name stretch or the unit %%",
                 table.file.c_str(), static_cast<int>(table.lines.front()),
                 Shown(table.columns[x.column].title).c_str(), StrainOf(test, first)));
 }

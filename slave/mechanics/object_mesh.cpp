@@ -72,6 +72,11 @@ SolidMesh MeshOfFile(const MeshFileGeometry& geometry) {
   MeshFile file = ReadMesh(geometry);
   try {
     if (auto* solid = std::get_if<SolidMesh>(&file.mesh)) {
+      if (geometry.resolution > 0) {
+        throw std::invalid_argument(
+            "object.geometry.resolution: expected with a surface; tetrahedra are taken as they "
+            "are");
+      }
       RequireSound(CheckMesh(*solid, file.numbers, unit_given));
       return std::move(*solid);
     }

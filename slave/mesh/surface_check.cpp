@@ -1,4 +1,6 @@
 // CheckMesh of surfaces.
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <map>
@@ -66,7 +68,15 @@ void CheckShapes(const SurfaceMesh& mesh, const MeshNumbers& numbers, MeshReport
   CountQuality(std::move(quality), numbers, report);
 }
 
-void CheckEdges(const EdgeMap& edges, const MeshNumbers& numbers, MeshReport* report) {
+int CoincidentNodes(const SurfaceMesh& mesh) {
+  std::vector<std::array<double, 3>> positions;
+  for (const Vector3d& p : mesh.nodes) positions.push_back({p.x(), p.y(), p.z()});
+  std::ranges::sort(positions);
+  return static_cast<int>(std::ranges::unique(positions).size());
+}
+
+void CheckEdges(const SurfaceMesh& mesh, const EdgeMap& edges, const MeshNumbers& numbers,
+                MeshReport* report) {
   std::string open, forked;
   for (const auto& [edge, uses] : edges) {
     const auto name = [&, ends = edge] {
@@ -77,8 +87,14 @@ void CheckEdges(const EdgeMap& edges, const MeshNumbers& numbers, MeshReport* re
     if (uses.size() > 2 && report->forked_edges++ == 0) forked = name();
   }
   if (report->open_edges > 0) {
-    report->refusals.push_back("the surface is open at " + std::to_string(report->open_edges) +
-                               " edges, the first: " + open + ": expected a closed surface");
+    const int coincident = CoincidentNodes(mesh);
+    report->refusals.push_back(
+        "the surface is open at " + std::to_string(report->open_edges) +
+        " edges, the first: " + open + ": expected a closed surface" +
+        (coincident == 0
+             ? ""
+             : "; " + std::to_string(coincident) +
+                   " nodes have the position of another one: expected one node for each"));
   }
   if (report->forked_edges > 0) {
     report->refusals.push_back(std::to_string(report->forked_edges) +
@@ -181,7 +197,7 @@ MeshReport CheckMesh(SurfaceMesh& mesh, const MeshNumbers& numbers, bool unit_gi
   RefuseDuplicates(mesh.triangles, numbers, &report);
   PartsOf(mesh.triangles, mesh.nodes.size(), &report.parts);
   const EdgeMap edges = EdgesOf(mesh);
-  CheckEdges(edges, numbers, &report);
+  CheckEdges(mesh, edges, numbers, &report);
   if (report.refusals.empty()) Orient(edges, &mesh, numbers, &report);
   return report;
 }

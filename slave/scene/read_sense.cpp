@@ -96,6 +96,7 @@ std::optional<TipTracking> ReadTip(Section& sense, const SceneContext& context) 
   if (section.Has("anchor")) {
     tip.anchor = section.Vector2("anchor");
   }
+  tip.anchor_tolerance = section.Number("anchor_tolerance");
   tip.roi = section.Integer("roi");
   tip.min_score = section.Number("min_score");
   return tip;

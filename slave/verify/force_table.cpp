@@ -36,7 +36,7 @@ double FactorOf(const std::string& option, const std::string& unit, Quantity qua
   if (!found || found->quantity != quantity) {
     throw std::invalid_argument(
         option + " = " + unit + ": expected " +
-        (quantity == Quantity::kTime ? "s, ms, min or h" : "N, mN, uN, kN, g, kgf or lbf"));
+        (quantity == Quantity::kTime ? "s, ms, us, ns, min or h" : "N, mN, uN, kN, g, kgf or lbf"));
   }
   return found->to_si;
 }
@@ -87,7 +87,10 @@ bool IsValid(const std::string& word) {
 void RequireGiven(const CsvTable& table, const std::string& names, const std::string& usual) {
   if (names == usual) return;
   for (const std::string& name : AxisColumns("", names)) {
-    if (name != "-" && !table.Has(name)) table.Fail("no column " + name, 1);
+    if (name == "-" || table.Has(name)) continue;
+    std::string titles;
+    for (const std::string& title : table.header()) titles += (titles.empty() ? "" : ", ") + title;
+    table.Fail("no column " + name + ": there are " + titles, 1);
   }
 }
 

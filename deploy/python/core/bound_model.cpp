@@ -36,6 +36,10 @@ std::vector<std::array<int, kCorners>> ElementsOf(const Integers& elements, py::
   return read;
 }
 
+std::string ShapeOf(const py::array& array) {
+  return py::str(array.attr("shape"));
+}
+
 void Set(py::array_t<double>* array, py::ssize_t i, py::ssize_t j, const Vector3d& v) {
   for (const int axis : {0, 1, 2}) *array->mutable_data(i, j, axis) = v[axis];
 }
@@ -44,12 +48,12 @@ void Set(py::array_t<double>* array, py::ssize_t i, py::ssize_t j, const Vector3
 
 std::shared_ptr<const GivenMesh> MeshOfArrays(const Numbers& nodes, const Integers& elements) {
   if (nodes.ndim() != 2 || nodes.shape(1) != 3) {
-    throw std::invalid_argument("mesh: expected nodes of shape (n, 3) [m]");
+    throw std::invalid_argument("mesh: nodes of shape " + ShapeOf(nodes) + ": expected (n, 3) [m]");
   }
   if (elements.ndim() != 2 || (elements.shape(1) != 3 && elements.shape(1) != 4)) {
-    throw std::invalid_argument(
-        "mesh: expected elements of shape (m, 4), tetrahedra, or (m, 3), triangles of a closed "
-        "surface");
+    throw std::invalid_argument("mesh: elements of shape " + ShapeOf(elements) +
+                                ": expected (m, 4), tetrahedra, or (m, 3), triangles of a closed "
+                                "surface");
   }
   const auto at = nodes.unchecked<2>();
   if (at.shape(0) > std::numeric_limits<int>::max()) {
@@ -135,9 +139,12 @@ py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads) {
   }
   if (!are_loads && !IsHeld(scene_.object)) {
     throw std::invalid_argument(
-        "fixed = (missing): the body gives way as a whole: expected the part that does not move");
+        "fixed = (missing): the body gives way as a whole: expected the part that does not move, "
+        "such as fixed=lambda p: p[:, 2] < 1e-3 of a volume or {\"side\": \"bottom\"} of an "
+        "outline");
   }
   rows_.clear();
+  const double size = SizeOf(mesh_);
   const auto kind = are_loads ? Contact::Kind::kForce : Contact::Kind::kDisplacement;
   for (py::ssize_t i = 0; i < cases; ++i) {
     for (py::ssize_t j = 0; j < contacts; ++j) {
@@ -155,6 +162,9 @@ py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads) {
             const bool is_tool = column == "width" || column == "radius" || column == "depth";
             refuse((is_tool ? "tool." + std::string(column) + " " : "") + accepted);
           }));
+      if (!are_loads && v.norm() > size) {
+        refuse(Formatted("a displacement up to the size of the body, %.4g m", size));
+      }
       if (contacts > 1 && IsPressedRound(rows_.back()) && !rules_.shaped) {
         refuse("each contact of a round tool as a case of its own, shape (cases, 1, 6)");
       }
@@ -192,10 +202,12 @@ py::tuple BoundModel::Solve(const Numbers& rows, bool are_loads) {
   return py::make_tuple(force, displacement, error, validity, why);
 }
 
-std::vector<std::string> BoundModel::AnswerRemarks() const {
-  std::vector<std::string> remarks = FlagRemarks(rows_);
-  for (std::string remark : {WidthRemark(scene_, rows_), PlaceRemark(mesh_, rows_)}) {
-    if (!remark.empty()) remarks.push_back(std::move(remark));
+std::vector<std::string> BoundModel::Remarks() const {
+  std::vector<std::string> remarks = RemarksOnObject(scene_);
+  if (!scene_.tool && !std::holds_alternative<MembraneDisc>(mesh_)) {
+    remarks.emplace_back(
+        "tool = (missing): a contact acts at one place of the mesh, and its force depends on the "
+        "mesh: expected a tool with a width or a radius");
   }
   return remarks;
 }

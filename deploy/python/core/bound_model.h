@@ -39,8 +39,8 @@ class BoundModel {
   void Fix(const Integers& nodes);
   // Throws as MakeModel.
   void Prepare();
-  // See RemarksOnObject.
-  [[nodiscard]] std::vector<std::string> Remarks() const { return RemarksOnObject(scene_); }
+  // See RemarksOnObject; and a missing tool.
+  [[nodiscard]] std::vector<std::string> Remarks() const;
   [[nodiscard]] pybind11::dict Info() const;
 
   // `rows`: cases x contacts x 6, of each contact its place at rest [m], and its displacement [m]
@@ -52,8 +52,8 @@ class BoundModel {
   pybind11::tuple Solve(const Numbers& rows, bool are_loads);
   // The time that the model took for the last case [us].
   [[nodiscard]] double update_us() const { return rows_.empty() ? 0 : rows_.back().solve_us; }
-  // Sentences on the last answers.
-  [[nodiscard]] std::vector<std::string> AnswerRemarks() const;
+  // See PlaceRemark, of the last answers.
+  [[nodiscard]] std::string PlaceRemark() const { return palpate::PlaceRemark(mesh_, rows_); }
 
  private:
   Scene scene_;

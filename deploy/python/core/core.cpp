@@ -113,7 +113,7 @@ void AddModel(py::module_* module) {
       .def("fix", &BoundModel::Fix)
       .def("prepare", [](BoundModel& model) { Called([&] { model.Prepare(); }); })
       .def("remarks", &BoundModel::Remarks)
-      .def("answer_remarks", &BoundModel::AnswerRemarks)
+      .def("place_remark", &BoundModel::PlaceRemark)
       .def("update_us", &BoundModel::update_us)
       .def("info", &BoundModel::Info)
       .def("solve", [](BoundModel& model, const Numbers& rows, bool are_loads) {

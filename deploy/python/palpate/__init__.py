@@ -23,6 +23,7 @@ SI units, in the frame S of the slave. The messages of palpate.v1 are in `palpat
 message behind a state.
 """
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -59,6 +60,13 @@ _MODULE_OF = {name: module for module, names in _MODULES.items() for name in nam
 
 
 def __getattr__(name: str) -> Any:
+    if name == "_core":
+        try:
+            return importlib.import_module("palpate._core")
+        except ModuleNotFoundError:
+            raise ImportError(f"{__path__[0]} has no module _core of Python {sys.version_info.major}.{sys.version_info.minor}, which "
+                              "models and comparisons need; build.sh writes the client only. Expected a package of pip or "
+                              "python3-palpate: deploy/python/README.md") from None
     if name in _MODULES:
         return importlib.import_module(f"palpate.{name}")
     if name not in _MODULE_OF:

@@ -68,7 +68,8 @@ def verify_forces(measured: ArrayLike, estimated: ArrayLike, t: ArrayLike | None
     holds = _column(hold, "hold", count, np.int64)
     if holds is not None and np.any((holds < 0) | (holds > 10**9)):
         raise ValueError("hold: expected the number of a load, from 0")
-    return of_report(*_core.compare_arrays(forces[0], forces[1], times, spread, holds, _column(valid, "valid", count, np.int64), source))
+    kept = _column(valid, "valid", count, np.int64)
+    return of_report(*_core.compare_arrays(forces[0], forces[1], times, spread, holds, kept, str(source)))
 
 
 def of_report(report: str, text: str, passes: bool) -> Comparison:
@@ -85,6 +86,8 @@ def verify_table(file: str | os.PathLike[str], **columns: str) -> Comparison:
     for name, value in columns.items():
         if not hasattr(request, name):
             raise TypeError(f"verify_table: {name}: expected {', '.join(n for n in dir(request) if n[0] != '_')}")
+        if not isinstance(value, str):
+            raise ValueError(f"{name} = {value}: expected a text such as \"Fx,Fy,Fz\"")
         setattr(request, name, value)
     return of_report(*_core.compare_table(os.fspath(file), request))
 
@@ -106,8 +109,14 @@ def _vectors(values: ArrayLike, name: str) -> NDArray[np.float64]:
 def _column(values: ArrayLike | None, name: str, count: int, kind: type[np.generic]) -> Any:
     if values is None:
         return None
+    given = np.asarray(values)
+    if given.dtype.kind == "U":
+        wanted = "booleans, validity == \"valid\"" if name == "valid" else "numbers"
+        raise ValueError(f"{name}: texts such as {given.flat[0]}: expected {wanted}")
+    if kind is np.int64 and given.dtype.kind == "f" and not np.all(given == np.round(given)):
+        raise ValueError(f"{name}: expected whole numbers")
     try:
-        column = np.asarray(values).astype(kind)
+        column = given.astype(kind)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{name}: expected numbers: {error}") from None
     if column.shape != (count,):
@@ -118,6 +127,8 @@ def _column(values: ArrayLike | None, name: str, count: int, kind: type[np.gener
 def _seconds(t: ArrayLike, count: int) -> NDArray[np.float64]:
     """Seconds since the first row; integers are nanoseconds."""
     times = np.asarray(t)
+    if times.dtype.kind in "mM" and np.any(np.isnat(times)):
+        raise ValueError("t: not a time (NaT): expected a time in every row")
     if times.dtype.kind in "mM":  # numpy.datetime64, timedelta64
         times = times.astype("datetime64[ns]" if times.dtype.kind == "M" else "timedelta64[ns]").astype(np.int64)
     if times.dtype.kind in "iu":

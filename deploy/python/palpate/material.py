@@ -5,7 +5,9 @@ import dataclasses
 import json
 import os
 import pathlib
+import re
 import tempfile
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,6 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from palpate import _core
+from palpate.model import ForceWarning
+
+SIZES = ("diameter", "height", "area")
+# Arguments by the options of the command, where their names differ.
+ARGUMENTS = {"from": "smallest", "to": "largest"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,28 +61,44 @@ def identify(*files: str | os.PathLike[str], scene: str | os.PathLike[str] | Non
     width       press: contact width of rows without one [m]
 
     Raises ValueError with file and line: units that contradict each other, no deformation, numbers that no soft solid has;
-    RuntimeError: no fit. Source: `palpate-slave identify`, the same function.
+    RuntimeError: no fit. Warns (ForceWarning) of numbers that are hardly meant. Source: `palpate-slave identify`, the same function.
     """
     request = _core.IdentifyRequest()
     request.scene = "" if scene is None else os.fspath(scene)
     request.overrides = list(overrides)
     for name, value in (("diameter", diameter), ("height", height), ("area", area), ("ends", ends), ("stress_unit", stress_unit),
                         ("x", x), ("y", y)):
+        if not isinstance(value, str):
+            raise ValueError(f"{name} = {value}: expected a text" + (", with its unit: \"50 mm\"" if name in SIZES else ""))
         setattr(request, name, value)
-    request.smallest, request.poisson_ratio, request.fit_poisson, request.width = smallest, poisson_ratio, fit_poisson, width
-    if largest is not None:
-        request.largest = largest
-    if not files and not tests:
-        raise ValueError("identify: no test: expected KIND=FILE or KIND=array, such as compression=\"cylinder.csv\"")
+    for name, number in (("smallest", smallest), ("largest", largest), ("poisson_ratio", poisson_ratio), ("width", width)):
+        if name == "largest" and number is None:
+            continue
+        if isinstance(number, bool) or not isinstance(number, (int, float, np.integer, np.floating)):
+            raise ValueError(f"{name} = {number}: expected a number")
+        setattr(request, name, float(number))
+    request.fit_poisson = fit_poisson
+    if not (files or tests) or not all(isinstance(file, (str, os.PathLike)) for file in files):
+        raise ValueError("identify: expected KIND=FILE or KIND=array, such as compression=\"cylinder.csv\"")
     with tempfile.TemporaryDirectory(prefix="palpate-") as folder:
         data = [os.fspath(file) for file in files]
         for kind, test in tests.items():
             data.append(f"{kind}={os.fspath(test) if isinstance(test, (str, os.PathLike)) else _table(kind, test, folder)}")
         request.data = data
-        report_text, text = _core.identify(request)
+        try:
+            report_text, text = _core.identify(request)
+        except ValueError as error:
+            message = str(error).replace(f"{folder}{os.sep}", "")
+            raise ValueError(re.sub(r"--([a-z-]+)", _argument_of, message)) from None
     report: dict[str, Any] = json.loads(report_text)
     young_modulus, half_width = _modulus(report)
+    for remark in report["warnings"]:
+        warnings.warn(remark, ForceWarning, stacklevel=2)
     return Material(young_modulus, half_width, text, report)
+
+
+def _argument_of(option: re.Match[str]) -> str:
+    return ARGUMENTS.get(option[1], option[1].replace("-", "_"))
 
 
 def _table(kind: str, test: ArrayLike, folder: str) -> pathlib.Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any, Callable, Union
@@ -30,8 +31,9 @@ class Answer:
     force         force of the tool on the body, (n, 3) [N]: a tool that pushes along -z has a force along -z.
                   NaN: no solution.
     displacement  displacement of the contact, (n, 3) [m], as it was given; under `loads`: the mean over the contact.
-    error         estimated error of the force [N], of a load's displacement [m], (n,). NaN: the model does not estimate
-                  it; `kind="fem"` with the law neo-hookean does. It contains no error of young_modulus.
+    error         estimated error of the iteration that finds the force [N], of a load's displacement [m], (n,). NaN: the model
+                  does not estimate it; `kind="fem"` with the law neo-hookean does. It contains neither the error of the mesh
+                  nor that of young_modulus: compare with a mesh of half the edges.
     validity      "valid", "extrapolated" (a number outside the range in which the model is known to be right) or "failed"
     why           why an answer is not valid, (n,); empty for valid ones
     """
@@ -55,7 +57,7 @@ class Model:
                    which Gmsh or TetGen fills (Debian package `gmsh`). Node numbers begin at 0;
                    a file .msh, .veg, .node, .stl or .ply, with meshio also any that it reads;
                    an object of trimesh or meshio;
-                   an array (n, 2), the outline of a plane body, counter-clockwise, with `thickness`;
+                   an array (n, 2), the outline of a plane body, with `thickness`;
                    a dict as `object.geometry` of a scene: {"box": {"size": [0.1, 0.1, 0.05], "cells": [8, 8, 4]}},
                    {"membrane": {"radius": 0.038, "thickness": 0.001}}, rectangle, disc, polygon.
     young_modulus  Young's modulus [Pa]. Every force is proportional to it: `palpate.identify` finds it.
@@ -72,8 +74,8 @@ class Model:
     kind           "auto": by the body, "bem2d" of an outline, "plate" or "plate-large" of a membrane, "fem" of a volume.
                    "fem-green": small strains, microseconds. "fem" with the law neo-hookean: large strains, with an estimate
                    of the error. deploy/scenes/README.md describes all kinds.
-    thickness      of a plane body [m]
-    unit           length of one unit of the mesh: "mm", or a number [m]. Contacts and answers are in metres.
+    thickness      of an outline [m]
+    unit           length of one unit of the mesh or outline: "mm", or a number [m]. All other lengths are in metres.
     resolution     edge of the tetrahedra that fill a surface [m]; a quarter of the tool's width or less. None: the program's choice
     model          other keys of a scene's `model`: {"element": "tet10", "law": "neo-hookean", "tolerance": 0.02}
 
@@ -88,6 +90,10 @@ class Model:
         if resolution is not None:
             geometry["resolution"] = resolution
         held, by_node = _fixed(fixed, elements)
+        if not isinstance(model or {}, Mapping):
+            raise ValueError(f"model = {model}: expected a dict such as {{\"law\": \"neo-hookean\"}}")
+        if model and "kind" in model:
+            raise ValueError(f"model.kind = {model['kind']}: expected kind=\"{model['kind']}\", an argument of its own")
         scene: dict[str, Any] = {
             "name": "python",
             "object": {"geometry": geometry, "material": {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}},
@@ -110,6 +116,8 @@ class Model:
 
         Raises ValueError: every mistake in the file, with its line.
         """
+        if isinstance(overrides, str):
+            raise ValueError(f"overrides = {overrides}: expected a list such as [\"model.elements=60\"]")
         model = cls.__new__(cls)
         model._take(_core.model_of_file(os.fspath(file), list(overrides)))
         return model
@@ -118,7 +126,7 @@ class Model:
         core.prepare()
         self._core = core
         for remark in core.remarks():
-            warnings.warn(remark, ForceWarning, stacklevel=3)
+            _warn(remark)
 
     @property
     def nodes(self) -> Array:
@@ -178,9 +186,20 @@ def solve(mesh: Any, young_modulus: float | str, poisson_ratio: float, contacts:
     prepared = Model(mesh, young_modulus, poisson_ratio, tool=tool, fixed=fixed, kind=kind, thickness=thickness, unit=unit,
                      resolution=resolution, model=model)
     answer = prepared.solve(contacts, loads=loads, together=together)
-    for remark in prepared._core.answer_remarks():
-        warnings.warn(remark, ForceWarning, stacklevel=2)
+    for reason in dict.fromkeys(why for why, valid in zip(answer.why.flat, answer.valid.flat) if not valid):
+        alike = answer.why == reason
+        _warn(f"{np.sum(alike)} of {answer.why.size} answers are not valid ({answer.validity[alike][0]}): {reason}")
+    if remark := prepared._core.place_remark():
+        _warn(remark)
     return answer
+
+
+def _warn(remark: str) -> None:
+    """Warns at the line that called into this file."""
+    level, frame = 1, sys._getframe()
+    while frame.f_back is not None and frame.f_code.co_filename == __file__:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(remark, ForceWarning, stacklevel=level)
 
 
 def _floats(values: Any, name: str) -> Array:
@@ -194,7 +213,9 @@ def _plain(value: Any, name: str) -> Any:
     """A value of a scene in the types of JSON."""
     if isinstance(value, Mapping):
         return {str(key): _plain(one, f"{name}.{key}") for key, one in value.items()}
-    if isinstance(value, (np.ndarray, list, tuple)):
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist(), name)
+    if isinstance(value, (list, tuple)):
         return [_plain(one, name) for one in value]
     if isinstance(value, np.generic):
         return value.item()
@@ -210,7 +231,33 @@ def _text(scene: Mapping[str, Any]) -> str:
 
 def _geometry(mesh: Any, thickness: float | str | None, unit: float | str) -> tuple[dict[str, Any], Array | None, Any]:
     """The scene's geometry, and nodes and elements of a mesh in memory."""
+    given = _mesh_or_dict(mesh, unit)
+    if given is None:
+        return _outline(mesh, thickness, unit), None, None
+    if thickness is not None:
+        raise ValueError(f"thickness = {thickness}: expected with an outline of shape (n, 2) only")
+    return given
+
+
+def _outline(mesh: Any, thickness: float | str | None, unit: float | str) -> dict[str, Any]:
+    points = _floats(mesh, "mesh")
+    if points.ndim != 2 or points.shape[1] != 2:
+        raise ValueError(f"mesh: shape {points.shape}: expected (nodes, elements), a file, an outline of shape (n, 2), or a "
+                         "dict such as {\"box\": ...}")
+    if thickness is None:
+        raise ValueError("thickness = (missing): expected the thickness of the plane body [m]")
+    if isinstance(unit, str):
+        return {"polygon": {"points": [[f"{x:.17g} {unit}" for x in point] for point in points], "thickness": thickness}}
+    metres = _floats(unit, "unit")
+    if metres.shape != () or not metres > 0:
+        raise ValueError(f"unit = {unit}: expected a unit such as \"mm\", or a length > 0 [m]")
+    return {"polygon": {"points": (metres * points).tolist(), "thickness": thickness}}
+
+
+def _mesh_or_dict(mesh: Any, unit: float | str) -> tuple[dict[str, Any], Array | None, Any] | None:
     if isinstance(mesh, Mapping):
+        if unit != "m":
+            raise ValueError(f"unit = {unit}: expected with a mesh or an outline; a length in a dict has its own: \"60 mm\"")
         return dict(mesh), None, None
     if isinstance(mesh, (str, os.PathLike)):
         name = os.fspath(mesh)
@@ -234,18 +281,15 @@ def _geometry(mesh: Any, thickness: float | str | None, unit: float | str) -> tu
         raise ValueError(f"mesh: cells {', '.join(cells) or 'none'}: expected tetra or triangle")
     if isinstance(mesh, (tuple, list)) and len(mesh) == 2 and np.ndim(mesh[0]) == 2:
         return _in_memory(mesh[0], mesh[1], unit)
-    outline = _floats(mesh, "mesh")
-    if outline.ndim != 2 or outline.shape[1] != 2:
-        raise ValueError(f"mesh: shape {outline.shape}: expected (nodes, elements), a file, an outline of shape (n, 2), or a "
-                         "dict such as {\"box\": ...}")
-    if thickness is None:
-        raise ValueError("thickness = (missing): expected the thickness of the plane body [m]")
-    return {"polygon": {"points": outline.tolist(), "thickness": thickness}}, None, None
+    return None
 
 
 def _in_memory(nodes: Any, elements: Any, unit: float | str) -> tuple[dict[str, Any], Array, Any]:
     points = _floats(nodes, "mesh: nodes")
-    corners = np.asarray(elements)
+    try:
+        corners = np.asarray(elements)
+    except ValueError as error:
+        raise ValueError(f"mesh: elements: expected rows of equal length: {error}") from None
     if corners.dtype.kind not in "iu":
         raise ValueError(f"mesh: elements of type {corners.dtype}: expected whole numbers of nodes")
     return {"mesh": "mesh", "unit": unit}, points, corners.astype(np.int64)
@@ -262,6 +306,8 @@ def _fixed(fixed: Any, elements: Any) -> tuple[Any, Any]:
     if isinstance(fixed, (list, tuple)) and fixed and all(isinstance(one, Mapping) for one in fixed):
         return _plain(fixed, "fixed"), None
     numbers = np.asarray(fixed)
+    if numbers.shape == (0,):
+        raise ValueError("fixed: no node: expected one or more of the body")
     if numbers.dtype.kind not in "biu" or numbers.ndim != 1:
         raise ValueError(f"fixed: {numbers.dtype} of shape {numbers.shape}: expected a dict such as {{\"plane\": ...}}, numbers of "
                          "nodes, a mask, or a function of the nodes")
@@ -274,7 +320,7 @@ def _fixed(fixed: Any, elements: Any) -> tuple[Any, Any]:
 def _numbers_of(fixed: Any, nodes: Array) -> NDArray[np.int64]:
     """The numbers of the nodes of a volume that are fixed."""
     if len(nodes) == 0:
-        raise ValueError("fixed: nodes: expected a volume; a plane body takes {\"side\": \"bottom\"}")
+        raise ValueError("fixed: nodes: expected a volume; a plane body takes {\"side\": \"bottom\"}, and a membrane is fixed at its rim")
     chosen = np.asarray(fixed(nodes) if callable(fixed) else fixed)
     if chosen.dtype.kind == "b":
         if chosen.shape != (len(nodes),):

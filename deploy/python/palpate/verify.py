@@ -5,7 +5,8 @@
   python3 -m palpate.verify sensor_bag/ estimate.mcap --html card.html
 
 FILE is
-  CSV      one row per instant with both forces; columns and units as `palpate-slave verify --help` describes them
+  CSV      one row per instant with both forces, below a header with the names of the columns. A unit in brackets behind a name,
+           "Fz [N]", is no part of the name, and converts the column
   Parquet  the same, where pyarrow is installed
   MCAP, a database .db3 or a folder of rosbag2: topics of WrenchStamped, Wrench or ContactWrench. --measured and --estimated
            name the topics; they may be left out where FILE has one each. The topics are joined by time: the measured force is
@@ -27,7 +28,16 @@ from typing import Any
 from palpate.comparison import Comparison, verify_forces, verify_table
 from palpate.wrench_topics import Forces, is_bag, join, read_topics
 
-COLUMNS = ("measured", "estimated", "time", "sigma", "validity", "measured_unit", "estimated_unit", "time_unit")
+COLUMNS = {
+    "measured": "columns of the measured force along x, y, z: A,B,C, with - for none; one name is z. Of a bag a topic",
+    "estimated": "the same of the estimated force",
+    "time": "column of the time, default t. Without one the rows are taken in their order",
+    "sigma": "column of the standard deviation, in the unit of the estimate, default sigma",
+    "validity": "column of the validity: valid, 1 or true; default validity",
+    "measured_unit": "unit of the measured force, default N; g is the weight of a gram",
+    "estimated_unit": "unit of the estimated force, default N",
+    "time_unit": "unit of the time, default s",
+}
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
 body {{ font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em }}
@@ -105,9 +115,8 @@ def _of_parquet(file: pathlib.Path, columns: dict[str, str]) -> Comparison:
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="palpate.verify", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", type=pathlib.Path, metavar="FILE", help="one file, or the measured and the estimated one")
-    for name in COLUMNS:
-        parser.add_argument(f"--{name.replace('_', '-')}", metavar="NAME", help="as of palpate-slave verify; of a bag a topic"
-                            if name in ("measured", "estimated") else "as of palpate-slave verify")
+    for name, meaning in COLUMNS.items():
+        parser.add_argument(f"--{name.replace('_', '-')}", metavar="UNIT" if name.endswith("unit") else "NAME", help=meaning)
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write the report as JSON")
     parser.add_argument("--html", type=pathlib.Path, metavar="FILE", help="write the report as one page")
     options = parser.parse_args(arguments)

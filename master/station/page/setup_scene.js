@@ -309,6 +309,8 @@ export function undersideOf(answers) {
   const { front, deep } = depthsOf(answers);
   return answers.object.plane === 'block' && answers.tool.by === 'part' ? 0 : deep / (mm(answers.scale.distance) + front);
 }
+const HEIGHT_SIGMA_M = 3e-3;  // of the camera above the edge as a person sets it, one standard deviation
+const anchorToleranceOf = (answers) => (undersideOf(answers) * HEIGHT_SIGMA_M) / toolPixelOf(answers);
 
 // What is wrong at a step, in words; empty: nothing. `trouble`: of the frozen image and of the tool's box, as setup_tip.js reports it.
 const CHECKS = {
@@ -553,7 +555,7 @@ export function sceneOf(answers, cameraLines, template) {
     `    pose: {translation: [${centre.map((value) => `${digits(1e3 * value, 8)} mm`).join(', ')}, 0]}`,
     `  tip: {track: template, template: ${TEMPLATE}, anchor: ` +
     `[${tip.map((value, k) => `${digits(value - box[0][k], 7)} px`).join(', ')}], ` +
-    `roi: ` +
+    `anchor_tolerance: ${digits(anchorToleranceOf(answers), 2)} px, roi: ` +
     `${Math.max(64, Math.max(...size) + 20)} px}`,
     '  contour: {track: snake, start: {polygon: ' +
     `[${outline.map((p) => `[${p.map((value) => `${digits(value, 5)} px`).join(', ')}]`).join(', ')}]}}`,

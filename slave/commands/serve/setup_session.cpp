@@ -144,7 +144,7 @@ std::optional<SceneMistake> CompareTool(const Scene& scene, const CameraSense& s
   const Eigen::Vector2d d_I = Eigen::Rotation2Dd(tip.turn) * estimator.tracker().tool_direction_I();
   if (!tip.found || d_I.isZero(0)) return std::nullopt;
   const cv::Mat& image = sense.frame().image;
-  const double width = scene.tool->width / estimator.view().pixel();
+  const double width = scene.tool->width / estimator.tool_view().pixel();
   const GreyFormat format(image);
   const auto end = DetectToolEnd(image, format, tip.p_I, d_I, width);
   if (!end) {
@@ -157,7 +157,7 @@ std::optional<SceneMistake> CompareTool(const Scene& scene, const CameraSense& s
     return SceneMistake{.key = "tool.width",
                         .value = LengthInWords(scene.tool->width),
                         .message = "another width than in the image",
-                        .expected = LengthInWords(end->width * estimator.view().pixel())};
+                        .expected = LengthInWords(end->width * estimator.tool_view().pixel())};
   }
   const bool is_elsewhere = std::abs(end->beyond) > CameraLimits::kToolElsewhere ||
                             std::abs(end->aside) > CameraLimits::kToolElsewhere;

@@ -46,7 +46,7 @@ void AddForceOptions(CLI::App* command, VerifyOptions* options) {
   AddShown(command, "--measured-unit", &columns.measured_unit,
            "Unit of the measured force: N, mN, uN, kN, g, kgf or lbf");
   AddShown(command, "--estimated-unit", &columns.estimated_unit, "Unit of the estimated force");
-  AddShown(command, "--time-unit", &columns.time_unit, "Unit of the time: s, ms, min or h");
+  AddShown(command, "--time-unit", &columns.time_unit, "Unit of the time: s, ms, us, ns, min or h");
 }
 
 void AddOptions(CLI::App* command, VerifyOptions* options) {

@@ -229,6 +229,13 @@ class Mesher {
   }
 
   SolidMesh ByGmsh(const SurfaceMesh& surface, double edge) {
+    const auto bodies = std::ranges::count_if(
+        ClosedParts(surface), [](const SurfacePart& part) { return part.depth % 2 == 0; });
+    if (bodies > 1) {
+      throw std::invalid_argument(
+          "the surface has " + std::to_string(bodies) +
+          " closed parts beside each other, or parts that intersect: expected one body");
+    }
     WriteGmshInput(folder_.path() / "in.geo", surface, edge);
     const ProgramEnd end = Run({"-3", "-format", "msh41", "-o", "out.msh", "in.geo"});
     if (end.status != 0 || !std::filesystem::exists(folder_.path() / "out.msh")) {

@@ -72,7 +72,7 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
   }
   const auto* tip = scene.sense.Find<TipTracking>();
   if (tip != nullptr && !tip->template_file.empty())
-    anchor_sigma_ = kAnchorSigma * tool_view_.pixel();
+    anchor_sigma_ = std::hypot(kAnchorSigma, tip->anchor_tolerance) * tool_view_.pixel();
   tool_.d_I = tracker_->tool_direction_I();
   tool_.width = scene.tool->width / tool_view_.pixel();
   checks_ = MakeCameraChecks(scene, {first.image, tracker_->noise(), tool_.d_I, tool_.width,

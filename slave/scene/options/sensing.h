@@ -49,9 +49,10 @@ struct TipTracking {
   std::filesystem::path
       template_file;  // empty: cut from the first image at the reported tool position
   std::optional<Eigen::Vector2d>
-      anchor;              // tip in the template, from the centre of its upper left pixel [px]
-  int roi = 64;            // edge of the moving search window [px]
-  double min_score = 0.6;  // a lower score means that tracking is lost [-]
+      anchor;                   // tip in the template, from the centre of its upper left pixel [px]
+  double anchor_tolerance = 0;  // of the same along the tool, one standard deviation [px]
+  int roi = 64;                 // edge of the moving search window [px]
+  double min_score = 0.6;       // a lower score means that tracking is lost [-]
 };
 struct ContourTracking {
   int control_points = 60;

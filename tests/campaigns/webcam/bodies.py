@@ -13,7 +13,7 @@ import numpy as np  # noqa: E402
 from scipy.sparse.linalg import splu  # noqa: E402
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "presses"))
-from presses import bricks, elasticity, graded, meshed, simplex_matrix, solve  # noqa: E402
+from presses import bricks, elasticity, graded, meshed, triangle_matrix, solve  # noqa: E402
 
 UNDER = 24  # surface elements under the width of a tool
 
@@ -72,7 +72,7 @@ class Sheet:
             away = math.hypot(x - place[0], y - place[1])
             return min(fine + 0.2 * max(0, away - reach), extent / 11)
         X, conn = meshed(build, 2, size)
-        A = simplex_matrix(X, conn, elasticity(nu, 2, "stress"))
+        A = triangle_matrix(X, conn, elasticity(nu, 2, "stress"))
         self.ring = X[ring_of(conn)]
         ring = ring_of(conn)
         free = np.repeat(~held(X), 2)

@@ -120,7 +120,7 @@ TEST_F(TestTable, AStretchThatIsNamedStrainIsRejected) {
     }
     EXPECT_THAT(Complaint(to > 1 ? "tension" : "compression", text),
                 HasSubstr("table.csv:2: column strain begins at 1, where the specimen bears no "
-                          "load: is it a stretch?"));
+                          "load: is it a stretch, or in percent?"));
   }
 }
 

@@ -8,6 +8,7 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -76,6 +77,10 @@ TEST(SurfaceCheckTest, RefusesWhatHasNoInside) {
   EXPECT_EQ(opened.open_edges, 3);
   EXPECT_THAT(opened.refusals, ElementsAre(HasSubstr("the surface is open at 3 edges, the first: "
                                                      "element ")));
+  SurfaceMesh apart = Cube({0, 0, 0}, 1);
+  apart.nodes.push_back(apart.nodes[apart.triangles[0][0]]);
+  apart.triangles[0][0] = static_cast<int>(apart.nodes.size()) - 1;
+  EXPECT_THAT(CheckMesh(apart).refusals, Contains(HasSubstr("1 nodes have the position of another")));
   EXPECT_THAT(CheckMesh(one_sided).refusals, ElementsAre(HasSubstr("one-sided")));
   EXPECT_THAT(CheckMesh(flat).refusals[0], HasSubstr("without area"));
   EXPECT_THAT(CheckMesh(twice).refusals[0], HasSubstr("element 12 has the nodes of element 3"));

@@ -122,6 +122,12 @@ TEST(FillSurfaceRefusalTest, SaysWhatItRefuses) {
     // cbrt(6 sqrt(2) / 4e6).
     EXPECT_THAT(Failure(box, options), HasSubstr("expected 0, or at least 0.01285 m"));
   }
+  if (FindProgram("gmsh")) {
+    FillOptions options;
+    options.program = Program::kGmsh;
+    EXPECT_THAT(Failure(Joined(box, BoxSurface({2, 0, 0}, {1, 1, 1})), options),
+                HasSubstr("2 closed parts beside each other"));
+  }
   const PathGuard nowhere("/nowhere");
   EXPECT_THAT(Failure(box, {}),
               HasSubstr("expected one of the packages tetgen and gmsh to be installed "
